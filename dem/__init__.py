@@ -7,8 +7,8 @@ from dem.multiplier.collapse import collapse
 from dem.multiplier.tilt import TiltTest, tilt_test
 from dem.push import push
 from dem.settings import DemSettings, PushSettings
+from dem.stages.ambient_vibration import identify, white_noise
 from dem.stages.history import History
-from dem.stages.identification import identify, white_noise
 from dem.stages.simulate import resume, simulate
 from limitmason.model.stages import BaseMotion, Damping, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
 

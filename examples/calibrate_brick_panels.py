@@ -30,7 +30,7 @@ for name in ("S1", "S2", "S3", "S4"):
         "peak": lm.Target(1e3 * test.measured["failure load"], 0.18, unit="N"),
     }
 
-fit = lm.calibrate(surrogate.panel, panels, unknown)
+fit = lm.calibrate(surrogate.panel_response, panels, unknown)
 print("Four panels of one geometry\n")
 print(fit)
 print(f"\n{fit.left_out}\n")
@@ -38,9 +38,9 @@ print(f"\n{fit.left_out}\n")
 # the paper's set meets the same numbers: it is one of many that do
 joint = brick_panels_opening.joint(test)
 paper = {p.name: getattr(joint, p.name) for p in unknown}
-shown = surrogate.panel(**paper)
+shown = surrogate.panel_response(**paper)
 print(f"the paper's set: first crack {shown['first crack']:.0f} N, peak {shown['peak']:.0f} N")
-for name, value in fit.predict(surrogate.panel).items():
+for name, value in fit.predict(surrogate.panel_response).items():
     print(f"fitted: {name} {value.value:.4g}, parameters leave {value.low:.4g} to {value.high:.4g}")
 
 # which small test would fix most of what is free
@@ -49,6 +49,6 @@ plan = fit.next_test({
     "column of two bricks": (surrogate.joint_column, {"slope": 0.05}),
     "triplet": (surrogate.triplet, {"shear strength 1": 0.05, "shear strength 2": 0.05, "shear strength 3": 0.05,
                                     "slope": 0.05, "dilatancy": 0.05}),
-    "a fifth panel": (surrogate.panel, {"first crack": 0.35, "peak": 0.18}),
+    "a fifth panel": (surrogate.panel_response, {"first crack": 0.35, "peak": 0.18}),
 })  # fmt: skip
 print(f"\n{plan}")

@@ -123,7 +123,7 @@ def targets(closed: Fit, table: Any) -> Lines:
     mean = {q: sum(t[q].value for t in tests) / 4e3 for q in ("first crack", "peak")}
     lines = [["load [kN]", "mean of S1 to S4", "closed form, fitted", "closed form, paper's set", "DEM, fitted",
               "DEM, paper's set"]]  # fmt: skip
-    paper, fitted = surrogate.panel(**PAPER), surrogate.panel(**closed.parameters)
+    paper, fitted = surrogate.panel_response(**PAPER), surrogate.panel_response(**closed.parameters)
     by = {r["set"]: r for r in table if (r["specimen"], r["outline"]) == ("S1", OUTLINES[0])}
     for q in ("first crack", "peak"):
         values = (fitted[q], paper[q], by["fitted"][q], by["paper"][q])
@@ -223,7 +223,7 @@ def page(store: Path, progress: Callable[[str], object] | None = None) -> str:
     """The whole page."""
     fits = {o: panel_calibration.fitted(o, store, 1, progress) for o in FITTED}
     dem_fit = fits[OUTLINES[0]]
-    closed = lm.calibrate(surrogate.panel, panel_calibration.measured(), UNKNOWN, leave_out=None, level=None)
+    closed = lm.calibrate(surrogate.panel_response, panel_calibration.measured(), UNKNOWN, leave_out=None, level=None)
     sets: Mapping[str, Mapping[str, float]] = {"paper": PAPER, "fitted": dem_fit.parameters}
     table = panel_calibration.answers(sets, store, progress)
     paper = next(r for r in table if (r["specimen"], r["outline"], r["set"]) == ("S1", OUTLINES[0], "paper"))

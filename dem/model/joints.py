@@ -13,10 +13,10 @@ from dem.kernels import LAW, Joints, Points
 from limitmason.arrays import Array
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
+from limitmason.mechanics.default_stiffness import default_stiffness, missing_stiffness
 from limitmason.mechanics.law import LOST, SUDDEN, PointLaw, peak_law, softening
 from limitmason.mechanics.plane import Plane
 from limitmason.mechanics.stated import lost_in_failure
-from limitmason.mechanics.stiffness import default_stiffness, missing_stiffness
 from limitmason.model import Assembly, LostBy, Unloading
 from limitmason.model.joint_term import name_of
 

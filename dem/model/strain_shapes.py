@@ -10,8 +10,8 @@ from dem.kernels import LAW, BlockModes, Joints, Points
 from dem.model.stable_step import largest_square, owners, springs_of_blocks
 from limitmason.arrays import Array, Flags, Index
 from limitmason.deformable import SOLID, STATES, simply_deformable_blocks
-from limitmason.deformable.body import products
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
+from limitmason.deformable.shapes import products
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.joint_shapes import face_motions, motion_at

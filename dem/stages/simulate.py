@@ -11,10 +11,10 @@ import numpy as np
 from dem.model.state import State, make_state
 from dem.settings import StateOptions, given
 from dem.stages.history import History
-from dem.stages.prescribed import check_base_motions, check_gentle, prescribed
 from dem.stages.recording import Recorder
 from dem.stages.resuming import RunStatus, check_continues, check_same_stages, spelled
 from dem.stages.run import Progress, go
+from dem.stages.stage_checks import check_base_motions, check_gentle, prescribed
 from dem.stages.stage_run import StageRun
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads

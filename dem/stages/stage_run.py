@@ -10,9 +10,9 @@ import numpy as np
 from dem.model.holding import displacement_since, restless, run
 from dem.model.stable_step import block_stiffness
 from dem.model.state import DYNAMIC, State, UnstableError
-from dem.stages.prescribed import SERVO_EVERY, servo_holds, stage_length
 from dem.stages.recording import Recorder, Watch
 from dem.stages.resuming import Position, RunStatus
+from dem.stages.stage_checks import SERVO_EVERY, servo_holds, stage_length
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly

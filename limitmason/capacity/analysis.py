@@ -28,11 +28,11 @@ from limitmason.capacity.contacts import (
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
 from limitmason.capacity.edges import told_of_edges, told_of_sharing
 from limitmason.capacity.generations import Generations
-from limitmason.capacity.joint_laws import refuse, refuse_partial_rotations, softening_of
 from limitmason.capacity.kinematics import at_rest, make_bodies
 from limitmason.capacity.misfit import begun_with, of_forces, of_gaps
 from limitmason.capacity.papers import PAPERS
-from limitmason.capacity.point_law import ElastoplasticLaw
+from limitmason.capacity.point_law import ElastoplasticLaw, softening_by_plastic_slip
+from limitmason.capacity.refused import refuse, refuse_partial_rotations
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.start import begin
 from limitmason.capacity.steps import Steps
@@ -42,13 +42,13 @@ from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import Grid, weakening
+from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom, project
 from limitmason.mechanics.joint_shapes import told_of_soft_blocks
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane
 from limitmason.mechanics.stated import tension_above_apex
-from limitmason.mechanics.stiffness import joint_stiffness
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
@@ -179,7 +179,7 @@ def pushover(
     if initial is not None and not (gaps is None and start is None and moving is None):
         raise InputError("initial forces go with the structure as built: without gaps, start and a support that moves")
     misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
-    law, softens = interface_law(assembly.arrays, convex=False), softening_of(assembly, kn, ks)
+    law, softens = interface_law(assembly.arrays, convex=False), softening_by_plastic_slip(assembly, kn, ks)
     first, shapes = first_contacts(points, law, kn, ks, misfit, softens), None
     firm = firmness(assembly, loads)
     if contacts != FIRST:  # else frames are those of the DEM

@@ -22,12 +22,12 @@ from limitmason.capacity.point_range import CRITERIA, point_range
 from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, Grid
+from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom, project
 from limitmason.mechanics.joint_shapes import shapes_of, told_of_soft_blocks
 from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.lumped_units import with_lumped_units
-from limitmason.mechanics.stiffness import joint_stiffness
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads

@@ -20,7 +20,8 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array, Flags, Index
-from limitmason.mechanics.law import PointLaw, Softening
+from limitmason.mechanics.law import SUDDEN, PointLaw, Softening, softening
+from limitmason.model.assembly import Assembly
 
 _OPEN_TANGENT = 1e-9
 """Share of the elastic stiffness left in the tangent, never in the forces: keeps the factorisation of free blocks."""
@@ -233,3 +234,18 @@ def slid_back(tan_psi: Array, history: PlasticHistory) -> Flags:
     """
     away = tan_psi * np.linalg.norm(history.slip, axis=1)
     return history.lift - away > 0.01 * max(float(np.abs(history.lift).max(initial=0.0)), 1e-300)
+
+
+def softening_by_plastic_slip(assembly: Assembly, kn: Array, ks: Array) -> Softening | None:
+    """Softening of every interface by its plastic slip; None where none softens.
+
+    A joint that has lost all of its opening's or its slip's energy is at damage 1. The slip is the plastic one:
+    1 / rate_slip = 2 GfII / (c - c_r).
+    """
+    joints = [i.joint for i in assembly.interfaces]
+    if not any(j.softens for j in joints):
+        return None
+    found = softening(joints, kn, ks)
+    lost, slip = assembly.arrays.cohesion - found.rest.cohesion, found.by_slip
+    gradual = (slip > 0.0) & (slip < SUDDEN)
+    return found._replace(by_slip=np.where(gradual, 1.0 / (1.0 / np.where(gradual, slip, 1.0) + lost / ks), slip))

@@ -10,7 +10,7 @@ from limitmason.answers.curve import CurvePoint
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.result import PushoverCurve
 from limitmason.errors import InputError
-from limitmason.mechanics.stiffness import default_stiffness
+from limitmason.mechanics.default_stiffness import default_stiffness
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
-from limitmason.deformable.body import Body, Polynomials, materials_of
 from limitmason.deformable.elasticity import Elasticity
+from limitmason.deformable.shapes import Body, Polynomials, materials_of
 from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block
 

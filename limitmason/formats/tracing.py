@@ -98,9 +98,8 @@ def clean(
     -----
     Stones grow as in :mod:`limitmason.formats.mortar`: they fill joints and notches, not openings or the space beside
     the wall, and keep their total area. The thickness stays in ``Cleaned.mortar`` for the stiffness of the
-    joints, k = E_m / thickness and the like (:mod:`limitmason.mechanics.stiffness`). The weight of the mortar is
-    counted at the
-    density of the stones.
+    joints, k = E_m / thickness and the like (:mod:`limitmason.mechanics.stiffness_from_moduli`). The weight of the
+    mortar is counted at the density of the stones.
     """
     if not (np.isfinite(mortar) and mortar >= 0.0):
         raise InputError(f"mortar must be a length, zero or more [m], got {mortar!r}")

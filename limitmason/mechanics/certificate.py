@@ -16,7 +16,7 @@ import numpy as np
 from limitmason.answers.acceptance import GAP, Certificate
 from limitmason.answers.results import FlowRule, Prediction, Resultants
 from limitmason.arrays import Array, Index
-from limitmason.mechanics.dissipation import Dissipation, point_dissipation, point_state, stress_block_pairs
+from limitmason.mechanics.dissipation import Dissipation, point_dissipation, point_state
 from limitmason.mechanics.residuals import (
     PointState,
     block_measures,
@@ -27,6 +27,7 @@ from limitmason.mechanics.residuals import (
     unbalance,
     yield_excess,
 )
+from limitmason.mechanics.stress_block import stress_blocks_of
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -175,7 +176,7 @@ def certify(
     forces = _forces_certified(assembly, loads, prediction, r, state)
     if m is None:
         return forces
-    pairs = stress_block_pairs(assembly, prediction)
+    pairs = stress_blocks_of(assembly, prediction)
     if pairs is not None:
         state = state._replace(law=state.law.without_crushing(pairs.ends))
     slip = np.linalg.norm(state.sliding, axis=1)
@@ -217,7 +218,7 @@ def _forces_certified(
     """Certificate of the forces alone: equilibrium and joint law, over the total load and each by its own measure."""
     value, x = prediction.collapse_multiplier, assembly.links
     scale = total_load(assembly, loads)
-    pairs = stress_block_pairs(assembly, prediction)
+    pairs = stress_blocks_of(assembly, prediction)
     rest = np.abs(unbalance(assembly, loads, r, value)).max(axis=1)
     measures = block_measures(assembly, loads, r, value)
     excess = yield_excess(state, pairs)

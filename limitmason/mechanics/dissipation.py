@@ -9,8 +9,9 @@ from limitmason.answers.results import Prediction, Resultants
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.slip import slip_integrals
-from limitmason.mechanics.law import PointLaw, StressBlock, interface_law, stress_blocks
+from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.mechanics.residuals import PointState
+from limitmason.mechanics.stress_block import stress_blocks_of
 from limitmason.model.assembly import Assembly
 
 
@@ -53,19 +54,6 @@ def point_dissipation(law: PointLaw, opening: Array, sliding: Array) -> tuple[Ar
     return law.dissipation(opening, slip), law.lift(opening, slip)
 
 
-def stress_block_pairs(assembly: Assembly, prediction: Prediction) -> StressBlock | None:
-    """Interfaces of a prediction whose crushing is that of a stress block; None where none is."""
-    if not prediction.stress_block or prediction.resultants is None:
-        return None
-    law = interface_law(assembly.links)
-    k = prediction.resultants.point_interface
-    rows = np.flatnonzero(law.crushes[: len(assembly.interfaces)])  # a tie, after them, is no section
-    first = np.searchsorted(k, rows)
-    found = (first < len(k)) & (k[np.minimum(first, len(k) - 1)] == rows)
-    rows, first = rows[found], first[found]
-    return stress_blocks(law.at(rows).over(assembly.links.area[rows]), np.column_stack([first, first + 1]))
-
-
 class Dissipation:
     """The joint law of a prediction as the power that any motion of its blocks dissipates.
 
@@ -87,7 +75,7 @@ class Dissipation:
         if resultants is None:
             raise InputError("a prediction without joint forces says nothing about its joints")
         self._assembly, self._resultants, self.state = assembly, resultants, state
-        self.pairs = stress_block_pairs(assembly, prediction)
+        self.pairs = stress_blocks_of(assembly, prediction)
         self.rigid = ~state.law.crushes
         if self.pairs is not None:
             self.rigid[self.pairs.ends] = False

@@ -201,50 +201,6 @@ class PointLaw(NamedTuple):
         return self._replace(tan_phi=self.tan_psi, cohesion=fixed)
 
 
-class StressBlock(NamedTuple):
-    """Crushing in-plane sections by the forces N1, N2 at their two ends, j sections.
-
-    N_i' >= (N1' + N2')^2 / (2 Q) with N_i' = N_i + t / 2, which is |M| <= N' L / 2 - N'^2 / (2 fc b): the exact block
-    of compressed masonry at its strength, whose capacity Q = q counts from the tension corner.
-    """
-
-    ends: Index  # numbers of both end points, (j, 2)
-    capacity: Array  # Q = fc A + t A, [N], (j,)
-    tension: Array  # t A [N], (j,)
-
-    @property
-    def count(self) -> int:  # type: ignore[override]  # no tuple of numbers to count in
-        """Number of sections."""
-        return len(self.ends)
-
-    def excess(self, normal: Array) -> Array:
-        """How far end forces (j, 2) lie outside the section's law [N], shape (j,); <= 0 inside."""
-        n1, n2 = (normal[:, k] + 0.5 * self.tension for k in (0, 1))
-        return (n1 + n2) ** 2 / (2.0 * self.capacity) - np.minimum(n1, n2)
-
-    def power(self, lift: Array) -> Array:
-        """Power that sections dissipate where their ends open by g (j, 2): max of -(g1 N1 + g2 N2) [W], shape (j,)."""
-        low, high = lift.min(axis=1), lift.max(axis=1)
-        spread = np.maximum(high - low, 1e-300)
-        n = np.where(low < 0, np.clip(self.capacity * -low / spread, 0.0, self.capacity), 0.0)
-        return -low * n - (high - low) * n**2 / (2.0 * self.capacity) + 0.5 * self.tension * lift.sum(axis=1)
-
-    def in_units_of(self, force: Array | float) -> "StressBlock":
-        """Capacities over a force [N], one or one per section, shape (j,)."""
-        return self._replace(capacity=self.capacity / force, tension=self.tension / force)
-
-
-def stress_blocks(law: PointLaw, ends: Index) -> StressBlock:
-    """Stress blocks of sections.
-
-    Parameters
-    ----------
-    law : of every section over its whole area [N], shape (j,)
-    ends : numbers of the end points, shape (j, 2)
-    """
-    return StressBlock(ends, law.corner_crushing, law.tension)
-
-
 def above_apex(arrays: AssemblyArrays) -> Flags:
     """Which interfaces have more tensile strength than c / tan(phi), shape (k,)."""
     corner = tension_corner(arrays.tensile_strength, arrays.cohesion, arrays.tan_phi)

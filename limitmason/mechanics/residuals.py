@@ -14,7 +14,8 @@ from scipy.sparse.csgraph import connected_components
 
 from limitmason.answers.results import Resultants
 from limitmason.arrays import Array, Flags, Index
-from limitmason.mechanics.law import PointLaw, StressBlock
+from limitmason.mechanics.law import PointLaw
+from limitmason.mechanics.stress_block import StressBlock
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array, Index
-from limitmason.mechanics.stiffness import TIE_STRETCH, default_tie_stiffness
+from limitmason.mechanics.default_stiffness import TIE_STRETCH, default_tie_stiffness
 from limitmason.model.assembly import Assembly
 
 

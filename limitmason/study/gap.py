@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.answers.results import ALMOST_SOLVED, SOLVED
 from limitmason.errors import InputError
-from limitmason.mechanics.stiffness import default_stiffness
+from limitmason.mechanics.default_stiffness import default_stiffness
 from limitmason.methods import ASSOCIATIVE, DEM, get_method, predict
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint

@@ -16,11 +16,11 @@ from limitmason.deformable import SOLID, STATES
 from limitmason.deformable.levels import RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
+from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.joint_shapes import BlockShapes, shapes_of, told_of_soft_blocks
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane, find_plane
-from limitmason.mechanics.stiffness import joint_stiffness
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -91,7 +91,7 @@ def closed_system(
     contact_points, contact_model : see :func:`limitmason.mechanics.contact_points.contact_points`; from three points
         on a side
         joints bend as their faces do, with two their bending stiffness is three times too large
-    stiffness : see :func:`limitmason.mechanics.stiffness.joint_stiffness`
+    stiffness : see :func:`limitmason.mechanics.default_stiffness.joint_stiffness`
     blocks : "rigid"; "simply deformable", with the shapes of the DEM's blocks that deform; "ritz", bodies in
         polynomials, which have modes of their own
     stress : of blocks that deform: "solid"; "plane stress" or "plane strain", of which only motions in the plane of the

@@ -37,7 +37,8 @@ def triplet(friction_angle_deg, cohesion, shear_stiffness, dilatancy_angle_deg):
 
 
 DESIGN = {
-    "panel": surrogate.panel, "triplet": triplet, "pull-off": surrogate.pull_off, "column": surrogate.joint_column,
+    "panel": surrogate.panel_response, "triplet": triplet,
+    "pull-off": surrogate.pull_off, "column": surrogate.joint_column,
 }  # fmt: skip
 
 
@@ -119,18 +120,18 @@ def test_of_six_parameters_one_geometry_fixes_one_and_says_what_is_free():
     rng = np.random.default_rng(5)
     errors = []
     for _ in range(12):
-        of, targets = planted({"panel": surrogate.panel}, rng, 4)
+        of, targets = planted({"panel": surrogate.panel_response}, rng, 4)
         fit = calibrate(of, targets, SIX, search=SearchSettings(starts=1), level=None, leave_out=None)
         assert fit.identified == ("tensile_strength",)  # three outputs: one of them is of ft alone
         assert len(fit.unidentified) == 3  # six unknowns, three outputs
         assert all(fit.deviation[n] > p.resolution for p in SIX for n in [p.name] if n not in fit.identified)
         errors.append(abs(fit.parameters["tensile_strength"] / TRUE["tensile_strength"] - 1.0))
         # the free moves leave the outputs alone, to first order
-        before = surrogate.panel(**fit.parameters)
+        before = surrogate.panel_response(**fit.parameters)
         for move in fit.unidentified:
             small = 0.01 / math.log(max(move.moves.values()))
             step = {n: fit.parameters[n] * v**small for n, v in move.moves.items()}
-            after = surrogate.panel(**{**fit.parameters, **step})
+            after = surrogate.panel_response(**{**fit.parameters, **step})
             assert all(abs(after[q] / before[q] - 1.0) < 2e-3 for q in before)
     assert np.median(errors) < 0.05
     assert "NO" in str(fit)
@@ -204,12 +205,12 @@ def test_intervals_cover_the_truth_in_95_of_100_plants():
 def test_next_test_is_the_one_that_fixes_what_is_free():
     # a = 0.54 and b = 0.34 of the panel's stiffness go with kn and ks: with kn to 5 %, ks to 9 % by twelve panels;
     # four would leave 11 %, more than is wanted
-    of, targets = planted({"panel": surrogate.panel}, np.random.default_rng(2), 12)
+    of, targets = planted({"panel": surrogate.panel_response}, np.random.default_rng(2), 12)
     fit = calibrate(of, targets, SIX, search=SearchSettings(starts=1), level=None, leave_out=None)
     plan = fit.next_test({
         "pull-off": (surrogate.pull_off, {"strength": 0.05}),
         "column": (surrogate.joint_column, {"slope": 0.05}),
-        "another panel": (surrogate.panel, {"stiffness": 0.05, "first crack": 0.05, "peak": 0.05}),
+        "another panel": (surrogate.panel_response, {"stiffness": 0.05, "first crack": 0.05, "peak": 0.05}),
     })  # fmt: skip
     # kn by itself leaves ks to the stiffness of the panel; pull-off repeats what the first crack said
     assert plan.best.name == "column"

@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 
 from limitmason.diagnosis import Cause, Measured, Noise, Study
 from limitmason.diagnosis.inference.cells import descend
-from limitmason.diagnosis.inference.decide import Tally, run
+from limitmason.diagnosis.inference.confidence_set import Tally, run
 from limitmason.diagnosis.inference.fit import Likelihood, fit, fits
 from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.noise import Draws

@@ -9,7 +9,7 @@ from scipy.special import chdtrc
 from scipy.stats import multivariate_normal
 
 from limitmason.diagnosis import Cause, Noise, Rule, Study
-from limitmason.diagnosis.inference.decide import Decision
+from limitmason.diagnosis.inference.confidence_set import Decision
 from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, CONSTANT, Discrepancy
 from limitmason.diagnosis.inference.fit import Likelihood
 from limitmason.diagnosis.inference.noise import Draws

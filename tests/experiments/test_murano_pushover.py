@@ -17,7 +17,7 @@ from limitmason.experiments import murano_u_walls as murano
 from limitmason.geometry import polygon_area_centroid
 from limitmason.limit import limit_analysis
 from limitmason.mechanics.contact_points import contact_points
-from limitmason.mechanics.stiffness import joint_stiffness
+from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 from limitmason.model.patch import patch_wrenches
 

@@ -17,8 +17,9 @@ from dem.model.joints import JointOptions, make_laws
 from limitmason import methods
 from limitmason.errors import NotApplicable
 from limitmason.mechanics import law_table
-from limitmason.mechanics.law import PointLaw, interface_law, peak_law, residual_law, stress_blocks, tension_corner
+from limitmason.mechanics.law import PointLaw, interface_law, peak_law, residual_law, tension_corner
 from limitmason.mechanics.law_table import FIELDS, THEORIES, Taken
+from limitmason.mechanics.stress_block import stress_blocks
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("limitmason", "dem", "mechanisms")

@@ -7,7 +7,7 @@ import pytest
 from u_wall_blocks import printed_mechanisms as murano
 
 import mechanisms as me
-from limitmason.mechanics import stiffness
+from limitmason.mechanics import stiffness_from_moduli as stiffness
 
 
 def test_weight_behind_the_loads_of_mechanism_a():

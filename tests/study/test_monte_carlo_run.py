@@ -47,7 +47,7 @@ def mean_strength(assembly, loads):
 def published_panel(assembly, loads):
     """The published panel, of the first joint's properties."""
     j = assembly.interfaces[0].joint
-    got = surrogate.panel(83e9, 36e9, j.friction_angle_deg, j.cohesion, j.tensile_strength)
+    got = surrogate.panel_response(83e9, 36e9, j.friction_angle_deg, j.cohesion, j.tensile_strength)
     return {"ultimate": got["peak"], "mode": "strong" if got["peak"] > 3e3 else "weak"}
 
 

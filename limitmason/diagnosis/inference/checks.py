@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from limitmason.diagnosis.inference.decide import Decision
+from limitmason.diagnosis.inference.confidence_set import Decision
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.noise import Draws, Noise
 from limitmason.diagnosis.inference.shared import Shares, alike, assumed

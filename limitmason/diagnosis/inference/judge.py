@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import chdtri
 
-from limitmason.diagnosis.inference.decide import Decision, share_of
+from limitmason.diagnosis.inference.confidence_set import Decision, share_of
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy, Rivals, as_gaussian
 from limitmason.diagnosis.inference.fit import Likelihood
@@ -144,11 +144,11 @@ class Judge:
         verdict = decision.explained(y, alarm, pairs)
         if not self.rule.identify:
             return verdict
-        verdict = self._identified(decision, verdict, y, pairs)
+        verdict = self._with_identification(decision, verdict, y, pairs)
         sd = self.noise(verdict)
         return replace(verdict, rehearsed=self.missing(sd))
 
-    def _identified(self, decision: Decision, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
+    def _with_identification(self, decision: Decision, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
         """The verdict with its one name identified.
 
         "Behaves like" where the record does not hold; withdrawn where residuals keep a trend or a kind of data

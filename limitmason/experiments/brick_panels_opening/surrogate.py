@@ -53,7 +53,7 @@ def first_crack_line() -> tuple[float, float]:
     return float(slope), float(constant)
 
 
-def panel(
+def panel_response(
     normal_stiffness: float,
     shear_stiffness: float,
     friction_angle_deg: float,

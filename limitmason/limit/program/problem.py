@@ -13,10 +13,11 @@ from limitmason.errors import InputError
 from limitmason.limit.program.face_cells import Cells, whole_faces, with_cells
 from limitmason.mechanics.contact_points import ContactPoints, Grid, contact_points
 from limitmason.mechanics.equilibrium import degrees_of_freedom, equilibrium_matrix
-from limitmason.mechanics.law import PointLaw, StressBlock, interface_law, stress_blocks
+from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.mechanics.law_table import ASSOCIATIVE, CORNERS, refuse
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.mechanics.residuals import total_load
+from limitmason.mechanics.stress_block import StressBlock, stress_blocks
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 

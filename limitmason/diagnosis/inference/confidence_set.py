@@ -1,4 +1,4 @@
-"""The rule: a gate for "none", a guard for scatter, and a bootstrap confidence set of causes, then of pairs."""
+"""Bootstrap confidence set of causes, then of pairs, behind a gate for "none" and a guard for scatter."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -231,7 +231,7 @@ class Decision:
             used = 0
             kept = (len(names) == 1 and not self.rule.screen) or not self._hopeless(fit, tested.deficit)
             if kept:
-                own = self._adequate(names, fit)
+                own = self._residual_tally(names, fit)
                 p, used = {name: own.p(name) for name in own.observed}, own.draws
                 kept = not any(own.rejected(name) for name in own.observed)
             if kept and len(found) > 1:
@@ -306,7 +306,7 @@ class Decision:
         loss = float(fit.loss[0] + fit.penalty[0])
         return design.like.quadratic and float(chdtrc(design.n + design.inputs, loss)) < tail
 
-    def _adequate(self, names: Names, fit: BestFit) -> Tally:
+    def _residual_tally(self, names: Names, fit: BestFit) -> Tally:
         """Trend and scatter of the residuals under the explanation's own fit."""
         thresholds = {"shape": self.rule.kept_shape, "scatter": self.rule.kept_scatter}
         tally = Tally({k: float(v[0]) for k, v in self._residuals(fit, np.ones(1)).items()}, thresholds)

@@ -1,4 +1,4 @@
-"""What the stages of a simulation prescribe: how long each is, what its servos hold, and records that end moving."""
+"""Stages read before a run: how long each lasts, which motions it prescribes, and what is refused of it."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Modal identification of a simulated structure: white noise at its base, and the modes in what it records."""
+"""Ambient vibration test of a simulated structure: white noise at its base, modes from its record."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""A block that deforms in polynomials of its place: shapes at points, strains and stresses, stiffness and mass."""
+"""Displacement shapes of a deformable block: polynomials at points, their strains, stiffness and mass."""
 
 from __future__ import annotations
 

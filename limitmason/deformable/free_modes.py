@@ -1,4 +1,4 @@
-"""Free vibrations of a convex block in complete polynomials: an elastic body to any accuracy, without a mesh."""
+"""Free vibration modes of a convex block in complete polynomials: an elastic body without a mesh."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
-from limitmason.deformable.body import Body, Polynomials, materials_of
 from limitmason.deformable.elasticity import Elasticity
+from limitmason.deformable.shapes import Body, Polynomials, materials_of
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block

@@ -1,11 +1,9 @@
-"""What a path refuses of an assembly, and how its joints lose strength."""
+"""What the capacity path refuses: joint laws it does not follow, partly held rotations, nothing to push."""
 
 import numpy as np
 
-from limitmason.arrays import Array
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics import law_table
-from limitmason.mechanics.law import SUDDEN, Softening, softening
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -28,18 +26,3 @@ def refuse_partial_rotations(assembly: Assembly) -> None:
             f"block {assembly.blocks[some[0]].name!r} has some of its rotations held: with finite rotations in space "
             "pushover takes all or none"
         )
-
-
-def softening_of(assembly: Assembly, kn: Array, ks: Array) -> Softening | None:
-    """How every interface softens; None where none does.
-
-    A joint that has lost all of its opening's or its slip's energy is at damage 1. The slip is the plastic one:
-    1 / rate_slip = 2 GfII / (c - c_r).
-    """
-    joints = [i.joint for i in assembly.interfaces]
-    if not any(j.softens for j in joints):
-        return None
-    found = softening(joints, kn, ks)
-    lost, slip = assembly.arrays.cohesion - found.rest.cohesion, found.by_slip
-    gradual = (slip > 0.0) & (slip < SUDDEN)
-    return found._replace(by_slip=np.where(gradual, 1.0 / (1.0 / np.where(gradual, slip, 1.0) + lost / ks), slip))
