@@ -110,7 +110,9 @@ def push(
 
 
 def _refuse_hopeless(structure: DrivenStructure, steps: int, longest: float) -> None:
-    """Refuse a push whose predicted time is beyond the longest; steps that somebody chose are 0 here.
+    """Refuse a push whose predicted time is beyond the longest.
+
+    Steps that somebody chose are 0 here.
 
     Raises
     ------

@@ -7,12 +7,21 @@ visible. ``limitmason.ContactError`` is wrong input, ``dem.UnstableError`` a run
 
 
 class InputError(ValueError):
-    """A value that a user gave is wrong; the message names the block, joint, field or option and what to do."""
+    """A value that a user gave is wrong.
+
+    The message names the block, joint, field or option and what to do.
+    """
 
 
 class NotApplicable(ValueError):
-    """A theory refuses this structure, joint law or load: another one may take it; the message says why."""
+    """A theory refuses this structure, joint law or load: another one may take it.
+
+    The message says why.
+    """
 
 
 class NotConverged(ValueError):
-    """A run ended without an answer that could be certified; the message says what was tried."""
+    """A run ended without an answer that could be certified.
+
+    The message says what was tried.
+    """

@@ -1,4 +1,7 @@
-"""All mechanisms that fit a structure and its load; the smallest bound among them and the smallest estimate."""
+"""All mechanisms that fit a structure and its load.
+
+The smallest bound among them and the smallest estimate.
+"""
 
 from __future__ import annotations
 
@@ -145,7 +148,10 @@ def smallest(
 
 
 def _least(values: dict[str, float]) -> str | None:
-    """Name of the smallest value; equal ones go to the first in the list, so that rounding does not choose."""
+    """Name of the smallest value.
+
+    Equal ones go to the first in the list, so that rounding does not choose.
+    """
     if not values:
         return None
     least = min(values.values())

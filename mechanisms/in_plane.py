@@ -115,7 +115,9 @@ def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
 
 
 def sloping_crack_limit(friction: float, slope: float, courses: int | None = None) -> tuple[float, float]:
-    """Return multiplier and tan(alpha) of :func:`sloping_crack`; very many courses where their number is omitted.
+    """Return multiplier and tan(alpha) of :func:`sloping_crack`.
+
+    Very many courses where their number is omitted.
 
     Parameters
     ----------

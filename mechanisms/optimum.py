@@ -58,7 +58,7 @@ def smallest_ratio(numerator: ArrayLike, denominator: ArrayLike, low: float, hig
 
 
 def ratio(numerator: ArrayLike, denominator: ArrayLike, s: float) -> float:
-    """Return N(s) / D(s), by its limit where both vanish at s = 0; infinite where only D does."""
+    """Return N(s) / D(s), by its limit where both vanish at s = 0, or infinite where only D does."""
     n, d = np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
     powers = np.array([1.0, s, s * s])
     while s == 0.0 and d[0] == 0.0 and n[0] == 0.0 and len(n) > 1:

@@ -209,7 +209,9 @@ def rocking_terms(
     below_crack: str = "connected",
     friction: FrictionSums | None = None,
 ) -> Rocking:
-    """Return numerator and denominator of lambda_B as polynomials in the crack's tangent; s = 0 gives lambda_A.
+    """Return numerator and denominator of lambda_B as polynomials in the crack's tangent.
+
+    s = 0 gives lambda_A.
 
     Parameters
     ----------
@@ -320,7 +322,7 @@ def _range(name: str, value: int | None, most: int) -> range:
 
 
 def _crossed(value: int | str | None, hinge: int, *, given: bool) -> range:
-    """Courses to cross for one hinge; none where the crack would pass below a hinge that is being searched."""
+    """Courses to cross for one hinge, or none where the crack would pass below a hinge that is being searched."""
     if value == "hinge":
         return range(hinge, hinge + 1)
     if isinstance(value, str):

@@ -113,7 +113,10 @@ class Facade:
         return self.unit_weight * self.length * self.thickness * self.height
 
     def changed(self, **fields_: Any) -> Facade:
-        """Copy with some fields replaced; what followed from a replaced field is worked out again."""
+        """Copy with some fields replaced.
+
+        What followed from a replaced field is worked out again.
+        """
         follows = {
             "thickness": ("side_wall_thickness", "overload_offset", "crack_offset"),
             "length": ("overload_length",),
@@ -205,7 +208,9 @@ class ReadParameters(NamedTuple):
 
 
 def read(facade: Facade | Assembly, loads: Loads | None = None, **changes: Any) -> ReadParameters:
-    """Take a Facade as it is, or read one from an assembly; ``changes`` that are None are left out.
+    """Take a Facade as it is, or read one from an assembly.
+
+    ``changes`` that are None are left out.
 
     Raises
     ------

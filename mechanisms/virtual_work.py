@@ -24,7 +24,9 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 class PowerBalance(NamedTuple):
-    """Powers per unit of rotation rate about the hinge [N m]; lambda travel = lift + overload_lift + friction.
+    """Powers per unit of rotation rate about the hinge [N m].
+
+    lambda travel = lift + overload_lift + friction.
 
     lift, overload_lift : power needed to raise the bodies and the overload
     friction : power of the prescribed friction forces
@@ -230,7 +232,10 @@ def _box(field: Callable[[Array, float], Array | float], x0: float, x1: float, z
 def _under(
     field: Callable[[Array, float], Array | float], x0: float, edge: Callable[[float], float], z0: float, z1: float
 ) -> float:
-    """Integral of a field over x0 <= x <= edge(z), z0 <= z <= z1; exact for the polynomials met here."""
+    """Integral of a field over x0 <= x <= edge(z), z0 <= z <= z1.
+
+    Exact for the polynomials met here.
+    """
     total = 0.0
     for node, weight in zip(_NODES, _WEIGHTS, strict=True):
         z = 0.5 * (z0 + z1) + 0.5 * (z1 - z0) * node

@@ -9,7 +9,10 @@ from limitmason.errors import InputError
 
 
 class WallForces(NamedTuple):
-    """Horizontal forces [N] of four formulas; ``smallest`` governs and ``mode`` says which it is."""
+    """Horizontal forces [N] of four formulas.
+
+    ``smallest`` governs and ``mode`` says which it is.
+    """
 
     rocking: float
     sliding: float
@@ -23,7 +26,10 @@ class WallForces(NamedTuple):
 
     @property
     def governing(self) -> str:
-        """Name of the formula that gives the smallest force; of equal ones the first."""
+        """Name of the formula that gives the smallest force.
+
+        Of equal ones the first.
+        """
         return self._fields[self.index(self.smallest)].replace("_", " ")
 
     @property

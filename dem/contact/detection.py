@@ -79,7 +79,10 @@ _KNOWN: WeakKeyDictionary[Assembly, Pieces] = WeakKeyDictionary()
 
 
 def _edges_of(part: Solid) -> list[tuple[int, int, int, int]]:
-    """Corners i, j and faces of every edge; edges inside a plane, as triangulation leaves them, are none."""
+    """Corners i, j and faces of every edge.
+
+    Edges inside a plane, as triangulation leaves them, are none.
+    """
     beside: dict[tuple[int, int], list[int]] = {}
     normal = []
     for f, face in enumerate(part.faces):
@@ -104,7 +107,9 @@ class Found(NamedTuple):
 
 
 def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float) -> Found:
-    """Cut outworn joints anew, drop open ones, add new pairs; changes ``state``.
+    """Cut outworn joints anew, drop open ones, add new pairs.
+
+    Changes ``state``.
 
     A joint between faces stays while it has slipped less than a quarter of its point spacing and, turned by more than 3
     degrees, while its nearest point is the nearest of the blocks: a rocking block keeps its points. The crossing of two
@@ -306,7 +311,10 @@ def reaches(assembly: Assembly) -> Array:
 
 
 def travel_per_step(state: State, reach: Array) -> float:
-    """Largest distance that a corner of a block can travel in one step [m]; ``reach`` as :func:`reaches` gives it."""
+    """Largest distance that a corner of a block can travel in one step [m].
+
+    ``reach`` as :func:`reaches` gives it.
+    """
     speed = np.linalg.norm(state.bodies.vel, axis=1) + np.linalg.norm(state.bodies.spin, axis=1) * reach
     return float(speed.max(initial=0.0)) * state.dt
 

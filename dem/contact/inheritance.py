@@ -86,7 +86,10 @@ def keep_energy(
 
 
 def close_setbacks(state: State, now: PointForces) -> None:
-    """Take back what :func:`keep_energy` has set back, as far as a point without force is open: no energy changes."""
+    """Move points that opened back to where :func:`keep_energy` had set them back from.
+
+    Only points without force are moved, as far as they are open, so that no energy changes.
+    """
     if not state.setback.any():
         return
     free = ~now.force.any(axis=1)

@@ -38,7 +38,10 @@ class Bearings(NamedTuple):
 
     @classmethod
     def of(cls, state: State, now: PointForces, rot: Array, flat: Flags) -> "Bearings":
-        """Those of a state; ``flat`` are joints between faces that have not turned, shape (k,)."""
+        """Those of a state.
+
+        ``flat`` are joints between faces that have not turned, shape (k,).
+        """
         joints, count = state.joints, len(state.joints.block_a)
         normal = np.einsum("kij,kj->ki", rot[joints.block_a], joints.frame[:, 2])
         push = np.maximum(np.einsum("mi,mi->m", now.force, normal[now.owner]), 0.0)
@@ -74,7 +77,7 @@ class GoesOn(NamedTuple):
 def goes_on(
     poses: Poses, joints: Joints, bearings: Bearings, of_block: Sequence[Index], pair: tuple[int, int], place: Array
 ) -> GoesOn | None:
-    """Face on which two pieces meet whatever their least overlap says; None where nothing says so.
+    """Face on which two pieces meet whatever their least overlap says, or None where nothing says so.
 
     It is the face of one that goes on from a face on which the other is borne, no higher than what the joints
     beside it are pressed by; else the one on which they bear each other now.
@@ -113,7 +116,7 @@ def goes_on(
 
 
 def _step(poses: Poses, carrier: int, n: Array, borne_at: Array, plane: Array, place: Array) -> float:
-    """How much higher a plane lies at a place than the carrier's face, along n [m]; infinite where it has none."""
+    """How much higher a plane lies at a place than the carrier's face, along n [m], or infinite where it has none."""
     nearest, height = np.inf, -np.inf
     for piece in np.flatnonzero(poses.owner == carrier):
         for face in poses.faces_along(int(piece), n):

@@ -1,4 +1,7 @@
-"""Joints made while blocks move: an area between faces, a corner on a face, two edges that cross; what they inherit."""
+"""Joints made while blocks move: an area between faces, a corner on a face, two edges that cross.
+
+What they inherit.
+"""
 
 from typing import NamedTuple, TypeVar
 
@@ -23,7 +26,10 @@ BEYOND = 0.01
 
 
 class Fresh(NamedTuple):
-    """A joint before it is written to the arrays of the kernel; fields as in ``dem.kernels.Joints`` and ``Points``."""
+    """A joint before it is written to the arrays of the kernel.
+
+    Fields as in ``dem.kernels.Joints`` and ``Points``.
+    """
 
     a: int
     b: int
@@ -153,7 +159,7 @@ def _law_for(
     assembly: Assembly, state: State, blocks: tuple[int, int], like: int | None, pose: tuple[Array, Array],
     n: Array, at: Array,
 ) -> tuple[Array, int]:  # fmt: skip
-    """Law of the pair's interface, or an unbonded one; and the interface it came from (encoded).
+    """Law of the pair's interface, or an unbonded one, and the interface it came from (encoded).
 
     Parameters
     ----------
@@ -230,7 +236,10 @@ def _multiply(p: Array, q: Array) -> Array:
 
 
 def assemble(assembly: Assembly, state: State, stays: Flags, made: list[Fresh]) -> list[str]:
-    """Write the kept and the new joints to the state; keep the step stable."""
+    """Write the kept and the new joints to the state.
+
+    Keep the step stable.
+    """
     j, pt = state.joints, state.points
     count = np.diff(j.start)
     kept = np.repeat(stays, count)

@@ -45,14 +45,20 @@ BRAKE = Damping(local=0.5, combined=True)
 
 
 class BlockStructure(DrivenStructure):
-    """Rigid or strained blocks that a push drives; settling has an end of its own."""
+    """Rigid or strained blocks that a push drives.
+
+    Settling has an end of its own.
+    """
 
     least_steps = LEAST_STEPS
     tried = 100
     least_samples = 2
 
     def __init__(self, assembly: Assembly, drive: Drive, loads: Loads | None, chosen: PushSettings) -> None:
-        """Contact points, masses and signature; nothing moves yet."""
+        """Contact points, masses and signature.
+
+        Nothing moves yet.
+        """
         self.move = drive = drive if chosen.calm is None else replace(drive, calm=chosen.calm)
         super().__init__(assembly, drive, loads, chosen)
         self.assembly = model = UNITS[chosen.blocks](assembly)

@@ -47,7 +47,9 @@ class JointPoint:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PushCurve(Curve):
-    """Curve of :func:`dem.push`; sample 0 is the settled structure before it is driven.
+    """Curve of :func:`dem.push`.
+
+    Sample 0 is the settled structure before it is driven.
 
     Parameters
     ----------
@@ -87,7 +89,10 @@ class PushCurve(Curve):
 
     @property
     def rate_error(self) -> float:
-        """Difference of the peaks at the two speeds over the slower one's [-]; NaN after one run."""
+        """Difference of the peaks at the two speeds over the slower one's [-].
+
+        NaN after one run.
+        """
         if self.faster is None:
             return float("nan")
         peak = self.peak.load
@@ -95,7 +100,7 @@ class PushCurve(Curve):
 
     @property
     def first_failure(self) -> JointPoint | None:
-        """Where the first point of a joint reached its strength while driven; None where none did.
+        """Where the first point of a joint reached its strength while driven, or None where none did.
 
         Between two samples the strength in use is continued in a line, the load along the secant: exact for elastic
         joints. Where it is reached before there are two samples, the first that shows it. Where own weight alone breaks
@@ -123,7 +128,7 @@ class PushCurve(Curve):
         return JointPoint(i, float(u[j] + step), load, self._joint(int(rows[k])), 1.0)
 
     def first_crack(self, width: float, kind: str | None = None) -> JointPoint | None:
-        """Where an opening first reaches a width, in joints of one kind; None where none does.
+        """Where an opening first reaches a width, in joints of one kind, or None where none does.
 
         Parameters
         ----------
@@ -159,7 +164,7 @@ class PushCurve(Curve):
         return self.mode_at(-1)
 
     def mode_at(self, index: int) -> Mode:
-        """The same at a sample."""
+        """Failure mode at a sample."""
         i = self.point(index).index
         since = (v[i] - v[0] for v in (self.opening, self.slip, self.crushed))
         return failure_mode(self.assembly, *since)
@@ -169,7 +174,7 @@ class PushCurve(Curve):
         return self.states[self.point(index).index]
 
     def first_unit_crack(self, width: float) -> JointPoint | None:
-        """Where a zone that failed in tension is first stretched by a width; None where none is.
+        """Where a zone that failed in tension is first stretched by a width, or None where none is.
 
         Its accumulated plastic strain times its size (``mesh.zone_sizes``): a crack is smeared over a zone, whose first
         touch of the tensile strength nobody could see; of its four points the most strained counts. Cracks that are
@@ -185,7 +190,9 @@ class PushCurve(Curve):
         return self._first_zone([z.plastic * sizes * (z.marks == TENSION) for z in self.zones], width)
 
     def first_crushing(self, strain: float) -> JointPoint | None:
-        """Where a zone that yielded in shear and never failed in tension first has a plastic strain; None where none.
+        """Where a zone that yielded in shear and never failed in tension first has a plastic strain.
+
+        None where none.
 
         Parameters
         ----------
@@ -198,7 +205,10 @@ class PushCurve(Curve):
 
     @property
     def _mesh(self) -> BlockMesh:
-        """Mesh of zoned blocks; refused of others."""
+        """Mesh of zoned blocks.
+
+        Refused of others.
+        """
         if self.mesh is None:
             raise InputError(f"{self.blocks} blocks have no zones: push with blocks='zoned'")
         return self.mesh
@@ -301,7 +311,7 @@ def dynamic_notes(displacement: Array, kinetic: Array) -> list[str]:
 
 
 def _failure_events(curve: PushCurve) -> tuple[Event, ...]:
-    """The first failure of a curve as an event, by own weight or while it is driven; none where no joint fails."""
+    """The first failure of a curve as an event, by own weight or while it is driven, or none where no joint fails."""
     first = curve.first_failure
     if first is None:
         return ()

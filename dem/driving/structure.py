@@ -39,7 +39,10 @@ class DrivenStructure(ABC):
     to_settle = 0.0
 
     def __init__(self, assembly: Assembly, drive: Drive, loads: Loads | None, chosen: PushSettings) -> None:
-        """What is driven and how; nothing moves yet."""
+        """What is driven and how.
+
+        Nothing moves yet.
+        """
         self.assembly, self.chosen = assembly, chosen
         self.unit, self.held = unit_twist(drive, assembly)
 
@@ -96,7 +99,10 @@ class DrivenStructure(ABC):
         check_same(file, self.digests_of(file), same)
 
     def rest(self, file: Path | None) -> None:
-        """Come to rest under the dead loads, or take the rest from a file; it is kept there."""
+        """Come to rest under the dead loads, or take the rest from a file.
+
+        It is kept there.
+        """
         if file is not None and file.exists():
             self.check(file, self.same)
             self.take_rest(file)

@@ -15,7 +15,10 @@ ELASTIC, AT_YIELD, YIELDED, TENSION = 0, 1, 2, 3
 
 
 def zone_marks(flags: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Mark of every zone from the flags of its stress points, shape (e,); tension goes first."""
+    """Mark of every zone from the flags of its stress points, shape (e,).
+
+    Tension goes first.
+    """
     whole = np.bitwise_or.reduce(flags, axis=1)
     out = np.where(whole & SHEAR_PAST, YIELDED, ELASTIC)
     out = np.where(whole & SHEAR_NOW, AT_YIELD, out)

@@ -1,1 +1,1 @@
-"""What a run changes: state, joints, shapes, ties; and its steps."""
+"""What a run changes: state, joints, shapes, ties, and its steps."""

@@ -25,7 +25,9 @@ PerJoint = float | Mapping[str, float] | Sequence[float] | Array
 
 @dataclass(frozen=True)
 class JointOptions:
-    """What the joint law needs beyond ``limitmason.Joint``; one value, one by kind of joint, or one per interface.
+    """What the joint law needs beyond ``limitmason.Joint``.
+
+    One value, one by kind of joint, or one per interface.
 
     Parameters
     ----------

@@ -126,7 +126,9 @@ def scaled_masses(stiffness: Array, dt: float, safety: float, floor: float = 0.0
 def stable_step(
     stiffness: Array, mass: Array, inertia: Array, free: NDArray, joints: Joints, safety: float, top: float = 0.0
 ) -> float:
-    """Time step [s] for real masses: safety 2 / w_max (sqrt(1 + z^2) - z), z = dashpot w_max / 2; else infinite.
+    """Time step [s] for real masses: safety 2 / w_max (sqrt(1 + z^2) - z), z = dashpot w_max / 2.
+
+    Else infinite.
 
     ``top`` is half of w_max^2 that other motions have, as of blocks that deform.
     """

@@ -1,4 +1,7 @@
-"""The state of a simulation: contact points, joints and bodies; copied for save and restore, written for resume."""
+"""The state of a simulation: contact points, joints and bodies.
+
+Copied for save and restore, written for resume.
+"""
 
 from __future__ import annotations
 
@@ -52,13 +55,18 @@ _PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "g
 
 
 class UnsettledError(NotConverged):
-    """A structure does not come to rest under its dead loads; ``history`` tells a fall from a lack of steps."""
+    """A structure does not come to rest under its dead loads.
+
+    ``history`` tells a fall from a lack of steps.
+    """
 
     history: Any = None
 
 
 class UnstableError(NotConverged, RuntimeError):
-    """The state is not finite or its energy explodes; the message names what and when, ``history`` what was kept.
+    """The state is not finite or its energy explodes.
+
+    The message names what and when, ``history`` what was kept.
 
     A run without an answer, and a ``RuntimeError`` as in 0.1.
     """
@@ -68,7 +76,9 @@ class UnstableError(NotConverged, RuntimeError):
 
 @dataclass
 class State:
-    """Everything that changes, and the arrays it changes on; made by :func:`make_state`.
+    """Everything that changes, and the arrays it changes on.
+
+    Made by :func:`make_state`.
 
     Parameters
     ----------
@@ -144,7 +154,9 @@ class State:
 
     @classmethod
     def from_arrays(cls, file: Mapping[str, Any], path: object) -> State:
-        """Inverse of :meth:`arrays`; ``path`` is named in errors.
+        """Inverse of :meth:`arrays`.
+
+        ``path`` is named in errors.
 
         Raises
         ------
@@ -217,7 +229,10 @@ class State:
         self.total[kernels.E_KINETIC] = 0.0
 
     def measured(self, assembly: Assembly) -> PointForces:
-        """Contact forces in the present position; changes nothing."""
+        """Contact forces in the present position.
+
+        Changes nothing.
+        """
         m = len(self.points.s)
         position, force = np.empty((m, 3)), np.empty((m, 3))
         opening, slip = np.empty(m), np.empty((m, 2))
@@ -285,7 +300,7 @@ def _check_widths(path: object, modes: BlockModes, joints: int, shapes: int) -> 
 
 
 def _real_masses(assembly: Assembly) -> tuple[Array, Array]:
-    """Masses [kg] and inertia [kg m2] of the blocks, shapes (n,) and (n, 3, 3); 1 of held ones that have none."""
+    """Masses [kg] and inertia [kg m2] of the blocks, shapes (n,) and (n, 3, 3), or 1 of held ones that have none."""
     mass, inertia = assembly.arrays.mass.copy(), assembly.arrays.inertia.copy()
     light = ~assembly.fixed & ~(mass > 0.0)
     if light.any():

@@ -50,7 +50,10 @@ def plane_of(
 
 
 def out_of_plane(plane: Plane) -> Flags:
-    """Degrees of freedom that leave a plane whose normal is a global axis, shape (6,); other planes are refused."""
+    """Degrees of freedom that leave a plane whose normal is a global axis, shape (6,).
+
+    Other planes are refused.
+    """
     axis = np.abs(plane.normal) > 1.0 - 1e-9
     if not axis.any():
         raise InputError("the plane of the problem is turned against the axes: leave plane out, or turn the assembly")
@@ -59,7 +62,9 @@ def out_of_plane(plane: Plane) -> Flags:
 
 @dataclass(frozen=True, eq=False)
 class StrainShapes:
-    """Shapes of all blocks in the coordinates of the kernel, zero where a block is rigid; does not change in a run.
+    """Shapes of all blocks in the coordinates of the kernel, zero where a block is rigid.
+
+    Does not change in a run.
 
     Parameters
     ----------
@@ -115,12 +120,18 @@ class BlockStress(NamedTuple):
     gradient: Array
 
     def at(self, block: int, arm: Array) -> Array:
-        """Stress at points given from the block's centroid [m], shape (k, 3); returns [Pa], shape (k, 3, 3)."""
+        """Stress at points given from the block's centroid [m], shape (k, 3).
+
+        Returns [Pa], shape (k, 3, 3).
+        """
         return np.asarray(self.mean[block] + np.einsum("ijp,kp->kij", self.gradient[block], np.atleast_2d(arm)))
 
 
 def block_stresses(deformation: StrainShapes, modes: BlockModes, rotation: Array) -> BlockStress:
-    """Stress of every block; ``rotation`` from the reference position, shape (n, 3, 3)."""
+    """Stress of every block.
+
+    ``rotation`` from the reference position, shape (n, 3, 3).
+    """
     mean = np.einsum("nk,nkij->nij", modes.value, deformation.mean)
     slope = np.einsum("nk,nkijp->nijp", modes.value, deformation.gradient)
     r = rotation
@@ -274,7 +285,7 @@ def relative_deformation(deformation: StrainShapes, modes: BlockModes, joint: Jo
 
 
 def with_joints(deformation: StrainShapes, modes: BlockModes, points: Points, joints: Joints) -> BlockModes:
-    """The same coordinates between other joints."""
+    """These coordinates between other joints."""
     side_a, side_b = sides(deformation, points, joints)
     return modes._replace(side_a=side_a, side_b=side_b)
 
@@ -282,7 +293,10 @@ def with_joints(deformation: StrainShapes, modes: BlockModes, points: Points, jo
 def add_modal_mass(
     mass: Array, inv_mass: Array, inv_inertia: Array, modes: BlockModes, coupled: Array, dt: float, safety: float
 ) -> Array:
-    """Add mass to blocks that joints found later made too stiff for the step; returns every block's factor, (n,)."""
+    """Add mass to blocks that joints found later made too stiff for the step.
+
+    Returns every block's factor, (n,).
+    """
     allowed = 4.0 * safety**2 / dt**2
     factor = np.ones(len(mass))
     for i in np.flatnonzero(modes.inv_mass.any(axis=1)):

@@ -33,7 +33,10 @@ def elongation(ties: Ties, bodies: RigidBodies) -> Array:
 
 
 def pulls(ties: Ties, bodies: RigidBodies) -> Array:
-    """Tension of every tie in the present position [N], shape (t,); nothing yields."""
+    """Tension of every tie in the present position [N], shape (t,).
+
+    Nothing yields.
+    """
     return tension(springs(ties), elongation(ties, bodies), ties.plastic)[0]
 
 

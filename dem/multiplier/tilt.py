@@ -89,7 +89,10 @@ class TiltTest(ReadOnly):
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Between the stopped tables that stood and fell, lower where a turning one fell earlier; None without them."""
+        """Between the stopped tables that stood and fell, lower where a turning one fell earlier.
+
+        None without them.
+        """
         if not np.isfinite(self.held).all():
             return None
         return min(self.held[0], self.collapse_multiplier), self.held[1]
@@ -101,7 +104,10 @@ class TiltTest(ReadOnly):
 
     @property
     def rate_change(self) -> float:
-        """Change of max(Rh / Rv) from the last run but one to the last [-]; NaN after a single run."""
+        """Change of max(Rh / Rv) from the last run but one to the last [-].
+
+        NaN after a single run.
+        """
         return self.runs[-1][1] / self.runs[-2][1] - 1.0 if len(self.runs) > 1 else float("nan")
 
     @property

@@ -98,7 +98,10 @@ class History(ReadOnly):
     same: Mapping[str, str] = field(default_factory=dict)
 
     def save(self, path: str | Path) -> None:
-        """Write everything but the assembly to a numpy archive; the file is whole, or the one that was there before."""
+        """Write everything but the assembly to a numpy archive.
+
+        The file is whole, or the one that was there before.
+        """
         sample, damping, stages, every, status = self.settings
         arrays: dict[str, Any] = {f"state.{k}": v for k, v in self.state.arrays().items()}
         arrays |= {f"scalar.{k}": v for k, v in self.scalars.items()} | {k: getattr(self, k) for k in _ARRAYS}
@@ -198,7 +201,10 @@ class History(ReadOnly):
         )  # fmt: skip
 
     def corners(self, sample: int = -1) -> list[Array]:
-        """Corners of every block at a sample [m], for drawing the deformed shape; one array (v, 3) per block."""
+        """Corners of every block at a sample [m], for drawing the deformed shape.
+
+        One array (v, 3) per block.
+        """
         out = []
         for i, block in enumerate(self.assembly.blocks):
             s, x, y, z = self.quaternion[sample, i]
@@ -209,7 +215,7 @@ class History(ReadOnly):
         return out
 
     def first_crack(self, opening: float, kind: str | None = None) -> tuple[int, int] | None:
-        """Sample and interface at which an opening [m] is first reached, in joints of one kind; None if never."""
+        """Sample and interface at which an opening [m] is first reached, in joints of one kind, or None if never."""
         kept = [k for k, i in enumerate(self.assembly.interfaces) if kind is None or i.kind == kind]
         with np.errstate(invalid="ignore"):
             hit = self.opening[:, kept] >= opening
@@ -233,7 +239,10 @@ class History(ReadOnly):
 
     @property
     def kinetic_ratio(self) -> Array:
-        """Kinetic energy over the work of the loads so far [-]; small where a run is quasi-static."""
+        """Kinetic energy over the work of the loads so far [-].
+
+        Small where a run is quasi-static.
+        """
         work = np.abs(self.scalars["applied"]) + np.abs(self.scalars["support"])
         return self.scalars["kinetic"] / np.maximum(work, 1e-300)
 
@@ -244,7 +253,10 @@ class History(ReadOnly):
         return self.scalars["kinetic"] / np.maximum(work, 1e-300)
 
     def vibration(self, *, sliding: str = "sticks") -> VibratingSystem:
-        """Blocks on the joints that the end of the run has left closed, for :func:`limitmason.modes`; see there."""
+        """Blocks on the joints that the end of the run has left closed, for :func:`limitmason.modes`.
+
+        See there.
+        """
         return state_system(self.state, self.assembly, sliding)
 
     @property

@@ -1,4 +1,4 @@
-"""What a run writes down: samples, energies, notes; and when it must look for contacts or stop."""
+"""What a run writes down: samples, energies, notes, and when it must look for contacts or stop."""
 
 import copy
 from collections.abc import Mapping, Sequence
@@ -138,7 +138,10 @@ class Recorder:
         return out
 
     def note_slip(self, stage: Settle, done: int) -> None:
-        """Say how far joints slid where the first loads acted at once and overshot; ``done`` are the stage's steps."""
+        """Say how far joints slid where the first loads acted at once and overshot.
+
+        ``done`` are the stage's steps.
+        """
         state = self.state
         if stage.gently or state.mode == DYNAMIC or state.total[kernels.E_STEPS] != done:
             return
@@ -162,7 +165,10 @@ class Recorder:
         return int(path.argmax()), float(path.max())
 
     def _beyond(self) -> bool:
-        """True where the first contacts may no longer be all there are; noted when it is seen first."""
+        """True where the first contacts may no longer be all there are.
+
+        Noted when it is seen first.
+        """
         block, moved = self._farthest()
         beyond = moved > SMALL * self.margin
         if beyond and not self._beyond_noted:
@@ -233,7 +239,10 @@ class Recorder:
         self.watch.due = max(SOONEST, int(min(soonest / self.state.dt, self.every or 0)))
 
     def add(self, state: State, stage: int) -> dict[str, float]:
-        """Record a sample; refuse a state in which energy appears from nowhere."""
+        """Record a sample.
+
+        Refuse a state in which energy appears from nowhere.
+        """
         now = state.measured(self.assembly)
         e = state.total
         force, moment = unbalance(state, self.scale)

@@ -33,7 +33,9 @@ class RunStatus(StrEnum):
 
 @dataclass
 class Position:
-    """Where in its stages a run stands; all that a stage knows beside the state.
+    """Where in its stages a run stands.
+
+    All that a stage knows beside the state.
 
     Parameters
     ----------
@@ -69,7 +71,7 @@ class Position:
 
     @classmethod
     def from_arrays(cls, file: Mapping[str, Any]) -> "Position | None":
-        """Inverse of :meth:`arrays`; None where the run was over."""
+        """Inverse of :meth:`arrays`, or None where the run was over."""
         if "position.stage" not in file:
             return None
         raw = {f.name: file[f"position.{f.name}"] for f in fields(cls)}
@@ -81,22 +83,22 @@ class Position:
 
 
 def part_file(checkpoint: str | Path | None, name: str) -> Path | None:
-    """File of one part of a run, beside the one the user named; None where none was."""
+    """File of one part of a run, beside the one the user named, or None where none was."""
     if checkpoint is None:
         return None
     path = Path(checkpoint)
     return path.with_name(f"{path.stem}-{name}.npz")
 
 
-def spelled(value: Any) -> str:
-    """A stage, or a part of one, in full: two are equal where this is."""
+def stage_as_text(value: Any) -> str:
+    """A stage, or a part of one, with all its values as text; equal stages have equal text."""
     if is_dataclass(value) and not isinstance(value, type):
-        parts = ", ".join(f"{f.name}={spelled(getattr(value, f.name))}" for f in fields(value))
+        parts = ", ".join(f"{f.name}={stage_as_text(getattr(value, f.name))}" for f in fields(value))
         return f"{type(value).__name__}({parts})"
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{k!r}: {spelled(v)}" for k, v in value.items()) + "}"
+        return "{" + ", ".join(f"{k!r}: {stage_as_text(v)}" for k, v in value.items()) + "}"
     if isinstance(value, np.ndarray | Sequence) and not isinstance(value, str):
-        return "[" + ", ".join(spelled(v) for v in value) + "]"
+        return "[" + ", ".join(stage_as_text(v) for v in value) + "]"
     return repr(value.item() if isinstance(value, np.generic) else value)
 
 
@@ -108,7 +110,7 @@ def check_same_stages(stages: Sequence[Stage], before: Sequence[str]) -> None:
     InputError
         Naming the first stage that differs.
     """
-    now = [spelled(s) for s in stages]
+    now = [stage_as_text(s) for s in stages]
     for number, (one, two) in enumerate(zip(now, before, strict=False)):
         if one != two:
             raise InputError(f"stage {number} is not the one the run was cut off in: {one} against {two}")
@@ -126,7 +128,7 @@ def digest(*parts: bytes) -> str:
 
 def digests(**settings: Any) -> dict[str, str]:
     """Digest of every setting, by the name a user gave it."""
-    return {name: digest(spelled(value).encode()) for name, value in settings.items()}
+    return {name: digest(stage_as_text(value).encode()) for name, value in settings.items()}
 
 
 def signature(assembly: Assembly, parts: Mapping[str, Iterable[Array]], **settings: Any) -> dict[str, str]:

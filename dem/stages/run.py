@@ -38,7 +38,10 @@ class Run(Protocol):
         """Stand ready for the first chunk of steps."""
 
     def advance(self) -> Mapping[str, Any] | None:
-        """A chunk of steps; what was sampled at its end, None where nothing was."""
+        """A chunk of steps.
+
+        What was sampled at its end, None where nothing was.
+        """
 
     def finish(self) -> None:
         """Let go what the run has held."""
@@ -54,7 +57,9 @@ class Run(Protocol):
 def go(
     run: Run, *, progress: Progress | None = None, checkpoint: str | Path | None = None, checkpoint_every: int = 20
 ) -> RunStatus:
-    """Step a run to its end, or until somebody stops it; how it ended.
+    """Step a run to its end, or until somebody stops it.
+
+    How it ended.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from dem.model.state import State, make_state
 from dem.settings import StateOptions, given
 from dem.stages.history import History
 from dem.stages.recording import Recorder
-from dem.stages.resuming import RunStatus, check_continues, check_same_stages, spelled
+from dem.stages.resuming import RunStatus, check_continues, check_same_stages, stage_as_text
 from dem.stages.run import Progress, go
 from dem.stages.stage_checks import check_base_motions, check_gentle, prescribed
 from dem.stages.stage_run import StageRun
@@ -92,7 +92,10 @@ def prepared(
     detect_every: int | None = 50,
     **model: Unpack[StateOptions],
 ) -> StageRun:
-    """Run that stands before its first step; arguments and errors as for :func:`simulate`."""
+    """Run that stands before its first step.
+
+    Arguments and errors as for :func:`simulate`.
+    """
     todo, chosen = [stages] if isinstance(stages, Stage) else list(stages), given(model, StateOptions, "simulate")
     notes = check_base_motions(todo)
     if sample < 1 or (detect_every is not None and detect_every < 1):
@@ -120,7 +123,7 @@ def prepared(
     check_gentle(todo, state.time > 0.0)
     recorder = Recorder(assembly, loads, state, todo, detect_every)
     recorder.notes += notes
-    recorder.settings = (sample, damping, tuple(spelled(s) for s in todo))
+    recorder.settings = (sample, damping, tuple(stage_as_text(s) for s in todo))
     recorder.same = start.same if isinstance(start, History) else {}
     return StageRun(recorder, None)
 
@@ -156,7 +159,10 @@ def resume(
 
 
 def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
-    """Run that stands where a history does, see :func:`resume`; one that has ended stays so."""
+    """Run that stands where a history does, see :func:`resume`.
+
+    One that has ended stays so.
+    """
     todo = [stages] if isinstance(stages, Stage) else list(stages)
     sample, damping, before = history.settings[:3]
     check_same_stages(todo, before)

@@ -121,7 +121,10 @@ class StageRun:
         self.rec.history(status).save(file)
 
     def _open(self, number: int, at: Position | None) -> None:
-        """Begin a stage, or go on in it; one without length pauses at once."""
+        """Begin a stage, or go on in it.
+
+        One without length pauses at once.
+        """
         if number and at is None:
             self._close()
         rec, state, stage = self.rec, self.rec.state, self.rec.stages[number]

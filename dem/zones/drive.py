@@ -108,7 +108,10 @@ class ZonedRun:
         self.clock = time.perf_counter() - float(self.record.columns["seconds"][-1])
 
     def _sample(self, at: float, load: float, kinetic: float, work: float) -> None:
-        """Write down where the model stands; ``work`` is that of loads and supports so far, 0 before the drive."""
+        """Write down where the model stands.
+
+        ``work`` is that of loads and supports so far, 0 before the drive.
+        """
         model, now = self.model, running.read(self.model)
         moving = float(model.total[Z_KINETIC])
         rest = float(model.total[2:6].sum() + moving) + now.energy

@@ -35,7 +35,9 @@ def make_model(
     joint_options: JointOptions | None = None,
     stiff: Iterable[int] = (),
 ) -> ZonedModel:
-    """Zones of the blocks that have a material; blocks that are held, or have none, are rigid.
+    """Zones of the blocks that have a material.
+
+    Blocks that are held, or have none, are rigid.
 
     Parameters
     ----------
@@ -111,7 +113,10 @@ def make_model(
 
 
 def _rigid_blocks(assembly: Assembly, rigid: Flags, body: Index, dimension: int) -> Rigid | RigidSolids:
-    """Rigid blocks at rest; ``body`` the one that carries each node, -1 for none."""
+    """Rigid blocks at rest.
+
+    ``body`` the one that carries each node, -1 for none.
+    """
     numbers, own = np.flatnonzero(rigid), np.flatnonzero(body >= 0).astype(np.int64)
     nb = len(numbers)
     if dimension == 3:
@@ -146,7 +151,10 @@ class _Shapes:
         self.known: dict[Hashable, int] = {}
 
     def of(self, cell: Index, material: Material, thickness: float = 1.0) -> int:
-        """Number of the tables of a zone with its nodes; sizes and forms are equal that are so to nine digits."""
+        """Number of the tables of a zone with its nodes.
+
+        Sizes and forms are equal that are so to nine digits.
+        """
         arms = self.place[cell] - self.place[cell].mean(axis=0)
         size = np.abs(arms).max()
         form = np.round(arms / (1e-9 * size)).astype(int).ravel().tolist()
@@ -163,7 +171,9 @@ class _Shapes:
 
 
 def make_solids(place: Array, cells: Index, blocks: Sequence[Block]) -> tuple[HexTable, Hexahedra]:
-    """Tables of all zone shapes and materials in space, and the zones; equal shapes share a table.
+    """Tables of all zone shapes and materials in space, and the zones.
+
+    Equal shapes share a table.
 
     Parameters
     ----------
@@ -193,7 +203,9 @@ def make_solids(place: Array, cells: Index, blocks: Sequence[Block]) -> tuple[He
 def make_zones(
     place: Array, cells: Index, materials: Sequence[Material | None], thickness: Array, plane: str
 ) -> tuple[QuadTable, Zones]:
-    """Tables of all zone shapes and materials, and zones without strain; equal shapes share a table.
+    """Tables of all zone shapes and materials, and zones without strain.
+
+    Equal shapes share a table.
 
     Parameters
     ----------

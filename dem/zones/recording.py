@@ -32,7 +32,9 @@ def _moving(model: ZonedModel) -> list[tuple[str, str]]:
 
 
 def save(path: str | Path, model: ZonedModel, same: Mapping[str, str], samples: Samples | None) -> None:
-    """Write the moving part of a model, and samples; the file is whole, or the one that was there before.
+    """Write the moving part of a model, and samples.
+
+    The file is whole, or the one that was there before.
 
     Parameters
     ----------
@@ -48,14 +50,17 @@ def save(path: str | Path, model: ZonedModel, same: Mapping[str, str], samples: 
 
 
 def read_digests(path: Path) -> dict[str, str]:
-    """What a run must have in common with that of a file; empty where it does not say so."""
+    """What a run must have in common with that of a file, or empty where it does not say so."""
     file = read_archive(path)
     names = ("same.names", "same.digests")
     return dict(zip(*(file[k].tolist() for k in names), strict=True)) if names[0] in file else {}
 
 
 def read_model(path: Path, model: ZonedModel) -> dict[str, Any]:
-    """Put a model where a file's was; the samples that were kept with it."""
+    """Put a model where a file's was.
+
+    The samples that were kept with it.
+    """
     file = read_archive(path)
     for group, name in _moving(model):
         getattr(getattr(model, group), name)[...] = file[f"{group}.{name}"]
@@ -76,7 +81,10 @@ def _size(values: Array) -> Array:
 
 
 def zone_state(model: ZonedModel) -> ZoneState:
-    """State of the zones now; those in space are elastic."""
+    """State of the zones now.
+
+    Those in space are elastic.
+    """
     if not isinstance(model.zones, Zones):
         e = len(model.zones.kind)
         return ZoneState(model.nodes.shift.copy(), np.zeros((e, 1), np.int64), np.zeros(e))
@@ -110,7 +118,10 @@ def rigid_motion(model: ZonedModel) -> tuple[Array, Array]:
 
 
 def _motion_in_space(model: ZonedModel) -> tuple[Array, Array]:
-    """As :func:`rigid_motion`; of a rigid block its own, of a zoned one the rotation nearest to its nodes' (Kabsch)."""
+    """As :func:`rigid_motion`.
+
+    Of a rigid block its own, of a zoned one the rotation nearest to its nodes' (Kabsch).
+    """
     assert isinstance(model.rigid, RigidSolids)
     mesh, shift = model.mesh, model.nodes.shift
     out, quaternion = np.zeros((model.assembly.n_blocks, 3)), np.zeros((model.assembly.n_blocks, 4))

@@ -90,7 +90,10 @@ def refuse_explosion(model: ZonedModel) -> None:
 
 
 def read(model: ZonedModel) -> Reading:
-    """Stresses, joint forces and elastic energy in the present position; changes nothing."""
+    """Stresses, joint forces and elastic energy in the present position.
+
+    Changes nothing.
+    """
     stress = np.zeros((len(model.zones.kind), *((8, 6) if model.space else (4, 4))))
     joint = np.zeros((len(model.contacts.area), 6 if model.space else 4))
     energy = float((measure_solids if model.space else measure_zones)(model.arrays, stress, joint))
@@ -101,7 +104,10 @@ def read(model: ZonedModel) -> Reading:
 
 
 def unbalance(model: ZonedModel) -> float:
-    """Largest unbalanced force at a free node over the mean applied one [-]; of rigid blocks over their sum."""
+    """Largest unbalanced force at a free node over the mean applied one [-].
+
+    Of rigid blocks over their sum.
+    """
     nodes, rigid = model.nodes, model.rigid
     free = nodes.body < 0
     applied = float(np.linalg.norm(nodes.load, axis=1).sum())
@@ -121,7 +127,9 @@ RAMP = 20
 
 
 def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_STEPS) -> bool:
-    """Bring the loads on and run until the unbalance stays below a tolerance; whether it did within the steps.
+    """Bring the loads on and run until the unbalance stays below a tolerance.
+
+    Whether it did within the steps.
 
     Loads come in twenty parts over two of the slowest swings, at most a quarter of the steps.
     """
@@ -139,7 +147,10 @@ def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_
 
 
 def drive(model: ZonedModel, velocity: Array, held: Flags) -> None:
-    """Prescribe velocities of rigid blocks [m or rad per step] where ``held``, shapes (r, 3) or (r, 6); others stay."""
+    """Prescribe velocities of rigid blocks [m or rad per step] where ``held``, shapes (r, 3) or (r, 6).
+
+    Others stay.
+    """
     model.rigid.held[:] |= held
     model.rigid.drive[held] = velocity[held]
 

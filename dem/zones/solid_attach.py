@@ -151,7 +151,10 @@ def _facing(assembly: Assembly, mesh: SolidMesh, interface: int, block: int, nor
 
 
 def _feet(corners: Array, points: Array) -> tuple[Array, Array]:
-    """Local places nearest to points on bilinear facets, -1 to 1, and the distances [m]; (m, 4, 3), (m, 3)."""
+    """Local places nearest to points on bilinear facets, -1 to 1, and the distances [m].
+
+    (m, 4, 3), (m, 3).
+    """
     local = np.zeros((len(points), 2))
     for _ in range(_PASSES):
         r = points - np.einsum("mk,mki->mi", bilinear(local), corners)

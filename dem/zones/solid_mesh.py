@@ -1,4 +1,6 @@
-"""Blocks of an assembly in space cut into hexahedral zones; a rigid block keeps its faces alone.
+"""Blocks of an assembly in space cut into hexahedral zones.
+
+a rigid block keeps its faces alone.
 
 A block of eight corners and six quadrilateral faces (a brick, a voussoir, a wedge of a dome) is cut by planes that join
 points at equal parts of its edges; another one, at each of whose corners three edges meet, first into one hexahedron a
@@ -136,7 +138,10 @@ def quadrilaterals(polygon: Array) -> tuple[Array, Index]:
 
 
 def _surface(parts: Iterable[Solid]) -> tuple[Array, Index, Index, Index]:
-    """Nodes, no zones, and the facets of a rigid block with the face of each; no node belongs to two faces."""
+    """Nodes, no zones, and the facets of a rigid block with the face of each.
+
+    No node belongs to two faces.
+    """
     place: list[Array] = []
     facets: list[Index] = []
     owner: list[int] = []

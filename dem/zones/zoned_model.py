@@ -17,7 +17,9 @@ from limitmason.model import Assembly
 
 @dataclass(frozen=True, eq=False)
 class ZonedModel:
-    """Everything that changes, and the arrays it changes on; made by :func:`dem.zones.model.make_model`.
+    """Everything that changes, and the arrays it changes on.
+
+    Made by :func:`dem.zones.model.make_model`.
 
     Parameters
     ----------
@@ -49,7 +51,7 @@ class ZonedModel:
     lost: tuple[str, ...]
 
     def copy(self) -> "ZonedModel":
-        """The same model with arrays of its own."""
+        """This model with arrays of its own."""
 
         def copied(group: Any) -> Any:
             return type(group)(*(v.copy() for v in group))

@@ -62,7 +62,7 @@ class Certificate:
 
     @property
     def refusal(self) -> str:
-        """Why the answer is not accepted as solved; empty when it is.
+        """Why the answer is not accepted as solved, or empty when it is.
 
         Every block must be in equilibrium to 1e-6 of its own load and every joint within its law to 1e-6 of its own
         force (both to 1e-7 of the total load as well), and the two bounds must meet to 1e-6, except for what the cells

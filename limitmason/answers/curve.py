@@ -126,18 +126,24 @@ class Curve(Displayed, Citable, ReadOnly):
         return iter((self.displacement, self.load))
 
     def point(self, index: int) -> CurvePoint:
-        """The point at a sample; negative numbers count from the end."""
+        """The point at a sample.
+
+        Negative numbers count from the end.
+        """
         i = range(len(self))[index]
         return CurvePoint(i, float(self.displacement[i]), float(self.load[i]))
 
     @property
     def peak(self) -> CurvePoint:
-        """Where the load is largest; the first such sample."""
+        """Where the load is largest.
+
+        The first such sample.
+        """
         return self.point(int(np.argmax(self.load)))
 
     @property
     def first_limit_point(self) -> CurvePoint | None:
-        """The first sample after which the load falls; None while it only rises.
+        """The first sample after which the load falls, or None while it only rises.
 
         A later branch may climb above it: ``peak`` is the largest load of all.
         """
@@ -145,7 +151,7 @@ class Curve(Displayed, Citable, ReadOnly):
         return self.point(int(falls[0])) if len(falls) else None
 
     def ultimate(self, share: float = 0.8) -> CurvePoint | None:
-        """First sample after the peak with at most ``share`` of its load [-]; None where it never falls so far."""
+        """First sample after the peak with at most ``share`` of its load [-], or None where it never falls so far."""
         top = self.peak
         below = np.flatnonzero(self.load[top.index :] <= share * top.load)
         return self.point(top.index + int(below[0])) if len(below) else None
@@ -181,7 +187,9 @@ class Curve(Displayed, Citable, ReadOnly):
 
     @property
     def quantities(self) -> dict[str, float]:
-        """What a test would write down, by name, in the curve's units; what the curve does not show is left out.
+        """What a test would write down, by name, in the curve's units.
+
+        What the curve does not show is left out.
 
         "peak", "drift at peak", "residual" (load at the end), "stiffness" (secant of 10 to 40 % of the peak), "drift at
         80 %" (where the load has fallen so far), and of the first event of each name its load and its drift.
@@ -204,7 +212,9 @@ class Curve(Displayed, Citable, ReadOnly):
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def at(self, displacement: ArrayLike) -> Array:
-        """Load at given displacements, interpolated; NaN outside the curve.
+        """Load at given displacements, interpolated.
+
+        NaN outside the curve.
 
         Raises
         ------
@@ -216,11 +226,11 @@ class Curve(Displayed, Citable, ReadOnly):
         return np.interp(np.asarray(displacement, float), self.displacement, self.load, left=np.nan, right=np.nan)
 
     def event(self, name: str) -> CurvePoint | None:
-        """The point of the first event of a name; None where it did not happen."""
+        """The point of the first event of a name, or None where it did not happen."""
         return next((self.point(e.index) for e in self.events if e.name == name), None)
 
     def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Curve:
-        """The same curve in other units, values multiplied by the factors given [new unit / old unit]."""
+        """This curve in other units, values multiplied by the factors given [new unit / old unit]."""
         return replace(
             self, displacement=self.displacement * displacement, load=self.load * load,
             displacement_unit=displacement_unit, load_unit=load_unit,

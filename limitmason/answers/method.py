@@ -119,7 +119,7 @@ class Method:
 
     @property
     def takes(self) -> tuple[str, ...]:
-        """Names of its options; empty where it does not tell."""
+        """Names of its options, or empty where it does not tell."""
         return () if self.settings is None else tuple(f.name for f in fields(self.settings))
 
     def feels(self, lever: str, *, plane: bool = True) -> bool:

@@ -112,7 +112,9 @@ class Cited(NamedTuple):
 
 
 class Citation(Sequence[Cited]):
-    """What to cite for an answer: a list by role that prints as text; ``bibtex`` is the same for a .bib file.
+    """What to cite for an answer: a list by role that prints as text.
+
+    ``bibtex`` is the same for a .bib file.
 
     Parameters
     ----------
@@ -189,12 +191,15 @@ _data: list[Callable[[str], tuple[Cited, ...]]] = []
 
 
 def data_by(find: Callable[[str], tuple[Cited, ...]]) -> None:
-    """Say who knows the papers of a packaged source by its name; the package does so once."""
+    """Say who knows the papers of a packaged source by its name.
+
+    The package does so once.
+    """
     _data[:] = [find]
 
 
 def data_behind(recipe: Mapping[str, Any]) -> tuple[Cited, ...]:
-    """Papers of the data that an assembly was built from, by the source that its recipe names; empty without one."""
+    """Papers of the data that an assembly was built from, by the source that its recipe names, or empty without one."""
     name = recipe.get("source")
     return _data[0](name) if _data and isinstance(name, str) else ()
 
@@ -205,7 +210,9 @@ class Citable:
     references: tuple[Cited, ...]
 
     def cite(self) -> Citation:
-        """The papers behind this answer: theory, method, solver, data, and this program; ``cite().bibtex`` for BibTeX.
+        """The papers behind this answer: theory, method, solver, data, and this program.
+
+        ``cite().bibtex`` for BibTeX.
 
         What is listed is what was declared by the method that ran, the solvers it named and the packaged experiment it
         was built from; a structure of one's own adds nothing.

@@ -1,4 +1,7 @@
-"""What a method returns, and the closed sets of words it is written in; all frozen, none knows a solver."""
+"""What a method returns, and the closed sets of words it is written in.
+
+All frozen, none knows a solver.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ from limitmason.storage.frozen import ReadOnly
 
 
 class Status(StrEnum):
-    """How an analysis ended; decided by what can be certified, not by what a solver says of itself."""
+    """How an analysis ended.
+
+    Decided by what can be certified, not by what a solver says of itself.
+    """
 
     SOLVED = "solved"
     ALMOST_SOLVED = "almost solved"
@@ -274,7 +280,7 @@ class Prediction(Displayed, Citable, ReadOnly):
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Low and high end about the multiplier by the method's own error budget [-]; None where it has none."""
+        """Low and high end about the multiplier by the method's own error budget [-], or None where it has none."""
         ends = self.details.get("interval")
         return None if ends is None else (float(ends[0]), float(ends[1]))
 

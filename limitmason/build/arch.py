@@ -159,7 +159,10 @@ def arch_from_curves(
 
 
 def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tuple[np.ndarray, np.ndarray, dict]:
-    """Joint ends of two arcs whose centres lie on the springing line; the crown joint is vertical."""
+    """Joint ends of two arcs whose centres lie on the springing line.
+
+    The crown joint is vertical.
+    """
     half = span / 2.0
     if voussoirs % 2:
         raise InputError(f"voussoirs must be even for a pointed arch, got {voussoirs}")

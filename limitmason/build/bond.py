@@ -203,7 +203,10 @@ def smallest_overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> floa
 
 
 def _place(length: float, sizes: list[tuple[float, bool]], senses: list[int]) -> Leading:
-    """Turn lengths into positions; the last piece ends exactly at the end of the run."""
+    """Turn lengths into positions.
+
+    The last piece ends exactly at the end of the run.
+    """
     pieces, position = [], 0.0
     for index, (size, header) in enumerate(sizes):
         end = length if index == len(sizes) - 1 else position + size
@@ -213,7 +216,10 @@ def _place(length: float, sizes: list[tuple[float, bool]], senses: list[int]) ->
 
 
 def _sequence(bond: Bond, length: float) -> list[tuple[float, bool]]:
-    """Lay the module from 0 until `length` is covered; cut the last unit, and merge it if it is too short."""
+    """Lay the module from 0 until `length` is covered.
+
+    Cut the last unit, and merge it if it is too short.
+    """
     sizes: list[tuple[float, bool]] = []
     position, index = 0.0, 0
     while length - position > bond.tolerance:

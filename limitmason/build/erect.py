@@ -48,7 +48,10 @@ class Site:
     def add_box(
         self, name: str, corners: Box, *, axis: int | None = None, density: float | None = None, fixed: bool = False
     ) -> None:
-        """Put one box on the site; `axis` 0, 1 or 2 for x, y or z."""
+        """Put one box on the site.
+
+        `axis` 0, 1 or 2 for x, y or z.
+        """
         direction = None if axis is None else _AXES[axis]
         self.add(name, box(*corners), axis=direction, density=density, fixed=fixed)
 

@@ -45,7 +45,10 @@ class Opening:
 
 @dataclass(frozen=True)
 class Placed:
-    """An opening with every number settled; `lintel` is the box of its head, `soldiers` how many fill it."""
+    """An opening with every number settled.
+
+    `lintel` is the box of its head, `soldiers` how many fill it.
+    """
 
     x0: float
     x1: float
@@ -56,7 +59,10 @@ class Placed:
 
     @property
     def soldier_boxes(self) -> list[Box]:
-        """The units of its soldier course, from the left; none under a lintel."""
+        """The units of its soldier course, from the left.
+
+        None under a lintel.
+        """
         if self.lintel is None:
             return []
         (x0, y0, z0), (x1, y1, z1) = self.lintel

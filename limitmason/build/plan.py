@@ -151,7 +151,10 @@ class Courses:
 
 
 def lay_courses(bond: Bond, run: StraightWall, *, ragged: bool | tuple[bool, bool] = False) -> Courses:
-    """Return the two courses of a run; with ragged ends no cut unit closes the run's free ends."""
+    """Return the two courses of a run.
+
+    With ragged ends no cut unit closes the run's free ends.
+    """
     leading = leading_course(bond, run.length, run.ends)
     lapping = lapping_course(bond, run.length, run.ends, leading)
     overlap = smallest_overlap(leading.pieces, lapping)

@@ -81,7 +81,9 @@ def arch_minimum_thickness(
 
 
 def thrust_margin(thickness: float, voussoirs: int, angle: float, *, chord: bool = False) -> float:
-    """Return how far inside the arch the best line of thrust stays, over all joints; negative if none is inside.
+    """Return how far inside the arch the best line of thrust stays, over all joints.
+
+    Negative if none is inside.
 
     Parameters
     ----------

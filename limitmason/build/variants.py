@@ -114,7 +114,9 @@ def without_head_joints(assembly: Assembly, share: float = 1.0) -> Assembly:
 
 
 def resized(assembly: Assembly, factors: ArrayLike) -> Assembly:
-    """This assembly stretched along the axes about the origin; densities stay, so weights follow the volumes.
+    """This assembly stretched along the axes about the origin.
+
+    Densities stay, so weights follow the volumes.
 
     Parameters
     ----------
@@ -147,7 +149,9 @@ def with_density_factor(assembly: Assembly, factor: float, blocks: Iterable[int 
 
 
 def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Assembly:
-    """This assembly with every block moved and turned by a finite rigid displacement; joints and ties go along.
+    """This assembly with every block moved and turned by a finite rigid displacement.
+
+    Joints and ties go along.
 
     An interface moves with its free block where the other is held, else by the mean motion of its two blocks, as a
     joint of springs between them does.

@@ -63,7 +63,7 @@ class LeftOut:
 
 
 def groups_of(entries: Sequence[Entry], leave_out: str | Mapping[str, str] | None) -> list[str] | None:
-    """Group of every entry; None where nothing is left out.
+    """Group of every entry, or None where nothing is left out.
 
     Raises
     ------
@@ -89,7 +89,10 @@ def groups_of(entries: Sequence[Entry], leave_out: str | Mapping[str, str] | Non
 def left_out(
     objective: Objective, groups: Sequence[str], best: Minimum, information: Information, by: str, most: int
 ) -> LeftOut:
-    """Errors on every group by the fit to the others; what these leave free goes back to the given start."""
+    """Errors on every group by the fit to the others.
+
+    What these leave free goes back to the given start.
+    """
     rows: dict[int, LeftOutRow] = {}
     for name in dict.fromkeys(groups):
         objective.say(f"without {name}")
@@ -109,7 +112,9 @@ def left_out(
 
 
 def _toward_start(rest: Objective, best: Minimum, slopes: Array) -> Array:
-    """Where the rest of the data lie lowest by the slopes at the best; what they do not see is as at the start.
+    """Where the rest of the data lie lowest by the slopes at the best.
+
+    What they do not see is as at the start.
 
     Else the fit to the rest would know, by its beginning, what was left out.
     """

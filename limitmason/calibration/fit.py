@@ -37,7 +37,10 @@ _LOOSE: Mapping[tuple[str, ...], str] = {("below",): "NOT from below", ("above",
 
 
 class Predicted(NamedTuple):
-    """A prediction with the interval that the fit's parameters leave it; the model's own error is not in it."""
+    """A prediction with the interval that the fit's parameters leave it.
+
+    The model's own error is not in it.
+    """
 
     value: float
     low: float
@@ -85,7 +88,9 @@ class Fit(ReadOnly):
 
     @property
     def interval(self) -> dict[str, tuple[float, float]]:
-        """Profile interval of every parameter at ``level``; an end that is a bound says only that no other was found.
+        """Profile interval of every parameter at ``level``.
+
+        An end that is a bound says only that no other was found.
 
         Raises
         ------
@@ -141,7 +146,7 @@ class Fit(ReadOnly):
 
     @property
     def unidentified(self) -> tuple[UnresolvedDirection, ...]:
-        """Moves of parameters that the data leave free; none where all are identified."""
+        """Moves of parameters that the data leave free, or none where all are identified."""
         return self.information.unresolved_directions
 
     @property
@@ -315,7 +320,10 @@ class Fit(ReadOnly):
 
 
 class _Simulated:
-    """The fitted models as the simulator of a diagnosis; a cause or a refitted parameter comes as a keyword."""
+    """The fitted models as the simulator of a diagnosis.
+
+    a cause or a refitted parameter comes as a keyword.
+    """
 
     def __init__(
         self, models: tuple[Model, ...], readings: tuple[Any, ...], at: Mapping[str, float], ties: Any,

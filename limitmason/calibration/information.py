@@ -85,12 +85,18 @@ class Information(ReadOnly):
 
     @property
     def deviation(self) -> Array:
-        """Fisher deviation on the scale of the fit, of the weaker side; infinite where the data see nothing there."""
+        """Fisher deviation on the scale of the fit, of the weaker side.
+
+        Infinite where the data see nothing there.
+        """
         return np.asarray(self.to_sides.max(axis=0))
 
     @property
     def covariance(self) -> Array:
-        """Covariance on the scale of the fit, shape (p, p); unseen moves are as wide as the bounds."""
+        """Covariance on the scale of the fit, shape (p, p).
+
+        Unseen moves are as wide as the bounds.
+        """
         size, moves = self._parts()
         # deviation of a value that is uniform between its bounds, in resolutions
         box = (self.scale.high - self.scale.low) / np.sqrt(12.0) / self.scale.resolution

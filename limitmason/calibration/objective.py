@@ -88,14 +88,17 @@ class Objective(ReadOnly):
         return part
 
     def predicted(self, points: Sequence[Array]) -> Array:
-        """Predictions of all entries at several vectors, shape (k, n); NaN where there is none."""
+        """Predictions of all entries at several vectors, shape (k, n), or NaN where there is none."""
         models = sorted(set(self.model_of))
         found = self.runs([self.scale.values(x) for x in points], models)
         at = [models.index(m) for m in self.model_of]
         return np.array([[row[m][p] for m, p in zip(at, self.place_of, strict=True)] for row in found])
 
     def residuals(self, points: Sequence[Array]) -> Array:
-        """Misfits in standard deviations, shape (k, n); ``LOST`` where the model gives no number."""
+        """Misfits in standard deviations, shape (k, n).
+
+        ``LOST`` where the model gives no number.
+        """
         found = self.predicted(points)
         raw = np.array([[e.misfit(v) for e, v in zip(self.entries, row, strict=True)] for row in found])
         out = np.clip(np.nan_to_num(raw / self.deviation, nan=LOST), -1e100, 1e100)
@@ -107,7 +110,10 @@ class Objective(ReadOnly):
         return np.asarray(self.residuals([x])[0])
 
     def say(self, stage: str, *, now: bool = False) -> None:
-        """Name the stage for the lines of progress, with the best values so far; ``now`` writes a line at once."""
+        """Name the stage for the lines of progress, with the best values so far.
+
+        ``now`` writes a line at once.
+        """
         values = ", ".join(f"{k} {v:.4g}" for k, v in self.scale.values(self.best.x).items()) if self.tried else ""
         self.runs.stage = f"{stage}; best misfit {self.best.chi2:.4g} at {values}" if values else stage
         if now:

@@ -61,7 +61,7 @@ class Runs:
         self.memo = Memo(store, key, kind=dict)
 
     def __call__(self, points: Sequence[Mapping[str, float]], of: Iterable[int]) -> list[list[Array]]:
-        """Numbers read of some models at every point; NaN where a model refuses or finds no answer.
+        """Numbers read of some models at every point, or NaN where a model refuses or finds no answer.
 
         Parameters
         ----------
@@ -81,7 +81,7 @@ class Runs:
         return [[np.array(self.memo[key]["values"], dtype=float) for key in row] for row in wanted]
 
     def note(self, point: Mapping[str, float], of: int) -> str:
-        """Why a run gave no answer; empty where it did."""
+        """Why a run gave no answer, or empty where it did."""
         return str(self.memo[self._key(of, point)]["note"])
 
     def _taken(self, m: int, point: Mapping[str, float]) -> dict[str, float]:
@@ -116,7 +116,7 @@ def _one(
 
 
 def keywords(model: Model) -> tuple[str, ...] | None:
-    """Names that a model takes; None where it takes any."""
+    """Names that a model takes, or None where it takes any."""
     own = getattr(model, "parameters", None)
     if own is not None and not callable(own):
         return tuple(own)

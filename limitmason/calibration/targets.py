@@ -112,7 +112,7 @@ class OutputValue(NamedTuple):
     at: float = 0.0
 
     def of(self, outputs: Mapping[str, Any]) -> float:
-        """The number; NaN where the model's curve does not reach so far or has no such event.
+        """The number, or NaN where the model's curve does not reach so far or has no such event.
 
         Raises
         ------
@@ -151,14 +151,17 @@ class Entry(NamedTuple):
     unit: str = "-"
 
     def misfit(self, predicted: float) -> float:
-        """log(predicted / measured), or the difference; NaN for a prediction that cannot be compared [- or unit]."""
+        """log(predicted / measured), or the difference.
+
+        NaN for a prediction that cannot be compared [- or unit].
+        """
         if not math.isfinite(predicted) or (self.relative and predicted <= 0.0):
             return math.nan
         return math.log(predicted / self.measured) if self.relative else predicted - self.measured
 
 
 def feature(curve: Curve, what: str, at: float) -> float:
-    """A feature of a curve; NaN where it has none, or ends before ``at``."""
+    """A feature of a curve, or NaN where it has none, or ends before ``at``."""
     if what == "stiffness":
         try:
             return curve.stiffness(*RISE)
@@ -182,7 +185,9 @@ def feature(curve: Curve, what: str, at: float) -> float:
 
 
 def entries_of(test: str, name: str, target: Any) -> list[Entry]:
-    """What one target asks for; a plain number or a pair (value, scatter) stands for a :class:`Target`.
+    """What one target asks for.
+
+    a plain number or a pair (value, scatter) stands for a :class:`Target`.
 
     Raises
     ------

@@ -163,7 +163,7 @@ def pushover(
         raise NotApplicable("initial forces go with rigid blocks: limit analysis knows no strains")
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
-    assembly, loads, moving = _guided(assembly, loads, control, to)
+    assembly, loads, moving = _with_moving_support(assembly, loads, control, to)
     plane, stress = plane_of(assembly, loads, blocks, stress)
     points, of_points = points_of_path(assembly, plane, contact_model, grid, initial)
     if plane is None:
@@ -257,7 +257,7 @@ def _equations(
     )  # fmt: skip
 
 
-def _guided(
+def _with_moving_support(
     assembly: Assembly, loads: Loads, control: Any, to: float | None
 ) -> tuple[Assembly, Loads, tuple[int, int] | None]:
     """The model with a support freed that is to be moved, a live load on it, and its block and axis; None without one.

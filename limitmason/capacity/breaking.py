@@ -65,7 +65,7 @@ def due(over: Array) -> Index:
 
 
 def overload_of(system: System, old: PlasticHistory, node: Node) -> Array:
-    """The same of a node that was reached from a history."""
+    """Overload of a node that was reached from a history."""
     return overload(system, old, system.evaluate(node.pose, old, node.multiplier))
 
 
@@ -170,7 +170,10 @@ def _fallen(
     target: float | None,
     programs: int,
 ) -> Node | None:
-    """The state that viscous sub-steps come to; whatever they overload breaks at the end of each."""
+    """The state that viscous sub-steps come to.
+
+    Whatever they overload breaks at the end of each.
+    """
 
     def breaks(old: PlasticHistory, at: Evaluated) -> PlasticHistory:
         rows = due(overload(system, old, at))

@@ -120,7 +120,10 @@ def strength(s: Structure, at: PathState) -> PointLaw:
 
 
 def forces(s: Structure, at: PathState) -> tuple[Array, Array, Array]:
-    """Force components on block b [N], (m, c); displacement [m], (m, c); present places of b's points [m], (m, 3)."""
+    """Force components on block b [N], (m, c).
+
+    Displacement [m], (m, c). Present places of b's points [m], (m, 3).
+    """
     p, x = s.points, s.assembly.centroids
     rotation = at.turn + np.eye(3)
     a, b = p.block_a, p.block_b
@@ -139,7 +142,10 @@ def forces(s: Structure, at: PathState) -> tuple[Array, Array, Array]:
 
 
 def tensions(s: Structure, at: PathState) -> tuple[Array, Array, Array, Array]:
-    """Tension of the ties [N], (t,), without a bound above; ends on a and b [m], unit vectors from a to b, (t, 3)."""
+    """Tension of the ties [N], (t,), without a bound above.
+
+    Ends on a and b [m], unit vectors from a to b, (t, 3).
+    """
     x, ties = s.assembly.links, s.assembly.ties
     rows = slice(len(s.assembly.interfaces), None)
     ends = np.array([t.ends for t in ties]).reshape(-1, 2, 3)
@@ -187,12 +193,17 @@ def equilibrium(s: Structure, at: PathState) -> float:
 
 
 def beyond_strength(s: Structure, at: PathState, apart: Array) -> Array:
-    """Opening of the points beyond their strength in a state [m], shape (m,); ``apart`` as :func:`forces` gives it."""
+    """Opening of the points beyond their strength in a state [m], shape (m,).
+
+    ``apart`` as :func:`forces` gives it.
+    """
     return np.asarray(np.maximum(apart[:, 0] - at.lift - strength(s, at).tension / s.points.kn, 0.0))
 
 
 def stored(s: Structure, at: PathState) -> float:
-    """Elastic energy, with what opening against the tensile strength keeps [J]; a closing joint gives it back.
+    """Elastic energy, with what opening against the tensile strength keeps [J].
+
+    a closing joint gives it back.
 
     That of blocks that deform is in it, q' K q / 2, and that of ties, T^2 / (2 k).
     """
@@ -230,7 +241,10 @@ def damage_error(s: Structure, before: PathState, after: PathState) -> float:
 
 
 def certify(s: Structure, before: PathState, after: PathState, jump: bool = False) -> tuple[StepCertificate, Balance]:
-    """Certificate and energy of the step from one state to the next; of a ``jump`` not everything is asked."""
+    """Certificate and energy of the step from one state to the next.
+
+    Of a ``jump`` not everything is asked.
+    """
     old, new = forces(s, before)[0], forces(s, after)[0]
     area = s.points.area
     shear = np.linalg.norm(new[:, 1:], axis=1)

@@ -96,7 +96,9 @@ def standard_points(assembly: Assembly, plane: Plane | None) -> tuple[str, Grid 
 
 @dataclass(frozen=True, eq=False)
 class PathContacts(ReadOnly):
-    """What m contact points are, in the reference pose; c force components.
+    """What m contact points are, in the reference pose.
+
+    c force components.
 
     Parameters
     ----------
@@ -148,7 +150,7 @@ class PathContacts(ReadOnly):
 
     @property
     def softening(self) -> Softening | None:
-        """How the points soften; None where none does."""
+        """How the points soften, or None where none does."""
         return Softening(self.rest, self.by_opening, self.by_slip) if self.softens else None
 
     def at(self, rows: Index | Flags) -> "PathContacts":
@@ -203,7 +205,10 @@ def first_contacts(
 
 
 def turned_over(c: PathContacts, rows: Flags) -> PathContacts:
-    """The same points, in some of them with the frame carried by the other block; force components keep their sign."""
+    """These points, in some of them with the frame carried by the other block.
+
+    Force components keep their sign.
+    """
     a, b = np.where(rows, c.block_b, c.block_a), np.where(rows, c.block_a, c.block_b)
     place_a = np.where(rows[:, None], c.place_b, c.place_a)
     place_b = np.where(rows[:, None], c.place_a, c.place_b)
@@ -231,7 +236,7 @@ def firmness(assembly: Assembly, loads: Loads) -> Index:
 
 
 def _unit(total: Array, parts: Array) -> Array:
-    """Direction of a sum of vectors; zero where it is the rounding of its parts."""
+    """Direction of a sum of vectors, or zero where it is the rounding of its parts."""
     size = float(np.linalg.norm(total))
     return total / size if size > _SAME * float(np.abs(parts).sum()) else np.zeros(3)
 

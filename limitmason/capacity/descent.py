@@ -42,7 +42,7 @@ def solve(
     viscosity: float = 0.0,
     origin: Array | None = None,
 ) -> newton.Solved | None:
-    """The state at a control displacement from a guess; None where it is not found.
+    """The state at a control displacement from a guess, or None where it is not found.
 
     Parameters
     ----------

@@ -65,7 +65,9 @@ class Onset(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ElasticRange(ReadOnly):
-    """Multipliers of the live load between which no joint point reaches its strength; c components at m points.
+    """Multipliers of the live load between which no joint point reaches its strength.
+
+    c components at m points.
 
     Parameters
     ----------
@@ -88,12 +90,18 @@ class ElasticRange(ReadOnly):
 
     @property
     def low(self) -> Onset | None:
-        """The lower end; None where there is none. Above zero where the dead load alone is too much."""
+        """The lower end.
+
+        None where there is none. Above zero where the dead load alone is too much.
+        """
         return self.end(-1)
 
     @property
     def high(self) -> Onset | None:
-        """The upper end; None where there is none. Below zero where the dead load alone is too much."""
+        """The upper end.
+
+        None where there is none. Below zero where the dead load alone is too much.
+        """
         return self.end(1)
 
     @property
@@ -143,7 +151,7 @@ class ElasticRange(ReadOnly):
         return f"own weight alone reaches a strength, which any load exceeds, by {high.where}"
 
     def with_strengths(self, assembly: Assembly) -> ElasticRange:
-        """The same stresses against the strengths of another assembly's joints, which must be as stiff.
+        """These stresses against the strengths of another assembly's joints, which must be as stiff.
 
         Raises
         ------

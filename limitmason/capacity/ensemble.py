@@ -51,7 +51,7 @@ class Spread(NamedTuple):
 
 @dataclass(frozen=True)
 class Ensemble(ReadOnly):
-    """First loss of equilibrium and sustained load of paths from random gaps; NaN where a path has none.
+    """First loss of equilibrium and sustained load of paths from random gaps, or NaN where a path has none.
 
     A path with a step that its certificate refuses has neither. ``curves`` are load multiplier against displacement.
     """
@@ -141,14 +141,17 @@ def imperfection_ensemble(
 
 
 def _lost(curve: PushoverCurve, within: float) -> float:
-    """The first loss of a path; where nothing falls that of the plateau on which it ends."""
+    """The first loss of a path.
+
+    Where nothing falls that of the plateau on which it ends.
+    """
     value, point = first_loss(curve.displacement, curve.load, within), curve.first_limit_point
     level = point is not None and curve.load[-1] >= point.load
     return point.load if np.isnan(value) and point is not None and level else value
 
 
 def first_loss(displacement: Array, load: Array, within: float) -> float:
-    """The first load that falls and is not carried again within a displacement; NaN where there is none.
+    """The first load that falls and is not carried again within a displacement, or NaN where there is none.
 
     Parameters
     ----------

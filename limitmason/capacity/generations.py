@@ -29,7 +29,9 @@ LEAST = 0.05
 
 @dataclass
 class Generations:
-    """What a path is made of, generation by generation; a new one begins where contacts were found anew.
+    """What a path is made of, generation by generation.
+
+    a new one begins where contacts were found anew.
 
     Parameters
     ----------
@@ -89,7 +91,9 @@ class Generations:
         return node._replace(onward=Onward(len(self.structures) - 1, history, found.force, found.before))
 
     def bonded(self, node: Node) -> str:
-        """Which perfectly plastic joint is open and still bears cohesion or tension; "" where that does not matter.
+        """Which perfectly plastic joint is open and still bears cohesion or tension.
+
+        "" where that does not matter.
 
         A bond ends by opening; the law does not say when. It is taken to matter where points are open by a tenth of a
         block, or where the moment of their shear at the gap is above 0.003 of that of all forces over a block.
@@ -113,7 +117,7 @@ class Generations:
         )
 
     def through(self, node: Node) -> str:
-        """Names of two blocks that go through each other in a node, where they have no point; "" if none do."""
+        """Names of two blocks that go through each other in a node, where they have no point, or "" if none do."""
         s = self.structures[node.generation]
         # corners from which the ends of faces are pulled in pass each other
         slack = DEEP * s.size + (0.0 if self.shapes is None else 2.0 * self.shapes.inset)
@@ -124,7 +128,7 @@ class Generations:
         return f"{a!r} and {b!r}, by {found[2]:.2g} m"
 
     def until_landed(self, before: Node, after: Node) -> float:
-        """Share of a step in which nothing that was open comes to lie deep in a face; 1.0 for all of it.
+        """Share of a step in which nothing that was open comes to lie deep in a face, or 1.0 for all of it.
 
         In a longer one blocks would be through each other before it is looked for what touches.
         """
@@ -141,7 +145,9 @@ class Generations:
         return max(LEAST, float(share.min(initial=1.0)))
 
     def until_off(self, before: Node, after: Node) -> float:
-        """Share of a step in which no point that bears runs off its face by more than a few overshoots; 1.0 for all.
+        """Share of a step in which no point that bears runs off its face by more than a few overshoots.
+
+        1.0 for all.
 
         What it meets beyond the edge, and what it then carries, is found at the end of a step only.
         """
@@ -159,7 +165,7 @@ class Generations:
         return max(LEAST, float(share.min(initial=1.0)))
 
     def changed(self, node: Node) -> float:
-        """Elastic energy that a node has more, after its contacts were found anew [J]; 0 where they were not."""
+        """Elastic energy that a node has more, after its contacts were found anew [J], or 0 where they were not."""
         if node.onward is None:
             return 0.0
         after = self.begun(node)

@@ -58,7 +58,9 @@ class ContactGeometry(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """The points in a pose: relative displacement [m], (m, c); directions, (m, c, 3); arms to b's point [m], (m, 3).
+    """The points in a pose: relative displacement [m], (m, c).
+
+    Directions, (m, c, 3). Arms to b's point [m], (m, 3).
 
     ``shapes_b`` are those of b turned with it, (m, 3, k).
     """
@@ -73,7 +75,10 @@ class Contact(NamedTuple):
 def make_bodies(
     assembly: Assembly, points: PathContacts, plane: Plane | None, deformation: CondensedShapes | None = None
 ) -> ContactGeometry:
-    """Arrays of the contact points of an assembly in its reference pose; rigid blocks without a deformation."""
+    """Arrays of the contact points of an assembly in its reference pose.
+
+    Rigid blocks without a deformation.
+    """
     basis, free = degrees_of_freedom(assembly, plane)
     x = assembly.arrays.centroid
     shapes_a = shapes_b = np.zeros((points.count, 3, 0))
@@ -199,7 +204,10 @@ def cross_matrix(v: Array) -> Array:
 
 
 def motion_between(before: Pose, after: Pose) -> Array:
-    """The motion of :func:`moved` that takes one pose to another, shape (n, 6 + k); below half a turn."""
+    """The motion of :func:`moved` that takes one pose to another, shape (n, 6 + k).
+
+    Below half a turn.
+    """
     step = (after.turn - before.turn) @ np.swapaxes(before.turn + np.eye(3), 1, 2)
     twist = 0.5 * np.stack(
         [step[:, 2, 1] - step[:, 1, 2], step[:, 0, 2] - step[:, 2, 0], step[:, 1, 0] - step[:, 0, 1]], axis=1

@@ -74,7 +74,7 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
 
 
 def _largest(changes: list[float]) -> float:
-    """The largest change by size; NaN where a variant has no limit point."""
+    """The largest change by size, or NaN where a variant has no limit point."""
     return math.nan if any(map(math.isnan, changes)) else max(changes, key=abs)
 
 
@@ -84,7 +84,7 @@ def _ends(value: float, tried: Mapping[str, Mapping[str, float]]) -> tuple[float
 
 
 def _sampled(found: Prediction) -> Range:
-    """The spread that was asked for; else the sampled limit point and what its sampling may hide above it."""
+    """The spread that was asked for, else the sampled limit point and what its sampling may hide above it."""
     value = found.collapse_multiplier
     if not math.isfinite(value):
         return Range()

@@ -20,7 +20,7 @@ from limitmason.mechanics.contact_points import ContactPoints
 
 
 def of_gaps(points: ContactPoints, gaps: ArrayLike | None) -> Array | None:
-    """Misfit of points that are open in the reference pose [m], shape (m, c); None where none is.
+    """Misfit of points that are open in the reference pose [m], shape (m, c), or None where none is.
 
     Raises
     ------

@@ -44,7 +44,7 @@ def solve(
     iterations: int = ITERATIONS,
     shares: tuple[float, ...] = SHARES,
 ) -> Solved | None:
-    """Newton's method from a guess; None where it does not converge.
+    """Newton's method from a guess, or None where it does not converge.
 
     Parameters
     ----------

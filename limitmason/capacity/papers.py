@@ -1,4 +1,7 @@
-"""What to cite for capacity curves of rigid blocks on elastic joints; the path itself is this package's own."""
+"""What to cite for capacity curves of rigid blocks on elastic joints.
+
+The path itself is this package's own.
+"""
 
 from limitmason.answers.references import METHOD, SOLVER, Cited, Reference
 

@@ -31,7 +31,10 @@ _PROBE = 1e-6
 
 
 class ElastoplasticLaw(NamedTuple):
-    """Law of m contact points: peak strengths [Pa], stiffnesses [Pa/m], and how they soften; None where none does."""
+    """Law of m contact points: peak strengths [Pa], stiffnesses [Pa/m], and how they soften.
+
+    None where none does.
+    """
 
     strength: PointLaw
     kn: Array  # (m,)
@@ -237,7 +240,7 @@ def slid_back(tan_psi: Array, history: PlasticHistory) -> Flags:
 
 
 def softening_by_plastic_slip(assembly: Assembly, kn: Array, ks: Array) -> Softening | None:
-    """Softening of every interface by its plastic slip; None where none softens.
+    """Softening of every interface by its plastic slip, or None where none softens.
 
     A joint that has lost all of its opening's or its slip's energy is at damage 1. The slip is the plastic one:
     1 / rate_slip = 2 GfII / (c - c_r).

@@ -18,7 +18,9 @@ _ALONG = 1e-14  # of the squares: the line runs along the cone
 
 
 def point_range(criterion: str, law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
-    """Range of lambda in which every point bears dead + lambda live by a criterion; low above high where none does.
+    """Range of lambda in which every point bears dead + lambda live by a criterion.
+
+    Low above high where none does.
 
     Parameters
     ----------
@@ -29,8 +31,11 @@ def point_range(criterion: str, law: PointLaw, dead: Array, live: Array) -> tupl
     return _RANGES[criterion](law, dead, live)
 
 
-def _below(constant: Array, slope: Array) -> tuple[Array, Array]:
-    """Range of lambda with constant + lambda slope <= 0, per row; nothing at all is (inf, -inf)."""
+def _below_zero(constant: Array, slope: Array) -> tuple[Array, Array]:
+    """Range of lambda with constant + lambda slope <= 0, per row.
+
+    Nothing at all is (inf, -inf).
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         root = -constant / slope
     nothing = (slope == 0.0) & (constant > 0.0)
@@ -39,12 +44,12 @@ def _below(constant: Array, slope: Array) -> tuple[Array, Array]:
 
 
 def _opening(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
-    return _below(-dead[:, 0] - law.tension, -live[:, 0])
+    return _below_zero(-dead[:, 0] - law.tension, -live[:, 0])
 
 
 def _crushing(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
     crushes = law.crushes
-    return _below(np.where(crushes, dead[:, 0] - law.crushing, -1.0), np.where(crushes, live[:, 0], 0.0))
+    return _below_zero(np.where(crushes, dead[:, 0] - law.crushing, -1.0), np.where(crushes, live[:, 0], 0.0))
 
 
 def _slip(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
@@ -60,7 +65,7 @@ def _in_cone(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
     """Where a line of stresses runs inside |T| <= h with h >= 0."""
     bears, grows = law.shear_strength(dead[:, 0]), law.tan_phi * live[:, 0]
     if dead.shape[1] == 2:
-        one, other = (_below(sign * dead[:, 1] - bears, sign * live[:, 1] - grows) for sign in (1.0, -1.0))
+        one, other = (_below_zero(sign * dead[:, 1] - bears, sign * live[:, 1] - grows) for sign in (1.0, -1.0))
         return np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
     # inside where q = |T|^2 - h^2 = a lambda^2 + 2 b lambda + k <= 0 and h >= 0
     shear = np.linalg.norm(live[:, 1:], axis=1)

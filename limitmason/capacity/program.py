@@ -40,7 +40,7 @@ def solve_step(
     viscosity: float = 0.0,
     done: Array | None = None,
 ) -> Stepped | None:
-    """Solve the program of a step in a pose; None where the solver finds no answer.
+    """Solve the program of a step in a pose, or None where the solver finds no answer.
 
     Parameters
     ----------

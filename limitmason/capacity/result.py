@@ -56,7 +56,9 @@ class Stability(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class PushoverCurve(Curve):
-    """Capacity curve by :func:`limitmason.pushover`; the load is the multiplier [-], or a moved support's force [N].
+    """Capacity curve by :func:`limitmason.pushover`.
+
+    The load is the multiplier [-], or a moved support's force [N].
 
     ``unit`` is the load of multiplier 1. The displacement is that of the control from the state under dead load [m].
     Sample 0 is that state.
@@ -73,12 +75,18 @@ class PushoverCurve(Curve):
 
     @property
     def multiplier(self) -> Array:
-        """Load multiplier per sample [-]; where a support moves, its force over the dead load."""
+        """Load multiplier per sample [-].
+
+        Where a support moves, its force over the dead load.
+        """
         return self.load / self.unit
 
     @property
     def first_limit_point(self) -> CurvePoint | None:
-        """The first sample after which the load falls, or the first of a plateau at the end; None while it rises."""
+        """The first sample after which the load falls, or the first of a plateau at the end.
+
+        None while it rises.
+        """
         largest = float(np.abs(self.load).max())
         falls = np.flatnonzero(np.diff(self.load) < -LEVEL * largest)
         if len(falls):
@@ -132,7 +140,9 @@ class PushoverCurve(Curve):
         return len(a.interfaces) + np.arange(len(a.ties))
 
     def vibration(self, *, sample: int = -1, sliding: str = "sticks") -> VibratingSystem:
-        """Blocks on the joints that a sample has left closed, for :func:`limitmason.modes`; see there.
+        """Blocks on the joints that a sample has left closed, for :func:`limitmason.modes`.
+
+        See there.
 
         Parameters
         ----------
@@ -165,7 +175,9 @@ class PushoverCurve(Curve):
         return block_system(s.assembly, points, stiffness[:, : p.components], label, warnings, plane, shapes, blocks)
 
     def mechanism(self, step: int) -> Mechanism | None:
-        """Motion from a sample to the next, scaled as a collapse mechanism; of the last, the motion that led to it.
+        """Motion from a sample to the next, scaled as a collapse mechanism.
+
+        Of the last, the motion that led to it.
 
         Raises
         ------
@@ -183,7 +195,9 @@ class PushoverCurve(Curve):
         return scaled_mechanism(s.assembly, s.loads, twists, place, interface)
 
     def resultants(self, step: int) -> Resultants:
-        """Joint forces of a sample, in the joints' frames: those of the reference pose; ties follow the joints.
+        """Joint forces of a sample, in the joints' frames: those of the reference pose.
+
+        Ties follow the joints.
 
         Every force is turned back with the block that carries its frame; moments are about the undeformed joint's
         centroid, with the displacement of the points in it.

@@ -85,7 +85,10 @@ def _sheared(
 
 
 def governing_point(curve: PushoverCurve, assembly: Assembly) -> CurvePoint | None:
-    """The first limit point, or the largest load where joints soften; None where the path still rises at its end."""
+    """The first limit point, or the largest load where joints soften.
+
+    None where the path still rises at its end.
+    """
     point = curve.first_limit_point
     if point is not None and any(i.joint.softens for i in assembly.interfaces):
         # where joints break the load falls again and again, and recovers

@@ -69,7 +69,7 @@ def begin(
 
 
 def _difference(one: Structure, other: Structure) -> str:
-    """First setting of a path in which two structures of one model differ, live loads apart; "" where none does."""
+    """First setting of a path in which two structures of one model differ, live loads apart, or "" where none does."""
     p, q = one.points, other.points
     if p.place_a.shape != q.place_a.shape or not np.allclose(p.place_a, q.place_a, rtol=0.0, atol=_SAME * one.size):
         return f"its {p.count} contact points are not the {q.count} of this one: repeat contact_model, grid and gaps"

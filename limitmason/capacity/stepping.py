@@ -66,7 +66,7 @@ def node_of(system: System, solved: newton.Solved, jump: bool = False, programs:
 
 
 def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -> Node | None:
-    """The state under the dead load alone, from the unstressed pose; None where none is found.
+    """The state under the dead load alone, from the unstressed pose, or None where none is found.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
 def step(
     system: System, node: Node, target: float, guess: tuple[Pose, float] | None, ratio: float, *, patient: bool = True
 ) -> Node | None:
-    """The state at the control displacement ``target`` [m]; None where it is not found.
+    """The state at the control displacement ``target`` [m], or None where it is not found.
 
     Newton's method has the first word. What it leaves is solved by programs, and by descent where they find nothing;
     from ``MANY`` points on by descent, and by programs only if ``patient``: a program costs more than descent there.
@@ -123,7 +123,7 @@ def by_programs(
     system: System, pose: Pose, old: PlasticHistory, target: float | None, multiplier: float, normal: Array | None,
     ratio: float, viscosity: float = 0.0,
 ) -> tuple[newton.Solved, int] | None:  # fmt: skip
-    """The fixed point of programs, finished by Newton; also the number of programs."""
+    """The fixed point of programs, finished by Newton, also the number of programs."""
     area = system.bodies.area[:, None]
     now = system.evaluate(pose, old, multiplier)
     done = np.zeros(system.order)

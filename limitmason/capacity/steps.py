@@ -72,7 +72,7 @@ def extrapolated(system: System, nodes: list[Node], begin: int, move: float) -> 
 
 
 def until_open(system: System, last: Node, new: Node, most: float) -> float:
-    """Share of a step in which no point that bore opens beyond a gap [m]; 1.0 for all of it.
+    """Share of a step in which no point that bore opens beyond a gap [m], or 1.0 for all of it.
 
     On a line from what its spring is pressed by at the start to its gap at the end, up to half of that gap.
     """

@@ -156,7 +156,10 @@ class System:
         return np.asarray(-self.springs_own * motion[self.bodies.free] / self.length)
 
     def controlled(self, pose: Pose) -> float:
-        """The control displacement of a pose [m]; only shifts count."""
+        """The control displacement of a pose [m].
+
+        Only shifts count.
+        """
         shift = pose.shift @ self.bodies.basis[:3]
         return float((self.control * shift).sum())
 
@@ -180,7 +183,7 @@ class System:
         return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=worth_leaving)
 
     def sense(self, at: Evaluated, prescribed: str) -> int:
-        """Sign of the determinant of the bordered tangent; 0 where it is singular."""
+        """Sign of the determinant of the bordered tangent, or 0 where it is singular."""
         try:
             factors = self._factors(self.tangent(at, prescribed))
         except RuntimeError:
@@ -213,7 +216,7 @@ class System:
         return np.asarray(element - np.add.reduceat(flat @ stiff, self.starts, axis=0))
 
     def _deforming_elements(self, at: Evaluated) -> Array:
-        """The same between blocks that deform: one product per run, not one per point, since elements are wide."""
+        """Stiffness between blocks that deform: one product per run, not one per point, since elements are wide."""
         b, d = self.bodies, self.bodies.basis.shape[1]
         r = d - b.deforming
         m, c = at.force.shape

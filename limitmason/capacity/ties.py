@@ -11,7 +11,9 @@ from limitmason.model.assembly import Assembly
 
 
 class Pulled(NamedTuple):
-    """Ties in a pose: tension [N], plastic elongation [m], dT/dL [N/m], (t,); unit wrenches, (t, 2, d); geometry.
+    """Ties in a pose: tension [N], plastic elongation [m], dT/dL [N/m], (t,).
+
+    Unit wrenches, (t, 2, d). Geometry.
 
     ``wrenches`` are of a unit tension on blocks a and b; ``elongation`` [m]; ``direction`` from end a to end b and the
     arms to the ends [m], (t, 3); ``length`` [m].

@@ -153,7 +153,10 @@ def check_causes(causes: Iterable[Cause], nuisance: Iterable[str] = ()) -> tuple
 
 
 def cause_pairs(causes: Sequence[Cause]) -> list[tuple[Cause, Cause]]:
-    """All pairs that can act together, in list order; two causes of one parameter cannot."""
+    """All pairs that can act together, in list order.
+
+    Two causes of one parameter cannot.
+    """
     out = []
     for i, first in enumerate(causes):
         for second in causes[i + 1 :]:

@@ -37,14 +37,19 @@ class Edit:
     options: tuple[tuple[str, Any], ...] = ()
 
     def __call__(self, size: float, *model: Any, **specimen: Any) -> Any:
-        """The model, or the reading, with the cause at a size; as it was at the baseline."""
+        """The model, or the reading, with the cause at a size.
+
+        As it was at the baseline.
+        """
         if size == self.declared.baseline:
             return model[0] if self.declared.lever == "reading" else model
         return self.declared.function(size, *model, **dict(self.options), **specimen)
 
 
 class Declared:
-    """A cause as it is declared; called with bounds and options it gives the cause itself.
+    """A cause as it is declared.
+
+    Called with bounds and options it gives the cause itself.
 
     Parameters
     ----------
@@ -135,7 +140,10 @@ def declare(
     variant: Callable[..., Mapping[str, Any]] | None = None,
     reads: tuple[str, ...] = (),
 ) -> Callable[[Callable[..., Any]], Declared]:
-    """Declare the cause that a function makes; see :class:`Declared` and the head of this file."""
+    """Declare the cause that a function makes.
+
+    See :class:`Declared` and the head of this file.
+    """
 
     def made(function: Callable[..., Any]) -> Declared:
         return Declared(

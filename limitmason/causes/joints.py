@@ -18,7 +18,10 @@ MM_PER_MPA = 1e-9  # [m/Pa]
 
 
 def with_friction_factor(joint: Joint, factor: float) -> Joint:
-    """The joint with tan(phi), and its residual value, times a factor; psi is kept as far as phi allows."""
+    """The joint with tan(phi), and its residual value, times a factor.
+
+    psi is kept as far as phi allows.
+    """
     phi = degrees(atan(factor * joint.tan_phi))
     later = joint.residual_friction_angle_deg
     if later is not None:
@@ -101,7 +104,9 @@ def stress_dependent_friction(
 def cohesion(
     size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS
 ) -> tuple[Assembly, Loads]:  # fmt: skip
-    """Joints that stick: |T| <= c A + tan(phi) N with c raised by the size [kPa]; tension stays as it is.
+    """Joints that stick: |T| <= c A + tan(phi) N with c raised by the size [kPa].
+
+    Tension stays as it is.
 
     Limit analysis takes it as perfectly plastic, an upper value for a brittle film; so it does tension.
     """
@@ -140,7 +145,10 @@ def tension(
 def dilatancy(
     size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS
 ) -> tuple[Assembly, Loads]:  # fmt: skip
-    """Joints that climb when they slide: psi = psi_0 + size (phi - psi_0); acts where the flow rule reads psi."""
+    """Joints that climb when they slide: psi = psi_0 + size (phi - psi_0).
+
+    Acts where the flow rule reads psi.
+    """
 
     def climbing(joint: Joint) -> Joint:
         phi, psi = joint.friction_angle_deg, joint.dilatancy_angle_deg
@@ -159,7 +167,9 @@ def dilatancy(
     hidden_when="stresses are alike in all specimens: twin of edge rounding; no effect without overload on models",
 )  # fmt: skip
 def finite_compressive_strength(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-    """Joints that crush: 1 / fc raised by the size [1/MPa]; a size of 0.1 is fc = 10 MPa.
+    """Joints that crush: 1 / fc raised by the size [1/MPa].
+
+    a size of 0.1 is fc = 10 MPa.
 
     In plane limit analysis uses the exact stress block |M| <= N L/2 - N^2 / (2 fc t); in 3-D it needs
     ``contact_model="grid"``.
@@ -341,7 +351,10 @@ def fracture_energy(factor: float, assembly: Assembly, loads: Loads) -> tuple[As
     hidden_when="limit analysis, which loses nothing; the load up to the peak does not feel it",
 )  # fmt: skip
 def strength_kept(share: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-    """Joints that lose less: residual c and ft raised by the size [-] of what is lost; friction stays as it is."""
+    """Joints that lose less: residual c and ft raised by the size [-] of what is lost.
+
+    Friction stays as it is.
+    """
 
     def kept(joint: Joint) -> Joint:
         residuals = {}

@@ -1,4 +1,7 @@
-"""All causes: by name, as a list for a study, and as a table; made from their declarations."""
+"""All causes: by name, as a list for a study, and as a table.
+
+Made from their declarations.
+"""
 
 from __future__ import annotations
 
@@ -118,7 +121,9 @@ def standard(
 def each_joint(
     assembly: Assembly, bounds: tuple[float, float] = (0.02, 1.0), kinds: Iterable[str] = joints.KINDS
 ) -> list[Cause]:  # fmt: skip
-    """A cause per joint, "loose joint a|b", for "which one is loose or cracked?"; a diagnosis pays for the whole list.
+    """A cause per joint, "loose joint a|b", for "which one is loose or cracked?".
+
+    a diagnosis pays for the whole list.
 
     Parameters
     ----------

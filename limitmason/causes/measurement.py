@@ -38,7 +38,10 @@ def entry(specimen: Any, name: str, cause: str) -> Any:
     "out-of-plumb",
 )  # fmt: skip
 def angle_offset(size: float, prediction: float, specimen: Any) -> float:
-    """Zero of the inclinometer off by the size [deg]: read lambda = tan(atan lambda + size); for tilting tests."""
+    """Zero of the inclinometer off by the size [deg]: read lambda = tan(atan lambda + size).
+
+    For tilting tests.
+    """
     angle = atan(prediction) + radians(size)
     if angle >= radians(89.9):
         raise InputError(f"an angle offset of {size:g} deg on a multiplier of {prediction:g} passes the vertical")

@@ -62,7 +62,9 @@ def _along(*, axes: str) -> Mapping[str, str]:
     hidden_when="dry joints without overload and all axes alike: the multiplier does not depend on the scale",
 )  # fmt: skip
 def block_size(factor: float, assembly: Assembly, loads: Loads, *, axes: str = "xyz") -> tuple[Assembly, Loads]:
-    """Blocks larger or smaller than drawn: lengths along some axes x size [-]; weights follow, applied forces stay.
+    """Blocks larger or smaller than drawn: lengths along some axes x size [-].
+
+    Weights follow, applied forces stay.
 
     Parameters
     ----------
@@ -81,7 +83,9 @@ def block_size(factor: float, assembly: Assembly, loads: Loads, *, axes: str = "
 def block_density(
     factor: float, assembly: Assembly, loads: Loads, *, blocks: Sequence[str] | None = None
 ) -> tuple[Assembly, Loads]:
-    """Blocks heavier or lighter than assumed: density x size [-]; body forces follow, applied forces stay.
+    """Blocks heavier or lighter than assumed: density x size [-].
+
+    Body forces follow, applied forces stay.
 
     Parameters
     ----------
@@ -126,7 +130,9 @@ def second_order_displacement(
     flow_rule: str = "associative",
     multiplier: float | None = None,
 ) -> tuple[Assembly, Loads]:
-    """P-delta: blocks stand displaced by their elastic joints when they collapse; size is 1 / kn [mm/MPa].
+    """P-delta: blocks stand displaced by their elastic joints when they collapse.
+
+    Size is 1 / kn [mm/MPa].
 
     Displacements are those of rigid blocks on linear joints of stiffness kn = 1 / size under dead load plus multiplier
     times live load. The multiplier is that of collapse, found with the displacement it causes (some limit analyses).

@@ -14,7 +14,9 @@ Direction = tuple[float, float, float]
 
 
 def turned(wrench: Array, rotation: Array) -> Array:
-    """Wrenches whose forces turn about their points of application, which stay; free couples turn along.
+    """Wrenches whose forces turn about their points of application, which stay.
+
+    Free couples turn along.
 
     The point is taken as that of the line of action nearest the block's centroid, which is exact for forces at the
     centroid.
@@ -35,7 +37,9 @@ def self_weight(assembly: Assembly) -> Array:
 
 
 def shared_acceleration(assembly: Assembly, loads: Loads) -> Array:
-    """Live force over weight that most blocks have in common, in units of g, shape (3,); zero where there is none.
+    """Live force over weight that most blocks have in common, in units of g, shape (3,).
+
+    Zero where there is none.
 
     Only forces at the centroid count, as body forces act there. Of a single block under a force at its centroid nobody
     can tell whether it is a body force: it is taken as one.
@@ -67,7 +71,10 @@ def live_direction(loads: Loads) -> Array:
 
 
 def overload_of(assembly: Assembly, loads: Loads) -> Array:
-    """Dead load beyond self weight, shape (n, 6); rounding of the weights themselves does not count."""
+    """Dead load beyond self weight, shape (n, 6).
+
+    Rounding of the weights themselves does not count.
+    """
     extra = loads.dead - self_weight(assembly)
     largest = max(float(np.abs(loads.dead).max(initial=0.0)), 1e-300)
     return np.where(np.abs(extra) > 1e-12 * largest, extra, 0.0)

@@ -85,7 +85,10 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _tell(message: Warning | str, category: type[Warning], *_place: Any, **_more: Any) -> None:
-    """A warning as a line of its own; where in the code it arose helps nobody at a terminal."""
+    """A warning as a line of its own.
+
+    Where in the code it arose helps nobody at a terminal.
+    """
     say(f"warning: {message}" if issubclass(category, UserWarning) else f"{category.__name__}: {message}")
 
 

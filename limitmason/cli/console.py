@@ -71,7 +71,10 @@ class Subject(NamedTuple):
 def load_target(
     target: str, drawing: argparse.Namespace | None = None, *, needs_live_load: bool = True
 ) -> tuple[Assembly, Loads, str]:
-    """Assembly, loads and title of a target; see :func:`read_target`."""
+    """Assembly, loads and title of a target.
+
+    See :func:`read_target`.
+    """
     return read_target(target, drawing, needs_live_load=needs_live_load)[:3]
 
 
@@ -110,7 +113,10 @@ _TILTS = {"x": "x", "left": "-x", "y": "y", "front": "-y"}  # a shell takes -x f
 
 
 def drawing_options(parser: argparse.ArgumentParser) -> None:
-    """Add what a drawing does not hold: thickness, joints, weight, loads, supports; None unless typed."""
+    """Add what a drawing does not hold: thickness, joints, weight, loads, supports.
+
+    None unless typed.
+    """
     group = parser.add_argument_group("drawings only (.dxf, .svg, .obj, .ply, .stl)")
     group.add_argument("--thickness", type=float, metavar="M", help="of the wall over outlines [m]")
     group.add_argument("--friction", type=float, metavar="DEG", help="friction angle of every joint [deg]")
@@ -171,7 +177,10 @@ ANALYSIS = ("flow_rule", "contact_model", "grid", "torsion_limit", "search", "ti
 
 
 def analysis_options(parser: argparse.ArgumentParser, flow_default: str = "associative") -> None:
-    """Add the options of an analysis to a command; all are None or False unless typed, so that none is lost unseen."""
+    """Add the options of an analysis to a command.
+
+    All are None or False unless typed, so that none is lost unseen.
+    """
     group = parser.add_argument_group("analysis")
     group.add_argument("--method", choices=(LIMIT, *sorted(available_methods())), help=f"default: {LIMIT}")
     rules = ("associative", "non-associative")
@@ -211,7 +220,10 @@ def method_of(options: argparse.Namespace) -> str:
 
 
 def settings_of(options: argparse.Namespace) -> dict:
-    """Settings of the analysis that were typed; those that the method does not take are refused by name."""
+    """Settings of the analysis that were typed.
+
+    Those that the method does not take are refused by name.
+    """
     method = method_of(options)
     if method != LIMIT:
         refuse(options, ("flow_rule",), f"by --method {method}, which has its own")

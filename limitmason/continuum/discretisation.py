@@ -25,7 +25,9 @@ class Congruent(NamedTuple):
 
 
 class Discretisation:
-    """A mesh with its integration points; unknown 3 i + j is displacement j of node i.
+    """A mesh with its integration points.
+
+    Unknown 3 i + j is displacement j of node i.
 
     Parameters
     ----------
@@ -160,7 +162,10 @@ class Discretisation:
         return assembled(values, self.elimination.rank, len(self.order))
 
     def factor(self, values: Array) -> Factor:
-        """Factor of the matrix assembled from those of the bricks; symmetric, it need not be definite."""
+        """Factor of the matrix assembled from those of the bricks.
+
+        Symmetric, it need not be definite.
+        """
         return self.elimination.factor(values)
 
     def spread(self, values: Array) -> Array:

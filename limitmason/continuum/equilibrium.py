@@ -92,14 +92,14 @@ class Solver:
         return self.d.factor(self.d.stiffness(answer.tangent.reshape(len(self.model.mesh), -1, 6, 6)))
 
     def _linear(self, answer: PointResponse, unbalanced: Array) -> Array | None:
-        """Displacements by the unbalanced forces and by the live loads, shape (r, 2); None where nothing resists."""
+        """Displacements by the unbalanced forces and by the live loads, shape (r, 2), or None where nothing resists."""
         try:
             return self.factor(answer).solve(np.column_stack([unbalanced, self.live_row]))
         except SingularStiffness:
             return None
 
     def dead_load(self, say: Callable[[str], None] = lambda _: None) -> EquilibriumState | None:
-        """State under the dead load alone, put on in parts where it cracks or crushes; None where none is found."""
+        """State under the dead load alone, put on in parts where it cracks or crushes, or None where none is found."""
         n = len(self.curves.modulus)
         node = EquilibriumState(np.zeros(len(self.dead)), 0.0, 0.0, 1.0, 0, virgin(n), None, None, 0.0, 0.0)
         put_on, part = 0.0, 1.0

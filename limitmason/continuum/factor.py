@@ -80,7 +80,9 @@ class _Exactly(Exception):
 
 
 class Factor:
-    """Factor of one stiffness; right-hand sides and solutions are in the order of elimination.
+    """Factor of one stiffness.
+
+    Right-hand sides and solutions are in the order of elimination.
 
     Parameters
     ----------
@@ -117,7 +119,7 @@ class Factor:
             raise SingularStiffness("the stiffness is not finite, or its sums are not")
         self._store = np.empty(elimination.fronts.size)
         try:
-            elimination.fronts.eliminate(self._store, self._assembled, self._pivoted)
+            elimination.fronts.eliminate(self._store, self._assembled, self._factored_pivot)
         except _Exactly:
             self._exchange()
 
@@ -128,10 +130,13 @@ class Factor:
 
     @property
     def negative(self) -> int | None:
-        """Negative eigenvalues, those of all fronts' own blocks (Haynsworth 1968); None where exchanges were needed."""
+        """Negative eigenvalues, those of all fronts' own blocks (Haynsworth 1968).
+
+        None where exchanges were needed.
+        """
         return None if self.exchanged else self._below
 
-    def _pivoted(self, k: int, front: Front) -> Front:
+    def _factored_pivot(self, k: int, front: Front) -> Front:
         """By Cholesky, else by LU with exchanges of rows inside the own block: then f21 is kept as it is."""
         own, below, left = front
         lower, failed = dpotrf(own, lower=1, clean=0)
@@ -148,7 +153,10 @@ class Factor:
         return factor, below, left
 
     def _assembled(self, k: int) -> Front:
-        """Own block, boundary by own, and boundary, from the bricks of the front; only lower halves count."""
+        """Own block, boundary by own, and boundary, from the bricks of the front.
+
+        Only lower halves count.
+        """
         e = self.elimination
         own, size = int(e.fronts.owned[k]), int(e.fronts.owned[k]) + len(e.fronts.edges[k])
         n = size + 1  # the last place collects what is held

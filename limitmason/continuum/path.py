@@ -181,14 +181,14 @@ def _stepped(
                 return solver.break_on(last, target, _BREAK, say)
             cut = _FAILED
         else:
-            error = _missed(solver, nodes[0], last, new)
+            error = _energy_missed(solver, nodes[0], last, new)
             if error <= budget or length <= least:
                 return new
             cut = min(max(budget / error, 0.1), 0.7)
         target = last.control + max(cut * length, least)
 
 
-def _missed(solver: Solver, begun: EquilibriumState, last: EquilibriumState, new: EquilibriumState) -> float:
+def _energy_missed(solver: Solver, begun: EquilibriumState, last: EquilibriumState, new: EquilibriumState) -> float:
     """Energy that the straight line from state to state misses, over the work of the step [-].
 
     A step that does next to no work, at the end of softening, is measured by a hundredth of the energy taken so far.

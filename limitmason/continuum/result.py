@@ -24,7 +24,9 @@ _MISSED = 0.02  # error of the energy balance from which a curve warns
 
 @dataclass(frozen=True, eq=False)
 class SolidCurve(Curve):
-    """Load [N] against control displacement from the state under dead load [m]; sample 0 is that state.
+    """Load [N] against control displacement from the state under dead load [m].
+
+    Sample 0 is that state.
 
     Parameters
     ----------
@@ -107,7 +109,10 @@ class SolidCurve(Curve):
         return values.reshape(len(self.model.mesh), self.model.discretisation.per_brick, *values.shape[1:])
 
     def save(self, path: str | Path) -> None:
-        """Write the states to a numpy archive; :func:`load_curve` reads them back for the same model."""
+        """Write the states to a numpy archive.
+
+        :func:`load_curve` reads them back for the same model.
+        """
         assert self.control is not None
         last = self.nodes[-1]
         arrays: dict[str, Array] = {

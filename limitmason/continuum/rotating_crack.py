@@ -26,7 +26,10 @@ _THREE = np.arange(3)
 
 
 class Curves(NamedTuple):
-    """Uniaxial curves of n points, shape (n,) each; infinite strengths never yield."""
+    """Uniaxial curves of n points, shape (n,) each.
+
+    Infinite strengths never yield.
+    """
 
     modulus: Array  # E [Pa]
     poisson: Array  # nu [-]
@@ -49,7 +52,10 @@ class Memory(NamedTuple):
 
 
 class PointResponse(NamedTuple):
-    """Stress (xx, yy, zz, xy, yz, zx) [Pa], (n, 6); new memory; tangent [Pa], (n, 6, 6); crack strain [-], (n,)."""
+    """Stress (xx, yy, zz, xy, yz, zx) [Pa], (n, 6).
+
+    New memory. Tangent [Pa], (n, 6, 6). Crack strain [-], (n,).
+    """
 
     stress: Array
     memory: Memory

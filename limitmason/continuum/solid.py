@@ -36,7 +36,9 @@ class Reactions(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Continuum(ReadOnly):
-    """A homogeneous solid of 20-node bricks; a frozen value, the ``with_`` methods return changed copies.
+    """A homogeneous solid of 20-node bricks.
+
+    a frozen value, the ``with_`` methods return changed copies.
 
     Parameters
     ----------
@@ -111,7 +113,9 @@ class Continuum(ReadOnly):
         planes: Sequence[tuple[int, float]] = (),
         points: int = 3,
     ) -> Continuum:
-        """The solid that the free blocks fill, held where it stands on wholly held blocks; joints leave no trace.
+        """The solid that the free blocks fill, held where it stands on wholly held blocks.
+
+        Joints leave no trace.
 
         Parameters
         ----------
@@ -163,7 +167,10 @@ class Continuum(ReadOnly):
 
     @cached_property
     def discretisation(self) -> Discretisation:
-        """Integration points, matrices and their order; shared by copies that differ in loads alone."""
+        """Integration points, matrices and their order.
+
+        Shared by copies that differ in loads alone.
+        """
         return Discretisation(self.mesh, self.held, self.points)
 
     @cached_property
@@ -336,7 +343,10 @@ def _several(material: Material | Sequence[Material]) -> tuple[Material, ...]:
 
 
 def _frame(vertices: Array) -> Array:
-    """Rows: directions of the edges of a box, nearest to x, y and z, shape (3, 3); the axes themselves if they fit."""
+    """Rows: directions of the edges of a box, nearest to x, y and z, shape (3, 3).
+
+    The axes themselves if they fit.
+    """
     v = np.asarray(vertices, dtype=float)
     edges = v - v[0]
     length = np.linalg.norm(edges, axis=1)

@@ -83,7 +83,10 @@ class Elasticity(ReadOnly):
 
     @property
     def confined_modulus(self) -> float:
-        """Stress over strain along a bar that cannot strain sideways (in its plane) [Pa]; of a pressure wave."""
+        """Stress over strain along a bar that cannot strain sideways (in its plane) [Pa].
+
+        Of a pressure wave.
+        """
         return self.lame + 2.0 * self.shear
 
     @property

@@ -59,7 +59,9 @@ def polynomial_block(block: Block, elasticity: Elasticity, *, degree: int = DEGR
 def polynomial_blocks(
     assembly: Assembly, state: str, normal: ArrayLike | None = None, *, degree: int = DEGREE
 ) -> list[Body | None]:
-    """Ritz vectors of the blocks of an assembly; None where a block has no material or is wholly held: it stays rigid.
+    """Ritz vectors of the blocks of an assembly.
+
+    None where a block has no material or is wholly held: it stays rigid.
 
     Parameters
     ----------

@@ -158,7 +158,7 @@ class Polynomials:
 
 
 def materials_of(assembly: Assembly, state: str, normal: ArrayLike | None = None) -> list[Elasticity | None]:
-    """Elasticity of every block; None where a block has no material or is wholly held.
+    """Elasticity of every block, or None where a block has no material or is wholly held.
 
     Parameters
     ----------
@@ -200,7 +200,10 @@ def block_axes(solid: Solid, normal: Array | None) -> Array:
 
 
 def _longest(vectors: Array) -> tuple[Array, Index]:
-    """Unit vector along the longest, and which these are; between equally long ones, as of a voussoir's two beds."""
+    """Unit vector along the longest, and which these are.
+
+    Between equally long ones, as of a voussoir's two beds.
+    """
     size = np.linalg.norm(vectors, axis=1)
     longest = np.flatnonzero(size >= size.max() * (1.0 - _SQUARE))
     turn = vectors[longest] @ vectors[longest[0]] / size.max() ** 2

@@ -62,7 +62,10 @@ def folder_arguments(
     title: str | None = None,
     levels: int | None = None,
 ) -> dict[str, Any]:
-    """Arguments of ``Study``; see :meth:`limitmason.diagnosis.Study.from_folder`."""
+    """Arguments of ``Study``.
+
+    See :meth:`limitmason.diagnosis.Study.from_folder`.
+    """
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(f"{folder} is no folder")
@@ -155,7 +158,10 @@ def _of_curves(file: Path, names: Sequence[str], stated: Mapping[str, Mapping[st
 def _of_sensors(
     file: Path, specimens: list[dict[str, Any]], measured: MeasuredTable, stated: Mapping[str, Mapping[str, Any]]
 ) -> list[Observation]:
-    """Components of the shapes in a file, whose modal tests are put into the specimens; none where there is no file."""
+    """Components of the shapes in a file, whose modal tests are put into the specimens.
+
+    None where there is no file.
+    """
     if not file.exists():
         return []
     table, component = read_measured(file), _stated(file, stated, MODE)

@@ -77,7 +77,10 @@ class About:
 
 @dataclass(frozen=True)
 class TableStudy:
-    """What is stated of a table of measured values; see :meth:`limitmason.diagnosis.Study.from_table`."""
+    """What is stated of a table of measured values.
+
+    See :meth:`limitmason.diagnosis.Study.from_table`.
+    """
 
     table: str | Path | MeasuredTable | None = None
     _: KW_ONLY
@@ -133,7 +136,7 @@ class TableStudy:
 
     @cached_property
     def series(self) -> str | None:
-        """The packaged series that the model names; None for a function and for no model."""
+        """The packaged series that the model names, or None for a function and for no model."""
         model = self.model
         if isinstance(model, str):
             series = series_of(model)
@@ -225,7 +228,10 @@ class TableStudy:
         return tuple(series_notes(self.inside, self.data, self.inputs)) if self.inside is not None else ()
 
     def _noise(self) -> Noise:
-        """What is stated; else the column "noise" in its own unit; else unknown."""
+        """What is stated.
+
+        Else the column "noise" in its own unit. Else unknown.
+        """
         stated, table, dof, tails = self.noise, self.data, self.dof, self.tails
         if isinstance(stated, Noise):
             return stated

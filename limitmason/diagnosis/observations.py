@@ -178,7 +178,9 @@ class Rows:
 
     @classmethod
     def read(cls, observed: Sequence[Observation], specimens: Sequence[Any]) -> Rows:
-        """Rows of observations; those without a value are left out, unless nothing at all is measured yet.
+        """Rows of observations.
+
+        Those without a value are left out, unless nothing at all is measured yet.
 
         Raises
         ------
@@ -241,7 +243,7 @@ class Rows:
         return np.array([order[q] for q in self.quantities], dtype=int)
 
     def with_values(self, values: Any) -> Rows:
-        """The same rows with other values, one per row."""
+        """These rows with other values, one per row."""
         out = np.array(values, dtype=float)
         if out.shape != (len(self),):
             what = "number" if self.several else "specimen"
@@ -262,7 +264,10 @@ class Rows:
         )  # fmt: skip
 
     def linked(self, values: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
-        """Predictions on the scale on which they are compared: cut, logarithms or as they are; rows along the last."""
+        """Predictions on the scale on which they are compared: cut, logarithms or as they are.
+
+        Rows along the last.
+        """
         rows = np.arange(len(self)) if rows is None else rows
         if self.low is not None and self.high is not None:
             values = np.clip(values, self.low[rows], self.high[rows])
@@ -284,7 +289,9 @@ class Rows:
         return [column[i] for i in self.of]
 
     def columns(self, covariates: Mapping[str, Sequence[Any]], names: Sequence[str]) -> dict[str, Sequence[Any]]:
-        """Columns that effects may go with: the covariates; of several quantities also each within its kind alone.
+        """Columns that effects may go with: the covariates.
+
+        Of several quantities also each within its kind alone.
 
         Parameters
         ----------
@@ -329,13 +336,13 @@ def frozen(values: np.ndarray) -> np.ndarray:
 
 
 def name_of(specimen: Any) -> str | None:
-    """The "specimen" or "name" of a specimen; None where it has none."""
+    """The "specimen" or "name" of a specimen, or None where it has none."""
     said = (recorded(specimen, key) for key in ("specimen", "name"))
     return next((str(value) for value in said if value is not None), None)
 
 
 def recorded(specimen: Any, name: str) -> Any:
-    """What a specimen has recorded under a name; None where nothing is."""
+    """What a specimen has recorded under a name, or None where nothing is."""
     return specimen.get(name) if isinstance(specimen, Mapping) else getattr(specimen, name, None)
 
 

@@ -232,7 +232,10 @@ class Diagnosis(Findings):
         }  # fmt: skip
 
     def next_tests(self, pool: Sequence[Any], k: int = 4) -> NextTests:
-        """Specimens of a pool that would tell the kept causes apart best, or identify one; see ``Study``."""
+        """Specimens of a pool that would tell the kept causes apart best, or identify one.
+
+        See ``Study``.
+        """
         return self.study.next_tests(self, pool, k)
 
     def __str__(self) -> str:

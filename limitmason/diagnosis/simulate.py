@@ -31,7 +31,10 @@ causes of the measurement: some 1,700 for 24 specimens and 12 causes.
 
 @dataclass(frozen=True, eq=False)
 class Collapse:
-    """A simulator ``simulate(specimen, extend=None, **parameters)``; make one with :func:`collapse`."""
+    """A simulator ``simulate(specimen, extend=None, **parameters)``.
+
+    Make one with :func:`collapse`.
+    """
 
     build: Build
     method: str = "limit"
@@ -42,7 +45,10 @@ class Collapse:
     same: Callable[[Any], str] | None = field(default=None, repr=False)
 
     def identity(self, specimen: Any) -> str | None:
-        """Text that is the same for specimens with the same predictions whatever the parameters; None: not known."""
+        """Text that is the same for specimens with the same predictions whatever the parameters.
+
+        None: not known.
+        """
         return None if self.same is None else self.same(specimen)
 
     def __post_init__(self) -> None:
@@ -146,7 +152,10 @@ def collapse(
 
 @dataclass(frozen=True, eq=False)
 class Several:
-    """A simulator of several quantities; make one with :func:`several`."""
+    """A simulator of several quantities.
+
+    Make one with :func:`several`.
+    """
 
     build: Build
     answers: Mapping[str, str | Callable[[Assembly, Loads], float]]

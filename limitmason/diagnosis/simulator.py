@@ -20,7 +20,10 @@ OWN = "in code given to the study: "  # begins the note on an error that code of
 
 
 def note_own(error: Exception, what: str) -> None:
-    """Say with an error of the user's own function where it was called; type and traceback stay."""
+    """Say with an error of the user's own function where it was called.
+
+    Type and traceback stay.
+    """
     error.add_note(f"{OWN}{what}")
 
 
@@ -163,7 +166,7 @@ class Simulator:
         return frozenset(self.needed) if self.asked is None else self.asked[specimen]
 
     def _read(self, job: Job, known: Prediction) -> list[float]:
-        """The quantities needed, in their order; NaN for those that are not asked of this specimen."""
+        """The quantities needed, in their order, or NaN for those that are not asked of this specimen."""
         if isinstance(known, float):  # asked for first: most are, and whether one is a Mapping takes longer
             return [known]
         if not isinstance(known, Mapping):

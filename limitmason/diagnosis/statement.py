@@ -30,7 +30,10 @@ STATEMENTS = ("measured", "noise", "groups", "covariates", "causes", "about", "s
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Statement(ReadOnly):
-    """What a :class:`~limitmason.diagnosis.Study` is made of; parameters, units and errors are told there."""
+    """What a :class:`~limitmason.diagnosis.Study` is made of.
+
+    Parameters, units and errors are told there.
+    """
 
     specimens: Sequence[Any]
     simulate: Callable[..., float]
@@ -159,7 +162,10 @@ class Statement(ReadOnly):
 
     @classmethod
     def from_experiments(cls, series: str, **stated: Any) -> Self:
-        """A study of a packaged series by its own models or published predictions; see :meth:`from_table`."""
+        """A study of a packaged series by its own models or published predictions.
+
+        See :meth:`from_table`.
+        """
         return cls.from_table(None, model=series, **stated)
 
     @property
@@ -186,7 +192,7 @@ class Statement(ReadOnly):
         return self.tables.tabulator
 
     def replace(self, **changes: Any) -> Self:
-        """The same study with other arguments.
+        """This study with other arguments.
 
         Tables are kept where only what was measured is stated otherwise: measured values, noise, groups, covariates.
         Their levels then stay where the noise first stated has put them. Other specimens begin without measured values
@@ -209,11 +215,11 @@ class Statement(ReadOnly):
         return dataclasses.replace(self, **changes, made=made)
 
     def with_measured(self, measured: Sequence[float]) -> Self:
-        """The same study, tables included, with other measured values."""
+        """This study, tables included, with other measured values."""
         return self.replace(measured=measured)
 
     def with_noise(self, noise: Noise) -> Self:
-        """The same study, tables included, with another statement of the noise."""
+        """This study, tables included, with another statement of the noise."""
         return self.replace(noise=noise)
 
     def baseline(self) -> np.ndarray:
@@ -233,7 +239,10 @@ class Statement(ReadOnly):
 
     @property
     def unstated(self) -> tuple[str, ...]:
-        """Circumstances that no column tells and that tests may share: of batch, day and set-up; see ``shared``."""
+        """Circumstances that no column tells and that tests may share: of batch, day and set-up.
+
+        See ``shared``.
+        """
         return unstated(self.covariates) if self.shared is None else ()
 
 

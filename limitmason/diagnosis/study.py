@@ -76,7 +76,10 @@ class Study(Statement):
         return check_causes(self.causes if causes is None else causes, self.nuisance)
 
     def design(self, causes: Iterable[Cause] | None = None) -> Design:
-        """Tables of the design for a list of causes; made on the first call."""
+        """Tables of the design for a list of causes.
+
+        Made on the first call.
+        """
         return self._design(self._listed(causes))
 
     def _design(self, causes: tuple[Cause, ...]) -> Design:
@@ -86,7 +89,10 @@ class Study(Statement):
         return designs[causes]
 
     def judge(self, causes: Iterable[Cause] | None = None, rule: Rule | None = None) -> Judge:
-        """What judges data of this design by a list, noise taken as independent; it keeps its rehearsal."""
+        """What judges data of this design by a list, noise taken as independent.
+
+        It keeps its rehearsal.
+        """
         return self._judge(self._listed(causes), rule or Rule())
 
     def _judge(self, causes: tuple[Cause, ...], rule: Rule) -> Judge:
@@ -115,7 +121,10 @@ class Study(Statement):
         return estimated_shares(design, design.whiten(self.measured), self.shared, price=price)
 
     def table(self, cause: Cause) -> Tabulation:
-        """Table of one cause; made on the first call."""
+        """Table of one cause.
+
+        Made on the first call.
+        """
         return self.tables.single(cause)
 
     @watched("diagnosis")

@@ -83,7 +83,9 @@ class CauseTables:
         return base + sum((read(self.single(c), s) - base for c, s in sizes.items()), np.zeros(len(base)))
 
     def computable(self, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
-        """The causes that the simulator computes; the others are set aside in ``aside``, with the reason.
+        """The causes that the simulator computes.
+
+        The others are set aside in ``aside``, with the reason.
 
         Raises
         ------
@@ -134,7 +136,7 @@ class CauseTables:
         )  # fmt: skip
 
     def verify(self, design: Design, verdict: Verdict) -> bool:
-        """Check additive tables of pairs near the best against the true pair; True when one had to be replaced."""
+        """Check additive tables of pairs near the best against the true pair, or True when one had to be replaced."""
         if self.pair_tables != "verified":
             return False
         by_name: dict[str, Any] = {c.name: c for c in design.causes}
@@ -212,7 +214,10 @@ def placing_noise(noise: Noise, n: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class StudyCache:
-    """What a study has made so far, shared by its variants: tables; by list of causes designs, judges, rehearsals."""
+    """What a study has made so far, shared by its variants: tables.
+
+    By list of causes designs, judges, rehearsals.
+    """
 
     tables: CauseTables
     designs: dict[tuple[Cause, ...], Design]

@@ -75,7 +75,7 @@ class Tabulator:
         self.z_nodes = tuple(_through_zero(*r, m) for r, m in zip(reaches, counts, strict=True))
 
     def on(self, specimens: Sequence[Any], noise: np.ndarray) -> "Tabulator":
-        """The same for other specimens, at the same values of the measured inputs."""
+        """This tabulation for other specimens, at the same values of the measured inputs."""
         count = len(self.z_levels[0]) if self.z_levels else None
         simulator = self.simulator.on(specimens)
         return Tabulator(
@@ -163,7 +163,9 @@ class Tabulator:
         return Tabulation((), (), self.z_nodes, values)
 
     def single(self, cause: Cause, like: Tabulation | None = None) -> Tabulation:
-        """The model with one cause; ``like`` gives the levels and nodes of another design to be shared.
+        """The model with one cause.
+
+        ``like`` gives the levels and nodes of another design to be shared.
 
         With ``crossed="corners"`` log f(s, z) = log f(s, 0) + log f(0, z) - log f(0, 0) + what is missing at the
         largest sizes with the outermost inputs, in proportion to size and input. Specimens for which much is missing

@@ -98,7 +98,10 @@ def not_two_kinds(held: Identification) -> str:
 
 
 def off_the_list(diagnosis: Findings) -> str:
-    """That none of a set need be true; empty where trials with the true cause missing say that sets rarely miss it."""
+    """That none of a set need be true.
+
+    Empty where trials with the true cause missing say that sets rarely miss it.
+    """
     found = diagnosis.rehearsal
     if found is not None and found.missing and found.rate("set without it")[2] <= OPEN:
         return ""
@@ -106,7 +109,10 @@ def off_the_list(diagnosis: Findings) -> str:
 
 
 def by_kind_words(diagnosis: Findings) -> list[str]:
-    """What every kind of data says of the best explanation, or where the baseline misses; empty for one kind."""
+    """What every kind of data says of the best explanation, or where the baseline misses.
+
+    Empty for one kind.
+    """
     kinds = diagnosis.by_kind
     if len(kinds) < 2:
         return []
@@ -194,7 +200,10 @@ def meaning(diagnosis: Findings) -> list[str]:
 
 
 def identification_words(diagnosis: Findings) -> list[str]:
-    """Why a cause is identified, or what is missing and which test would identify it; empty where none is alone."""
+    """Why a cause is identified, or what is missing and which test would identify it.
+
+    Empty where none is alone.
+    """
     record = diagnosis.identification
     if record is None:
         return []
@@ -254,7 +263,7 @@ def identifying_test(diagnosis: Findings) -> str:
 
 
 def if_it_were_missing(diagnosis: Findings) -> str:
-    """How often a name of the list would be given to an effect that is not on it; empty where that is not known."""
+    """How often a name of the list would be given to an effect that is not on it, or empty where that is not known."""
     found = diagnosis.rehearsal
     if found is not None and found.missing:
         rate, low, high = found.rate("wrong name")
@@ -294,7 +303,10 @@ def what_is_shared(diagnosis: Findings) -> list[str]:
 
 
 def what_is_unstated(diagnosis: Findings) -> list[str]:
-    """An alarm held against noise that tests share unstated: it stands, or is withheld; empty where there is none."""
+    """An alarm held against noise that tests share unstated: it stands, or is withheld.
+
+    Empty where there is none.
+    """
     doubt = diagnosis.verdict.doubt
     if doubt is None:
         return []
@@ -343,7 +355,7 @@ def basis(diagnosis: Findings) -> list[str]:
 
 
 def trend_words(diagnosis: Findings) -> list[str]:
-    """The covariate that the residuals of the baseline vary with; empty where there is none."""
+    """The covariate that the residuals of the baseline vary with, or empty where there is none."""
     if not diagnosis.covariate:
         return []
     trend = diagnosis.verdict.trend

@@ -13,7 +13,7 @@ class Drawing(Protocol):
     """What draws objects of this package."""
 
     def html(self, shown: Any) -> str:
-        """Picture of an object as HTML; empty where there is none."""
+        """Picture of an object as HTML, or empty where there is none."""
         ...
 
     def plot(self, shown: Any, **options: Any) -> Any:
@@ -33,7 +33,9 @@ class Displayed:
     """An object that a notebook shows with its picture, and that ``plot()`` draws."""
 
     def plot(self, **options: Any) -> Any:
-        """Draw this object as a ``matplotlib.figure.Figure``; the options are those of the function that draws it.
+        """Draw this object as a ``matplotlib.figure.Figure``.
+
+        The options are those of the function that draws it.
 
         Raises
         ------

@@ -55,7 +55,10 @@ class _Bar:
 
     @property
     def part(self) -> tuple[float | None, bool]:
-        """Part that is done of everything [-], None where the outermost task cannot tell; whether all levels can."""
+        """Part that is done of everything [-], None where the outermost task cannot tell.
+
+        Whether all levels can.
+        """
         done, width = 0.0, 1.0
         for level, task in enumerate(self.tasks):
             if task.part is None:
@@ -109,7 +112,7 @@ def _tqdm(title: str, part: float, shape: str) -> Any:
 
 
 def clock(seconds: float) -> str:
-    """Seconds as "7 s", "3:05" or "2:03:05"; empty for what is no time."""
+    """Seconds as "7 s", "3:05" or "2:03:05", or empty for what is no time."""
     if not seconds < 1e9:
         return ""
     s = round(seconds)
@@ -169,7 +172,9 @@ def show_progress(mode: bool | str = AUTO) -> AbstractContextManager[object]:
 
 @contextmanager
 def task(title: str, shown: bool = True) -> Iterator[None]:
-    """A run that may be long; inside another one it fills the share of the bar that was reached there.
+    """A run that may be long.
+
+    Inside another one it fills the share of the bar that was reached there.
 
     Parameters
     ----------
@@ -196,7 +201,10 @@ def task(title: str, shown: bool = True) -> Iterator[None]:
 
 
 def watched(title: str) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]:
-    """Make a function a :func:`task`; a ``progress`` function that it is given is followed instead of a bar."""
+    """Make a function a :func:`task`.
+
+    a ``progress`` function that it is given is followed instead of a bar.
+    """
 
     def wrap(function: Callable[_P, _R]) -> Callable[_P, _R]:
         @wraps(function)

@@ -39,6 +39,9 @@ def filled(text: str, tables: Mapping[str, Sequence[str]]) -> str:
 
 
 def markdown_line(cells: Sequence[str]) -> str:
-    """One line of a Markdown table; no cell can end itself or begin an element of HTML."""
+    """One line of a Markdown table.
+
+    No cell can end itself or begin an element of HTML.
+    """
     plain = (re.sub(r"<(?=[A-Za-z/!?])", "&lt;", " ".join(c.splitlines())).replace("|", "\\|") for c in cells)
     return "| " + " | ".join(plain) + " |"

@@ -11,7 +11,9 @@ from limitmason.experiments.shown import Shown
 
 @dataclass(frozen=True, eq=False)
 class Recipe:
-    """A source as functions; the module of its folder calls it ``RECIPE``, by which it is found.
+    """A source as functions.
+
+    The module of its folder calls it ``RECIPE``, by which it is found.
 
     Parameters
     ----------

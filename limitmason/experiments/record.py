@@ -19,7 +19,9 @@ KINDS = ("measured", "published", "recomputed")
 
 
 class Quantity(float):
-    """A number with its unit; it computes and compares as the plain number.
+    """A number with its unit.
+
+    It computes and compares as the plain number.
 
     Parameters
     ----------
@@ -241,7 +243,10 @@ class Experiment:
         return Citation((*(Cited(DATA, paper) for paper in self.source.papers), LIMITMASON))
 
     def with_options(self, **options: Any) -> Experiment:
-        """The same experiment built with other options; see ``option_table``."""
+        """This experiment built with other options.
+
+        See ``option_table``.
+        """
         return self.recipe.load(self.specimen, **{**self.options, **options})
 
     def __str__(self) -> str:
@@ -283,7 +288,10 @@ def _lines(table: Mapping[str, Quantity | str]) -> list[str]:
 
 
 def chosen_options(table: Mapping[str, Option], given: Mapping[str, Any], source: str) -> dict[str, Any]:
-    """Defaults overridden by what is given; an unknown option is an error that lists the known ones."""
+    """Defaults overridden by what is given.
+
+    An unknown option is an error that lists the known ones.
+    """
     for key in given:
         if key not in table:
             known = ", ".join(table) or "none"

@@ -20,7 +20,10 @@ def sources() -> tuple[str, ...]:
 
 
 def tabled() -> tuple[str, ...]:
-    """Names of the sources that stand in tables of all cases; a large one with a page of its own does not."""
+    """Names of the sources that stand in tables of all cases.
+
+    a large one with a page of its own does not.
+    """
     return tuple(name for name in sources() if not recipe_of(name).page)
 
 
@@ -99,5 +102,8 @@ def recipe_of(source: str) -> Recipe:
 
 
 def papers_of(source: str) -> tuple[Cited, ...]:
-    """What to cite for the data of a packaged source; nothing for a name that is none."""
+    """What to cite for the data of a packaged source.
+
+    Nothing for a name that is none.
+    """
     return tables.papers_of(source) if source in sources() else ()

@@ -19,7 +19,7 @@ RESULTS = ("failure type", "failure")  # parameters that are outcomes, not covar
 
 
 def series_of(name: str) -> str | None:
-    """The packaged source that a name means: its name or the beginning of one; None where it is none."""
+    """The packaged source that a name means: its name or the beginning of one, or None where it is none."""
     found = [s for s in registry.sources() if s == name] or [s for s in registry.sources() if s.startswith(name)]
     if len(found) > 1:
         raise InputError(f"the series {name!r} could be {' or '.join(found)}")

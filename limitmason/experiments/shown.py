@@ -25,7 +25,10 @@ class Settings(NamedTuple):
 
 
 class Variant(NamedTuple):
-    """Options of the assembly in which a source is shown, with a name; the empty name is the source as packaged."""
+    """Options of the assembly in which a source is shown, with a name.
+
+    The empty name is the source as packaged.
+    """
 
     name: str = ""
     options: Mapping[str, Any] = {}
@@ -80,7 +83,7 @@ class Shown:
         return self.settings._replace(search="standard", proven=None if variant else self.proven.get(specimen))
 
     def reason_for(self, case: str, outcome: str) -> str:
-        """What is known of a case by its name whose verdict or status is ``outcome``; empty where nothing is."""
+        """What is known of a case by its name whose verdict or status is ``outcome``, or empty where nothing is."""
         for departure in self.departures:
             if departure.word in case and outcome.startswith(departure.begins):
                 return departure.reason

@@ -81,7 +81,10 @@ def _names(source: str, tables: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def parse_table(text: str, name: str) -> TextTable:
-    """Table from the text of a CSV file; see :mod:`limitmason.storage.csv_table`."""
+    """Table from the text of a CSV file.
+
+    See :mod:`limitmason.storage.csv_table`.
+    """
     header, units, rows, lines, units_line, _ = parsed(text, name)
     if len(set(header)) < len(header):
         raise InputError(f"{name}: a column name is used twice")
@@ -115,7 +118,10 @@ def papers_of(source: str) -> tuple[Cited, ...]:
 
 @cache
 def read_parameters(source: str, name: str = "parameters.csv") -> Mapping[str, Quantity]:
-    """A long table (name, value, unit, mark, source) as quantities; the mark becomes the note unless it is "read"."""
+    """A long table (name, value, unit, mark, source) as quantities.
+
+    The mark becomes the note unless it is "read".
+    """
     table = read_table(source, name)
     return {
         r["name"]: Quantity(float(r["value"]), r["unit"], "" if r["mark"] == "read" else r["mark"]) for r in table.rows

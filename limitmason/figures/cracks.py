@@ -100,7 +100,7 @@ def sample_of(curve: Any, moment: str | int) -> int:
 
 
 def _index(curve: Any, moment: str | int, width: float) -> int | None:
-    """Sample of a moment; None where it did not happen."""
+    """Sample of a moment, or None where it did not happen."""
     if not isinstance(moment, str) or moment in ("peak", "end"):
         return sample_of(curve, moment)
     if moment in ("first crack", "first failure"):

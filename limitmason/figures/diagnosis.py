@@ -270,7 +270,10 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
 
 
 def _unseen(cause: Any, seen: Sequence[float | None]) -> tuple[float, float]:
-    """Range of sizes about the baseline that would have stayed unseen; the bound where none is seen."""
+    """Range of sizes about the baseline that would have stayed unseen.
+
+    The bound where none is seen.
+    """
     low = high = cause.baseline
     for side, size in zip(cause.sides, seen, strict=True):
         end = side if size is None else size
@@ -310,7 +313,10 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
 
 
 def _predicted(ax: Axes, result: Any, quantity: str) -> int:
-    """Predicted against measured before and after; returns the lines of its legend."""
+    """Predicted against measured before and after.
+
+    Returns the lines of its legend.
+    """
     measured = np.asarray(result.measured)
     sets: list[tuple[tuple[str, ...], Any, str, str]] = [((), result.predicted(()), _BASE, "baseline")]
     for names, colour in list(_colours(result).items())[:1]:

@@ -73,7 +73,10 @@ class Elevation:
         return ("along the wall", "z")
 
     def paths(self, blocks: Index, motion: RigidMotion | None = None) -> list[Path]:
-        """Outline of each block, moved or not; the loops of a block are one path."""
+        """Outline of each block, moved or not.
+
+        The loops of a block are one path.
+        """
         out = []
         for i in blocks:
             vertices, codes = [], []

@@ -125,7 +125,7 @@ def thrust_lines(model: Assembly, forces: JointForces) -> list[ThrustLine]:
 
 
 def _in_order(group: set[int], around: dict[int, list[Pair]], fixed: Flags) -> list[Pair]:
-    """Pairs of blocks along a chain, from a support or a free end; none for a closed ring."""
+    """Pairs of blocks along a chain, from a support or a free end, or none for a closed ring."""
 
     def held(pair: Pair) -> bool:
         return bool(fixed[pair[0]] or fixed[pair[1]])

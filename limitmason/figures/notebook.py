@@ -63,7 +63,7 @@ def _(shown: Diagnosis, **options: Any) -> Figure:
 
 
 def html(shown: Any) -> str:
-    """Picture of an object as an SVG element; empty where there is none or it would take long."""
+    """Picture of an object as an SVG element, or empty where there is none or it would take long."""
     model = shown.structure if isinstance(shown, Prediction) else shown
     if isinstance(model, Assembly) and model.n_blocks > MANY:
         return f"<p>{model.n_blocks} blocks are drawn on demand: .plot(), or lm.view for a scene to turn.</p>"

@@ -119,7 +119,10 @@ def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[I
 def _which_in_front(
     i: Index, j: Index, corners: Array, faces: FacePlanes, towards: Array, size: float
 ) -> tuple[Index, Flags]:
-    """+1 where piece j may hide piece i, -1 where i may hide j, 0 where neither can; and whether the two overlap."""
+    """+1 where piece j may hide piece i, -1 where i may hide j, 0 where neither can.
+
+    And whether the two overlap.
+    """
     gap_i = np.einsum("mfk,mvk->mfv", faces.normal[i], corners[j]).min(axis=2) - faces.offset[i]
     gap_j = np.einsum("mfk,mvk->mfv", faces.normal[j], corners[i]).min(axis=2) - faces.offset[j]
     gap = np.concatenate([gap_i, gap_j], axis=1)
@@ -137,7 +140,10 @@ def _which_in_front(
 
 
 def _sorted_by_depth(n: int, behind: list[int], before: list[int], depth: Array) -> list[int]:
-    """Every piece after those behind it; the farthest of the pieces that may be next, within a cycle too."""
+    """Every piece after those behind it.
+
+    The farthest of the pieces that may be next, within a cycle too.
+    """
     graph = coo_matrix((np.ones(len(behind)), (behind, before)), shape=(n, n))
     cycle = connected_components(graph, directed=True, connection="strong")[1]
     hides: list[list[int]] = [[] for _ in range(n)]

@@ -250,7 +250,10 @@ class Layout:
         self.high = bounds[1] + margin
 
     def draw(self, ax: Axes) -> None:
-        """Triad, its length, limits; equal axes without a frame."""
+        """Triad, its length, limits.
+
+        Equal axes without a frame.
+        """
         draw_triad(ax, self.view, self.origin, self.length)
         x, y = self.label
         ax.text(x, y, f"axes {self.length:g} m", fontsize=7.0, color=style.FAINT, va="bottom", gid="scale")

@@ -89,7 +89,10 @@ def structure_report(
 
 
 def _headline(compared: SideBySide) -> str:
-    """The smallest upper bound, and the smallest answer of all below it; a weak bound far above says nothing."""
+    """The smallest upper bound, and the smallest answer of all below it.
+
+    a weak bound far above says nothing.
+    """
     solved = [r for r in compared.rows if r.solved]
     if not solved:
         return "No theory found a finite collapse multiplier."

@@ -115,7 +115,7 @@ def needs_a_page(name: str) -> None:
 
 
 def enlarged(low: float, high: float) -> str:
-    """What to say of an axis that shows less than a tenth of its values; empty where it shows more, or zero."""
+    """What to say of an axis that shows less than a tenth of its values, or empty where it shows more, or zero."""
     top = max(abs(low), abs(high))
     if not top > 0.0 or low * high <= 0.0 or abs(high - low) >= 0.1 * top:
         return ""
@@ -123,7 +123,10 @@ def enlarged(low: float, high: float) -> str:
 
 
 def in_print_style(function: Callable[..., Figure]) -> Callable[..., Figure]:
-    """Run a figure function under :func:`print_style`; settings outside stay as they were."""
+    """Run a figure function under :func:`print_style`.
+
+    Settings outside stay as they were.
+    """
 
     @functools.wraps(function)
     def wrapped(*args: Any, **options: Any) -> Figure:
@@ -140,7 +143,9 @@ def lines_of(text: str | None, width: float, most: int | None = None) -> list[st
 
 
 class Heading:
-    """Title and small caption at the top of a page; ``depth`` is the height they take [in].
+    """Title and small caption at the top of a page.
+
+    ``depth`` is the height they take [in].
 
     Parameters
     ----------
@@ -214,11 +219,16 @@ class Page:
         return figure_of(self.ax)
 
     def line_width(self, size: float) -> float:
-        """Outline width [pt] that neither hides small blocks nor looks thin on large ones; size is a block's [m]."""
+        """Outline width [pt] that neither hides small blocks nor looks thin on large ones.
+
+        Size is a block's [m].
+        """
         return float(min(max(0.03 * 72.0 * self.inch * size, 0.12), 0.7))
 
     def finish(self, title: str | None, text: str | None, handles: list[Any], *, extent: float = 0.0) -> Figure:
-        """Set limits of the page, then title, caption and legend; returns the figure.
+        """Set limits of the page, then title, caption and legend.
+
+        Returns the figure.
 
         Parameters
         ----------
@@ -270,7 +280,7 @@ def legend_shape(handles: list[Any], width: float) -> tuple[int, int]:
 
 
 def legend_below(figure: Figure, handles: list[Any], columns: int) -> None:
-    """Legend at the foot of a figure that has its final size; none without entries."""
+    """Legend at the foot of a figure that has its final size, or none without entries."""
     if handles:
         figure.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 0.03 / figure.get_size_inches()[1]),
                       ncols=columns, fontsize=_SMALL, frameon=False, borderpad=0.0, borderaxespad=0.0)  # fmt: skip
@@ -332,7 +342,10 @@ def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
 
 
 def pale(colour: str, share: float = 0.42) -> tuple[float, float, float]:
-    """A colour mixed with white; opaque, so that what lies below does not shine through."""
+    """A colour mixed with white.
+
+    Opaque, so that what lies below does not shine through.
+    """
     red, green, blue = (1.0 - share * (1.0 - c) for c in to_rgb(colour))
     return red, green, blue
 

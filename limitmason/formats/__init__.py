@@ -1,4 +1,7 @@
-"""Files: JSON, OBJ, PLY, STL, DXF and SVG in, JSON, OBJ, VTU and PVD out; :func:`read`, :func:`write` by suffix."""
+"""Files: JSON, OBJ, PLY, STL, DXF and SVG in, JSON, OBJ, VTU and PVD out.
+
+:func:`read`, :func:`write` by suffix.
+"""
 
 from __future__ import annotations
 

@@ -35,7 +35,9 @@ UNITS = {
 
 
 def write_prediction(path: str | Path, prediction: Prediction, *, assembly: Assembly | None = None) -> None:
-    """Write a prediction; :func:`read_prediction` returns it with every number unchanged.
+    """Write a prediction.
+
+    :func:`read_prediction` returns it with every number unchanged.
 
     Parameters
     ----------
@@ -95,7 +97,7 @@ def _cited(node: DocumentNode) -> Cited:
 
 
 def _typed_of_0_1(provenance: Mapping[str, Any], details: Mapping[str, Any]) -> dict[str, Any]:
-    """The same of a file of 0.1, which held them in provenance and details only."""
+    """Typed fields of a file of 0.1, which held them in provenance and details only."""
     out: dict[str, Any] = {
         "plane": bool(provenance.get("plane", False)), "stress_block": provenance.get("crushing") == "stress block",
         "governing": str(details.get("governing") or ""), "error_budget": details.get("error budget") or {},
@@ -108,6 +110,9 @@ def _typed_of_0_1(provenance: Mapping[str, Any], details: Mapping[str, Any]) -> 
 
 
 def _arrays(node: DocumentNode, *, kind: type, columns: Mapping[str, tuple[int, ...]]) -> Any:
-    """A frozen result of arrays; the given widths shape what is empty."""
+    """A frozen result of arrays.
+
+    The given widths shape what is empty.
+    """
     values = node.values(kind)
     return node.make(kind, **{k: v if v.size else v.reshape(0, *columns.get(k, ())) for k, v in values.items()})

@@ -37,7 +37,9 @@ def _needs(name: str) -> Any:
 
 
 def from_block_model(model: Any, joint: Joint, *, density: float | None = None) -> Assembly:
-    """Assembly of a block model; contacts are found anew where plane faces meet, within this package's tolerance.
+    """Assembly of a block model.
+
+    Contacts are found anew where plane faces meet, within this package's tolerance.
 
     Parameters
     ----------

@@ -124,7 +124,9 @@ class DocumentNode:
         return kind(self.text())
 
     def values(self, kind: type, **special: Callable[[DocumentNode], Any] | None) -> dict[str, Any]:
-        """Fields of a class, read by their types; what is missing or null keeps its default.
+        """Fields of a class, read by their types.
+
+        What is missing or null keeps its default.
 
         Parameters
         ----------
@@ -137,7 +139,10 @@ class DocumentNode:
         return {k: reader(v) for k, v in given if (reader := readers[k]) is not None}
 
     def make(self, maker: Callable[..., Any], *given: Any, **values: Any) -> Any:
-        """What a class or function makes of values; its refusal names file and key."""
+        """What a class or function makes of values.
+
+        Its refusal names file and key.
+        """
         try:
             return maker(*given, **values)
         except (InputError, TypeError) as error:
@@ -197,7 +202,10 @@ def read_document(path: str | Path, schema: str, version: int) -> DocumentNode:
 
 
 def write_document(path: str | Path, document: Mapping[str, Any]) -> None:
-    """Write plain data as JSON, one key a line and one entry of a list a line; numbers keep every bit."""
+    """Write plain data as JSON, one key a line and one entry of a list a line.
+
+    Numbers keep every bit.
+    """
     lines = []
     for key, value in document.items():
         head = f"  {json.dumps(key)}: "

@@ -1,4 +1,7 @@
-"""Drawings as assemblies: outlines made prisms, solids as they are; layers say what a block is."""
+"""Drawings as assemblies: outlines made prisms, solids as they are.
+
+Layers say what a block is.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -51,7 +54,9 @@ def read_drawing(
     tolerance: float | None = None,
     gap: float | None = None,
 ) -> Assembly:
-    """Blocks of a drawing and their contacts; held are those of a layer of :data:`SUPPORTS` alone.
+    """Blocks of a drawing and their contacts.
+
+    Held are those of a layer of :data:`SUPPORTS` alone.
 
     Parameters
     ----------

@@ -170,7 +170,9 @@ def _in_plane(points: Array, where: str) -> Array:
 
 
 def _with_arcs(corners: Array, closed: bool, flatness: float) -> Array:
-    """Corners x, y with bulge b = tan(angle / 4) of the arc to the next; arcs become chords of equal length.
+    """Corners x, y with bulge b = tan(angle / 4) of the arc to the next.
+
+    Arcs become chords of equal length.
 
     The library's own flattening goes through Bezier curves, which leave the arc by 3e-4 of its radius.
     """

@@ -146,7 +146,10 @@ def support_of(node: DocumentNode) -> Support:
 
 
 def tie_of(node: DocumentNode) -> Tie:
-    """A tie from its fields; its blocks are a pair, null for the ground."""
+    """A tie from its fields.
+
+    Its blocks are a pair, null for the ground.
+    """
     node.mapping(("blocks", "points", "name", *TIE_NUMBERS))
     blocks, points = list(node["blocks"]), list(node["points"])
     if len(blocks) != 2 or len(points) != 2:
@@ -159,7 +162,10 @@ def tie_of(node: DocumentNode) -> Tie:
 
 
 def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
-    """Loads of a document: wrenches, or self weight with the actions named in it; self weight alone without any."""
+    """Loads of a document: wrenches, or self weight with the actions named in it.
+
+    Self weight alone without any.
+    """
     if "loads" not in node:
         return Loads.weight(assembly)
     loads = node["loads"]

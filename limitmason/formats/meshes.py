@@ -69,7 +69,9 @@ def read_solids(path: str | Path | Sequence[str | Path], *, scale: float = 1.0, 
 
 
 def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) -> Iterator[list[MeshBody]]:
-    """Bodies of every file; only a file that comes alone is taken apart.
+    """Bodies of every file.
+
+    Only a file that comes alone is taken apart.
 
     Parameters
     ----------
@@ -115,7 +117,10 @@ def _within(body: MeshBody, other: MeshBody) -> bool:
 
 
 def _solid(shell: Sequence[MeshBody]) -> Solid:
-    """One closed surface of an outer body and its hollows; triangles that have lost a corner are left out."""
+    """One closed surface of an outer body and its hollows.
+
+    Triangles that have lost a corner are left out.
+    """
     first = np.cumsum([0, *(len(b.corners) for b in shell[:-1])])
     faces = np.vstack([b.triangles + n for b, n in zip(shell, first, strict=True)])
     whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])

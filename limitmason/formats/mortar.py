@@ -130,7 +130,8 @@ def _nearer(a: list[_Sides], b: list[_Sides], bounds: tuple[float, ...], shapely
     for p in a:
         each = []
         for q in b:
-            cut = [_below(box, p.normal - n, p.offset - c) for n, c in zip(q.normal, q.offset, strict=True)]
+            sides = zip(q.normal, q.offset, strict=True)
+            cut = [_within_half_planes(box, p.normal - n, p.offset - c) for n, c in sides]
             each.append(shapely.union_all([shapely.Polygon(c) for c in cut if c is not None]))
         regions.append(_areas(shapely.intersection_all(each), shapely))
     return _areas(shapely.union_all(regions), shapely)
@@ -141,8 +142,8 @@ def _areas(found: Any, shapely: Any) -> Any:
     return shapely.union_all([p for p in shapely.get_parts(found) if p.geom_type == "Polygon"])
 
 
-def _below(polygon: Array, normals: Array, offsets: Array) -> Array | None:
-    """Part of a convex polygon in which all n . x <= c; None where nothing is left."""
+def _within_half_planes(polygon: Array, normals: Array, offsets: Array) -> Array | None:
+    """Part of a convex polygon in which all n . x <= c, or None where nothing is left."""
     size = float(np.ptp(polygon, axis=0).max())
     left: Array | None = polygon
     for n, c in zip(normals, offsets, strict=True):

@@ -97,7 +97,9 @@ class Model(NamedTuple):
 
 
 def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None) -> None:
-    """Write an assembly and its loads; :func:`read_json` returns them with every number unchanged.
+    """Write an assembly and its loads.
+
+    :func:`read_json` returns them with every number unchanged.
 
     Parameters
     ----------
@@ -187,7 +189,10 @@ def _name_of(law: Any, taken: Mapping[Any, str], kind: str) -> str:
 
 
 def _given(law: Joint | Material) -> dict[str, Any]:
-    """Fields that differ from the default; infinity is a default and so needs no number."""
+    """Fields that differ from the default.
+
+    Infinity is a default and so needs no number.
+    """
     values = {f.name: getattr(law, f.name) for f in fields(law) if getattr(law, f.name) != f.default}
     if "terms" in values:
         values["terms"] = {name_of(term): term.numbers for term in values["terms"]}
@@ -195,6 +200,7 @@ def _given(law: Joint | Material) -> dict[str, Any]:
 
 
 def _same_as_found(assembly: Assembly) -> bool:
+    """Whether contact detection would find these very interfaces."""
     if not assembly.interfaces:
         return False
     found = _with_found_contacts(assembly).interfaces

@@ -194,7 +194,10 @@ def _named(faces: list[_ObjFace], stem: str) -> Iterable[tuple[str, str, tuple[i
 
 
 def _solid(points: Array, faces: list[tuple[int, ...]]) -> Solid:
-    """A solid with its own numbering; corners at the same place become one."""
+    """A solid with its own numbering.
+
+    Corners at the same place become one.
+    """
     place: dict[tuple[float, ...], int] = {}
     number: dict[int, int] = {}
     for i in sorted({i for face in faces for i in face}):

@@ -18,7 +18,10 @@ from limitmason.model.plausibility import PlausibilityWarning
 
 
 class Outlines(NamedTuple):
-    """Outlines x, z [m], shape (n, 2) each, for ``Assembly.from_polygons``; names "layer-number"; layer of each."""
+    """Outlines x, z [m], shape (n, 2) each, for ``Assembly.from_polygons``.
+
+    Names "layer-number". Layer of each.
+    """
 
     outlines: list[Array]
     names: list[str]
@@ -98,7 +101,10 @@ class DrawnOutlines:
         return found
 
     def _enclosed(self, layer: str, gap: float, path: str | Path, must_close: Collection[str]) -> list[Array]:
-        """Loops of the open lines of a layer that repeat no closed outline; what encloses nothing is told."""
+        """Loops of the open lines of a layer that repeat no closed outline.
+
+        What encloses nothing is told.
+        """
         strokes = self.open[layer]
         if not strokes:
             return []

@@ -46,7 +46,9 @@ class Stones(NamedTuple):
 
 
 class MetStones(NamedTuple):
-    """Stones made to meet, and what that changed; ``str`` of it says so line by line.
+    """Stones made to meet, and what that changed.
+
+    ``str`` of it says so line by line.
 
     ``solids`` and ``names``, those that kept their shape last; ``gaps`` closed between them (stones by number, plane,
     gap [m], below zero where they overlapped); volumes ``before`` and ``after`` [m3]; ``moved``: farthest that a face

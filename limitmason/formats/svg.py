@@ -125,7 +125,10 @@ def _shapes(
     element: ElementTree.Element, matrix: Array, layer: str | None, path: str | Path,
     by_id: dict[str, ElementTree.Element], room: tuple[float, float], depth: int = 0,
 ) -> Iterator[_Shape]:  # fmt: skip
-    """Every visible shape below an element; ``room`` is the size of the drawing around it, in its units."""
+    """Every visible shape below an element.
+
+    ``room`` is the size of the drawing around it, in its units.
+    """
     kind = _kind(element)
     style = (element.get("style") or "").replace(" ", "")
     hidden = element.get("display") == "none" or "display:none" in style

@@ -27,7 +27,9 @@ class Line(NamedTuple):
 
 
 def numbers_of(text: str, where: str) -> list[float]:
-    """Numbers of an attribute; lengths in other units than those of the drawing are refused.
+    """Numbers of an attribute.
+
+    Lengths in other units than those of the drawing are refused.
 
     Raises
     ------
@@ -182,7 +184,10 @@ def _line(points: list[complex], closed: bool) -> Line:
 
 
 def _segments(data: str, where: str) -> Any:
-    """Segments of path data; what svg.path would pass over in silence is refused."""
+    """Segments of path data.
+
+    What svg.path would pass over in silence is refused.
+    """
     try:
         from svg.path import parse_path
     except ImportError:

@@ -50,7 +50,10 @@ class Cleaned(NamedTuple):
         return max((c.size for c in self.changes if c.what == "moved"), default=0.0)
 
     def __str__(self) -> str:
-        """What was changed, a line for each stone; of many that were moved the farthest :data:`SHOWN`."""
+        """What was changed, a line for each stone.
+
+        Of many that were moved the farthest :data:`SHOWN`.
+        """
         head = f"{len(self.outlines)} outlines; largest move of a corner {1e3 * self.largest_move:.3g} mm"
         wider = [c.size for c in self.changes if c.what == "grown"]
         if wider:

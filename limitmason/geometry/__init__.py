@@ -1,4 +1,7 @@
-"""Geometry on plain arrays: polygons, polyhedra, box tree and contact detection; it knows no field terms."""
+"""Geometry on plain arrays: polygons, polyhedra, box tree and contact detection.
+
+It knows no field terms.
+"""
 
 from limitmason.geometry.contact import ContactPatches, ContactRules, find_contacts
 from limitmason.geometry.polygon import (

@@ -17,7 +17,9 @@ MOST_PARTS = 40
 
 
 def convex_parts(solid: Solid, slack: float) -> list[Solid]:
-    """Convex parts that tile a closed polyhedron exactly; notches, holes and cavities are left open.
+    """Convex parts that tile a closed polyhedron exactly.
+
+    Notches, holes and cavities are left open.
 
     A box around the solid is divided by planes of faces until no face runs through the inside of a cell. A cell then
     lies inside the solid where the faces cover the whole sphere of directions seen from its centre, sum of solid angles
@@ -80,7 +82,10 @@ _TOO_MANY = (
 
 
 def _hollow_edges(solid: Solid, slack: float) -> int:
-    """Number of edges at which two faces enclose more than 180 degrees; every part ends at one of them at least."""
+    """Number of edges at which two faces enclose more than 180 degrees.
+
+    Every part ends at one of them at least.
+    """
     planes = [face_planes(solid.vertices[list(f)][None]) for f in solid.faces]
     of_edge = {(f[i - 1], f[i]): k for k, f in enumerate(solid.faces) for i in range(len(f))}
     count = 0
@@ -206,7 +211,7 @@ def _unions(
 
 
 def _common_face(a: Solid, b: Solid, slack: float) -> float:
-    """Area of a face of one part whose corners are those of a face of the other [m2]; zero where there is none."""
+    """Area of a face of one part whose corners are those of a face of the other [m2], or zero where there is none."""
     for f in a.faces:
         for g in b.faces:
             if len(f) != len(g):

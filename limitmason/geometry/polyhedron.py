@@ -16,7 +16,10 @@ Faces = tuple[tuple[int, ...], ...]
 
 
 class Solid(NamedTuple):
-    """A closed convex polyhedron: vertices [m], shape (n, 3); faces as index tuples, counter-clockwise from outside."""
+    """A closed convex polyhedron: vertices [m], shape (n, 3).
+
+    Faces as index tuples, counter-clockwise from outside.
+    """
 
     vertices: Array
     faces: Faces

@@ -7,7 +7,7 @@ from limitmason.geometry.polyhedron import Solid
 
 
 def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> tuple[Array | None, Array | None]:
-    """Parts of a convex polygon in space below and above a plane; None for a part that is thinner than ``slack``.
+    """Parts of a convex polygon in space below and above a plane, or None for a part that is thinner than ``slack``.
 
     Parameters
     ----------

@@ -119,7 +119,10 @@ def limit_analysis(
 
 
 def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, Any]) -> Prediction:
-    """Associative prediction; with crushing on a grid it says what half the points would have given."""
+    """Associative prediction.
+
+    With crushing on a grid it says what half the points would have given.
+    """
     prediction, _ = analyse(problem, **settings)
     if problem.crushing_points.any() and np.isfinite(prediction.collapse_multiplier):
         coarse = {**model, "contact_model": "grid", "grid": _half_as_fine(problem.assembly, model["grid"])}
@@ -131,7 +134,10 @@ def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, An
 
 
 def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[str, Any]) -> Prediction:
-    """Non-associative prediction; it counts as solved only when its certificate accepts it."""
+    """Non-associative prediction.
+
+    It counts as solved only when its certificate accepts it.
+    """
     from limitmason.limit.nonassociative.analysis import solve_nonassociative
 
     if problem.cells:

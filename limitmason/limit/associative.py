@@ -103,20 +103,20 @@ def analyse(
     seconds = 0.0
     for refinement in range(REFINEMENTS + 1):
         limit = 0.0 if problem.cells else float(torsion_limit)  # torsion of a cohesive face needs its final cells
-        prediction, spent = _settled(problem, solver, torsion=limit, **settings)
+        prediction, spent = _first_certified(problem, solver, torsion=limit, **settings)
         seconds += spent
         cells = _finer(problem, prediction) if problem.cells and refinement < REFINEMENTS else None
         if cells is None:
             break
         problem = make_problem(problem.assembly, problem.loads, in_plane=False, cells=cells)
     if torsion_limit and problem.cells:
-        prediction, spent = _settled(problem, "clarabel", torsion=float(torsion_limit), **settings)
+        prediction, spent = _first_certified(problem, "clarabel", torsion=float(torsion_limit), **settings)
         seconds += spent
     provenance = dict(prediction.provenance, solver_seconds=seconds, seconds=time.perf_counter() - start)
     return replace(prediction, provenance=provenance), problem
 
 
-def _settled(
+def _first_certified(
     problem: Problem, solver: str, *, torsion: float, tolerance: float, check_dead_load: bool, verbose: bool
 ) -> tuple[Prediction, float]:
     """The first answer that its certificate accepts, or else the best, and the seconds spent in solvers."""

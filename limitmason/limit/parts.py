@@ -128,7 +128,10 @@ def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | Non
 def _carrying(
     part: Assembly, loads: Loads, multiplier: float, own: Prediction | None, model: Mapping[str, Any], check: bool
 ) -> tuple[Resultants | None, Prediction | None]:
-    """Forces in a part at a multiplier that it carries; or None, and the motion by which it falls if it is known."""
+    """Forces in a part at a multiplier that it carries.
+
+    Or None, and the motion by which it falls if it is known.
+    """
     top = own.collapse_multiplier if own is not None else np.inf
     if own is not None and own.resultants is not None and abs(top - multiplier) <= SAME * max(abs(top), 1e-12):
         return own.resultants, None
@@ -141,11 +144,14 @@ def _carrying(
     if base is None or known is None or not mixed:
         return base, falling
     share = multiplier / top
-    return _mixed(part, [(1.0 - share, base), (share, known)]), None
+    return _weighted_sum(part, [(1.0 - share, base), (share, known)]), None
 
 
-def _mixed(assembly: Assembly, shares: list[tuple[float, Resultants]]) -> Resultants:
-    """Sum of forces, each times its share; forces at different points keep a share of the area as well."""
+def _weighted_sum(assembly: Assembly, shares: list[tuple[float, Resultants]]) -> Resultants:
+    """Sum of forces, each times its share.
+
+    Forces at different points keep a share of the area as well.
+    """
     first = shares[0][1]
     position, interface = first.point_position, first.point_interface
     same = all(

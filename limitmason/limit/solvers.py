@@ -54,7 +54,9 @@ def solve_program(
     check_dead_load: bool = False,
     verbose: bool = False,
 ) -> Solution:
-    """Solve the static theorem by the chosen solver; "auto" hands to Clarabel whatever the own one does not solve.
+    """Solve the static theorem by the chosen solver.
+
+    "auto" hands to Clarabel whatever the own one does not solve.
 
     Parameters
     ----------

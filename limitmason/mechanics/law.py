@@ -27,7 +27,9 @@ BELOW_THE_APEX = 1e-12
 
 
 def tension_corner(tensile_strength: Array, cohesion: Array, tan_phi: Array) -> Array:
-    """Tension that a point can carry, t = min(ft, c / tan(phi)); ft where there is no friction.
+    """Tension that a point can carry, t = min(ft, c / tan(phi)).
+
+    ft where there is no friction.
 
     Parameters
     ----------
@@ -40,7 +42,10 @@ def tension_corner(tensile_strength: Array, cohesion: Array, tan_phi: Array) -> 
 
 
 def unit_tension(material: Material) -> float:
-    """Largest tensile stress of a unit's zones, ft or the apex of its Mohr-Coulomb cone [Pa]; infinite if elastic."""
+    """Largest tensile stress of a unit's zones, ft or the apex of its Mohr-Coulomb cone [Pa].
+
+    Infinite if elastic.
+    """
     if material.cohesion is None:
         return np.inf
     strength = np.inf if material.tensile_strength is None else material.tensile_strength
@@ -52,7 +57,10 @@ LOST = ("tan_phi", "tan_psi", "cohesion", "tension")
 
 
 class PointLaw(NamedTuple):
-    """The law at m contact points: strengths [Pa] per interface, or capacities [N] over tributary areas; shape (m,)."""
+    """The law at m contact points: strengths [Pa] per interface, or capacities [N] over tributary areas.
+
+    Shape (m,).
+    """
 
     tan_phi: Array
     tan_psi: Array
@@ -62,7 +70,7 @@ class PointLaw(NamedTuple):
 
     @property
     def apex(self) -> Array:
-        """Tension at the tip of the Coulomb cone, c / tan(phi); infinite without friction."""
+        """Tension at the tip of the Coulomb cone, c / tan(phi), or infinite without friction."""
         return tension_corner(np.full(np.shape(self.cohesion), np.inf), self.cohesion, self.tan_phi)
 
     @property
@@ -87,7 +95,7 @@ class PointLaw(NamedTuple):
         return self.crushing + self.tension
 
     def from_corner(self) -> "PointLaw":
-        """The same law of N' = N + t: cohesion c', no tension, crushing at q, and psi never above phi."""
+        """This law of N' = N + t: cohesion c', no tension, crushing at q, and psi never above phi."""
         return self._replace(
             tan_psi=np.minimum(self.tan_psi, self.tan_phi), cohesion=self.corner_cohesion,
             tension=np.zeros(np.shape(self.tension)), crushing=self.corner_crushing,
@@ -121,7 +129,10 @@ class PointLaw(NamedTuple):
         return self._replace(crushing=crushing)
 
     def shear_strength(self, normal: Array) -> Array:
-        """Largest shear under a normal force, c + tan(phi) N [N], shape (m,); negative beyond the apex."""
+        """Largest shear under a normal force, c + tan(phi) N [N], shape (m,).
+
+        Negative beyond the apex.
+        """
         return self.cohesion + self.tan_phi * normal
 
     def bears_shear(self, normal: Array) -> Flags:
@@ -129,7 +140,9 @@ class PointLaw(NamedTuple):
         return np.asarray(self.shear_strength(normal) >= -BELOW_THE_APEX * self.cohesion)
 
     def excess(self, normal: Array, shear: Array) -> Array:
-        """How far a force lies outside the law, the largest of its three conditions [N], shape (m,); <= 0 inside.
+        """How far a force lies outside the law, the largest of its three conditions [N], shape (m,).
+
+        <= 0 inside.
 
         Parameters
         ----------
@@ -220,14 +233,19 @@ def interface_law(arrays: AssemblyArrays, *, convex: bool = True) -> PointLaw:
 
 
 def peak_law(joints: Sequence[Joint], *, convex: bool = True) -> PointLaw:
-    """The law of joints before they soften, strengths [Pa], shape (number of joints,); ``convex`` as above."""
+    """The law of joints before they soften, strengths [Pa], shape (number of joints,).
+
+    ``convex`` as above.
+    """
     rows = [(j.tan_phi, j.tan_psi, j.cohesion, j.tensile_strength, j.compressive_strength) for j in joints]
     mu, psi, c, ft, fc = np.array(rows, dtype=float).reshape(-1, 5).T
     return PointLaw(mu, psi, c, tension_corner(ft, c, mu) if convex else ft, fc)
 
 
 def residual_law(joints: Sequence[Joint], tan_psi: Array | None = None, *, convex: bool = True) -> PointLaw:
-    """The law of joints after they have softened; values a joint does not name stay at their peak, strengths [Pa].
+    """The law of joints after they have softened.
+
+    Values a joint does not name stay at their peak, strengths [Pa].
 
     Without ``convex`` a residual tensile strength that is named counts as it is, above the residual apex too. One that
     is not named stays as it lies at the peak: beyond the apex it does not ask for cohesion, below it it ends with it.

@@ -48,13 +48,16 @@ def live_size(assembly: Assembly, loads: Loads) -> float:
 
 
 def total_load(assembly: Assembly, loads: Loads) -> float:
-    """Sum of the dead forces on free blocks [N], or the size of the live load without them; the scale of residuals."""
+    """Sum of the dead forces on free blocks [N], or the size of the live load without them.
+
+    The scale of residuals.
+    """
     dead = float(np.linalg.norm(loads.dead[~assembly.fixed, :3], axis=1).sum())
     return dead if dead > 0 else live_size(assembly, loads) or 1.0
 
 
 def part_labels(assembly: Assembly, free: Flags | None = None) -> Index:
-    """Number of the independent part of every block, shape (n_blocks,); -1 for wholly held blocks.
+    """Number of the independent part of every block, shape (n_blocks,), or -1 for wholly held blocks.
 
     Two free blocks belong to one part when a chain of joints between free blocks joins them: what is held passes
     nothing on.
@@ -74,7 +77,10 @@ def part_labels(assembly: Assembly, free: Flags | None = None) -> Index:
 
 
 def unbalance(assembly: Assembly, loads: Loads, resultants: Resultants, multiplier: float) -> Array:
-    """Unbalanced force, and moment over the block's size, of every block [N], shape (n_blocks, 6); zero where held."""
+    """Unbalanced force, and moment over the block's size, of every block [N], shape (n_blocks, 6).
+
+    Zero where held.
+    """
     x = assembly.links
     k = resultants.point_interface
     rest = np.array(loads.dead + multiplier * loads.live)

@@ -36,7 +36,7 @@ def resultants_from_points(
 def scaled_mechanism(
     assembly: Assembly, loads: Loads, twists: Array, position: Array, interface: NDArray
 ) -> Mechanism | None:
-    """Mechanism scaled so that the live power is the size of the live load; None when the live load does no work."""
+    """Mechanism scaled so that the live power is the size of the live load, or None when the live load does no work."""
     v = np.where(assembly.held, 0.0, twists)
     rate = float((loads.live * v).sum())
     if not rate > 0:

@@ -21,7 +21,7 @@ _SAME = 1e-9
 
 
 def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
-    """Why lambda is not tan(tilt angle); empty where it is.
+    """Why lambda is not tan(tilt angle), or empty where it is.
 
     On a tilting table every weight W becomes W (-cos(alpha) z + sin(alpha) d), that is cos(alpha) (dead + tan(alpha)
     live) with the own weights dead and the same weights along one horizontal direction d live. The factor cos(alpha)
@@ -60,7 +60,9 @@ def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
 
 
 def tension_above_apex(assembly: Assembly, taken: bool = False) -> str:
-    """Which joints have more tensile strength than c / tan(phi), and what of it counts; empty where there are none.
+    """Which joints have more tensile strength than c / tan(phi), and what of it counts.
+
+    Empty where there are none.
 
     The convex law ends at the apex of the Coulomb cone, so ft > c / tan(phi) is never reached. Codes that check ft
     apart from the cone do not cut it, nor does the DEM here: parameters calibrated in them lose tension elsewhere.

@@ -27,7 +27,10 @@ class StressBlock(NamedTuple):
         return len(self.ends)
 
     def excess(self, normal: Array) -> Array:
-        """How far end forces (j, 2) lie outside the section's law [N], shape (j,); <= 0 inside."""
+        """How far end forces (j, 2) lie outside the section's law [N], shape (j,).
+
+        <= 0 inside.
+        """
         n1, n2 = (normal[:, k] + 0.5 * self.tension for k in (0, 1))
         return (n1 + n2) ** 2 / (2.0 * self.capacity) - np.minimum(n1, n2)
 
@@ -44,7 +47,7 @@ class StressBlock(NamedTuple):
 
 
 def stress_blocks(law: PointLaw, ends: Index) -> StressBlock:
-    """Stress blocks of sections.
+    """Stress blocks of in-plane sections from the law of each section.
 
     Parameters
     ----------
@@ -55,7 +58,7 @@ def stress_blocks(law: PointLaw, ends: Index) -> StressBlock:
 
 
 def stress_blocks_of(assembly: Assembly, prediction: Prediction) -> StressBlock | None:
-    """Stress blocks of the in-plane sections of a prediction; None where its crushing is summed over points."""
+    """Stress blocks of the in-plane sections of a prediction, or None where its crushing is summed over points."""
     if not prediction.stress_block or prediction.resultants is None:
         return None
     law = interface_law(assembly.links)

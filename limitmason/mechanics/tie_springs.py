@@ -32,7 +32,10 @@ class TieSprings(NamedTuple):
 
 
 class Stretched(NamedTuple):
-    """Ties between moved blocks: elongation and length [m], (t,); span and turning of both arms [m], (t, 3)."""
+    """Ties between moved blocks: elongation and length [m], (t,).
+
+    Span and turning of both arms [m], (t, 3).
+    """
 
     elongation: Array
     length: Array
@@ -86,7 +89,10 @@ def stretched(ties: TieSprings, shift: Array, turn: Array) -> Stretched:
 
 
 def tension(ties: TieSprings, elongation: Array, plastic: Array) -> tuple[Array, Array, Array]:
-    """Tension [N], plastic elongation after it [m], and dT/dL [N/m], at an elongation [m]; all (t,)."""
+    """Tension [N], plastic elongation after it [m], and dT/dL [N/m], at an elongation [m].
+
+    All (t,).
+    """
     tried = ties.stiffness * (elongation - plastic)
     yields = tried > ties.strength
     after = np.where(yields, elongation - ties.strength / ties.stiffness, plastic)

@@ -67,7 +67,9 @@ def face_arrays(polygons: list[Array], normal: Array) -> tuple[Array, Array, Arr
 def with_ties(
     faces: AssemblyArrays, block_a: Index, block_b: Index, ends: Array, strength: Array, stiffness: Array
 ) -> AssemblyArrays:
-    """Arrays with a row per tie after those of the interfaces, see ``Assembly.links``; corners stay those of faces.
+    """Arrays with a row per tie after those of the interfaces, see ``Assembly.links``.
+
+    Corners stay those of faces.
 
     Parameters
     ----------

@@ -43,7 +43,10 @@ from limitmason.model.tied import fitted
 
 
 class ContactError(InputError):
-    """Blocks that overlap or float; ``assembly`` holds them as far as they go, for ``assembly.contact_report()``."""
+    """Blocks that overlap or float.
+
+    ``assembly`` holds them as far as they go, for ``assembly.contact_report()``.
+    """
 
     def __init__(self, text: str, assembly: Assembly) -> None:
         super().__init__(text)
@@ -85,7 +88,9 @@ class Assembly(Blockwork, Displayed):
         smallest_contact: float | None = None,
         axes: Sequence[ArrayLike | None] | None = None,
     ) -> Assembly:
-        """Assembly of closed solids; contacts are found where plane faces of two blocks meet.
+        """Assembly of closed solids.
+
+        Contacts are found where plane faces of two blocks meet.
 
         Parameters
         ----------
@@ -231,7 +236,10 @@ class Assembly(Blockwork, Displayed):
     # ---- variants -----------------------------------------------------------------------------------------------
 
     def with_supports(self, supports: Iterable[Support]) -> Assembly:
-        """This assembly with further supports; a new one for a block replaces the block's old one."""
+        """This assembly with further supports.
+
+        a new one for a block replaces the block's old one.
+        """
         new = tuple(supports)
         replaced = {self.block_index(s.block) for s in new}
         kept = tuple(s for s in self.supports if self.block_index(s.block) not in replaced)
@@ -280,7 +288,9 @@ class Assembly(Blockwork, Displayed):
     def with_material(
         self, material: Material | Mapping[int | str, Material], *, blocks: Iterable[int | str] | None = None
     ) -> Assembly:
-        """This assembly of blocks made of a material; a material with a density gives the block that density.
+        """This assembly of blocks made of a material.
+
+        a material with a density gives the block that density.
 
         Parameters
         ----------
@@ -316,7 +326,7 @@ class Assembly(Blockwork, Displayed):
         return replace(self, interfaces=tuple(interfaces))
 
     def with_ties(self, ties: Iterable[Tie]) -> Assembly:
-        """This assembly with these ties in place of those it had; none for the assembly without.
+        """This assembly with these ties in place of those it had, or none for the assembly without.
 
         Raises
         ------
@@ -344,7 +354,9 @@ class Assembly(Blockwork, Displayed):
         return replace(self, interfaces=with_edges_inset(self.interfaces, names, inset, direction))
 
     def transformed(self, matrix: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> Assembly:
-        """This assembly rotated, mirrored or scaled by a matrix and moved; x -> M x + t, gravity stays along -z.
+        """This assembly rotated, mirrored or scaled by a matrix and moved.
+
+        x -> M x + t, gravity stays along -z.
 
         Parameters
         ----------

@@ -23,7 +23,9 @@ from limitmason.storage.frozen import ReadOnly, frozen
 
 @dataclass(frozen=True, eq=False)
 class Blockwork(ReadOnly):
-    """What an :class:`~limitmason.Assembly` holds, less how it is built and changed; see there.
+    """What an :class:`~limitmason.Assembly` holds, less how it is built and changed.
+
+    See there.
 
     The parts that an assembly is made with (detection of contacts, moved copies, the contact report) read this.
     """
@@ -52,7 +54,10 @@ class Blockwork(ReadOnly):
         return {b.name: i for i, b in enumerate(self.blocks)}
 
     def block_index(self, block: int | str) -> int:
-        """Number of a block given by name or number; an unknown one is an error that lists near names."""
+        """Number of a block given by name or number.
+
+        An unknown one is an error that lists near names.
+        """
         if isinstance(block, str):
             if block not in self._numbers:
                 near = sorted(self._numbers, key=lambda n: (n[:3] != block[:3], abs(len(n) - len(block))))[:5]
@@ -148,7 +153,10 @@ class Blockwork(ReadOnly):
         return Fingerprint.of(self.blocks, self.held, self.interfaces, self.ties, np.array(ends), self.tolerance)
 
     def ground_for(self, what: str) -> int:
-        """Number of the block that stands for the ground, the first wholly held one; ``what`` asks for it."""
+        """Number of the block that stands for the ground, the first wholly held one.
+
+        ``what`` asks for it.
+        """
         held = np.flatnonzero(self.fixed)
         if not len(held):
             raise InputError(f"{what}: no block is wholly held, so there is no ground to tie to; name a block")

@@ -82,7 +82,10 @@ class NearMiss(NamedTuple):
 
 
 class EdgeContact(NamedTuple):
-    """Blocks that touch along an edge or at a corner only; no force passes there in this model. Place [m]."""
+    """Blocks that touch along an edge or at a corner only.
+
+    No force passes there in this model. Place [m].
+    """
 
     a: str
     b: str
@@ -92,7 +95,9 @@ class EdgeContact(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ContactReport(ReadOnly):
-    """What :meth:`limitmason.Assembly.contact_report` found; ``str`` makes a table of it.
+    """What :meth:`limitmason.Assembly.contact_report` found.
+
+    ``str`` makes a table of it.
 
     Parameters
     ----------
@@ -140,7 +145,7 @@ class ContactReport(ReadOnly):
 
     @property
     def decisions(self) -> tuple[str, ...]:
-        """What a user should decide before trusting a multiplier; empty for a clean model."""
+        """What a user should decide before trusting a multiplier, or empty for a clean model."""
         out = []
         for rows, one, many in (
             (self.near_misses, "near miss", "near misses"),
@@ -165,7 +170,10 @@ class ContactReport(ReadOnly):
         return f"<ContactReport: {len(self.contacts)} contacts of {self.n_blocks} blocks; {verdict}>"
 
     def __str__(self) -> str:
-        """The whole report as text; lengths in mm, places in m."""
+        """The whole report as text.
+
+        Lengths in mm, places in m.
+        """
         kinds = Counter(c.kind for c in self.contacts)
         lines = [
             f"{self.n_blocks} blocks, {len(self.contacts)} contacts"
@@ -289,7 +297,10 @@ def _some(found: Candidates, keep: NDArray) -> Candidates:
 def _would_add(
     found: Candidates, pieces: BlockPieces, rules: ContactRules, widest: float
 ) -> tuple[tuple[str, int], ...]:  # fmt: skip
-    """How many more pairs of faces would be contacts if one tolerance were wider; ``widest`` gap of a near miss [m]."""
+    """How many more pairs of faces would be contacts if one tolerance were wider.
+
+    ``widest`` gap of a near miss [m].
+    """
     base = np.isin(judged(found, rules), CONTACT_CODES)
     tries: list[tuple[str, Candidates, ContactRules, float]] = [
         (f"distance x {k:g}", found, rules, k) for k in (2.0, 5.0, 10.0)

@@ -38,7 +38,10 @@ def pieces_of(blocks: Sequence[Block]) -> BlockPieces:
 
 
 def closed_pieces(blocks: Sequence[Block]) -> BlockPieces:
-    """Pieces of all blocks, open ones refused by name; what is flat, inverted or concave is not seen here."""
+    """Pieces of all blocks, open ones refused by name.
+
+    What is flat, inverted or concave is not seen here.
+    """
     check_closed([p for b in blocks for p in b.parts], [b.name for b in blocks for _ in b.parts])
     return pieces_of(blocks)
 
@@ -46,7 +49,9 @@ def closed_pieces(blocks: Sequence[Block]) -> BlockPieces:
 def with_convex_parts(
     blocks: Sequence[Block], pieces: BlockPieces, flatness: float
 ) -> tuple[tuple[Block, ...], BlockPieces]:
-    """Blocks of which solids that are not convex are divided into convex parts; they stay one rigid body each.
+    """Blocks of which solids that are not convex are divided into convex parts.
+
+    They stay one rigid body each.
 
     What is open to doubt beside, such as faces that are not plane, is left for :func:`detect` to refuse.
 
@@ -83,14 +88,20 @@ def with_convex_parts(
 
 
 def typical_tolerance(pieces: BlockPieces) -> float:
-    """The default tolerance for a block of median width [m]; contacts take that of the smaller of two blocks."""
+    """The default tolerance for a block of median width [m].
+
+    Contacts take that of the smaller of two blocks.
+    """
     # what is flat or not finite is refused by name when contacts are looked for
     width = np.nanmedian(pieces.widths)
     return RELATIVE_TOLERANCE * (float(width) if np.isfinite(width) and width > 0 else 1.0)
 
 
 def contact_distances(widths: Array, rules: ContactRules) -> Array:
-    """Tolerance of every block [m]; of two blocks the smaller one counts."""
+    """Tolerance of every block [m].
+
+    Of two blocks the smaller one counts.
+    """
     return np.asarray(RELATIVE_TOLERANCE * widths if rules.distance is None else np.full(len(widths), rules.distance))
 
 
@@ -100,7 +111,9 @@ def near_miss_reach(widths: Array, distances: Array) -> Array:
 
 
 def detect(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRules, flatness: float) -> ContactPatches:
-    """Contacts, overlaps and doubts of blocks; flat, inverted and concave pieces are refused by name.
+    """Contacts, overlaps and doubts of blocks.
+
+    Flat, inverted and concave pieces are refused by name.
 
     Parameters
     ----------

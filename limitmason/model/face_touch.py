@@ -41,7 +41,10 @@ def contact_gaps(assembly: Blockwork, pieces: BlockPieces) -> tuple[Array, Array
 
 
 def untouched_faces(assembly: Blockwork, pieces: BlockPieces) -> tuple[list[UntouchedFace], int]:
-    """Faces on which no interface lies, and the number of all faces; cuts between pieces of a block are no faces."""
+    """Faces on which no interface lies, and the number of all faces.
+
+    Cuts between pieces of a block are no faces.
+    """
     faces, start = all_faces(pieces.solids)
     first = _first_faces(pieces, start)
     inner = _inner_faces(assembly, pieces, faces, start)
@@ -68,7 +71,10 @@ def least_width(polygon: Array, normal: Array) -> float:
 
 
 def _first_faces(pieces: BlockPieces, start: Index) -> Index:
-    """Row of every block's first face, with the total at the end; pieces are in the order of the blocks."""
+    """Row of every block's first face, with the total at the end.
+
+    Pieces are in the order of the blocks.
+    """
     return start[np.searchsorted(pieces.owner, np.arange(len(pieces.widths) + 1))]
 
 

@@ -81,7 +81,10 @@ class Fingerprint(ReadOnly):
 
     @property
     def digests(self) -> dict[str, str]:
-        """Hash of each of "blocks", "materials", "supports", "joints" and "ties"; equal for equal bits."""
+        """Hash of each of "blocks", "materials", "supports", "joints" and "ties".
+
+        Equal for equal bits.
+        """
         groups: dict[str, list[Table]] = {"blocks": [], "materials": [], "supports": [], "joints": [], "ties": []}
         for name, table in self.arrays.items():
             of, field = name.split(": ")
@@ -95,7 +98,9 @@ class Fingerprint(ReadOnly):
         return _digest(np.array(list(self.digests.values())))
 
     def difference(self, then: Fingerprint) -> str:
-        """First thing in which this model differs from another by more than rounding, in words; empty if none does.
+        """First thing in which this model differs from another by more than rounding, in words.
+
+        Empty if none does.
 
         Parameters
         ----------
@@ -181,7 +186,10 @@ def check_same_loads(
 def _columns(
     prefix: str, kind: type[Joint] | type[Material], rows: Sequence[Any], without: Sequence[str]
 ) -> dict[str, Table]:
-    """A column for every field of a law or material: NaN for None, choices by their number; its label is left out."""
+    """A column for every field of a law or material: NaN for None, choices by their number.
+
+    Its label is left out.
+    """
     out = {}
     distinct = {id(row): row for row in rows}
     for field in fields(kind):
@@ -212,7 +220,10 @@ def _rows(parts: Sequence[Table], width: int) -> Table:
 
 
 def _same(now: Table, was: Table) -> Flags:
-    """Which entries are equal, but for rounding; NaN equals NaN."""
+    """Which entries are equal, but for rounding.
+
+    NaN equals NaN.
+    """
     if now.dtype.kind != "f" or was.dtype.kind != "f":
         return np.asarray(now == was)
     finite = np.abs(now[np.isfinite(now)]).max(initial=0.0)

@@ -13,7 +13,10 @@ JointTable = Mapping[Any, Joint]
 
 
 def read_densities(density: Any, names: Sequence[str]) -> list[float]:
-    """Density of every block [kg/m3] from one number or one per block; a wrong one is an error naming the block."""
+    """Density of every block [kg/m3] from one number or one per block.
+
+    a wrong one is an error naming the block.
+    """
     try:
         values = np.asarray(density, dtype=float)
     except (TypeError, ValueError):
@@ -77,7 +80,10 @@ def read_vector(name: str, value: Any) -> np.ndarray:
 
 
 def read_fixed(fixed: Any) -> tuple[int | str, ...]:
-    """Names or numbers of held blocks; a single one is an error that says how to write it."""
+    """Names or numbers of held blocks.
+
+    a single one is an error that says how to write it.
+    """
     if isinstance(fixed, str | int | np.integer):
         raise InputError(f"fixed must be a list of block names or numbers: write fixed=[{fixed!r}]")
     out = tuple(fixed)
@@ -88,7 +94,10 @@ def read_fixed(fixed: Any) -> tuple[int | str, ...]:
 
 
 class JointChoice:
-    """Picks a joint by pair of block names, then by kind, then the default; remembers which keys were used."""
+    """Picks a joint by pair of block names, then by kind, then the default.
+
+    Remembers which keys were used.
+    """
 
     def __init__(
         self, default: Joint | None, table: JointTable, names: Sequence[str], *, required: bool = True

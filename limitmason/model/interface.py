@@ -58,7 +58,10 @@ def interface_kind(normal: Array, held_a: bool, held_b: bool) -> str:
 
 
 def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array | None:
-    """Polygon of an interface with its edges moved inwards [m], edges facing ``keep`` left; None if nothing stays."""
+    """Polygon of an interface with its edges moved inwards [m], edges facing ``keep`` left.
+
+    None if nothing stays.
+    """
     n, p = interface.normal, interface.polygon
     t1 = p[1] - p[0]
     t1 = t1 - (t1 @ n) * n
@@ -86,7 +89,9 @@ def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array 
 def with_edges_inset(
     interfaces: Sequence[Interface], names: Sequence[str], inset: float, direction: ArrayLike | None
 ) -> tuple[Interface, ...]:
-    """Interfaces with their edges moved inwards by ``inset`` [m]; edges whose normal lies along ``direction`` stay.
+    """Interfaces with their edges moved inwards by ``inset`` [m].
+
+    Edges whose normal lies along ``direction`` stay.
 
     ``names`` are those of the blocks, for the message.
     """

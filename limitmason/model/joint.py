@@ -151,7 +151,10 @@ class Joint:
 
     @classmethod
     def from_friction_coefficient(cls, coefficient: float, **options: Any) -> "Joint":
-        """Joint with tan(phi) = coefficient [-]; other fields as keywords."""
+        """Joint with tan(phi) = coefficient [-].
+
+        Other fields as keywords.
+        """
         if not coefficient >= 0.0:
             raise InputError(f"friction coefficient must be a number >= 0, got {coefficient!r}")
         with given_as_coefficient():

@@ -38,7 +38,9 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True)
 class JointTerm:
-    """A term that a joint has beside the fields of ``Joint``; one is a frozen dataclass of numbers made from this.
+    """A term that a joint has beside the fields of ``Joint``.
+
+    One is a frozen dataclass of numbers made from this.
 
     Its class says what it is called (``title``), how a refusal goes on after "the joint ..." (``words``) and what
     theories make of it (``takes``, by their names in :mod:`limitmason.mechanics.law_table`). A theory that is not named

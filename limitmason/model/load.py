@@ -39,7 +39,9 @@ _SIDES = {
 
 @dataclass(frozen=True, eq=False)
 class Loads(ReadOnly):
-    """Dead and live loads; the structure carries dead + lambda live.
+    """Dead and live loads.
+
+    The structure carries dead + lambda live.
 
     Parameters
     ----------

@@ -163,7 +163,7 @@ class Material:
 
     @property
     def tan_phi(self) -> float:
-        """tan(phi) [-]; 0 for an elastic unit."""
+        """tan(phi) [-], or 0 for an elastic unit."""
         return math.tan(math.radians(self.friction_angle_deg or 0.0))
 
     @property

@@ -1,4 +1,6 @@
-"""Stages of loading: settle, ramp, tilt, driven blocks, base motion, hold; each is plain frozen data.
+"""Stages of loading: settle, ramp, tilt, driven blocks, base motion, hold.
+
+Each is plain frozen data.
 
 Loads and their factors are kept from stage to stage: a stage changes only what it names. A test is stated in them, and
 a method that steps through time follows them.
@@ -226,7 +228,9 @@ class Drive(Stage):
 
 @dataclass(frozen=True)
 class BaseMotion(Stage):
-    """Move all held blocks with a recorded ground acceleration; dynamic mode only.
+    """Move all held blocks with a recorded ground acceleration.
+
+    Dynamic mode only.
 
     Parameters
     ----------

@@ -135,7 +135,7 @@ class Tie(ReadOnly):
 
     @property
     def axial_stiffness(self) -> float:
-        """Force per elongation [N/m]; NaN where neither stiffness nor modulus is given."""
+        """Force per elongation [N/m], or NaN where neither stiffness nor modulus is given."""
         if self.stiffness is not None:
             return self.stiffness
         if self.modulus is not None and self.area is not None:

@@ -73,7 +73,7 @@ def dissect(graph: sparse.csr_array, position: Array, leaf: int) -> list[Index]:
 
 
 def _best_cut(position: Array, owner: Index, other: Index) -> tuple[Flags, Flags] | None:
-    """Nodes before the best cut, and those of them that touch a node behind; None where all lie at one place.
+    """Nodes before the best cut, and those of them that touch a node behind, or None where all lie at one place.
 
     Parameters
     ----------

@@ -13,7 +13,10 @@ FAST = {"reassoc", "contract", "arcp", "nsz"}
 
 @njit(cache=True)
 def extend_add(f11: Array, f21: Array, f22: Array, update: Array, place: Index) -> None:
-    """Add the lower half of a child's ``update`` to its parent's front; ``place`` ascends."""
+    """Add the lower half of a child's ``update`` to its parent's front.
+
+    ``place`` ascends.
+    """
     owned, n = f11.shape[0], place.size
     for j in range(n):
         b = place[j]

@@ -65,12 +65,17 @@ def table_text(units: Mapping[str, str], rows: Iterable[Sequence[Any]], note: st
 
 
 def write_table(path: str | Path, units: Mapping[str, str], rows: Iterable[Sequence[Any]], note: str = "") -> None:
-    """Write a table to a file; see :func:`table_text`."""
+    """Write a table to a file.
+
+    See :func:`table_text`.
+    """
     write_text(path, table_text(units, rows, note), newline="")
 
 
 def parsed(text: str, name: str) -> Parsed:
-    """The cells of a table in either form; other comment lines and blank lines are left out.
+    """The cells of a table in either form.
+
+    Other comment lines and blank lines are left out.
 
     Parameters
     ----------

@@ -28,7 +28,9 @@ LONGEST_INTEGER = 300
 
 @contextmanager
 def written_whole(path: str | Path, mode: str = "w", *, newline: str | None = None) -> Iterator[IO[Any]]:
-    """A file that takes the place of ``path`` when all of it is written; its folder is made.
+    """A file that takes the place of ``path`` when all of it is written.
+
+    Its folder is made.
 
     Writes go to a file of a name of its own beside it, so that an error, a full disk, a kill or another process that
     writes the same file leaves the old one, or one whole new one.
@@ -71,7 +73,10 @@ def written_whole(path: str | Path, mode: str = "w", *, newline: str | None = No
 
 
 def utf8(text: str, path: object) -> bytes:
-    """A text as bytes for a file; half of a character is refused as by :func:`written_whole`."""
+    """A text as bytes for a file.
+
+    Half of a character is refused as by :func:`written_whole`.
+    """
     try:
         return text.encode("utf-8")
     except UnicodeEncodeError as error:
@@ -94,7 +99,10 @@ def write_text(path: str | Path, text: str, *, newline: str | None = None) -> Pa
 
 
 def save_figure(figure: Any, path: str | Path, *, dpi: float = 200) -> None:
-    """Write a figure of matplotlib whole or not at all; the ending of the name says in which format."""
+    """Write a figure of matplotlib whole or not at all.
+
+    The ending of the name says in which format.
+    """
     with written_whole(path, "wb") as file:
         figure.savefig(file, format=Path(path).suffix[1:].lower() or "png", dpi=dpi)
 
@@ -165,7 +173,10 @@ def parsed_json(text: str, name: object) -> Any:
 
 
 def read_json(path: str | Path) -> Any:
-    """What a file in JSON holds; errors as of :func:`read_text` and :func:`parsed_json`."""
+    """What a file in JSON holds.
+
+    Errors as of :func:`read_text` and :func:`parsed_json`.
+    """
     return parsed_json(read_text(path), path)
 
 

@@ -153,7 +153,10 @@ class _Digest:
             raise TypeError(f"{owner} uses {name!r}: {error}") from None
 
     def feed_code(self, code: CodeType) -> None:
-        """Add what a code does: instructions, constants (functions within it too), and names; not where it stands."""
+        """Add what a code does: instructions, constants (functions within it too), and names.
+
+        Not where it stands.
+        """
         self.tag("code", code.co_code.hex(), code.co_names, code.co_varnames, code.co_freevars)
         self.tag(code.co_exceptiontable.hex(), code.co_flags)
         self.tag(code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount)

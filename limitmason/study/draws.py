@@ -49,18 +49,27 @@ UNITS = {
 
 
 def normal(mean: float, variation: float) -> Any:
-    """Normal distribution by mean and coefficient of variation [-]; ``scipy.stats.norm``."""
+    """Normal distribution by mean and coefficient of variation [-].
+
+    ``scipy.stats.norm``.
+    """
     return stats.norm(loc=mean, scale=abs(mean) * _positive("variation", variation))
 
 
 def lognormal(mean: float, variation: float) -> Any:
-    """Lognormal distribution by its own mean and coefficient of variation [-]; ``scipy.stats.lognorm``."""
+    """Lognormal distribution by its own mean and coefficient of variation [-].
+
+    ``scipy.stats.lognorm``.
+    """
     spread = math.sqrt(math.log1p(_positive("variation", variation) ** 2))
     return stats.lognorm(s=spread, scale=_positive("mean", mean) * math.exp(-0.5 * spread**2))
 
 
 def uniform(low: float, high: float) -> Any:
-    """Uniform distribution between two values; ``scipy.stats.uniform``."""
+    """Uniform distribution between two values.
+
+    ``scipy.stats.uniform``.
+    """
     if not high > low:
         raise InputError(f"uniform: the upper value {high!r} must exceed the lower one {low!r}")
     return stats.uniform(loc=low, scale=high - low)
@@ -169,7 +178,9 @@ def check_links(links: Mapping[str, str], joints: Mapping[str, Random]) -> Linke
 def draw_blocks(
     assembly: Assembly, blocks: Mapping[str, Random], sample: int, seed: int, shares: Mapping[str, float]
 ) -> tuple[Assembly, dict[str, float]]:
-    """Assembly with drawn blocks, held ones included, and the drawn values; arguments as for :func:`draw_joints`.
+    """Assembly with drawn blocks, held ones included, and the drawn values.
+
+    Arguments as for :func:`draw_joints`.
 
     Raises
     ------

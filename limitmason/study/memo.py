@@ -88,7 +88,9 @@ class Memo:
         self, function: Callable[..., Any], jobs: Mapping[Any, Mapping[str, Any]], *, executor: Any = None,
         workers: int = 1, row: Callable[[Any, Any], Any] = lambda _, result: result,
     ) -> Iterator[tuple[Any, Any]]:  # fmt: skip
-        """Compute what is missing of some jobs; key and result of each as it is done.
+        """Compute what is missing of some jobs.
+
+        Key and result of each as it is done.
 
         Parameters
         ----------

@@ -139,7 +139,10 @@ def monte_carlo(
 
 
 def _truncations(joints: Mapping[str, Random], blocks: Mapping[str, Random]) -> list[str]:
-    """What the bounds take from every distribution, in words; nothing where it is less than 1e-12."""
+    """What the bounds take from every distribution, in words.
+
+    Nothing where it is less than 1e-12.
+    """
     out = []
     for name, random in (*joints.items(), *blocks.items()):
         bounds = (BOUNDS if name in joints else BLOCK_BOUNDS)[name]

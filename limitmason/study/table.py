@@ -42,7 +42,10 @@ class Table:
         return iter(self.rows)
 
     def __getitem__(self, column: str) -> np.ndarray:
-        """One column as an array; numbers missing in a row are NaN."""
+        """One column as an array.
+
+        Numbers missing in a row are NaN.
+        """
         if column not in self.columns:
             raise KeyError(f"the table has no column {column!r}; columns: {', '.join(self.columns)}")
         values = [row.get(column) for row in self.rows]
@@ -51,7 +54,10 @@ class Table:
         return np.array(values, dtype=object)
 
     def __eq__(self, other: object) -> bool:
-        """Whether both hold the same rows in the same order; NaN equals NaN."""
+        """Whether both hold the same rows in the same order.
+
+        NaN equals NaN.
+        """
         if not isinstance(other, Table):
             return NotImplemented
         return len(self) == len(other) and all(

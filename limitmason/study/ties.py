@@ -68,7 +68,9 @@ class LinkedFormulas:
             raise InputError(f"{twice[0]!r} is tied and given: leave one of them out")
 
     def __call__(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values with those tied to them; arrays element by element.
+        """The values with those tied to them.
+
+        Arrays element by element.
 
         Raises
         ------

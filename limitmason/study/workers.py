@@ -1,4 +1,6 @@
-"""Many calls of one function: here, in worker processes where these pay, or on an executor; short calls in chunks.
+"""Many calls of one function: here, in worker processes where these pay, or on an executor.
+
+Short calls in chunks.
 
 A call that takes a millisecond costs more to hand over than to do. So calls begin in this process. When workers would
 save more than it takes to start them, they start while calls go on here, and what is left then goes to them, so many
@@ -47,7 +49,9 @@ class _Done:
 def run_points(
     function: Callable[..., Any], jobs: Sequence[Job], executor: Any, workers: int
 ) -> Iterator[tuple[int, Any]]:
-    """Numbered results as they come, one point of keywords each; an :class:`Unfinished` is handed on as a result.
+    """Numbered results as they come, one point of keywords each.
+
+    An :class:`Unfinished` is handed on as a result.
 
     Parameters
     ----------
@@ -115,7 +119,10 @@ def _unpacked(futures: Sequence[Future]) -> Iterator[tuple[int, Any]]:
 def _here_and_in_workers(
     function: Callable[..., Any], jobs: Sequence[Job], workers: int
 ) -> Iterator[tuple[int, Any]]:
-    """Begin here; a second thread looks now and then whether workers pay, and then gives them all that is left."""
+    """Begin here.
+
+    a second thread looks now and then whether workers pay, and then gives them all that is left.
+    """
     left = deque(jobs)
     futures: list[Future] = []
     lock, over = threading.Lock(), threading.Event()
@@ -203,7 +210,10 @@ def _as_executor(executor: Any) -> Any:
 
 
 def _on_executor(function: Callable[..., Any], jobs: Sequence[Job], executor: Any) -> Iterator[tuple[int, Any]]:
-    """The first call alone tells how long one is; where it is not back soon, calls are long and go one by one."""
+    """The first call alone tells how long one is.
+
+    Where it is not back soon, calls are long and go one by one.
+    """
     if not jobs:
         return
     futures = [executor.submit(_chunk, function, jobs[:1])]

@@ -244,6 +244,7 @@ def _taken_over(method: str, settings: Mapping[str, Mapping[str, Any]], rows: Se
 
 
 def _settings(methods: Sequence[str], options: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Options of every method: those it states, then those given."""
     out: dict[str, dict[str, Any]] = {}
     for method in methods:
         given = options.get(method.replace("-", "_"), options.get(method, {}))

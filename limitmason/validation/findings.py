@@ -1,4 +1,7 @@
-"""What theory demands of several answers to one question, checked; what was not computed is named, never passed."""
+"""What theory demands of several answers to one question, checked.
+
+What was not computed is named, never passed.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,9 @@ class Answers:
         self.upper, self.lower, self.mechanism = (solved.get(t) for t in ("upper", "admissible", "mechanism"))
 
     def position(self, row: Row) -> str:
-        """Where a simulation lies: "inside", "above by ..." or "below by ..."; "" where an end to judge by is missing.
+        """Where a simulation lies: "inside", "above by ..." or "below by ...".
+
+        "" where an end to judge by is missing.
 
         It lies inside where its range meets that from the smallest admissible multiplier to the associative one.
         """

@@ -86,12 +86,15 @@ class Row:
 
     @property
     def unit(self) -> str:
-        """Unit of the predicted value and of the reference; "-" for a multiplier."""
+        """Unit of the predicted value and of the reference.
+
+        "-" for a multiplier.
+        """
         return "-" if self.reference is None else self.reference.unit
 
     @property
     def measured(self) -> float:
-        """The measured value in ``unit``; NaN without one."""
+        """The measured value in ``unit``, or NaN without one."""
         return float(self.reference) if self.reference is not None and self.kind == "measured" else NAN
 
     @property
@@ -106,7 +109,10 @@ class Row:
 
     @property
     def references(self) -> tuple[Cited, ...]:
-        """Papers behind the answer; those of its method where it was taken from a store; none where it has none."""
+        """Papers behind the answer.
+
+        Those of its method where it was taken from a store. None where it has none.
+        """
         if self.prediction is not None:
             return self.prediction.references
         return () if math.isnan(self.multiplier) else get_method(self.method).references
@@ -118,7 +124,7 @@ class Row:
 
     @property
     def refusal(self) -> str | None:
-        """Why the method does not take the structure; None where it does."""
+        """Why the method does not take the structure, or None where it does."""
         return self.status.removeprefix(f"{REFUSED}: ") if self.status.startswith(REFUSED) else None
 
     @property
@@ -127,12 +133,18 @@ class Row:
         return math.isfinite(self.low) and math.isfinite(self.high)
 
     def in_unit(self, factor: float) -> Row:
-        """The same row for another meaning of a multiplier of 1; range and predicted value follow."""
+        """This row for another meaning of a multiplier of 1.
+
+        Range and predicted value follow.
+        """
         change = factor / self.factor
         return replace(self, factor=factor, low=self.low * change, high=self.high * change)
 
     def stored(self) -> dict[str, Any]:
-        """What a store keeps of it; :meth:`restored` reads it."""
+        """What a store keeps of it.
+
+        :meth:`restored` reads it.
+        """
         out = {name: getattr(self, name) for name in STORED}
         return {**out, "bound": str(self.bound), "status": str(self.status)}
 

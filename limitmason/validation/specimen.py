@@ -107,7 +107,7 @@ def _flow_rule(target: TargetValue, method: str, asked: str | None) -> str | Non
 
 
 def _combinations(test: Experiment) -> list[dict[str, Any]]:
-    """Every combination of the options that the sources leave open; none where they leave nothing open."""
+    """Every combination of the options that the sources leave open, or none where they leave nothing open."""
     names = list(test.open_options)
     return [dict(zip(names, values, strict=True)) for values in product(*test.open_options.values())] if names else []
 

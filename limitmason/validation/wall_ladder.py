@@ -54,12 +54,18 @@ class WallPrediction(NamedTuple):
 
     @property
     def mode(self) -> str:
-        """S shear, F flexure, SL sliding, G gaping; F where units and joints inside the wall cost it little."""
+        """S shear, F flexure, SL sliding, G gaping.
+
+        F where units and joints inside the wall cost it little.
+        """
         return "F" if self.rocks >= ROCKS else self.inside
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Ends that hold 90 % [kN]: inputs, where they were moved, and model; lognormal."""
+        """Ends that hold 90 % [kN]: inputs, where they were moved, and model.
+
+        Lognormal.
+        """
         wide = float(np.exp(NINETY * np.hypot(np.nan_to_num(self.spread), MODEL_SPREAD[self.method])))
         return self.force / wide, self.force * wide
 

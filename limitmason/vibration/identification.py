@@ -204,7 +204,10 @@ def _pyoma(y: Array, step: float, order: int, lags: int) -> list[Pole]:
 
 
 def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown: Array, method: str) -> Identified:
-    """Poles that come back at the next order, gathered by frequency; medians of those that come back most."""
+    """Poles that come back at the next order, gathered by frequency.
+
+    Medians of those that come back most.
+    """
     kept: list[tuple[float, float, Complex]] = []
     for (f0, d0, s0), (f1, d1, s1) in pairwise(poles):
         for f, d, shape in zip(f1, d1, s1, strict=True):

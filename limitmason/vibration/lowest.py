@@ -163,7 +163,7 @@ def _orthonormal(x: Array, mass: sparse.csc_array) -> Array:
 
 
 def _counted(system: VibratingSystem, shift: float) -> int | None:
-    """Eigenvalues below a shift; None where the factor is no proof."""
+    """Eigenvalues below a shift, or None where the factor is no proof."""
     if system.below is not None:
         return system.below(shift)
     matrix = (system.stiffness - shift * system.mass).tocsc()

@@ -39,7 +39,9 @@ class Alike(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Mac(ReadOnly):
-    """Matrix of the criterion, 0 to 1; row i, column j compares mode i of the first with mode j of the second.
+    """Matrix of the criterion, 0 to 1.
+
+    Row i, column j compares mode i of the first with mode j of the second.
 
     Parameters
     ----------
@@ -82,7 +84,10 @@ class Mac(ReadOnly):
         return np.asarray(np.linalg.svd(u.conj().T @ cross[np.ix_(a, b)] @ v, compute_uv=False) ** 2)
 
     def __str__(self) -> str:
-        """Table of pairs; modes of close frequencies stand together."""
+        """Table of pairs.
+
+        Modes of close frequencies stand together.
+        """
         rows = [
             [_numbers(g.first), _hertz(self.frequency_a, g.first), _numbers(g.second),
              _hertz(self.frequency_b, g.second), f"{g.value:.3f}"]
@@ -97,7 +102,10 @@ class Mac(ReadOnly):
 
 
 def _groups(frequency: Array) -> list[list[int]]:
-    """Modes whose frequencies follow each other closely; without frequencies each for itself."""
+    """Modes whose frequencies follow each other closely.
+
+    Without frequencies each for itself.
+    """
     out: list[list[int]] = []
     for i in np.argsort(frequency, kind="stable"):
         near = bool(out) and frequency[i] - frequency[out[-1][-1]] <= _CLOSE * frequency[i]
@@ -109,7 +117,10 @@ def _groups(frequency: Array) -> list[list[int]]:
 
 
 def _root(gram: Array) -> Array:
-    """Columns that make vectors of these products orthonormal; fewer where they depend on each other."""
+    """Columns that make vectors of these products orthonormal.
+
+    Fewer where they depend on each other.
+    """
     value, axes = np.linalg.eigh(gram)
     kept = value > 1e-10 * value.max()
     return np.asarray(axes[:, kept] / np.sqrt(value[kept]))

@@ -22,7 +22,9 @@ _AT_REST = 1e-6  # of the largest frequency found: below it nothing holds the mo
 
 @dataclass(frozen=True, eq=False)
 class Modes(ReadOnly):
-    """Natural modes, lowest first; shapes are of unit modal mass.
+    """Natural modes, lowest first.
+
+    Shapes are of unit modal mass.
 
     Parameters
     ----------
@@ -129,7 +131,10 @@ def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
 
 
 def solved(system: VibratingSystem, count: int) -> Modes:
-    """Modes of a system; see :func:`modes`."""
+    """Modes of a system.
+
+    See :func:`modes`.
+    """
     n = system.stiffness.shape[0]
     if not 1 <= count < n:
         raise InputError(f"count must lie between 1 and {n - 1}, got {count!r}")

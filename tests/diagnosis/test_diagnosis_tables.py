@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 
 from limitmason.diagnosis import Cause, Measured, Noise, Study
 from limitmason.diagnosis.inference.cells import descend
-from limitmason.diagnosis.inference.confidence_set import Tally, run
+from limitmason.diagnosis.inference.confidence_set import Tally, add_draws
 from limitmason.diagnosis.inference.fit import Likelihood, fit, fits
 from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.noise import Draws
@@ -192,7 +192,7 @@ def test_bootstrap_p_of_a_known_statistic_and_its_early_stop():
     draws = Draws.make(1, 10, 1, Noise(0.04))
     quiet, loud = (Tally({"chi2": v}, {"chi2": 0.01}) for v in (stats.chi2.isf(0.3, 10), stats.chi2.isf(0.001, 10)))
     for tally in (quiet, loud):
-        run(tally, lambda r: {"chi2": (draws.errors[r] ** 2).sum(axis=1)}, lambda t: t.settled("chi2"), 1999)
+        add_draws(tally, lambda r: {"chi2": (draws.errors[r] ** 2).sum(axis=1)}, lambda t: t.settled("chi2"), 1999)
     assert quiet.draws == 99
     assert not quiet.rejected("chi2")
     assert loud.draws > 600

@@ -34,7 +34,9 @@ _PARALLEL = 0.02
 
 
 class Crossings(NamedTuple):
-    """Sides of two faces that cross in a pose, the first of the block with the lower number; shape (k,) and (k, 3).
+    """Sides of two faces that cross in a pose, the first of the block with the lower number.
+
+    Shape (k,) and (k, 3).
 
     ``side`` are the corners at which both sides begin, ``place`` the points of both in the reference pose [m];
     ``gap`` [m] is along the normal of the first face, negative where they overlap, ``inside`` the least distance from

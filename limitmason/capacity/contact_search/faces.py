@@ -28,7 +28,9 @@ FACING = -0.5
 
 
 class Shapes(NamedTuple):
-    """Faces of all blocks and their corners in the reference pose; a face has k sides, padded by repetition.
+    """Faces of all blocks and their corners in the reference pose.
+
+    a face has k sides, padded by repetition.
 
     Parameters
     ----------
@@ -73,7 +75,10 @@ class Shapes(NamedTuple):
         return np.searchsorted(self.corner_face, np.arange(len(self.face_block) + 1))
 
     def placed(self, pose: Pose, block: Index, place: Array) -> Array:
-        """Where material points of blocks are in a pose [m], shape (m, 3); ``place`` in the reference pose."""
+        """Where material points of blocks are in a pose [m], shape (m, 3).
+
+        ``place`` in the reference pose.
+        """
         x = self.assembly.centroids
         return x[block] + pose.shift[block] + turned(pose, block, place - x[block])
 
@@ -170,7 +175,10 @@ class Near(NamedTuple):
 
 
 def _outlines(assembly: Assembly, contacts: PathContacts, plane: Plane | None) -> list[tuple[int, Array, Array]]:
-    """Block, corners and outward normal of every face, blocks in order; in plane the two ends of a line."""
+    """Block, corners and outward normal of every face, blocks in order.
+
+    In plane the two ends of a line.
+    """
     out = []
     level = 0.0 if plane is None else float(np.median(contacts.place_b @ plane.normal))
     for b, body in enumerate(assembly.blocks):
@@ -311,7 +319,10 @@ def facing(shapes: Shapes, pose: Pose, one: Index, two: Index) -> tuple[Index, I
 
 
 def near_blocks(shapes: Shapes, pose: Pose, depth: float = 0.0) -> tuple[Index, Index]:
-    """Pairs of blocks that may touch in a pose, not both held; ``depth`` as in :func:`together`."""
+    """Pairs of blocks that may touch in a pose, not both held.
+
+    ``depth`` as in :func:`together`.
+    """
     fixed, x = shapes.assembly.fixed, shapes.assembly.centroids + pose.shift
     reach = shapes.spread + shapes.near + depth
     one, two = overlapping_pairs(x - reach[:, None], x + reach[:, None])

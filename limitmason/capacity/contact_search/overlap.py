@@ -17,7 +17,9 @@ DEEP = 0.02
 def deepest(
     assembly: Assembly, c: PathContacts, pose: Pose, force: Array, slack: float
 ) -> tuple[int, int, float] | None:
-    """Two blocks that overlap in a pose by more than their springs are pressed, and by how much [m]; None if none do.
+    """Two blocks that overlap in a pose by more than their springs are pressed, and by how much [m].
+
+    None if none do.
 
     Blocks are taken as rigid, in convex pieces; in plane only those count that have no point at all. Of several pairs
     the one that overlaps most.

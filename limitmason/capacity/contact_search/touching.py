@@ -50,7 +50,7 @@ class NewPoint(NamedTuple):
 def found_anew(
     shapes: Shapes, c: PathContacts, pose: Pose, history: PlasticHistory, force: Array, since: Pose
 ) -> Renewed | None:
-    """The contacts of a pose; None where they are still the same.
+    """The contacts of a pose, or None where they are still the same.
 
     Parameters
     ----------
@@ -210,13 +210,18 @@ def _shares(shapes: Shapes, c: PathContacts, gone: Flags, now_b: Array, near: Ne
 
 
 def outside(shapes: Shapes, c: PathContacts, pose: Pose) -> Array:
-    """How far the corners that are points lie outside the sides of their faces in a pose [m], shape (m,); 0 inside."""
+    """How far the corners that are points lie outside the sides of their faces in a pose [m], shape (m,).
+
+    0 inside.
+    """
     inside = beside_faces(shapes, c, pose)
     return np.asarray(np.where(inside < np.inf, np.maximum(-inside, 0.0), 0.0))
 
 
 def beside_faces(shapes: Shapes, c: PathContacts, pose: Pose) -> Array:
-    """How far points lie inside the sides of their faces in a pose [m], shape (m,); infinite for those without one.
+    """How far points lie inside the sides of their faces in a pose [m], shape (m,).
+
+    Infinite for those without one.
 
     A point where sides cross counts as outside by what it lies off that place.
     """
@@ -239,7 +244,7 @@ def _made(
     gone: Flags, now_b: Array, near: Near, row: int, others: list[NewPoint],
     share: Array | None,
 ) -> NewPoint | None:  # fmt: skip
-    """A new point; None where a point of the same two blocks is there already.
+    """A new point, or None where a point of the same two blocks is there already.
 
     Parameters
     ----------

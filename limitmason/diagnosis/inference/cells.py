@@ -259,7 +259,10 @@ def _cell(
 def _normal(
     gram: Rows, slope: Row, z_step: Array, off: Array, per: Array | None, flat: Array
 ) -> tuple[list[list[Array]], list[Array]]:  # fmt: skip
-    """Normal equations of a linear step; along an axis without effect on the data nothing pulls."""
+    """Normal equations of a linear step.
+
+    Along an axis without effect on the data nothing pulls.
+    """
     d, k = len(slope), len(z_step)
     matrix: list[list[Array]] = [[g if per is None else g * per for g in row] for row in gram]
     right: list[Array] = [s if per is None else s * per for s in slope]
@@ -306,7 +309,7 @@ def descend(gram: Rows, gradient: Row, low: Array, high: Array) -> Array:
 
 
 def _descend_two(gram: Rows, gradient: Row, low: Row, high: Row) -> Array:
-    """The same for two axes: the free minimum, or the better of the two with one axis held at its violated end."""
+    """Descent along two axes: the free minimum, or the better of the two with one axis held at its violated end."""
     a, b, c = gram[0][0] + TINY, gram[0][1], gram[1][1] + TINY
     g, h = gradient
     determinant = np.maximum(a * c - b * b, 1e-10 * a * c)

@@ -32,7 +32,7 @@ class CheckedVerdict(NamedTuple):
 
 @dataclass(frozen=True)
 class Checks:
-    """The same data judged again under other statements.
+    """One data set judged again under other statements.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ class Tally:
         return bool(bdtr(k, m, alpha) < DOUBT or (k > 0 and bdtrc(k - 1, m, alpha) < DOUBT))
 
 
-def run(
+def add_draws(
     tally: Tally,
     draw: Callable[[slice], Mapping[str, np.ndarray]],
     enough: Callable[[Tally], bool],
@@ -242,7 +242,10 @@ class Decision:
         return out
 
     def _tested(self, names: Names, fit: BestFit, base: float, best: float) -> Tested:
-        """A fit beside the baseline and the best of its kind; not tested yet, and so not kept."""
+        """A fit beside the baseline and the best of its kind.
+
+        Not tested yet, and so not kept.
+        """
         grid, value = self.design.grid(names), float(fit.loglik[0])
         sizes, z = (tuple(float(v) for v in at(fit.position)[0]) for at in (grid.sizes_at, grid.z_at))
         return Tested(names, False, sizes, z, value - base, best - value, {}, 0, fit)
@@ -271,7 +274,7 @@ class Decision:
             trend = t.settled("shape") and t.rejected("shape")
             return scatter_out or trend or (t.settled("guard") and t.draws >= rule.draws // 2)
 
-        run(tally, draw, enough, self.count, min(GATE_DRAWS, self.count))
+        add_draws(tally, draw, enough, self.count, min(GATE_DRAWS, self.count))
         return tally, float(np.quantile(np.concatenate(gains), 1.0 - rule.gain))
 
     def _statistics(self, null: BestFit, singles: Sequence[BestFit], replicate: np.ndarray) -> dict[str, np.ndarray]:
@@ -319,7 +322,7 @@ class Decision:
             done = [t.settled(name) for name in t.observed]
             return all(done) or any(d and t.rejected(name) for d, name in zip(done, t.observed, strict=True))
 
-        return run(tally, draw, enough, self.count)
+        return add_draws(tally, draw, enough, self.count)
 
     def _deficit(self, names: Names, fit: BestFit, observed: float, rivals: Iterable[Names]) -> Tally:
         """Log-likelihood deficit against the best rival, on data drawn from the explanation's own fit."""
@@ -343,7 +346,7 @@ class Decision:
                 start, stop = stop, stop + 2 * (stop - start)
             return {"deficit": out}
 
-        return run(tally, draw, lambda t: t.settled("deficit"), self.count)
+        return add_draws(tally, draw, lambda t: t.settled("deficit"), self.count)
 
     def _near(self, names: Names, fit: BestFit, rivals: Iterable[Names]) -> list[Names]:
         """Rivals that can pass for an explanation, nearest first, by how well they fit what it predicts exactly."""

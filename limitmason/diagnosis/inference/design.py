@@ -175,7 +175,10 @@ class Design:
         replicate: float | np.ndarray = 1.0,
         weights: np.ndarray | None = None,
     ) -> BestFit:
-        """Fit of one explanation, by its names or its grid, to every data set; see :func:`~.fit.fits`."""
+        """Fit of one explanation, by its names or its grid, to every data set.
+
+        See :func:`~.fit.fits`.
+        """
         z = np.zeros((len(np.atleast_2d(y)), self.inputs)) if z is None else z
         return fits([model if isinstance(model, Grid) else self.grid(model)], y, z, self.like, replicate, weights)[0]
 
@@ -212,7 +215,10 @@ class Design:
         return self._with(lambda grid: grid.mixed(step), mix=mix)
 
     def with_noise(self, noise: Noise) -> Design:
-        """The same tables under another statement of independent noise; its scale is kept where it states none."""
+        """These tables under another statement of independent noise.
+
+        Its scale is kept where it states none.
+        """
         scale = self.scale if noise.kind == "unknown" else noise.scale(self.n)
         ratio = self.scale / scale
         return self._with(lambda g: Grid(g.sizes, g.z, g.values * ratio), noise=noise, scale=scale)

@@ -229,7 +229,7 @@ class Rivals:
         return own - np.max([self.of((n,)).evidence(data - part, like, replicate) for n, part in beside], axis=0)
 
     def parts(self, names: Names, fit: BestFit) -> list[np.ndarray]:
-        """Effect of each cause of a pair at the fit, at the measured inputs, shape (n,); none for a single cause."""
+        """Effect of each cause of a pair at the fit, at the measured inputs, shape (n,), or none for a single cause."""
         out = []
         for axis, name in enumerate(names if len(names) == 2 else ()):
             grid, null = self.design.singles[name], self.design.null
@@ -246,7 +246,10 @@ class Rivals:
 
 
 def as_gaussian(like: Likelihood, fit: BestFit, y: np.ndarray) -> tuple[Likelihood, np.ndarray, np.ndarray]:
-    """Likelihood, data and log-likelihood of fits to be held against Gaussian biases; blunders are drawn in first."""
+    """Likelihood, data and log-likelihood of fits to be held against Gaussian biases.
+
+    Blunders are drawn in first.
+    """
     if like.tails is None:
         return like, y, fit.loglik
     pull = np.minimum(1.0, np.sqrt((like.tails + 1.0) / (like.tails + fit.residuals**2)))

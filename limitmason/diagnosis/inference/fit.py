@@ -90,7 +90,10 @@ class Likelihood:
         return -0.5 * (count + self.dof) * np.log(total) - 0.5 * penalty
 
     def loss(self, residuals: Array, weights: Array | None = None) -> Array:
-        """Sum of squares, or of Student terms, over the last axis; a weight of 0 leaves a value out."""
+        """Sum of squares, or of Student terms, over the last axis.
+
+        a weight of 0 leaves a value out.
+        """
         if weights is not None:
             if self.tails is None:
                 return (weights * residuals**2).sum(axis=1)
@@ -116,7 +119,10 @@ class Likelihood:
 
 
 def student_terms(y: Array, used: Array, nodes: Array, tails: float) -> NDArray[np.float32]:
-    """Sum of log(1 + r^2 / tau) over the values used, shape (b, g), by one logarithm for several; to rank nodes."""
+    """Sum of log(1 + r^2 / tau) over the values used, shape (b, g), by one logarithm for several.
+
+    To rank nodes.
+    """
     short, scaled, columns = y.astype(np.float32), (used / tails).astype(np.float32), nodes.T.astype(np.float32)
     out = np.zeros((len(y), columns.shape[1]), dtype=np.float32)
     factor = np.ones_like(out)
@@ -216,7 +222,10 @@ class Data:
 def fit(
     grid: Grid, y: Array, z: Array, like: Likelihood, replicate: Array | float = 1.0, weights: Array | None = None
 ) -> BestFit:  # fmt: skip
-    """Best fit of one model to each data set; see :func:`fits`."""
+    """Best fit of one model to each data set.
+
+    See :func:`fits`.
+    """
     return fits([grid], y, z, like, replicate, weights)[0]
 
 

@@ -141,7 +141,7 @@ class Grid:
         return Grid((), self.z, self.between(position))
 
     def denser(self, times: int = 4) -> "Grid":
-        """The same grid with more nodes along the measured inputs, linear between the old ones."""
+        """This grid with more nodes along the measured inputs, linear between the old ones."""
         values, z = self.values, []
         for axis, a in enumerate(self.z, start=len(self.sizes)):
             u = np.linspace(0.0, len(a) - 1.0, times * (len(a) - 1) + 1)
@@ -155,11 +155,11 @@ class Grid:
         return [Grid(rest, self.z, np.take(self.values, i, axis=axis)) for i in range(len(self.sizes[axis]))]
 
     def mixed(self, mix: np.ndarray) -> "Grid":
-        """The same grid in other coordinates of the specimens, values times ``mix`` of shape (n, n)."""
+        """This grid in other coordinates of the specimens, values times ``mix`` of shape (n, n)."""
         return Grid(self.sizes, self.z, self.values @ mix.T)
 
     def columns(self, chosen: np.ndarray) -> "Grid":
-        """The same grid for some of the specimens."""
+        """This grid for some of the specimens."""
         return Grid(self.sizes, self.z, self.values[..., chosen])
 
 

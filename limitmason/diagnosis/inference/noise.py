@@ -139,7 +139,9 @@ class Noise:
         return "known" if self.dof is None else "replicates"
 
     def scale(self, n: int) -> np.ndarray:
-        """Standard deviation per specimen, shape (n,); ones when unknown.
+        """Standard deviation per specimen, shape (n,).
+
+        Ones when unknown.
 
         Raises
         ------
@@ -154,7 +156,7 @@ class Noise:
         return np.broadcast_to(sd, (n,)).copy()
 
     def for_others(self) -> Noise:
-        """The same statement for other specimens: its mean where it differs from one to the other."""
+        """This statement for other specimens: its mean where it differs from one to the other."""
         if not isinstance(self.sd, tuple):
             return self
         return Noise(float(np.mean(self.sd)), self.dof, self.tails, self.by_row)
@@ -233,5 +235,5 @@ class Draws:
         return fitted + sd * self.errors[rows], z + self.inputs[rows], sd**2 * self.replicate[rows]
 
     def columns(self, chosen: np.ndarray) -> Draws:
-        """The same draws for some of the specimens."""
+        """These draws for some of the specimens."""
         return Draws(self.errors[:, chosen], self.inputs, self.replicate)

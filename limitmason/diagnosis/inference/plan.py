@@ -192,7 +192,7 @@ def outward(grid: Grid, cause: Listed, side: float) -> np.ndarray:
 
 
 def reached_at(grid: Grid, cause: Listed, side: float, d: np.ndarray, least: float) -> float | None:
-    """Smallest size towards a bound at which a distance of every node reaches a value; None within no bound."""
+    """Smallest size towards a bound at which a distance of every node reaches a value, or None within no bound."""
     rows = outward(grid, cause, side)
     reach = np.maximum.accumulate(d[rows])
     return float(np.interp(least, reach, grid.sizes[0][rows])) if reach[-1] >= least else None

@@ -1,4 +1,7 @@
-"""Noise that tests share: by a recorded batch, day or set-up, estimated and carried; or by one nobody wrote down."""
+"""Noise that tests share: by a recorded batch, day or set-up, estimated and carried.
+
+Or by one nobody wrote down.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

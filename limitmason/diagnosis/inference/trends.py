@@ -80,7 +80,7 @@ class Trends:
         return (along / k) / (np.maximum(total[:, None] - along, 1e-12 * total[:, None] + FLOOR) / free), k, free
 
     def statistic(self, residuals: np.ndarray) -> np.ndarray:
-        """Best trend of each data set, -log of its tail probability, shape (b,); zeros without covariates."""
+        """Best trend of each data set, -log of its tail probability, shape (b,), or zeros without covariates."""
         ratios, k, _ = self._ratios(np.atleast_2d(residuals))
         tails = np.ones(len(ratios))
         for count in np.unique(k):  # among trends of as many columns the largest F has the smallest tail

@@ -215,7 +215,10 @@ class Verdict:
 
     @property
     def distinct(self) -> bool:
-        """Whether one explanation is left, told from every smooth discrepancy; identified or not."""
+        """Whether one explanation is left, told from every smooth discrepancy.
+
+        Identified or not.
+        """
         if len(self.kept) != 1:
             return False
         return self.identification.distinct if self.identification is not None else self.kind != "behaves like"

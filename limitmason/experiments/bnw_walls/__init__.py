@@ -63,7 +63,10 @@ specimens = names_in(NAME, "walls.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One of "BNW1", "BNW2", "BNW3"; see ``OPTIONS``."""
+    """One of "BNW1", "BNW2", "BNW3".
+
+    See ``OPTIONS``.
+    """
     table = read_table(NAME, "walls.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
@@ -198,7 +201,10 @@ def drive(test: Experiment) -> Drive:
 
 
 def curve(test: Experiment) -> Curve:
-    """The database's bilinear idealisation of the measured envelope, positive sense; displacement [mm], load [kN]."""
+    """The database's bilinear idealisation of the measured envelope, positive sense.
+
+    Displacement [mm], load [kN].
+    """
     m, height = test.measured, 1e3 * float(test.parameters["height"])
     force = float(m["bilinear force+"])
     drifts = (0.0, float(m["bilinear elastic drift+"]), float(m["bilinear ultimate drift+"]))
@@ -210,7 +216,7 @@ def curve(test: Experiment) -> Curve:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Vertical force dead at the beam's centroid; 1 kN sideways at the top of the wall live."""
+    """Vertical force dead at the beam's centroid, or 1 kN sideways at the top of the wall live."""
     p = test.parameters
     force = float(p["vertical stress"]) * 1e6 * float(p["length"]) * float(p["thickness"])
     i = wall.block_index(BEAM)

@@ -64,7 +64,10 @@ specimens = names_in(NAME, "panels.csv", "udec_runs.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """A panel "S1" to "S4" or "L1", or a run "udec-01" to "udec-18"; the assembly is inferred."""
+    """A panel "S1" to "S4" or "L1", or a run "udec-01" to "udec-18".
+
+    The assembly is inferred.
+    """
     chosen = chosen_options(OPTIONS, options, NAME)
     if chosen["loss"] not in LOSSES:
         raise InputError(f"{NAME}: loss must be one of {', '.join(map(repr, LOSSES))}, got {chosen['loss']!r}")
@@ -175,7 +178,9 @@ def drive(test: Experiment) -> Drive:
 
 
 def curve(test: Experiment) -> Curve:
-    """Published points of a UDEC run, from own weight on: first failure and failure; displacement [mm], load [kN].
+    """Published points of a UDEC run, from own weight on: first failure and failure.
+
+    Displacement [mm], load [kN].
 
     Raises
     ------

@@ -44,7 +44,10 @@ specimens = names_in(NAME, "walls.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One of the six walls, "wall-1" to "wall-6"; see ``OPTIONS``."""
+    """One of the six walls, "wall-1" to "wall-6".
+
+    See ``OPTIONS``.
+    """
     table = read_table(NAME, "walls.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
@@ -101,7 +104,10 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def rows_of(specimen: str) -> list[str]:
-    """Lengths of the units of each course from the bottom, in block lengths; negative for an opening."""
+    """Lengths of the units of each course from the bottom, in block lengths.
+
+    Negative for an opening.
+    """
     courses = [r for r in read_table(NAME, "layouts.csv").rows if r["specimen"] == specimen]
     return [r["pattern"] for r in sorted(courses, key=lambda r: int(r["course"]))]
 

@@ -50,7 +50,10 @@ specimens = names_in(NAME, "wallettes.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One orientation, for example "theta-90"; see ``OPTIONS``."""
+    """One orientation, for example "theta-90".
+
+    See ``OPTIONS``.
+    """
     table = read_table(NAME, "wallettes.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
@@ -106,7 +109,10 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wallette upright in the x-z plane, span along x, 0 < y < t; two bars behind it (fixed), two before it."""
+    """The wallette upright in the x-z plane, span along x, 0 < y < t.
+
+    Two bars behind it (fixed), two before it.
+    """
     p, o = test.parameters, test.options
     length, width = (float(p[k]) / 1e3 for k in ("length", "width"))
     thickness = thickness_of(test)
@@ -157,7 +163,9 @@ def assembly(test: Experiment) -> Assembly:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Weight along the loads, where there is a density; live line loads for 6 M / (b t^2) = 1 MPa between them.
+    """Weight along the loads, where there is a density.
+
+    Live line loads for 6 M / (b t^2) = 1 MPa between them.
 
     Raises
     ------

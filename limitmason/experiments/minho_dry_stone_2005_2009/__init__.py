@@ -77,12 +77,18 @@ def measured_curve(specimen: str) -> Curve:
 
 
 def curve(test: Experiment) -> Curve:
-    """The curve of a test's own specimen; see :func:`measured_curve`."""
+    """The curve of a test's own specimen.
+
+    See :func:`measured_curve`.
+    """
     return measured_curve(test.specimen)
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One of the 21 tests by its test unit name, for example "SW.30.1" or "WS1.100"; see ``OPTIONS``."""
+    """One of the 21 tests by its test unit name, for example "SW.30.1" or "WS1.100".
+
+    See ``OPTIONS``.
+    """
     table, series_table = read_table(NAME, "tests.csv"), read_table(NAME, "series.csv")
     row = table.row(specimen)
     series = series_table.row(row["series"], "series")
@@ -181,7 +187,7 @@ def assembly(test: Experiment) -> Assembly:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Weight and top load dead; 1 kN sideways at the beam's centroid live."""
+    """Weight and top load dead, or 1 kN sideways at the beam's centroid live."""
     return (
         Loads.weight(wall)
         .with_precompression(wall, float(test.parameters["N on top"]) * 1e3, block=BEAM)

@@ -55,7 +55,10 @@ class Input(NamedTuple):
     spread: float
 
     def drawn(self, normal: float) -> float:
-        """The value at a standard normal number; lognormal."""
+        """The value at a standard normal number.
+
+        Lognormal.
+        """
         return self.value * math.exp(self.spread * normal)
 
     def __str__(self) -> str:
@@ -101,7 +104,10 @@ def has_shear_span(row: Mapping[str, str]) -> bool:
 
 
 def draws(row: Mapping[str, str], number: int, seed: int = 0) -> list[dict[str, float]]:
-    """Values of the inputs drawn independently, by their names; the same for a wall whenever it is asked for."""
+    """Values of the inputs drawn independently, by their names.
+
+    The same for a wall whenever it is asked for.
+    """
     inputs = inputs_of(row)
     normal = np.random.default_rng([seed, int(row["specimen"])]).standard_normal((number, len(inputs)))
     return [{k: i.drawn(float(z)) for (k, i), z in zip(inputs.items(), zs, strict=True)} for zs in normal]

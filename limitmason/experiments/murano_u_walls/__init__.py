@@ -80,7 +80,10 @@ specimens = names_in(NAME, "walls.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One of "DS" and "REGW"; see ``OPTIONS``."""
+    """One of "DS" and "REGW".
+
+    See ``OPTIONS``.
+    """
     table = read_table(NAME, "walls.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
@@ -180,7 +183,10 @@ def assembly(test: Experiment) -> Assembly:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Weight and roof load dead; an airbag of 1 kN on the rear of the facade live, pushing it off its side walls."""
+    """Weight and roof load dead.
+
+    An airbag of 1 kN on the rear of the facade live, pushing it off its side walls.
+    """
     found = Loads.weight(wall)
     for top in roofs(test):
         force = 1e3 * float(test.parameters["roof load on each side wall"])

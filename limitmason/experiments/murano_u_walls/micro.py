@@ -46,7 +46,9 @@ def push_micro(
     steps: Steps | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> PushoverCurve:
-    """Capacity curve of a wall under its airbag; the multiplier is the airbag's force [kN].
+    """Capacity curve of a wall under its airbag.
+
+    The multiplier is the airbag's force [kN].
 
     Parameters
     ----------

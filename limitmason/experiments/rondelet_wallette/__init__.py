@@ -27,7 +27,10 @@ specimens = names_in(NAME, "variants.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One of the assumed bonds, for example "toothed-odd-ragged"; see ``OPTIONS``."""
+    """One of the assumed bonds, for example "toothed-odd-ragged".
+
+    See ``OPTIONS``.
+    """
     table = read_table(NAME, "variants.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
@@ -70,7 +73,10 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wallette from x = 0, its column to the left of it; bottom course and column held."""
+    """The wallette from x = 0, its column to the left of it.
+
+    Bottom course and column held.
+    """
     p, o = test.parameters, test.options
     length, height, thickness = (float(p[f"block {k}"]) / 1e3 for k in ("width", "height", "thickness"))
     lengths, courses = int(p["blocks per course"]), int(p["courses"])

@@ -96,7 +96,10 @@ def view(
 
 
 class Scene:
-    """An interactive scene: ``html`` is the text of the page; a notebook shows it in a frame."""
+    """An interactive scene: ``html`` is the text of the page.
+
+    a notebook shows it in a frame.
+    """
 
     def __init__(self, html: str) -> None:
         self.html = html
@@ -242,7 +245,10 @@ def _arrows(model: Assembly, prediction: Prediction) -> Array:
 
 
 def _front(model: Assembly) -> float:
-    """Azimuth of a viewer who looks straight at a single-leaf wall; along y otherwise [rad]."""
+    """Azimuth of a viewer who looks straight at a single-leaf wall.
+
+    Along y otherwise [rad].
+    """
     plane = wall_plane(model)
     if plane is None:
         return float(-np.pi / 2)

@@ -14,7 +14,9 @@ Control = tuple[Callable[[], int], Callable[[int], None]]
 
 @contextlib.contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Context in which BLAS uses one thread; the number before is restored.
+    """Context in which BLAS uses one thread.
+
+    The number before is restored.
 
     Two threads made the factorisation of 3,000 to 10,000 blocks up to 2.5 times slower. Uses threadpoolctl where it is
     installed, otherwise the OpenBLAS that numpy and scipy bring with them; with any other BLAS nothing happens.

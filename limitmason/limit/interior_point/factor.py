@@ -133,7 +133,10 @@ class BlockCholesky:
         return lower
 
     def solve(self, right: Array) -> Array:
-        """Solution of M x = right; ``right`` has shape (r,), or (k, r) for k right-hand sides at once."""
+        """Solution of M x = right.
+
+        ``right`` has shape (r,), or (k, r) for k right-hand sides at once.
+        """
         x = np.ascontiguousarray(np.atleast_2d(right)[:, self._order])
         self.fronts.substitute(self._store, x)
         x = x[:, self._rank]

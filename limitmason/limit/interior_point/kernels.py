@@ -62,7 +62,9 @@ def assemble_front(
 
 @njit(cache=True, error_model="numpy")
 def nesterov_todd(x: Array, s: Array) -> tuple[bool, Array, Array]:
-    """Scaling W with W x = W^-1 s, given by an axis of determinant one and a size; False where a point left its cone.
+    """Scaling W with W x = W^-1 s, given by an axis of determinant one and a size.
+
+    False where a point left its cone.
 
     Returns inside, axis (m, c), size (m,). Determinants are products (x_0 - |x_1..|)(x_0 + |x_1..|): the difference of
     squares would lose half the digits near the boundary.
@@ -194,7 +196,7 @@ def inverse_hessian(root: Array, v: Array) -> Array:
 
 @njit(cache=True, error_model="numpy")
 def inverse_step(x: Array, d: Array) -> float:
-    """Largest 1 / step at which a point x + step d reaches the boundary of its cone; 0 when none ever does."""
+    """Largest 1 / step at which a point x + step d reaches the boundary of its cone, or 0 when none ever does."""
     m, c = x.shape
     worst = 0.0
     for p in range(m):

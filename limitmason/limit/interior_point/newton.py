@@ -54,7 +54,7 @@ class ConeProgram(NamedTuple):
 
 
 class Iterate(NamedTuple):
-    """Primal x, multiplier, slack and dual y, s, z; also a direction in the same space."""
+    """Primal x, multiplier, slack and dual y, s, z, also a direction in the same space."""
 
     x: Array  # (m, c)
     multiplier: float
@@ -125,7 +125,9 @@ def step_lengths(it: Iterate, d: Iterate) -> tuple[float, float]:
 
 
 class NewtonSystem:
-    """The linearised conditions at one iterate, factorised; call :meth:`scale` before anything else.
+    """The linearised conditions at one iterate, factorised.
+
+    Call :meth:`scale` before anything else.
 
     Parameters
     ----------
@@ -138,7 +140,7 @@ class NewtonSystem:
         self.it: Iterate
 
     def scale(self, it: Iterate) -> bool:
-        """Scale and factorise at an iterate; False when rounding has carried it out of a cone."""
+        """Scale and factorise at an iterate, or False when rounding has carried it out of a cone."""
         inside, self._axis, self._size = kernels.nesterov_todd(it.x, it.s)
         if not inside:
             return False

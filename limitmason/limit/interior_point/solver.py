@@ -43,7 +43,10 @@ REDUCED = 1e-6
 
 
 class Progress(NamedTuple):
-    """State of one iteration, in the scaled units of the problem; the multipliers bound each other once feasible."""
+    """State of one iteration, in the scaled units of the problem.
+
+    The multipliers bound each other once feasible.
+    """
 
     iteration: int
     static: float
@@ -252,7 +255,7 @@ def _rescaled(newton: NewtonSystem, it: Iterate) -> bool:
 
 
 def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate, float, float] | None:
-    """Direction and step lengths of one iteration; None when no step of use is left."""
+    """Direction and step lengths of one iteration, or None when no step of use is left."""
     it = newton.it
     gap = it.complementarity
     predictor = newton.direction(rest, *newton.products(0.0))

@@ -39,7 +39,9 @@ def alternate(
     programs: ConePrograms, state: ForceState, *, theta: float = 0.0, steps: int = 60, tolerance: float = 1e-10,
     deadline: float = np.inf,
 ) -> ForceState | None:  # fmt: skip
-    """Alternate on theta lambda + gap, which never rises; the state that violates the law least, or the last one.
+    """Alternate on theta lambda + gap, which never rises.
+
+    The state that violates the law least, or the last one.
 
     Parameters
     ----------

@@ -229,7 +229,7 @@ def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[T
 
 
 def radenkovic_lower(law: JointLaw) -> float:
-    """Scaled associative multiplier of the law inside, |T| <= c' + tan(psi) N'; NaN where nothing stands on that.
+    """Scaled associative multiplier of the law inside, |T| <= c' + tan(psi) N', or NaN where nothing stands on that.
 
     Notes
     -----
@@ -253,7 +253,9 @@ def _scaled_upper(problem: Problem, upper: Prediction) -> float:
 def _at_small_dilatancy(
     problem: Problem, law: JointLaw, state: ForceState, accuracy: float, limits: Array | None
 ) -> float:
-    """Extreme multiplier of a short search with a little dilatancy wherever there is none; NaN when none is found.
+    """Extreme multiplier of a short search with a little dilatancy wherever there is none.
+
+    NaN when none is found.
 
     Where the multiplier itself is proven this one must be too: a search that ends high would feign a jump.
     """
@@ -300,7 +302,10 @@ def _details(problem: Problem, found: SearchOutcome, low: float, high: float, pr
 
 
 def _proof_details(problem: Problem, proof: Extreme) -> dict:
-    """What is proven, unscaled; a bound on velocities or forces is infinite where the proof needs none."""
+    """What is proven, unscaled.
+
+    a bound on velocities or forces is infinite where the proof needs none.
+    """
     return {
         "proven": proof.proven,
         "none exists": proof.none,
@@ -329,7 +334,7 @@ def _prediction(
     between = f"between {low:.6g} and {high:.6g}" if np.isfinite(low) else f"at most {high:.6g}"
     if not np.isfinite(high):
         between = "without an upper bound, the associative multiplier being infinite"
-    kind, words = _what_it_is(details, search)
+    kind, words = _kind_of_bound(details, search)
     if status == TIME_ENDED:
         words = "estimate: multiplier of the nearest state when the time ended, not admissible"
     bound = Bound(kind, f"{words}; not unique, {between} (Radenkovic)")
@@ -339,7 +344,7 @@ def _prediction(
     )  # fmt: skip
 
 
-def _what_it_is(details: dict, search: str | Effort) -> tuple[BoundKind, str]:
+def _kind_of_bound(details: dict, search: str | Effort) -> tuple[BoundKind, str]:
     """First part of the bound: proven, found, or only a value."""
     proof = details["proof"]
     if details["bound_met"]:

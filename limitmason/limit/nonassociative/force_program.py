@@ -103,7 +103,9 @@ class ForceProgram:
         return float(x[-1]), x[:-1]
 
     def largest(self, constant: Array) -> tuple[str, ForceState | None]:
-        """Status and state of the largest lambda for r = ``constant`` (m,); no state when it is not a number.
+        """Status and state of the largest lambda for r = ``constant`` (m,).
+
+        No state when it is not a number.
 
         The dual velocities obey e_n >= slope |e_t|.
         """

@@ -12,7 +12,9 @@ from limitmason.mechanics.law_table import NON_ASSOCIATIVE, SECTIONS, refuse
 
 
 class JointLaw(NamedTuple):
-    """Joint law with normal forces counted from the tension corner, N' = N + t; everything scaled as in ``Problem``.
+    """Joint law with normal forces counted from the tension corner, N' = N + t.
+
+    Everything scaled as in ``Problem``.
 
     |T| <= c' + tan(phi) N',  0 <= N' <= q;  e_n = tan(psi) |e_t| + p - k with p, k >= 0, N' p = 0 and (q - N') k = 0,
     and T e_t = -(c' + tan(phi) N') |e_t|. Here t = min(ft A, c A / tan(phi)) and c' = c A - tan(phi) t >= 0.
@@ -42,7 +44,10 @@ class JointLaw(NamedTuple):
 
 
 class ForceState(NamedTuple):
-    """Scaled multiplier, forces from the tension corner and velocities with live . v = live_size; how it was found."""
+    """Scaled multiplier, forces from the tension corner and velocities with live . v = live_size.
+
+    How it was found.
+    """
 
     multiplier: float
     force: Array
@@ -51,7 +56,10 @@ class ForceState(NamedTuple):
 
 
 class Violation(NamedTuple):
-    """What a state violates: forces over the total load, rates at mean live velocity one; zero for an exact state."""
+    """What a state violates: forces over the total load, rates at mean live velocity one.
+
+    Zero for an exact state.
+    """
 
     equilibrium: float
     yielding: float
@@ -60,7 +68,7 @@ class Violation(NamedTuple):
 
     @property
     def worst(self) -> float:
-        """Largest of the four; infinite for a state that is not a number."""
+        """Largest of the four, or infinite for a state that is not a number."""
         largest = max(self)
         return largest if np.isfinite(largest) else float("inf")
 
@@ -110,7 +118,7 @@ def true_forces(law: JointLaw, state: ForceState) -> Array:
 
 
 def normalised(law: JointLaw, velocity: Array) -> Array | None:
-    """Velocities scaled to live . v = live_size; None when the live load does no positive work."""
+    """Velocities scaled to live . v = live_size, or None when the live load does no positive work."""
     power = float(law.live @ velocity)
     return velocity * (law.live_size / power) if power > 0 else None
 

@@ -20,7 +20,10 @@ INF = highspy.kHighsInf
 
 
 class Limits(NamedTuple):
-    """Largest forces, slacks and rates in the programs' units; what they rest on."""
+    """Largest forces, slacks and rates in the programs' units.
+
+    What they rest on.
+    """
 
     velocity: Array  # (r,)
     normal_low: Array  # (m,)
@@ -72,7 +75,10 @@ def make_model(
 
 
 def _maxima(model: highspy.Highs, rows: Array, *, smallest: bool = False) -> Array:
-    """Largest, or smallest, value of every row over a model's polyhedron; infinite where there is none."""
+    """Largest, or smallest, value of every row over a model's polyhedron.
+
+    Infinite where there is none.
+    """
     count = rows.shape[1]
     index = np.arange(count, dtype=np.int32)
     model.changeObjectiveSense(highspy.ObjSense.kMinimize if smallest else highspy.ObjSense.kMaximize)

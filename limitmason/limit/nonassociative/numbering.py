@@ -120,7 +120,10 @@ def _keys(coordinates: Array, size: float) -> list[Index]:
 
 
 def _ranks(values: Array, tolerance: float) -> Index:
-    """Rank of every value among the distinct ones; values closer than the tolerance to the next share a rank."""
+    """Rank of every value among the distinct ones.
+
+    Values closer than the tolerance to the next share a rank.
+    """
     order = np.argsort(values, kind="stable")
     rank = np.empty(len(values), dtype=np.intp)
     rank[order] = np.concatenate([[0], np.cumsum(np.diff(values[order]) > tolerance)]) if len(values) else 0
@@ -134,7 +137,10 @@ def _first_sign(vectors: Array) -> Array:
 
 
 def _rounded(values: Array) -> Array:
-    """Values to ``DIGITS`` binary digits; what is that small beside the largest is zero."""
+    """Values to ``DIGITS`` binary digits.
+
+    What is that small beside the largest is zero.
+    """
     finite = np.isfinite(values)
     mantissa, exponent = np.frexp(np.where(finite, values, 0.0))
     kept = np.ldexp(np.round(np.ldexp(mantissa, DIGITS)), exponent - DIGITS)

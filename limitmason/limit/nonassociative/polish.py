@@ -62,7 +62,7 @@ class PlanePrograms:
         self._options = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
     def slacks(self, force: Array) -> Array:
-        """N', R - T, R + T and q - N' in mean block loads, shape (4, m); infinite where nothing crushes."""
+        """N', R - T, R + T and q - N' in mean block loads, shape (4, m), or infinite where nothing crushes."""
         normal, shear = force[0::2], force[1::2]
         strength = self.law.points.shear_strength(normal)
         return np.array([normal, strength - shear, strength + shear, self.law.crushing - normal]) / self.unit
@@ -155,7 +155,7 @@ class PlanePrograms:
 
 
 def polish(programs: PlanePrograms, state: ForceState, *, deadline: float = np.inf) -> ForceState | None:
-    """Exact state near a given one, smallest multiplier on its active set; None when no program has a solution.
+    """Exact state near a given one, smallest multiplier on its active set, or None when no program has a solution.
 
     The larger of slack and rate decides which of the two vanishes. Velocities come first, with the vanishing rates
     fixed; then the forces of least lambda, with slack zero only where a rate is really used. When no threshold gives a

@@ -45,7 +45,10 @@ WIDENINGS = 3
 
 
 def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
-    """Whether a proof is tried; a demand that cannot be met is refused."""
+    """Whether a proof is tried.
+
+    a demand that cannot be met is refused.
+    """
     if prove:
         if problem.plane is None:
             raise NotApplicable("prove=True: the problem is not plane; a proof needs a plane problem")
@@ -60,7 +63,9 @@ def search_and_prove(
     problem: Problem, law: JointLaw, effort: Effort, seconds: float, deadline: float, verbose: bool,
     bracket: tuple[float, float], **options: Any,
 ) -> tuple[Numbering, JointLaw, SearchOutcome, Extreme | None]:  # fmt: skip
-    """Search; with time for a proof a quick search, the proof, and the rest of the search if that is not complete.
+    """Search.
+
+    With time for a proof a quick search, the proof, and the rest of the search if that is not complete.
 
     Parameters
     ----------
@@ -158,7 +163,7 @@ def _in_order_of_geometry(
 
 
 def _starting_forces(law: JointLaw) -> tuple[Array, ForceState | None]:
-    """Normal forces N' of the associative state, or equal ones where that has no bound; and the state."""
+    """Normal forces N' of the associative state, or equal ones where that has no bound, and the state."""
     _, state = ForceProgram(law, slope=law.tan_phi, tolerance=1e-10).largest(law.cohesion)
     if state is None:
         return np.full(len(law.tan_phi), law.total / len(law.tan_phi)), None

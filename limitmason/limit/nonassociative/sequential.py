@@ -26,7 +26,10 @@ class SchemeSettings(NamedTuple):
 
 
 class SchemeRun(NamedTuple):
-    """Where a run of the scheme ended; ``state`` is None when even the first program failed."""
+    """Where a run of the scheme ended.
+
+    ``state`` is None when even the first program failed.
+    """
 
     state: ForceState | None
     steps: int

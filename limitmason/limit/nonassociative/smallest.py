@@ -40,7 +40,7 @@ class Extreme(NamedTuple):
 
     @property
     def gap(self) -> float:
-        """Distance between state and bound, scaled; infinite without a state."""
+        """Distance between state and bound, scaled, or infinite without a state."""
         return np.inf if self.state is None else abs(self.state.multiplier - self.bound)
 
 

@@ -59,7 +59,7 @@ def spread(problem: Problem) -> float:
 
 
 def balanced(problem: Problem) -> Problem:
-    """The same problem with every row relative to the load of its block.
+    """This problem with every row relative to the load of its block.
 
     The live load is scaled so that on no block it exceeds the block's own: a load on a small block alone, in units of
     the whole, would have a multiplier too small for a solver to see.

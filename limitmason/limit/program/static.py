@@ -125,7 +125,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
         if str(answer.status) == "Solved":
             force = np.zeros(problem.matrix.shape[1])
             force[columns] = answer.x
-            force = _settled(problem, force, own)
+            force = _without_rounding(problem, force, own)
             if _balances(problem, force, problem.dead, own):
                 return Carried(True, force, None, time.perf_counter() - start)
     r, n = problem.matrix.shape
@@ -136,7 +136,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     status = str(answer.status)
     seconds = time.perf_counter() - start
     if status in ("Solved", "AlmostSolved"):
-        force = _settled(problem, np.array(answer.x), own)
+        force = _without_rounding(problem, np.array(answer.x), own)
         holds = _balances(problem, force, problem.dead, own)
         return Carried(True, force, None, seconds) if holds else Carried(None, None, None, seconds)
     if "PrimalInfeasible" not in status:
@@ -145,7 +145,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     return Carried(False, None, velocity, seconds)
 
 
-def _settled(problem: Problem, force: Array, own: Array) -> Array:
+def _without_rounding(problem: Problem, force: Array, own: Array) -> Array:
     """The forces without what is rounding on blocks that bear none of a load, ``own`` as in :func:`_balances`."""
     scale = problem.point_scale[:, None]
     force = force.reshape(-1, problem.components) * scale
@@ -181,7 +181,7 @@ def carries_any(problem: Problem, solution: Solution) -> bool:
     within = np.divide(problem.law.tan_phi * normal, shear, out=np.ones_like(shear), where=shear > 0.0)
     ray = np.column_stack([normal, force[:, 1:] * np.minimum(within, 1.0)[:, None]])
     own = block_norms(problem, problem.live)
-    return _balances(problem, _settled(problem, ray.ravel(), own), problem.live, own)
+    return _balances(problem, _without_rounding(problem, ray.ravel(), own), problem.live, own)
 
 
 def opening_motion(problem: Problem) -> tuple[Array | None, float]:

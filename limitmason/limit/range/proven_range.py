@@ -62,7 +62,10 @@ class RangeEnd:
 
     @property
     def gap(self) -> float:
-        """Distance between state and bound; a state outside the stated velocities may also lie beyond the bound."""
+        """Distance between state and bound.
+
+        a state outside the stated velocities may also lie beyond the bound.
+        """
         return abs(self.value - self.bound)
 
 
