@@ -24,6 +24,7 @@ from limitmason.model import (
     Material,
     PlausibilityWarning,
     Support,
+    SupportMotion,
     Tie,
     ring_beam,
 )
@@ -115,6 +116,7 @@ __all__ = [
     "Prediction",
     "Resultants",
     "Support",
+    "SupportMotion",
     "Tie",
     "ring_beam",
     "show_progress",

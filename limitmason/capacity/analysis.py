@@ -51,7 +51,9 @@ from limitmason.mechanics.plane import Plane
 from limitmason.mechanics.stated import tension_above_apex
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.moved import joined_to_first
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
+from limitmason.model.support_motion import Group, group_of
 
 ANEW, FIRST = "anew", "first"
 
@@ -63,7 +65,7 @@ def pushover(
     assembly: Assembly,
     loads: Loads,
     *,
-    control: str | tuple[int | str, str] = "live",
+    control: str | tuple[Group, str] = "live",
     to: float | None = None,
     blocks: str = RIGID,
     stress: str | None = None,
@@ -88,7 +90,8 @@ def pushover(
     control : what is prescribed: "live", the mean displacement along the live forces, sum(live . shift) / sum |live|;
         or (block, "x"), "y" or "z" of its centroid, of the mean over the block where it deforms. A block that is held
         along this axis is a support that moves: the loads are then dead only, and the load of the curve is the force
-        along the axis with which the support acts on the structure [N]
+        along the axis with which the support acts on the structure [N]. A list of wholly held blocks moves as one, and
+        is one block of the curve's structure, under the name of its first
     to : control displacement from the state under dead load [m]; negative for the other sense; None goes on until the
         load has fallen 0.2 % below its first limit point, at most to half a block; a support needs a number
     blocks : "rigid"; "lumped", rigid with the compliance of the units' material in the joints
@@ -163,6 +166,7 @@ def pushover(
         raise NotApplicable("initial forces go with rigid blocks: limit analysis knows no strains")
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
+    assembly, loads, control = _as_one(assembly, loads, control)
     assembly, loads, moving = _with_moving_support(assembly, loads, control, to)
     plane, stress = plane_of(assembly, loads, blocks, stress)
     points, of_points = points_of_path(assembly, plane, contact_model, grid, initial)
@@ -257,6 +261,18 @@ def _equations(
     )  # fmt: skip
 
 
+def _as_one(assembly: Assembly, loads: Loads, control: Any) -> tuple[Assembly, Loads, Any]:
+    """The model in which a support that is to be moved is one block without joints to the ground, and its control."""
+    if isinstance(control, str) or len(control) != 2 or control[1] not in _AXES:
+        return assembly, loads, control
+    group = group_of(assembly, control[0])
+    control = (assembly.blocks[group[0]].name, control[1])
+    if not assembly.fixed[group[0]] or len(loads.dead) != assembly.n_blocks:
+        return assembly, loads, control
+    dead, live = (np.delete(w, group[1:], axis=0) for w in (loads.dead, loads.live))
+    return joined_to_first(assembly, group, drop=True), replace(loads, dead=dead, live=live), control
+
+
 def _with_moving_support(
     assembly: Assembly, loads: Loads, control: Any, to: float | None
 ) -> tuple[Assembly, Loads, tuple[int, int] | None]:
@@ -266,7 +282,8 @@ def _with_moving_support(
     """
     if isinstance(control, str) or len(control) != 2 or control[1] not in _AXES:
         return assembly, loads, None
-    block, axis = assembly.block_index(control[0]), _AXES[control[1]]
+    axis = _AXES[control[1]]
+    block = assembly.block_index(control[0])
     if not assembly.held[block, axis]:
         return assembly, loads, None
     name = assembly.blocks[block].name

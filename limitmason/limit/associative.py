@@ -52,6 +52,9 @@ SEEN_LOADS = 1e3
 WELL_SOLVED = 1e-7
 """Residuals and gap up to which an answer for loads further apart than SEEN_LOADS is taken without a second opinion."""
 
+FREE = "free multipliers"
+"""Key of ``Prediction.details``: multipliers of the live loads that were free, see ``make_problem``."""
+
 CELL_TARGET = 3e-3
 """Part of the gap that cells of cohesive faces may leave before they are made finer."""
 
@@ -108,7 +111,7 @@ def analyse(
         cells = _finer(problem, prediction) if problem.cells and refinement < REFINEMENTS else None
         if cells is None:
             break
-        problem = make_problem(problem.assembly, problem.loads, in_plane=False, cells=cells)
+        problem = make_problem(problem.assembly, problem.loads, in_plane=False, cells=cells, cases=problem.cases)
     if torsion_limit and problem.cells:
         prediction, spent = _first_certified(problem, "clarabel", torsion=float(torsion_limit), **settings)
         seconds += spent
@@ -130,10 +133,11 @@ def _first_certified(
         spent += solution.seconds
         if solution.status == UNBOUNDED and not carries_any(scaled, solution):
             solution = solution._replace(status=NOT_CONVERGED)
-        details: dict[str, Any] = {}
+        details: dict[str, Any] = {FREE: scaled.live_scale * solution.free} if len(scaled.free) else {}
         if torsion and solution.status in (SOLVED, ALMOST_SOLVED):
             solution, seconds, details = with_torsion_limit(scaled, solution, tolerance, torsion, verbose=verbose)
             spent += seconds
+        scaled = scaled.with_free(solution.free)
         solution, stands, falling, seconds = _dead_load_checked(problem, scaled, cones, solution, check_dead_load)
         spent += seconds
         prediction, seconds = prediction_from(scaled, solution, bool(torsion), details, tolerance, stands, falling)

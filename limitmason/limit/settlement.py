@@ -1,19 +1,24 @@
 """Settlement of a support: is the structure stable when a support gives way, and by which mechanism."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from limitmason.answers.results import CANNOT_STAND, NO_TILT, UNBOUNDED, Prediction, Status
+from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.limit.analysis import limit_analysis
+from limitmason.limit.free_loads import largest_multiplier
+from limitmason.mechanics.equilibrium import degrees_of_freedom
+from limitmason.mechanics.plane import find_plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.moved import joined_to_first
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
+from limitmason.model.support_motion import Group, SupportMotion, group_of
 
-_DIRECTIONS = {f"{sign}{axis}": (k, s) for k, axis in enumerate("xyz") for sign, s in (("+", 1.0), ("-", -1.0))}
+_DIRECTIONS = {f"{sign}{a}": s * np.eye(3)[k] for k, a in enumerate("xyz") for sign, s in (("+", 1.0), ("-", -1.0))}
 
 _REASON = {
     CANNOT_STAND: "no reaction of this support carries the dead load: the structure is unstable already",
@@ -22,27 +27,30 @@ _REASON = {
 
 
 def settlement_analysis(
-    assembly: Assembly, support: int | str | Sequence[int | str], *, direction: str = "-z", loads: Loads | None = None,
+    assembly: Assembly, support: Group, *, direction: str | SupportMotion = "-z", loads: Loads | None = None,
     **options: Any,
 ) -> Prediction:  # fmt: skip
     """Mechanism and smallest reaction of a support that gives way.
 
-    The support is freed along one direction d and guided otherwise. Minimise R subject to A f + w_dead - R d = 0
+    The support is freed along one motion d and guided otherwise. Minimise R subject to A f + w_dead - R d = 0
     at the support: R is the smallest force that the moving support must still supply against d, and the dual is the
     settlement mechanism.
 
     Parameters
     ----------
-    support : name or number of a block with held degrees of freedom, or a list of wholly held blocks that move as one
-    direction : "-z" (down), "+x" (spreading), ...
+    support : name or number of a block with held degrees of freedom, or a list of wholly held blocks that move as one:
+        a strip, a springer, a ring
+    direction : "-z" (down), "+x" (spreading), ...; or a :class:`limitmason.SupportMotion`, a translation and a turn
+        about a point: R is then the work of the reaction against it, [N] for a translation of 1, [N m] for a turn of 1
     loads : dead loads, nothing live; self weight by default
-    options : as for :func:`limitmason.limit.limit_analysis`
+    options : as for :func:`limitmason.limit.limit_analysis`; of these a motion along no single axis takes
+        ``contact_model``, ``grid``, ``in_plane``, ``solver`` and ``tolerance``
 
     Returns
     -------
     Prediction
-        ``details["support_reaction"]`` is R [N], ``details["reaction_bounds"]`` what mechanism and forces prove of it
-        [N], ``details["stands_without_support"]`` whether the structure stands without it (R <= 0 within 1e-6 of the
+        ``details["support_reaction"]`` is R, ``details["reaction_bounds"]`` what mechanism and forces prove of it,
+        ``details["stands_without_support"]`` whether the structure stands without it (R <= 0 within 1e-6 of the
         weight); else it moves with the support by the mechanism returned. "cannot stand" means that no reaction keeps
         it in equilibrium: already unstable. "unbounded": the support cannot move that way. R is NaN then.
         ``collapse_multiplier`` is NaN: no load is multiplied here. The two multipliers of the certificate are -R over
@@ -52,29 +60,46 @@ def settlement_analysis(
     Raises
     ------
     InputError
-        When a block is not held along the direction, a list is empty, names a block twice or one that is not wholly
+        When a block is not held along the motion, a list is empty, names a block twice or one that is not wholly
         held, and for loads with a live part.
     """
-    if direction not in _DIRECTIONS:
-        raise InputError(f"direction must be one of {sorted(_DIRECTIONS)}, got {direction!r}")
+    named = f"along {direction}" if isinstance(direction, str) else "by the given motion"
+    if isinstance(direction, str) and direction in _DIRECTIONS:
+        direction = SupportMotion(tuple(_DIRECTIONS[direction]))
+    if not isinstance(direction, SupportMotion):
+        raise InputError(f"direction must be one of {sorted(_DIRECTIONS)} or a SupportMotion, got {direction!r}")
     if options.get("flow_rule", "associative") != "associative":
         raise InputError("settlement analysis knows the associative flow rule only: its multipliers may be negative")
-    axis, sign = _DIRECTIONS[direction]
-    moved = _moved(assembly, support, axis, direction)
+    moved = group_of(assembly, support)
     i = moved[0]
-    guided = _guided(assembly, moved, axis)
+    motion = direction.twist(assembly.centroids[i])
+    moves = np.abs(motion) > 1e-12 * np.abs(motion).max()
+    for k in moved:
+        if not assembly.held[k, moves].all():
+            raise InputError(f"block {assembly.blocks[k].name!r} is not held {named}, so it cannot settle")
     loads = Loads.weight(assembly) if loads is None else loads
     if loads.live.any():
         raise InputError("loads: the live part has no role in a settlement; give dead loads alone, case='dead'")
+    single = moves.sum() == 1
+    guided = released(assembly, moved, tuple(np.flatnonzero(moves if single else np.ones(6, dtype=bool))))
     dead = np.array(loads.dead)
     dead[moved] = 0.0  # the weight of the support itself is no concern of the structure
     free = ~guided.fixed
     total = float(np.linalg.norm(dead[free, :3], axis=1).sum())
+    unit, size = np.ones(6), float(np.ptp(assembly.centroids, axis=0).max())
+    unit[3:] = size
+    seen = motion * unit  # turns as displacements at the size of the structure
     live = np.zeros_like(dead)
-    live[i, axis] = sign * total
+    live[i] = total * seen * unit / (seen @ seen)
     name = assembly.blocks[i].name + (f" and {len(moved) - 1} more" if len(moved) > 1 else "")
-    settling = Loads(dead, live, f"settlement of {name} along {direction}")
-    prediction = limit_analysis(guided, settling, check_dead_load=False, **options)
+    settling = Loads(dead, live, f"settlement of {name} {named}")
+    if single:
+        prediction = limit_analysis(guided, settling, check_dead_load=False, **options)
+    else:
+        across = _across(guided, settling, seen, assembly.held[i], in_plane=options.get("in_plane") is not False)
+        cases = np.zeros((len(across), *dead.shape))
+        cases[:, i] = total * across * unit
+        prediction = largest_multiplier(guided, settling, cases, **options)
     no_tilt = "the reaction of a support is no multiplier of loads"
     details = {**prediction.details, NO_TILT: no_tilt, "support_reaction": float("nan")}
     warnings = (_REASON[Status(prediction.status)],) if prediction.status in _REASON else prediction.warnings
@@ -88,50 +113,35 @@ def settlement_analysis(
             details["reaction_bounds"] = tuple(float(-total * end) for end in ends)
     if {assembly.block_index(s.block) for s in assembly.supports} <= set(moved):
         warnings = (*warnings, "every support settles: the structure follows as one, and R is its dead load alone")
-    motion = prediction.mechanism
-    if motion is not None:
-        twists = np.array(motion.twists)
-        twists[moved] = twists[i]
-        motion = replace(motion, twists=twists)
+    mechanism = prediction.mechanism
+    if mechanism is not None:
+        twists = np.array(mechanism.twists)
+        arms = assembly.centroids[moved] - assembly.centroids[i]
+        twists[moved] = twists[i] + np.pad(np.cross(twists[i, 3:], arms), ((0, 0), (0, 3)))
+        mechanism = replace(mechanism, twists=twists)
     return replace(
-        prediction, mechanism=motion, method=f"settlement of {name} along {direction}", details=details,
+        prediction, mechanism=mechanism, method=settling.name, details=details,
         collapse_multiplier=float("nan"), warnings=warnings,
     )  # fmt: skip
 
 
-def _moved(assembly: Assembly, support: int | str | Sequence[int | str], axis: int, direction: str) -> list[int]:
-    """Numbers of the blocks that settle as one."""
-    named = [support] if isinstance(support, int | str | np.integer) else list(support)
-    moved = [assembly.block_index(block) for block in named]
-    if not moved or len(set(moved)) < len(moved):
-        raise InputError(f"support: give one block, or a list of different ones that settle as one; got {support!r}")
-    for k in moved:
-        if not assembly.held[k, axis]:
-            raise InputError(f"block {assembly.blocks[k].name!r} is not held along {direction!r}, so it cannot settle")
-        if len(moved) > 1 and not assembly.fixed[k]:
-            raise InputError(f"block {assembly.blocks[k].name!r} is not wholly held: blocks that settle as one must be")
-    return moved
+def _across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, in_plane: bool) -> Array:
+    """Wrenches in the units of ``seen`` that do no work on it, one per row: what still guides the support."""
+    plane = find_plane(guided, loads) if in_plane else None
+    basis = degrees_of_freedom(guided, plane)[0].T
+    basis = basis[[bool(held[np.abs(row) > 0.5].all()) for row in basis]]
+    return np.linalg.svd((basis @ seen)[None])[2][1:] @ basis
 
 
-def _guided(assembly: Assembly, moved: list[int], axis: int) -> Assembly:
-    """The assembly with a support free along an axis; the first block of a group owns the joints and ties of all."""
-    first, fixed = moved[0], assembly.fixed
-    owner = np.arange(assembly.n_blocks)
-    owner[moved] = first
-    joints = [
-        replace(joint, block_a=int(owner[joint.block_a]), block_b=int(owner[joint.block_b]))
-        for joint in assembly.interfaces
-        if not (fixed[joint.block_a] and fixed[joint.block_b])
-    ]
+def released(assembly: Assembly, moved: list[int], freed: tuple[int, ...]) -> Assembly:
+    """The assembly with a support free in some ways; the first block of a group owns the joints and ties of all.
 
-    def owned(block: int | str) -> str:
-        return assembly.blocks[owner[assembly.block_index(block)]].name
-
-    ties = [
-        replace(tie, block_a=owned(tie.block_a), block_b=None if tie.block_b is None else owned(tie.block_b))
-        for tie in assembly.ties
-    ]
-    rest = [name for k, name in enumerate(DEGREES_OF_FREEDOM) if assembly.held[first, k] and k != axis]
+    Parameters
+    ----------
+    freed : which of its six degrees of freedom
+    """
+    first, joined = moved[0], joined_to_first(assembly, moved)
+    rest = [name for k, name in enumerate(DEGREES_OF_FREEDOM) if assembly.held[first, k] and k not in freed]
     others = [s for s in assembly.supports if assembly.block_index(s.block) != first]
     supports = (*others, *([Support(first, dofs=rest)] if rest else []))
-    return replace(assembly, interfaces=tuple(joints), supports=supports, ties=tuple(ties))
+    return replace(joined, supports=supports)

@@ -10,6 +10,7 @@ from limitmason.model.load import Loads
 from limitmason.model.material import Material
 from limitmason.model.plausibility import PlausibilityWarning
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
+from limitmason.model.support_motion import SupportMotion
 from limitmason.model.tie import Tie
 from limitmason.model.tied import ring_beam
 
@@ -27,6 +28,7 @@ __all__ = [
     "Material",
     "PlausibilityWarning",
     "Support",
+    "SupportMotion",
     "Tie",
     "Unloading",
     "ring_beam",

@@ -1,4 +1,4 @@
-"""An assembly turned, mirrored, scaled or renumbered: interfaces and doubts go with their blocks."""
+"""An assembly turned, mirrored, scaled, renumbered, or with blocks made one: interfaces and doubts go with them."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -62,8 +62,7 @@ def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
     new[order] = np.arange(assembly.n_blocks)
     names = [b.name for b in assembly.blocks]
     supports = tuple(
-        Support(names[assembly.block_index(s.block)], translations=s.translations, rotations=s.rotations, dofs=s.dofs)
-        for s in assembly.supports
+        replace_block(s, names[assembly.block_index(s.block)]) for s in assembly.supports
     )
     interfaces = tuple(
         replace(i, block_a=int(new[i.block_a]), block_b=int(new[i.block_b])) for i in assembly.interfaces
@@ -72,3 +71,42 @@ def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
         assembly, blocks=tuple(assembly.blocks[k] for k in order), interfaces=interfaces, supports=supports,
         doubts=renumbered_doubts(assembly.doubts, new),
     )  # fmt: skip
+
+
+def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False) -> Laid:
+    """The assembly in which the first of several held blocks owns the joints and ties of all.
+
+    Joints between held blocks are left out: the ground bears both sides of them.
+
+    Parameters
+    ----------
+    drop : make one block of all, with the pieces of all; else the others stay where they are, without joints
+    """
+    first, owner, rest = group[0], np.arange(assembly.n_blocks), np.setdiff1d(np.arange(assembly.n_blocks), group[1:])
+    owner[list(group)] = first
+    blocks = list(assembly.blocks)
+    names = [blocks[k].name for k in owner]
+    new = np.searchsorted(rest, owner) if drop else owner
+    interfaces = tuple(
+        replace(i, block_a=int(new[i.block_a]), block_b=int(new[i.block_b]))
+        for i in assembly.interfaces if not (assembly.fixed[i.block_a] and assembly.fixed[i.block_b])
+    )  # fmt: skip
+    ties = tuple(
+        replace(t, block_a=names[assembly.block_index(t.block_a)],
+                block_b=None if t.block_b is None else names[assembly.block_index(t.block_b)])
+        for t in assembly.ties
+    )  # fmt: skip
+    joined = replace(assembly, interfaces=interfaces, ties=ties)
+    if not drop:
+        return joined
+    blocks[first] = replace(blocks[first], parts=tuple(part for k in group for part in blocks[k].parts))
+    supports = [(assembly.block_index(s.block), s) for s in assembly.supports]
+    return replace(
+        joined, blocks=tuple(blocks[k] for k in rest), doubts=(),
+        supports=tuple(replace_block(s, names[k]) for k, s in supports if k == owner[k]),
+    )  # fmt: skip
+
+
+def replace_block(support: Support, block: str) -> Support:
+    """The same support of a block by its name."""
+    return Support(block, translations=support.translations, rotations=support.rotations, dofs=support.dofs)

@@ -8,6 +8,7 @@ import pytest
 import limitmason as lm
 from limitmason.errors import InputError
 from limitmason.geometry import box
+from limitmason.model.stages import Drive
 
 JOINT = lm.Joint(30.0)
 
@@ -91,6 +92,73 @@ def test_abutment_of_a_flat_arch_spreads_against_the_least_thrust_of_three_hinge
     assert lm.settlement_analysis(arch, [1, 2], direction="-x").status == "unbounded"
 
 
+def turning_abutment(pole, matrix=None, order=None):
+    """Two halves between abutments, the right one turns by -1 rad about (2, pole); R over W l, and its mechanism."""
+    h, y = 0.8, np.array([0.0, 1.0, 0.0])
+    piers = [box((-1, 0, 0), (0, 1, h)), box((2, 0, 0), (3, 1, h / 2)), box((2, 0, h / 2), (3, 1, h))]
+    halves = [box((0, 0, 0), (1, 1, h)), box((1, 0, 0), (2, 1, h))]
+    arch = lm.Assembly.from_polyhedra([*piers, *halves], joint=lm.Joint(70.0), fixed=[0, 1, 2])
+    matrix, names = np.eye(3) if matrix is None else matrix, ["block-1", "block-2"]
+    arch = arch.transformed(matrix)
+    arch = arch if order is None else arch.renumbered(order)
+    size = abs(np.linalg.det(matrix)) ** (1 / 3)
+    axis = np.linalg.det(matrix) / size**3 * matrix @ y / size  # a turn is mirrored with the other sign
+    sense = 1.0 if pole < 0.0 else -1.0
+    motion = lm.SupportMotion(rotation=sense * axis, about=matrix @ (2.0, 0.5, pole))
+    found = lm.settlement_analysis(arch, names, direction=motion)
+    low, high = found.details["reaction_bounds"]
+    assert abs(high - low) < 3e-6 * abs(high)
+    return found.details["support_reaction"] / (arch.weights[~arch.fixed].mean() * size), found
+
+
+@pytest.mark.parametrize(("pole", "wanted"), [
+    (-10.0, 10.0 / 1.6),  # it moves out more at the top: all hinges as where it only moves out
+    (10.0, 10.0 / 1.6),
+    (1.0, 0.2 / 0.8),  # more at the foot: the hinge at the springing is at its top, H = W l / h, arm 1 - h
+])  # fmt: skip
+def test_abutment_of_a_flat_arch_turns_about_a_point(pole, wanted):
+    """R = H |p - z| is least over the height z of the hinge, with H = W l / (2 h - z)."""
+    value, found = turning_abutment(pole)
+    assert value == pytest.approx(wanted, rel=1e-6)
+    twists = found.mechanism.twists[1:3]
+    assert np.allclose(twists[0, 3:], twists[1, 3:])
+    arm = found.structure.centroids[2] - found.structure.centroids[1]
+    assert np.allclose(twists[1, :3] - twists[0, :3], np.cross(twists[0, 3:], arm), atol=1e-9)
+    a = np.deg2rad(33.0)
+    turned = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    for matrix, order in ((turned, None), (np.diag([-1.0, 1, 1]), None), (100.0 * turned, [4, 2, 0, 3, 1])):
+        assert turning_abutment(pole, matrix, order)[0] == pytest.approx(value, rel=1e-7)
+
+
+def test_the_field_of_a_group_is_one_rigid_motion_also_for_the_dem():
+    piers = [box((0, 0, -1), (1, 1, 0)), box((1, 0, -1), (3, 1, 0)), box((0, 0, 0), (3, 1, 0.5))]
+    made = lm.Assembly.from_polyhedra(piers, joint=JOINT, fixed=[0, 1])
+    motion = lm.SupportMotion((0.0, 0.0, -0.01), rotation=(0.0, 0.002, 0.0), about=(0.0, 0.0, -1.0))
+    travel, held = Drive(motion.displacements(made, [0, 1])).twists(made)
+    assert held[:2].all()
+    assert not held[2].any()
+    for i, centre in enumerate(((0.5, 0.5, -0.5), (2.0, 0.5, -0.5))):
+        assert travel[i] == pytest.approx([0.002 * 0.5, 0.0, -0.01 - 0.002 * centre[0], 0.0, 0.002, 0.0])
+    with pytest.raises(InputError, match="moves nothing"):
+        lm.SupportMotion()
+    with pytest.raises(InputError, match="rotation of a support's motion"):
+        lm.SupportMotion(rotation=(0.0, 1.0))
+    with pytest.raises(InputError, match="or a SupportMotion, got 'down'"):
+        lm.settlement_analysis(made, 0, direction="down")
+
+
+def test_a_strip_is_lowered_as_one_block_by_a_capacity_curve():
+    """The strip settles under the beam until it turns about the edge of what stays: R (4 - x) = W (2 - x)."""
+    strip = [box((k, 0, -1), (k + 1, 1, 0)) for k in range(4)]
+    stiff = lm.Joint(30.0, normal_stiffness=1e10, shear_stiffness=1e10)
+    made = lm.Assembly.from_polyhedra([*strip, box((0, 0, 0), (4, 1, 0.5))], joint=stiff, fixed=range(4))
+    curve = lm.pushover(made, lm.Loads.weight(made), control=([2, 1, 3], "z"), to=-1e-3)
+    assert curve.status == "reached"
+    assert curve.load[-1] == pytest.approx(made.weights[4] / 3.0, rel=2e-4)  # it has turned by 1e-3 / 3
+    with pytest.raises(InputError, match="'block-4' is not wholly held"):
+        lm.pushover(made, lm.Loads.weight(made), control=([3, 4], "z"), to=-1e-3)
+
+
 def test_ring_of_a_dome_carries_the_dome():
     dome = lm.build.dome(radius=2.0, thickness=0.3, courses=3, lunes=6, joint=lm.Joint(35.0))
     weight = dome.weights[~dome.fixed].sum()
@@ -126,7 +194,7 @@ def test_springers_of_a_corner_of_a_groin_vault_settle_together():
 @pytest.mark.parametrize(("support", "message"), [
     ([], "give one block, or a list"),
     ([1, 1], "a list of different ones"),
-    ([1, 2], "'block-2' is not held along '-z'"),
+    ([1, 2], "'block-2' is not wholly held"),
     ([0, "pier"], "no block named 'pier'"),
 ])  # fmt: skip
 def test_groups_that_make_no_sense_are_refused_by_name(support, message):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,8 @@ from limitmason.mechanics.residuals import total_load
 from limitmason.mechanics.stress_block import StressBlock, stress_blocks
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+
+NO_CASES: Array = np.zeros((0, 0, 6))
 
 ENDLESS = 1e8
 """Strength of a tie over the total load beyond which it is refused: the solvers' accuracy ends there."""
@@ -51,6 +54,8 @@ class Problem(NamedTuple):
     row_unit: Array  # rows are in so many ``force_scale`` [-], (r,)
     size: float  # total load in scaled units [-]
     cells: Cells  # of cohesive faces in space with contact points at their corners; empty without
+    cases: Array = NO_CASES  # further live loads [N, N m], each with a multiplier of its own that is free, (k, n, 6)
+    free: Array = NO_CASES[..., 0]  # the same in rows as ``live``, (k, r)
 
     @property
     def components(self) -> int:
@@ -84,6 +89,16 @@ class Problem(NamedTuple):
         flat[self.row] = dual / self.row_radius
         return flat.reshape(self.assembly.n_blocks, -1) @ basis.T
 
+    def with_free(self, multipliers: Array) -> Problem:
+        """The problem of which the free live loads, times their scaled multipliers, are part of the dead load."""
+        if not len(multipliers):
+            return self
+        added = np.tensordot(multipliers * self.live_scale, self.cases, 1)
+        return self._replace(
+            loads=replace(self.loads, dead=self.loads.dead + added), dead=self.dead + multipliers @ self.free,
+            cases=NO_CASES, free=self.free[:0],
+        )  # fmt: skip
+
     def dual(self, twists: Array) -> Array:
         """Inverse of :meth:`twists`."""
         basis, _ = degrees_of_freedom(self.assembly, self.plane)
@@ -99,6 +114,7 @@ def make_problem(
     in_plane: bool | None = None,
     cells: Cells | None = None,
     live_required: bool = True,
+    cases: Array = NO_CASES,
 ) -> Problem:
     """Arrays of the static theorem.
 
@@ -109,6 +125,7 @@ def make_problem(
     cells : of cohesive faces in space with contact points at their corners, see
         :mod:`limitmason.limit.program.face_cells`; None takes every face whole
     live_required : False allows a problem without live load, which only asks what the dead load needs
+    cases : further live loads [N, N m], shape (k, n_blocks, 6): f + dead + lambda live + sum u_k case_k, with u_k free
 
     Raises
     ------
@@ -130,7 +147,7 @@ def make_problem(
         )
     if not assembly.interfaces:
         raise InputError("the assembly has no interfaces: no two blocks touch")
-    plane = find_plane(assembly, loads) if in_plane is not False else None
+    plane = find_plane(assembly, loads, cases.reshape(-1, 6)) if in_plane is not False else None
     if in_plane and plane is None:
         raise InputError(
             "in_plane=True, but blocks, rectangular interfaces and loads are not all symmetric about one plane"
@@ -143,8 +160,8 @@ def make_problem(
     elif cells is None:
         cells = whole_faces(assembly)
     points = with_cells(assembly, points, cells)
-    basis, free = degrees_of_freedom(assembly, plane)
-    row = np.flatnonzero(free.ravel())
+    basis, moves = degrees_of_freedom(assembly, plane)
+    row = np.flatnonzero(moves.ravel())
     d = basis.shape[1]
     radius = np.ones((n, d))
     radius[:, 3 if d == 6 else 2 :] = np.cbrt(x.volume)[:, None]
@@ -154,6 +171,7 @@ def make_problem(
     live = (loads.live @ basis).ravel()[row] / row_radius
     dead = (loads.dead @ basis).ravel()[row] / row_radius
     live_scale = scale * np.sqrt((~assembly.fixed).sum()) / (np.abs(live).sum() or 1.0)
+    free_rows = (cases @ basis).reshape(len(cases), n * d)[:, row] / row_radius * (live_scale / scale)
     # a diagonal product per row keeps the sparsity pattern
     matrix = equilibrium_matrix(assembly, points, plane=plane).tocsr()[row]
     matrix = sparse.csc_array(sparse.diags_array(1.0 / row_radius) @ matrix)
@@ -171,7 +189,7 @@ def make_problem(
     return Problem(
         assembly, loads, points, plane, contact_model, matrix, dead / scale, live * live_scale / scale, row, row_radius,
         float(scale), float(live_scale), law, block, np.ones(points.count), np.ones(len(row)),
-        float(np.sqrt((~assembly.fixed).sum())), cells,
+        float(np.sqrt((~assembly.fixed).sum())), cells, cases, free_rows,
     )  # fmt: skip
 
 

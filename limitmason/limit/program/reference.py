@@ -28,6 +28,8 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
     import cvxpy as cp
     from cvxpy.atoms.affine.vstack import vstack  # the types of cvxpy know it there only
 
+    if len(problem.free):
+        raise InputError("cvxpy takes one live load; use solver='clarabel'")
     cones = make_cones(problem)
     force = cp.Variable(problem.matrix.shape[1], name="f")
     multiplier = cp.Variable(name="lambda")

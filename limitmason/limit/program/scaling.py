@@ -74,6 +74,7 @@ def balanced(problem: Problem) -> Problem:
     most = float((block_norms(problem, problem.live) / np.where(load > 0, load, np.inf)).max(initial=0.0)) or 1.0
     return problem._replace(
         matrix=sparse.csc_array(matrix), dead=problem.dead / row, live=problem.live / row / most,
+        free=problem.free / row / most,
         live_scale=problem.live_scale / most, row_radius=problem.row_radius * row, row_unit=problem.row_unit * row,
         point_scale=problem.point_scale * lighter, size=1.0, law=problem.law.in_units_of(lighter),
         stress_block=problem.stress_block.in_units_of(lighter[problem.stress_block.ends[:, 0]]),

@@ -29,6 +29,7 @@ class Solution(NamedTuple):
     stands: bool | None = None  # True when the solver proved on its way that the dead load alone can be carried
     solver: str = "clarabel"
     fallback: str = ""  # which other solver was tried, and what it said
+    free: Array = np.zeros(0)  # scaled multipliers of the live loads beside it
 
 
 _STATUS = {
@@ -55,7 +56,7 @@ def solver_settings(tolerance: float, *, max_iterations: int = 200, verbose: boo
 def solve_static(
     problem: Problem, cones: Cones, *, tolerance: float = 1e-10, max_iterations: int = 200, verbose: bool = False
 ) -> Solution:
-    """Maximise lambda subject to matrix f + dead + lambda live = 0 and f within the cones.
+    """Maximise lambda subject to matrix f + dead + lambda live + u free = 0 and f within the cones.
 
     The multipliers of the equilibrium rows are the velocities of the collapse mechanism.
 
@@ -64,21 +65,22 @@ def solve_static(
     tolerance : gap and feasibility tolerance of the interior-point method [-]; at 1e-8 lambda may be off by 4e-6
     """
     r, n = problem.matrix.shape
-    column = sparse.csc_array(problem.live[:, None])
-    top = sparse.hstack([problem.matrix, column])
-    bottom = sparse.hstack([-cones.matrix, sparse.csc_array((cones.matrix.shape[0], 1))])
+    columns = sparse.csc_array(np.column_stack([problem.live, problem.free.T]))
+    k = columns.shape[1]
+    top = sparse.hstack([problem.matrix, columns])
+    bottom = sparse.hstack([-cones.matrix, sparse.csc_array((cones.matrix.shape[0], k))])
     matrix = sparse.csc_matrix(sparse.vstack([top, bottom]))
     bound = np.concatenate([-problem.dead, cones.constant])
-    objective = np.zeros(n + 1)
-    objective[-1] = -1.0
+    objective = np.zeros(n + k)
+    objective[n] = -1.0
     settings = solver_settings(tolerance, max_iterations=max_iterations, verbose=verbose)
     start = time.perf_counter()
-    quadratic = sparse.csc_matrix((n + 1, n + 1))
+    quadratic = sparse.csc_matrix((n + k, n + k))
     answer = clarabel.DefaultSolver(quadratic, objective, matrix, bound, _kinds(r, cones), settings).solve()
     seconds = time.perf_counter() - start
     x, z = np.array(answer.x), np.array(answer.z)
     status = _STATUS.get(str(answer.status), NOT_CONVERGED)
-    return Solution(status, float(x[-1]), x[:-1], z[:r], int(answer.iterations), seconds)
+    return Solution(status, float(x[n]), x[:n], z[:r], int(answer.iterations), seconds, free=x[n + 1 :])
 
 
 def _kinds(rows: int, cones: Cones) -> list[Any]:
@@ -180,8 +182,9 @@ def carries_any(problem: Problem, solution: Solution) -> bool:
     shear = np.linalg.norm(force[:, 1:], axis=1)
     within = np.divide(problem.law.tan_phi * normal, shear, out=np.ones_like(shear), where=shear > 0.0)
     ray = np.column_stack([normal, force[:, 1:] * np.minimum(within, 1.0)[:, None]])
-    own = block_norms(problem, problem.live)
-    return _balances(problem, _without_rounding(problem, ray.ravel(), own), problem.live, own)
+    live = problem.live + solution.free / solution.multiplier @ problem.free
+    own = block_norms(problem, live)
+    return _balances(problem, _without_rounding(problem, ray.ravel(), own), live, own)
 
 
 def opening_motion(problem: Problem) -> tuple[Array | None, float]:
