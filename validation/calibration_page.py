@@ -32,28 +32,29 @@ Made by `python -m validation.calibration_page --store FOLDER --out docs/papers`
 ## Brick panels S1 to S4
 
 The source minimised the difference of tests and model, from values of the literature on, and prints one set. Here the
-model is `lm.calibration.JointModel` of the panel (outline {outline}, inferred): the first crack by elastic joints,
-one linear solution; the peak by a driven run of the DEM, {steps} steps over {travel} mm, opening takes cohesion and
-tension. Beside it the closed form after the published runs (`examples/calibrate_brick_panels.py`). Targets: first
-crack (scatter 35 %) and failure (18 %) of four panels; the text has no stiffness of theirs. The search ends after
-eight steps: a peak that jumps by 2 % has no sharper minimum.
+model is `lm.calibration.JointModel` of the panel (outline {outline}, inferred). Elastic joints give the first
+crack, by one linear solution. A driven run of the DEM gives the peak, in {steps} steps over {travel} mm, and opening
+takes cohesion and tension. The closed form after the published runs stands beside it
+(`examples/calibrate_brick_panels.py`). Targets are the first crack (scatter 35 %) and the failure (18 %) of four
+panels; the text has no stiffness of theirs. The search ends after eight steps, since a peak that jumps by 2 % has no
+sharper minimum.
 
 [parameters]
 
-Intervals are profiles by direct runs, the other five refitted; "open" where a panel at the
+Intervals are profiles by direct runs, the other five refitted. They are "open" where a panel at the
 bound of the search meets the tests as well. That of the tensile strength is of the first crack alone, which knows no
-cohesion and no friction; whether the peak can follow to its ends was not run.
+cohesion and no friction. Whether the peak can follow to its ends was not run.
 
 **Two loads, four times: two numbers for six parameters.** {free}
 
 [targets]
 
-So the paper's set is one of many: {paper_says}
+So the paper's set is one of many. {paper_says}
 
 ## What L1 would be, and what the outline leaves open
 
-L1 has another opening (2.925 m) and was left out of the fit: 0.1 kN at the first crack, 1.6 kN at failure were
-measured. **The error on this geometry left out is the headline: {headline}.**
+L1 has another opening (2.925 m) and was left out of the fit. Measured were 0.1 kN at the first crack and 1.6 kN at
+failure. **On this geometry, left out of the fit, the peak is {headline}.**
 Loads in kN, first crack and peak; "own weight" where that alone cracks a joint.
 
 [answers]
@@ -62,7 +63,7 @@ Loads in kN, first crack and peak; "own weight" where that alone cracks a joint.
 
 ## Stone walls of Murano et al.: stiffness first
 
-Literature, as the source collected it, {counts}: the printed averages of stiffness are two outliers.
+The source collected literature, {counts}: the printed averages of stiffness are two outliers.
 
 [literature]
 
@@ -72,26 +73,28 @@ First stage, kn = 2 ks, from three natural frequencies of the source's own 3DEC 
 
 ## Strength second
 
-c = 1.25 ft, kn, ks and friction as the source ended with, from the peaks that its sections 2 and 6 print (47.8 and
-43.5 kN of REGW, 2.5 and 3 kN of DS). The peak of the DEM is the largest load before the facade has moved by 2 mm.
+The tensile strength is fitted with c = 1.25 ft, and with kn, ks and friction as the source ended with. Targets are the
+peaks that its sections 2 and 6 print: 47.8 and 43.5 kN of REGW, 2.5 and 3 kN of DS. The peak of the DEM is the largest
+load before the facade has moved by 2 mm.
 
 [strength]
 
-- **REGW**: what failed mortar keeps and whether the ground joint can fail are not in the source, and move the
-  strength as the table shows, on both sides of the printed 0.15 and 0.19 MPa (whose ratio is 1.27).
+- **REGW**: the source does not say what failed mortar keeps, nor whether the ground joint can fail. The table shows how
+  both move the strength, to either side of the printed 0.15 and 0.19 MPa (whose ratio is 1.27).
 - **DS**: below.
 - Limit analysis (psi = phi, nothing is lost) gives {plastic_regw} kN for REGW and {plastic_ds} kN for DS with the
-  printed sets: no fit of mortar by it would mean the mortar that breaks.
+  printed sets. No fit of mortar by it would mean the mortar that breaks.
 
-The dry wall, its joints held at the printed friction of 10 degrees; what its stones' interlock may add to it:
+The dry wall keeps the printed friction of 10 degrees in its joints. The fit asks what the interlock of its stones adds:
 
 [dry]
 
 {dry_says} One run with the literature's median friction of 35.25 degrees and no strength peaks at 5.9 kN.
 
-As a continuum (`lm.calibration.SolidModel`) the mortared wall is not fitted here. Single runs on bricks of 0.30 m, the
-rest as printed: 29.5 kN with the printed ft of 0.085 MPa, 39.0 with 0.147, 44.9 with 0.211. So the measured peaks ask
-for more than twice the printed strength, near to where a crack over one brick of this mesh would snap back (0.26 MPa).
+As a continuum (`lm.calibration.SolidModel`) the mortared wall is not fitted here. Single runs on bricks of 0.30 m keep
+the rest as printed. They give 29.5 kN with the printed ft of 0.085 MPa, 39.0 with 0.147 and 44.9 with 0.211. So the
+measured peaks ask for more than twice the printed strength. That is near to where a crack over one brick of this mesh
+would snap back (0.26 MPa).
 """
 
 
@@ -214,8 +217,8 @@ def dry_says(fits: Sequence[tuple[murano_strength.Case, Fit]]) -> str:
     (kept,) = (f.interval["tensile_strength"][1] for c, f in fits if c.options["residual"] == "cohesion")
     return (
         "So the dry wall's second stage ends where the source did, at no strength. If failed joints keep their "
-        f"cohesion, more than {kept:.0f} Pa of ft would carry more than was measured; if they keep nothing, strengths "
-        "up to the end of the search have broken before the wall yields, and its peak does not tell them."
+        f"cohesion, more than {kept:.0f} Pa of ft would carry more than was measured. If they keep nothing, strengths "
+        "up to the end of the search have broken before the wall yields. Its peak does not tell them then."
     )
 
 
@@ -236,17 +239,17 @@ def page(store: Path, progress: Callable[[str], object] | None = None) -> str:
         "plastic_regw": f"{murano_strength.plastic('REGW') / 1e3:.0f}",
         "plastic_ds": f"{murano_strength.plastic('DS') / 1e3:.1f}",
         "travel": f"{1e3 * panel_calibration.TRAVEL:g}", "counts": counts,
-        "free": f"The fit calls {', '.join(dem_fit.identified) or 'none of the six'} identified; within one deviation "
-        f"it leaves free, for one: {str(dem_fit.unidentified[0]).removesuffix(' within one deviation')}.",
-        "headline": f"peaks of {min(l1):.2f} and {max(l1):.2f} kN on its two possible outlines where 1.6 was measured, "
-        f"{100 * (min(l1) / 1.6 - 1):+.0f} and {100 * (max(l1) / 1.6 - 1):+.0f} %",
+        "free": f"The fit calls {', '.join(dem_fit.identified) or 'none of the six'} identified. Within one deviation "
+        f"it leaves free, for one: `{str(dem_fit.unidentified[0]).removesuffix(' within one deviation')}`.",
+        "headline": f"{100 * (min(l1) / 1.6 - 1):+.0f} and {100 * (max(l1) / 1.6 - 1):+.0f} % off. Its two possible "
+        f"outlines peak at {min(l1):.2f} and {max(l1):.2f} kN where 1.6 was measured",
         "dry_says": dry_says(dry_fits),
-        "paper_says": f"on this outline it gives {paper['first crack'] / 1e3:.2f} kN at the first crack and "
-        f"{paper['peak'] / 1e3:.2f} kN at the peak, where the tests have means of 1.41 and 4.77 kN. Which of the many "
-        "is true the four panels cannot say; a triplet, a pull-off and a joint column would "
+        "paper_says": f"On this outline it gives {paper['first crack'] / 1e3:.2f} kN at the first crack and "
+        f"{paper['peak'] / 1e3:.2f} kN at the peak. The tests have means of 1.41 and 4.77 kN. Which of the many is "
+        "true the four panels cannot say. A triplet, a pull-off and a joint column would "
         "(`examples/calibrate_brick_panels.py`).",
-        "outline_says": f"The fitted set peaks at {min(s1):.1f} to {max(s1):.1f} kN on the outlines that are possible "
-        f"for S1 to S4, and at {min(l1):.1f} to {max(l1):.1f} kN on those for L1: the outline leaves as much open as "
+        "outline_says": f"The fitted set peaks at {min(s1):.1f} to {max(s1):.1f} kN on the possible outlines of S1 to "
+        f"S4, and at {min(l1):.1f} to {max(l1):.1f} kN on those of L1. The outline leaves as much open as "
         "the four tests do.",
     }  # fmt: skip
     parts = {

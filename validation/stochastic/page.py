@@ -108,10 +108,10 @@ def slopes(tables: Tables) -> str:
     )
     own, (_, paper) = study.running(table, "ultimate").variation[-1], printed(4, KINDS[1])
     return (
-        f"set 4 has {100 * own:.1f} % where {paper:.1f} % is printed. Its log-slopes over its own runs, "
-        f"{found[0]:.2f} for ft with the cohesion that follows it and {found[1]:.2f} for phi, give {100 * first:.1f} % "
-        f"as the root of the sum of squares. For ft the slope is {low:.2f} below the median strength and {high:.2f} "
-        "above: weak panels come near to falling under their own weight"
+        f"set 4 has {100 * own:.1f} % where {paper:.1f} % is printed. Its log-slopes over its own runs are "
+        f"{found[0]:.2f} for ft with the cohesion that follows it and {found[1]:.2f} for phi. They give "
+        f"{100 * first:.1f} % as the root of the sum of squares. For ft the slope is {low:.2f} below the median "
+        f"strength and {high:.2f} above: weak panels come near to falling under their own weight"
     )
 
 
@@ -152,7 +152,7 @@ def agreement(tables: Tables) -> str:
         error = math.hypot(a.variation_error[-1], b.variation_error[-1], 0.041, 0.041)
         away = abs(math.log(a.variation[-1] / b.variation[-1] / (cov_a / cov_b))) / error
         out.append(f"set {number} {away:.1f}")
-    return f"Ratios of CoV differ from the published ones by so many sampling errors of both sides: {', '.join(out)}."
+    return f"Ratios of CoV are off the published ones by these sampling errors: {', '.join(out)}."
 
 
 def fallen(tables: Tables) -> str:
@@ -164,14 +164,14 @@ def fallen(tables: Tables) -> str:
         if gone := len(table) - len(stood):
             own = study.running(stood, "ultimate")
             out.append(
-                f"{gone} of {len(table)} runs of set {number} {kind}; without them its mean is "
-                f"{own.mean[-1] / 1e3:.2f} kN and its CoV {100 * own.variation[-1]:.1f} %"
+                f"In set {number} {kind} this holds for {gone} of {len(table)} runs. The others have a mean of "
+                f"{own.mean[-1] / 1e3:.2f} kN and a CoV of {100 * own.variation[-1]:.1f} %."
             )
     if not out:
         return "No panel of these falls under its own weight."
     return (
-        f"Panels that fall under their own weight count as runs that carry nothing: {'; '.join(out)}. Whether the "
-        "weakest draws stand is decided by how their weight comes on; here it is there at once, with the motion damped."
+        f"Panels that fall under their own weight count as runs that carry nothing. {' '.join(out)} How the weight "
+        "comes on decides whether the weakest draws stand. Here it is there at once, with the motion damped."
     )
 
 
@@ -196,16 +196,16 @@ def brittleness(tables: Tables) -> str:
         plastic = study.running(table, "load")
         own = plastic.variation[-1]
         out.append(
-            f"{100 * own:.1f} % where brittle joints have {100 * brittle:.1f} % ({kind}, the same "
-            f"{int(plastic.n[-1])} draws: {100 * (own / brittle) ** 2:.0f} % of the variance)"
+            f"The {kind} CoV is {100 * own:.1f} % where brittle joints have {100 * brittle:.1f} % (the same "
+            f"{int(plastic.n[-1])} draws, {100 * (own / brittle) ** 2:.0f} % of the variance)."
         )
         searched = study.running(tables[f"plastic-{kind}-non-associative"], "load")
         quick.append(f"{100 * searched.variation[-1]:.1f} % ({kind}, {int(searched.n[-1])} draws)")
     return (
-        f"**Geometry of the mechanism and brittleness.** Perfect plasticity at psi = phi has a CoV of {out[0]} and "
-        f"{out[1]}; at psi = 0 it is {quick[0]} and {quick[1]}. One draw for all moves every joint together and "
-        "spreads in any law. A draw for every joint averages over the joints of a plastic mechanism; that brittle ones "
-        "fail one after the other keeps the spread and lowers the mean."
+        "**Geometry of the mechanism and brittleness.** Perfect plasticity at psi = phi spreads less. "
+        f"{' '.join(out)} At psi = 0 it is {quick[0]} and {quick[1]}. One draw for all moves every joint together and "
+        "spreads in any law. A draw for every joint averages over the joints of a plastic mechanism. Brittle ones fail "
+        "one after the other, which keeps the spread and lowers the mean."
     )
 
 
@@ -221,8 +221,8 @@ def judged(tables: Tables) -> str:
             spread, error = own.variation[-1], own.variation[-1] * own.variation_error[-1]
             clear = (spread - found[0]) / math.hypot(error, found[1])
             verdict = "above it" if clear > 2.0 else "not clear of it"
-            out.append(f"set {number} {kind} ({100 * spread:.1f} % beside {100 * found[0]:.1f} %) {verdict}")
-    return f"Judged above the noise of a run: {'; '.join(out)}." if out else ""
+            out.append(f"- set {number} {kind}: {100 * spread:.1f} % beside {100 * found[0]:.1f} %, {verdict}")
+    return "\n".join(["Spread beside the noise of a run:", "", *out]) if out else ""
 
 
 def slower(tables: Tables) -> str:
@@ -233,7 +233,7 @@ def slower(tables: Tables) -> str:
     change = np.concatenate(found)
     return (
         f"At a third of the speed {len(change)} of these panels peak {100 * change.mean():+.1f} +- "
-        f"{100 * change.std(ddof=1) / math.sqrt(len(change)):.1f} % beside the speed of the study: its means are too "
+        f"{100 * change.std(ddof=1) / math.sqrt(len(change)):.1f} % beside the speed of the study. Its means are too "
         "large by about that, spatial and non-spatial ones alike."
     )
 
@@ -246,6 +246,6 @@ def symmetry(tables: Tables) -> str:
         lone = lone[np.isfinite(lone)]
         out.append(f"{int((lone > ALONE).sum())} of {len(lone)} {kind}")
     return (
-        f"Ours: {out[0]} and {out[1]} ones. A symmetric panel does not break quite symmetrically: joints that fail at "
-        "the same load on both sides fail one after the other by rounding, and what follows leans to one side."
+        f"Ours: {out[0]} and {out[1]} ones. A symmetric panel does not break quite symmetrically. By rounding, joints "
+        "that fail at the same load on both sides fail one after the other. What follows leans to one side."
     )
