@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from limitmason.calibration import CurveTarget, Parameter, Target, calibrate
     from limitmason.capacity import elastic_range, pushover
     from limitmason.figures import view
-    from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis
+    from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis, stability, thrust
     from limitmason.methods import answer, predict, predict_cases
     from limitmason.validation import compare
     from limitmason.vibration import mac, modes
@@ -82,6 +82,8 @@ _NAMES = {
     "limit_bracket": "limitmason.limit",
     "proven_range": "limitmason.limit",
     "settlement_analysis": "limitmason.limit",
+    "stability": "limitmason.limit",
+    "thrust": "limitmason.limit",
     "answer": "limitmason.methods",
     "predict": "limitmason.methods",
     "predict_cases": "limitmason.methods",

@@ -31,6 +31,7 @@ examples:
   limitmason solve ferris-tin-loi-2001/wall-3 --figure wall-3.png
   limitmason template wall.json                        a small wall to edit
   limitmason check wall.json --figure check.png        contacts, near misses, implausible input
+  limitmason stability wall.json --figure stands.png   can it stand, and how well
   limitmason solve wall.json --flow-rule non-associative --output answer.json
   limitmason compare wall.json --figure theories.png   every theory side by side
   limitmason pushover brick-panels-opening/S1 --to 2mm --blocks lumped --figure s1.png

@@ -17,10 +17,12 @@ from limitmason.cli.console import (
     report,
     say,
     settings_of,
+    show_text,
     told,
     writable,
 )
 from limitmason.errors import InputError
+from limitmason.limit import stability, thrust
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
 from limitmason.storage.files import save_figure
@@ -36,6 +38,12 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     analysis_options(solve)
     drawing_options(solve)
     solve.set_defaults(run=_solve)
+
+    stands = commands.add_parser("stability", help="whether a model can stand, how well, and with what thrust")
+    stands.add_argument("target", metavar="TARGET")
+    stands.add_argument("--support", nargs="+", metavar="BLOCK", help="held blocks: least and greatest thrust on them")
+    stands.add_argument("--figure", type=figure_file, metavar="FILE", help="draw its forces, or how it falls")
+    stands.set_defaults(run=_stability)
 
     figure = commands.add_parser("figure", help="draw an assembly, its mechanism or its contact forces")
     figure.add_argument("kind", choices=("assembly", "mechanism", "forces"))
@@ -69,6 +77,18 @@ def _solve(options: argparse.Namespace) -> int:
     if options.figure:
         _draw(options.figure, "mechanism", assembly, prediction, title)
     return status
+
+
+def _stability(options: argparse.Namespace) -> int:
+    assembly, loads, title = load_target(options.target, needs_live_load=False)
+    dead = loads.scaled(live=0.0)
+    found = stability(assembly, dead)
+    show_text(str(found))
+    if options.support and found.stands:
+        show_text(str(thrust(assembly, options.support, loads=dead)))
+    if options.figure:
+        _draw(options.figure, "forces" if found.stands else "mechanism", assembly, found.state, title)
+    return 0 if found.stands else 3
 
 
 def _figure(options: argparse.Namespace) -> int:

@@ -5,14 +5,20 @@ from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.range.bracket import Bracket, limit_bracket
 from limitmason.limit.range.proven_range import ProvenRange, proven_range
 from limitmason.limit.settlement import settlement_analysis
+from limitmason.limit.stability import Stability, stability
+from limitmason.limit.thrust import Thrust, thrust
 
 __all__ = [
     "Bracket",
     "Problem",
     "ProvenRange",
+    "Stability",
+    "Thrust",
     "limit_analysis",
     "limit_bracket",
     "make_problem",
     "proven_range",
     "settlement_analysis",
+    "stability",
+    "thrust",
 ]

@@ -96,9 +96,10 @@ def settlement_analysis(
     if single:
         prediction = limit_analysis(guided, settling, check_dead_load=False, **options)
     else:
-        across = _across(guided, settling, seen, assembly.held[i], in_plane=options.get("in_plane") is not False)
+        in_plane = options.get("in_plane") is not False
+        across = guides_across(guided, settling, seen[None], assembly.held[i], in_plane=in_plane)
         cases = np.zeros((len(across), *dead.shape))
-        cases[:, i] = total * across * unit
+        cases[:, i] = total * across[:, 0] * unit
         prediction = largest_multiplier(guided, settling, cases, **options)
     no_tilt = "the reaction of a support is no multiplier of loads"
     details = {**prediction.details, NO_TILT: no_tilt, "support_reaction": float("nan")}
@@ -125,12 +126,19 @@ def settlement_analysis(
     )  # fmt: skip
 
 
-def _across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, in_plane: bool) -> Array:
-    """Wrenches in the units of ``seen`` that do no work on it, one per row: what still guides the support."""
+def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, in_plane: bool) -> Array:
+    """Wrenches on some blocks that do no work together on motions ``seen`` of them, (k, b, 6): what still guides them.
+
+    Parameters
+    ----------
+    seen : of every block, turns as displacements at a size, shape (b, 6)
+    held : degrees of freedom in which they are guided at all, shape (6,)
+    """
     plane = find_plane(guided, loads) if in_plane else None
     basis = degrees_of_freedom(guided, plane)[0].T
-    basis = basis[[bool(held[np.abs(row) > 0.5].all()) for row in basis]]
-    return np.linalg.svd((basis @ seen)[None])[2][1:] @ basis
+    basis = np.array([row for row in basis if held[np.abs(row) > 1e-9].all()])
+    across = np.linalg.svd((seen @ basis.T).reshape(1, -1))[2][1:]
+    return across.reshape(-1, len(seen), len(basis)) @ basis
 
 
 def released(assembly: Assembly, moved: list[int], freed: tuple[int, ...]) -> Assembly:

@@ -1,0 +1,263 @@
+"""Whether a structure can stand, and how well: by its friction, by its joint faces and by a tilt of the ground."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from warnings import catch_warnings, simplefilter
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from limitmason.answers.results import NOT_CONVERGED, SOLVED, UNBOUNDED, Bound, BoundKind, Prediction, Range
+from limitmason.arrays import Array
+from limitmason.errors import InputError
+from limitmason.limit.associative import analyse, carry, contact_facts
+from limitmason.limit.program.problem import Problem, make_problem
+from limitmason.mechanics.law_table import refuse
+from limitmason.mechanics.residuals import total_load
+from limitmason.mechanics.stated import with_statements
+from limitmason.model.assembly import Assembly
+from limitmason.model.input import read_vector
+from limitmason.model.interface import Interface
+from limitmason.model.joint import Joint
+from limitmason.model.load import Loads
+from limitmason.model.plausibility import PlausibilityWarning
+
+LARGEST_DIVISOR = 1e3
+"""Divisor of tan(phi) up to which a structure is tried; one that stands there needs no friction to speak of."""
+
+SMALLEST_SHARE = 1e-3
+"""Share of every joint face down to which it is tried."""
+
+ENOUGH = 1.0
+"""Margin beyond which nothing is measured: the structure stands well."""
+
+MOST_TRIALS = 60
+"""Values tried for a measure at most."""
+
+GROUND = {"+x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0), "-y": (0.0, -1.0, 0.0)}
+
+
+@dataclass(frozen=True, eq=False)
+class Stability:
+    """Whether a structure can stand, and how far it is from the state in which it no longer can.
+
+    Parameters
+    ----------
+    stands : True with admissible forces, False with a motion, None where neither was found
+    state : forces that carry the dead load, or the motion by which it falls; for figures and tables
+    friction : largest divisor of every tan(phi), between a proven low and high end [-]
+    share : smallest part of every joint face, shrunk about its centroid [-]
+    tilt : largest tilt of the ground, by the direction in which the ground falls [deg]
+    notes : what a reader must know
+    """
+
+    stands: bool | None
+    state: Prediction
+    friction: Range = field(default_factory=Range)
+    share: Range = field(default_factory=Range)
+    tilt: Mapping[str, Range] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """Verdict, the measures with their brackets, and the notes."""
+        verdict = {True: "can stand", False: "cannot stand", None: "undecided"}[self.stands]
+        rows = [("tan(phi) divided by", self.friction, ""), ("joint faces shrunk to", self.share, "")]
+        rows += [(f"ground falls towards {name}", tilt, " deg") for name, tilt in self.tilt.items()]
+        lines = [f"{words:<28}{r.low:.6g} to {r.high:.6g}{unit}" for words, r, unit in rows if not math.isnan(r.low)]
+        return "\n".join([verdict, *("  " + line for line in lines), *("  note: " + n for n in self.notes)])
+
+
+def stability(
+    assembly: Assembly,
+    loads: Loads | None = None,
+    *,
+    tilts: Sequence[str] | Mapping[str, ArrayLike] = tuple(GROUND),
+    accuracy: float = 1e-8,
+    contact_model: str = "vertices",
+    in_plane: bool | None = None,
+) -> Stability:
+    r"""Can the structure stand under its dead load, and how well.
+
+    It can where some admissible forces carry the load; else a motion proves that none do:
+
+    .. math:: A f + w = 0,\ f \in K \qquad \text{or} \qquad w \cdot v > D(v)
+
+    Three measures follow, each the end of an interval that is halved until its ends differ by the accuracy: the largest
+    s with tan(phi) / s in every joint, the smallest share of every joint face, shrunk about its centroid with weights
+    and blocks unchanged, and the largest angle by which the ground may tilt.
+
+    Parameters
+    ----------
+    assembly : what stands
+    loads : dead loads; self weight by default. A tilt turns the self weight and leaves other loads in the ground's axes
+    tilts : directions in which the ground falls: of "+x", "-x", "+y", "-y", or horizontal vectors by name; none with ()
+    accuracy : of divisor and share [-], and of the tilt [rad]
+    contact_model, in_plane : as for :func:`limitmason.limit.limit_analysis`
+
+    Returns
+    -------
+    Stability
+        Both ends of every measure are proven: by forces at the standing end, by a motion at the other. An infinite end
+        means that it was not found: the structure stands without friction, or on a thousandth of its faces.
+
+    Raises
+    ------
+    InputError
+        For live loads, and a tilt that is no horizontal direction.
+    NotApplicable
+        For joint laws that limit analysis cannot represent.
+
+    Notes
+    -----
+    Heyman's safe theorem. For psi < phi forces that can carry the load do not prove that it is carried: "can stand" is
+    then necessary only, and a capacity curve or a DEM run tells more. A structure that stands at one value is taken to
+    stand at all safer ones; with cohesion and a tilt that need not hold.
+    """
+    refuse("associative", assembly)
+    loads = Loads.weight(assembly) if loads is None else loads
+    if loads.live.any():
+        raise InputError("loads: stability is asked of dead loads; give them with case='dead'")
+    ground = {name: _horizontal(name, d) for name, d in _directions(tilts).items()}
+    if not 0.0 < accuracy < 0.1:
+        raise InputError(f"accuracy must be above 0 and below 0.1, got {accuracy!r}")
+
+    def problem_of(model: Assembly, dead: Loads) -> Problem:
+        return make_problem(model, dead, contact_model=contact_model, in_plane=in_plane, live_required=False)
+
+    stands, state = _state(problem_of(assembly, loads))
+    state, notes = with_statements(state, assembly, loads), tuple(_notes(assembly, stands))
+    if not stands:
+        return Stability(stands, state, notes=notes)
+
+    def margin(model: Assembly, dead: Loads) -> tuple[float, float]:
+        left = dead.dead + _pressed_evenly(problem_of(model, dead))
+        if np.abs(left[~model.held]).max() <= 1e-9 * np.abs(dead.dead[~model.held]).max():
+            return ENOUGH, ENOUGH  # even pressure carries the load
+        towards = Loads(dead.dead, left)
+        problem = make_problem(model, towards, contact_model=contact_model, in_plane=in_plane)
+        found = analyse(problem, check_dead_load=False)[0]
+        if found.certificate is None:
+            return (ENOUGH, ENOUGH) if found.status == UNBOUNDED else (math.nan, math.nan)
+        c = found.certificate
+        return min(c.static_multiplier, ENOUGH), min(c.kinematic_multiplier, ENOUGH)
+
+    def with_friction(divisor: float) -> tuple[float, float]:
+        return margin(assembly.with_joints(lambda joint: _divided(joint, divisor)), loads)
+
+    def with_share(share: float) -> tuple[float, float]:
+        return margin(assembly.with_interfaces(_shrunk(assembly, share)), loads)
+
+    def tilted(direction: Array) -> Callable[[float], tuple[float, float]]:
+        def at(angle: float) -> tuple[float, float]:
+            dead = np.array(loads.dead)
+            dead[:, :3] += assembly.weights[:, None] * (math.sin(angle) * direction + (0, 0, 1.0 - math.cos(angle)))
+            return margin(assembly, Loads(dead, loads.live))
+
+        return at
+
+    with catch_warnings():
+        simplefilter("ignore", PlausibilityWarning)  # of joints next to smooth, which nobody gave
+        divisor = _last(with_friction, 1.0, LARGEST_DIVISOR, accuracy)
+    share = _last(with_share, 1.0, SMALLEST_SHARE, accuracy)
+    tilt = {name: np.degrees(_last(tilted(d), 0.0, 0.5 * math.pi, accuracy)[:2]) for name, d in ground.items()}
+    return Stability(
+        True, state, divisor, Range(0.0 if math.isinf(share.high) else share.high, share.low),
+        {name: Range(float(low), float(high)) for name, (low, high) in tilt.items()}, notes,
+    )  # fmt: skip
+
+
+def _state(problem: Problem) -> tuple[bool | None, Prediction]:
+    """Whether some forces carry the dead load, with them, or with the motion by which it falls."""
+    forces, falling = carry(problem)
+    words = Bound(BoundKind.NONE, "no multiplier: forces that carry the dead load" if forces else "")
+    state = Prediction("stability", math.nan, words, SOLVED, None, forces, **contact_facts(problem))
+    if forces is not None:
+        return True, state
+    return (None, replace(state, status=NOT_CONVERGED)) if falling is None else (False, falling)
+
+
+def _pressed_evenly(problem: Problem) -> Array:
+    """Wrenches on the blocks of an even pressure in all joints that adds up to the load [N, N m], shape (n, 6)."""
+    p, x = problem.points, problem.assembly.arrays
+    faces = p.interface < len(problem.assembly.interfaces)
+    pressure = total_load(problem.assembly, problem.loads) / x.area.sum()
+    force = p.directions[:, 0] * np.where(faces, pressure * p.area, 0.0)[:, None]
+    wrench = np.zeros((problem.assembly.n_blocks, 6))
+    for block, sign in ((p.block_a, -1.0), (p.block_b, 1.0)):
+        arm = p.position - problem.assembly.centroids[block]
+        np.add.at(wrench, block, sign * np.hstack([force, np.cross(arm, force)]))
+    return wrench
+
+
+def _last(margin: Callable[[float], tuple[float, float]], safe: float, far: float, accuracy: float) -> Range:
+    """Value at which the margin comes to nothing, between one that is proven to stand and one that is not to.
+
+    The margin is the multiplier towards which forces that press all joints evenly are left: lambda = -1 stands with
+    them, and zero too where a larger one does. The secant is halved at an end that stays (Illinois).
+    """
+    low, high = margin(far)
+    if low >= 0.0:
+        return Range(far, math.inf)
+    ends = {True: safe, False: far}
+    values = {True: max(margin(safe)[0], 1e-12), False: high}
+    last = None
+    for trial in range(MOST_TRIALS):
+        gap, unit = ends[False] - ends[True], max(1.0, abs(ends[True]))
+        if abs(gap) <= accuracy * unit or not all(map(math.isfinite, values.values())):
+            break
+        # past the crossing by a part of the accuracy, so that the other end comes near it too
+        share = values[True] / (values[True] - values[False])
+        step = 0.3 * accuracy * unit / abs(gap)
+        share = share + step if last else share - step
+        at = ends[True] + min(max(share, 0.01 * step), 1.0 - 0.01 * step) * gap
+        if trial > 12 and trial % 3 == 0:
+            at = ends[True] + 0.5 * gap
+        low, high = margin(at)
+        if not (low >= 0.0 or high < 0.0):
+            break  # neither end is proven nearer than this
+        stands = low >= 0.0
+        if stands == last:
+            values[not stands] *= 0.5
+        ends[stands], values[stands], last = at, max(low, 1e-14) if stands else high, stands
+    return Range(ends[True], ends[False])
+
+
+def _divided(joint: Joint, divisor: float) -> Joint:
+    """The joint with tan(phi) divided, and tan(psi) not above it."""
+    phi = math.degrees(math.atan(joint.tan_phi / divisor))
+    return replace(joint, friction_angle_deg=phi, dilatancy_angle_deg=min(joint.dilatancy_angle_deg, phi))
+
+
+def _shrunk(assembly: Assembly, share: float) -> list[Interface]:
+    """Interfaces shrunk about their centroids."""
+    centre = assembly.arrays.centre
+    return [replace(i, polygon=c + share * (i.polygon - c)) for i, c in zip(assembly.interfaces, centre, strict=True)]
+
+
+def _directions(tilts: Sequence[str] | Mapping[str, ArrayLike]) -> Mapping[str, ArrayLike]:
+    if isinstance(tilts, Mapping):
+        return tilts
+    names = (tilts,) if isinstance(tilts, str) else tuple(tilts)
+    if unknown := [n for n in names if n not in GROUND]:
+        raise InputError(f"tilts: {unknown[0]!r} is none of {', '.join(GROUND)}; give other directions by name")
+    return {n: GROUND[n] for n in names}
+
+
+def _horizontal(name: str, direction: ArrayLike) -> Array:
+    d = read_vector(f"tilt {name!r}", direction)
+    size = float(np.linalg.norm(d))
+    if not size > 0.0 or abs(d[2]) > 1e-9 * size:
+        raise InputError(f"tilt {name!r} must be a horizontal direction that is not zero, got {direction!r}")
+    return d / size
+
+
+def _notes(assembly: Assembly, stands: bool | None) -> list[str]:
+    dilatant = all(i.joint.tan_psi == i.joint.tan_phi for i in assembly.interfaces)
+    if stands and not dilatant:
+        return [
+            "psi < phi in some joints: 'can stand' is necessary, not sufficient; see lm.pushover or a DEM run beside it"
+        ]
+    return ["neither forces nor a motion was found"] if stands is None else []

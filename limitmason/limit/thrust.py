@@ -1,0 +1,156 @@
+"""Least and greatest thrust of a structure on a support, or through a cut."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from limitmason.answers.results import UNBOUNDED, Prediction
+from limitmason.arrays import Array
+from limitmason.errors import InputError
+from limitmason.limit.free_loads import largest_multiplier
+from limitmason.limit.settlement import guides_across, settlement_analysis
+from limitmason.model.assembly import Assembly
+from limitmason.model.input import read_vector
+from limitmason.model.load import Loads
+from limitmason.model.support_motion import Group, SupportMotion, group_of
+
+
+@dataclass(frozen=True, eq=False)
+class Thrust:
+    """Least and greatest thrust that admissible forces allow.
+
+    Parameters
+    ----------
+    least, greatest : force along ``direction`` with which the structure presses on the support, or what lies before a
+        cut on what lies behind it [N]; infinite where nothing bounds it, NaN where the structure cannot stand
+    direction : unit vector, shape (3,)
+    states : the predictions at both ends: joint forces, mechanism as the support gives way, certificate. Draw the lines
+        of thrust with ``lm.figures.contact_forces(state.structure, state)``
+    """
+
+    least: float
+    greatest: float
+    direction: Array
+    states: tuple[Prediction, Prediction]
+
+    def __str__(self) -> str:
+        """Both ends with the direction."""
+        d = ", ".join(f"{v:.4g}" for v in self.direction)
+        return f"thrust {self.least:.6g} N to {self.greatest:.6g} N along ({d})"
+
+
+def thrust(
+    assembly: Assembly,
+    support: Group | None = None,
+    *,
+    cut: Sequence[str] = (),
+    direction: ArrayLike | None = None,
+    loads: Loads | None = None,
+    **options: Any,
+) -> Thrust:
+    r"""Least and greatest thrust on a support or a group of supports, or through a cut of joints.
+
+    .. math:: H_{\min}, H_{\max} = \min, \max\ d \cdot \sum_s f_s \quad \text{over}\quad A f + w = 0,\ f \in K
+
+    Parameters
+    ----------
+    assembly : with the support held
+    support : a held block by name or number, or several
+    cut : joints by name, "voussoir-10|voussoir-11", as ``assembly.joint_names`` lists them; the thrust is what the
+        first blocks exert on the second ones. Give either support or cut
+    direction : d; by default horizontal, from the middle of the free blocks to that of the support, or of the cut from
+        its first blocks to the second
+    loads : dead loads; self weight by default
+    options : ``contact_model``, ``grid``, ``in_plane``, ``solver`` and ``tolerance`` of
+        :func:`limitmason.limit.limit_analysis`
+
+    Returns
+    -------
+    Thrust
+        Both ends positive where the structure pushes along d.
+
+    Raises
+    ------
+    InputError
+        For a joint that does not exist, a support that is not held, live loads, and where no direction follows.
+
+    Notes
+    -----
+    Heyman's minimum and maximum thrust, with friction as the joints have it, associative. The real thrust lies between
+    them, near the least once the supports have spread a little. Wrong for psi < phi: the range may then be narrower.
+    """
+    if (support is None) == (not cut):
+        raise InputError("thrust: give either a support or a cut of joints")
+    loads = Loads.weight(assembly) if loads is None else loads
+    if loads.live.any():
+        raise InputError("loads: a thrust is asked of dead loads; give them with case='dead'")
+    if cut:
+        joints = [_joint(assembly, name) for name in ([cut] if isinstance(cut, str) else cut)]
+        first, second = ([getattr(assembly.interfaces[k], f"block_{s}") for k in joints] for s in "ab")
+        between = assembly.centroids[second].mean(axis=0) - assembly.centroids[first].mean(axis=0)
+    else:
+        assert support is not None
+        joints, group = [], group_of(assembly, support)
+        between = assembly.centroids[group].mean(axis=0) - assembly.centroids[~assembly.fixed].mean(axis=0)
+    d = read_vector("direction", between * (1, 1, 0) if direction is None else direction)
+    if not np.linalg.norm(d) > 1e-6 * np.linalg.norm(between):
+        raise InputError("direction: none follows from where the support or the cut is; give one")
+    d = d / np.linalg.norm(d) + 0.0
+    ends = []
+    for sense in (1.0, -1.0):
+        if cut:
+            state = _through(assembly, joints, sense * d, loads, options)
+            value = -sense * state.collapse_multiplier
+        else:
+            assert support is not None
+            motion = SupportMotion(tuple(sense * d))
+            state = settlement_analysis(assembly, support, direction=motion, loads=loads, **options)
+            value = sense * state.details["support_reaction"]
+        ends.append((-sense * math.inf if state.status == UNBOUNDED else value, state))
+    (least, low), (greatest, high) = ends
+    return Thrust(float(least), float(greatest), d, (low, high))
+
+
+def _joint(assembly: Assembly, name: str) -> int:
+    if name not in assembly.joint_names:
+        near = [n for n in assembly.joint_names if str(name).partition("|")[0] in n.split("|")][:3]
+        raise InputError(f"cut: there is no joint {name!r}" + (f"; did you mean {', '.join(near)}?" if near else ""))
+    return assembly.joint_names.index(name)
+
+
+def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, options: dict[str, Any]) -> Prediction:
+    """Answer with the greatest force against d through a cut: each joint bears on a plate without weight.
+
+    The plate passes any wrench on to the block behind it; the sum of these along d is what is multiplied.
+    """
+    n, m = assembly.n_blocks, len(joints)
+    behind = [assembly.interfaces[k].block_b for k in joints]
+    names = [f"cut {assembly.joint_names[k]}" for k in joints]
+    plates = tuple(replace(assembly.blocks[b], name=name) for b, name in zip(behind, names, strict=True))
+    interfaces = list(assembly.interfaces)
+    for plate, k in enumerate(joints):
+        interfaces[k] = replace(interfaces[k], block_b=n + plate)
+    made = replace(assembly, blocks=(*assembly.blocks, *plates), interfaces=tuple(interfaces))
+    dead = np.vstack([loads.dead, np.zeros((m, 6))])
+    total = float(np.linalg.norm(dead[:n][~assembly.fixed, :3], axis=1).sum())
+    unit = np.ones(6)
+    unit[3:] = float(np.ptp(assembly.centroids, axis=0).max())
+
+    def pairs(wrenches: Array) -> Array:
+        out = np.zeros((*wrenches.shape[:-2], n + m, 6))
+        for j, b in enumerate(behind):
+            out[..., n + j, :] += total * wrenches[..., j, :] * unit
+            out[..., b, :] -= total * wrenches[..., j, :] * unit
+        return out
+
+    seen = np.tile([*d, 0.0, 0.0, 0.0], (m, 1))
+    cutting = Loads(dead, pairs(seen / m), f"thrust through {', '.join(assembly.joint_names[k] for k in joints)}")
+    across = guides_across(made, cutting, seen, np.ones(6, dtype=bool), in_plane=options.get("in_plane") is not False)
+    found = largest_multiplier(made, cutting, pairs(across), **options)
+    return replace(found, method=cutting.name, collapse_multiplier=found.collapse_multiplier * total)

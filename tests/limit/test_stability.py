@@ -1,0 +1,155 @@
+"""Can it stand, how well, and with what thrust: blocks on slopes, arches and lines of thrust in closed form."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import limitmason as lm
+from limitmason import formats
+from limitmason.cli import main
+from limitmason.errors import InputError
+from limitmason.geometry import box
+
+PHI = 35.0
+
+
+def on_a_slope(slope, base=1.0, height=1.5, joint=None):
+    """A block on a plane that falls towards +x."""
+    c, s = math.cos(slope), math.sin(slope)
+    turn = np.array([[c, -s], [s, c]])
+    outlines = [
+        np.array([(-1, -1), (base + 1, -1), (base + 1, 0), (-1, 0)], float),
+        np.array([(0, 0), (base, 0), (base, height), (0, height)], float),
+    ]
+    joint = lm.Joint(PHI, dilatancy_angle_deg=PHI) if joint is None else joint
+    return lm.Assembly.from_polygons([o @ turn for o in outlines], thickness=1.0, joint=joint, fixed=[0])
+
+
+@pytest.mark.parametrize("slope", [0.1, 0.3])
+def test_a_block_on_a_slope(slope):
+    """tan(phi) / tan(slope); the weight meets the face at h / 2 tan(slope) from its middle; phi or b / h less slope."""
+    found = lm.stability(on_a_slope(slope), tilts=("+x", "-x"))
+    falls = min(math.radians(PHI), math.atan(1.0 / 1.5))
+    wanted = {
+        found.friction: math.tan(math.radians(PHI)) / math.tan(slope),
+        found.share: 1.5 * math.tan(slope),
+        found.tilt["+x"]: math.degrees(falls - slope),
+        found.tilt["-x"]: math.degrees(falls + slope),
+    }
+    assert found.stands
+    assert not found.notes
+    for measured, value in wanted.items():
+        assert abs(measured.high - measured.low) < 3e-7 * max(value, 1.0)
+        assert measured.low - 1e-9 <= value <= measured.high + 1e-9 * value
+
+
+def test_what_falls_has_a_motion_and_no_measures():
+    found = lm.stability(on_a_slope(math.radians(36.0)))
+    assert found.stands is False
+    assert not found.friction.known
+    motion = found.state.mechanism.twists[1, :3]
+    assert motion[2] < 0.0
+    assert "cannot stand" in str(found)
+    # no bed joint takes an upright block down: neither friction nor width is asked for
+    upright = lm.stability(on_a_slope(0.0), tilts=())
+    assert upright.friction.high == math.inf
+    assert upright.share.low == 0.0
+
+
+def test_can_stand_is_said_to_be_necessary_below_normality():
+    found = lm.stability(on_a_slope(0.1, joint=lm.Joint(PHI, dilatancy_angle_deg=0.0)), tilts=())
+    assert "necessary" in found.notes[0]
+
+
+@pytest.mark.slow
+def test_turned_mirrored_renumbered_and_scaled_copies_stand_alike():
+    arch = lm.build.arch(radius=1.0, thickness=0.2, width=0.5, voussoirs=9, joint=lm.Joint(PHI))
+    a = 0.4
+    turn = np.array([[math.cos(a), -math.sin(a), 0], [math.sin(a), math.cos(a), 0], [0, 0, 1]])
+    order = np.random.default_rng(1).permutation(arch.n_blocks)
+    first = lm.stability(arch, tilts={"along": (1, 0, 0)})
+    for matrix in (turn, np.diag([1.0, -1.0, 1.0]), 30.0 * turn):
+        copy = arch.transformed(matrix).renumbered(order)
+        again = lm.stability(copy, tilts={"along": matrix @ (1, 0, 0)})
+        for name in ("friction", "share"):
+            assert getattr(again, name).low == pytest.approx(getattr(first, name).low, rel=1e-7)
+        assert again.tilt["along"].low == pytest.approx(first.tilt["along"].low, rel=1e-7)
+
+
+def test_a_tilt_of_the_ground_is_the_multiplier_of_dry_joints():
+    arch = lm.build.arch(radius=1.0, thickness=0.2, width=0.5, voussoirs=9, joint=lm.Joint(PHI))
+    found = lm.stability(arch, tilts="+x").tilt["+x"]
+    assert found.low == pytest.approx(lm.limit_analysis(arch, lm.Loads.horizontal(arch)).tilt_angle_deg, rel=1e-7)
+
+
+def thrust_lines(arch, thickness, radius=1.0):
+    """Least and greatest thrust of a semicircle over its weight: H, V and M at the crown, thrust within every joint."""
+    voussoirs = arch.centroids[~arch.fixed]
+    order = np.argsort(-voussoirs[:, 0])
+    weight, x = arch.weights[~arch.fixed][order], voussoirs[order, 0]
+    theta = np.linspace(0.0, math.pi, len(x) + 1)
+    rows, bound = [], []
+    for k, angle in enumerate(theta):
+        # forces on the part to the right of the joint, from the right springing: (-H, V - W) and moment M + ...
+        n = np.array([math.sin(angle) * -1.0, math.cos(angle), 0.0])
+        passed, turning = weight[:k].sum(), float(weight[:k] @ x[:k])
+        along = np.array([-n[0], n[1], 0.0])  # N = H sin + (V - passed) cos
+        for side, r in ((1.0, radius - thickness / 2), (-1.0, radius + thickness / 2)):
+            rows.append(side * (r * along - np.array([0.0, 0.0, 1.0])))
+            bound.append(side * (r * passed * n[1] - turning))
+    ends = [linprog([s, 0, 0], A_ub=rows, b_ub=bound, bounds=[(None, None)] * 3) for s in (1.0, -1.0)]
+    return ends[0].fun / weight.sum(), -ends[1].fun / weight.sum()
+
+
+def test_thrust_of_an_arch_is_that_of_its_lines_of_thrust():
+    arch = lm.build.arch(radius=1.0, thickness=0.2, width=0.5, voussoirs=12, joint=lm.Joint(60.0))
+    weight = arch.weights[~arch.fixed].sum()
+    wanted = thrust_lines(arch, 0.2)
+    for asked in (
+        {"support": "base-right"}, {"support": ["base-left"]}, {"cut": ["voussoir-6|voussoir-7"]},
+        {"cut": "voussoir-2|voussoir-3", "direction": (1, 0, 0)}, {"support": "base-right", "in_plane": False},
+    ):  # fmt: skip
+        found = lm.thrust(arch, **asked)
+        assert (found.least / weight, found.greatest / weight) == pytest.approx(wanted, rel=1e-6), asked
+        assert abs(found.direction[0]) == 1.0
+    assert "along (1, 0, 0)" in str(found)
+
+
+def test_thrust_of_three_hinges_through_a_group_and_a_cut():
+    """Two halves of length l and height h: H = W l / (2 h) at least, and nothing bounds the greatest."""
+    h = 0.8
+    piers = [box((-1, 0, 0), (0, 1, h)), box((2, 0, 0), (3, 1, h / 2)), box((2, 0, h / 2), (3, 1, h))]
+    halves = [box((0, 0, 0), (1, 1, h)), box((1, 0, 0), (2, 1, h))]
+    arch = lm.Assembly.from_polyhedra([*piers, *halves], joint=lm.Joint(70.0), fixed=[0, 1, 2])
+    two = [n for n in arch.joint_names if "block-4" in n and "block-3" not in n]
+    assert len(two) == 2
+    for asked in ({"support": [1, 2]}, {"cut": "block-3|block-4"}, {"cut": two, "direction": (-1, 0, 0)}):
+        found = lm.thrust(arch, **asked)
+        assert found.least == pytest.approx(arch.weights[3] / (2 * h), rel=1e-6)
+        assert found.greatest == math.inf
+
+
+@pytest.mark.parametrize(("call", "message"), [
+    (lambda a: lm.thrust(a), "either a support or a cut"),
+    (lambda a: lm.thrust(a, cut="base|keystone"), "no joint 'base|keystone'"),
+    (lambda a: lm.thrust(a, "voussoir-1"), "'voussoir-1' is not held"),
+    (lambda a: lm.thrust(a, "base-left", loads=lm.Loads.horizontal(a)), "dead loads"),
+    (lambda a: lm.thrust(a, ["base-left", "base-right"]), "none follows"),
+    (lambda a: lm.stability(a, lm.Loads.horizontal(a)), "dead loads"),
+    (lambda a: lm.stability(a, tilts="down"), "'down' is none of"),
+    (lambda a: lm.stability(a, tilts={"up": (0, 0, 1)}), "'up' must be a horizontal"),
+])  # fmt: skip
+def test_what_makes_no_sense_is_refused_by_name(call, message):
+    arch = lm.build.arch(radius=1.0, thickness=0.2, width=0.5, voussoirs=4, joint=lm.Joint(60.0))
+    with pytest.raises(InputError, match=message):
+        call(arch)
+
+
+def test_the_command_says_it_too(tmp_path, capsys):
+    formats.write_model_template(tmp_path / "two.json")
+    assert main(["stability", str(tmp_path / "two.json"), "--figure", str(tmp_path / "two.png")]) == 0
+    told = capsys.readouterr().out
+    assert "can stand" in told
+    assert (tmp_path / "two.png").exists()
