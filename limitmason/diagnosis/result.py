@@ -187,7 +187,7 @@ class Findings(Displayed, Citable, ReadOnly):
         names = self.kept[0] if self.kept else ()
         sd = self.noise_sd or 1.0
         effect = self.judged.effect(names, self.best) if names else np.zeros(self.n)
-        return by_kind(self.judged, effect, self.verdict.null, self.best, self.y, sd)
+        return by_kind(self.judged, effect, self.y, self.verdict.null.residuals[0], self.best.residuals[0], sd)
 
     def confirmed_by(self, later: Any) -> Evidence:
         """What values measured afterwards say of the one cause that is left, at the size found here.

@@ -76,7 +76,7 @@ class Judge:
             rivals, rule = self.rivals(sd), self.rule
             self._missing[sd] = leave_each_out(
                 self.design, self.known(sd), lambda name, *fitted: rivals.excess((name,), *fitted), self.seed,
-                floor=rule.margin, share=rule.missing, each=rule.each,
+                floor=rule.margin, agreed=rule.agreed, share=rule.missing, each=rule.each,
             )  # fmt: skip
         return self._missing[sd]
 
@@ -171,8 +171,7 @@ class Judge:
         """The one explanation of a verdict held against every model discrepancy."""
         design, rule, names = self.design, self.rule, verdict.kept[0]
         of_noise, folds = self.noise(verdict), self.folds
-        rivals, margins = self.rivals(of_noise), self.missing(of_noise).margins
-        margin = max(margins[n] for n in names)
+        rivals, rehearsed = self.rivals(of_noise), self.missing(of_noise)
         fit, data = verdict.tested[names].fit, design.turned(y)
         sd, effect = design.noise_of(names, fit), design.effect(names, fit)
         discrepancy, parts = rivals.of(names), rivals.parts(names, fit)
@@ -193,10 +192,9 @@ class Judge:
         left, more = float(rivals.structure(names, fit)[0]), rivals.structure(names, again, replicate)
         p = share_of(over <= observed)
         slope, error = dose_of(discrepancy, rivals.slopes, effect, drawn_in[0], sd)
-        kinds = by_kind(design, effect, verdict.null, fit, y, sd)
+        kinds = by_kind(design, effect, y, verdict.null.residuals[0], fit.residuals[0], sd)
         together = len(names) == 1 and agree(kinds)
-        if together and margin <= rule.margin:
-            margin = rule.agreed
+        margin = rehearsed.agreed[names[0]] if together else max(rehearsed.margins[n] for n in names)
         doses = any(c in design.numeric for c in design.own(names))
         # log score of values left out: explanation, baseline, and the nearest bias
         own, base = (left_out(design, n, data, folds).score for n in (names, ()))

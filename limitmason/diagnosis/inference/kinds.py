@@ -7,7 +7,6 @@ import numpy as np
 from scipy.special import chdtrc
 
 from limitmason.diagnosis.inference.design import Design
-from limitmason.diagnosis.inference.fit import BestFit
 
 AGREE = 0.0455  # tail probability of shares that differ more: two standard errors between two kinds
 ROUGH = 0.02  # of the effect: what a share may be off where the effect is far from linear in its size
@@ -89,7 +88,7 @@ def foretold(kind: str, effect: np.ndarray, about: np.ndarray, data: np.ndarray)
 
 
 def by_kind(
-    design: Design, effect: np.ndarray, null: BestFit, fit: BestFit, y: np.ndarray, sd: float = 1.0
+    design: Design, effect: np.ndarray, y: np.ndarray, before: np.ndarray, after: np.ndarray, sd: float = 1.0
 ) -> tuple[Evidence, ...]:
     """Evidence of every kind of data for an explanation.
 
@@ -97,8 +96,8 @@ def by_kind(
     ----------
     effect : of the fitted explanation, in the coordinates of the design, shape (n,); zeros for the baseline, of which
         only the misfit is told
-    null, fit : fits of the baseline and of the explanation
     y : whitened data, per specimen, shape (n,)
+    before, after : residuals of the baseline and of the explanation, in the coordinates of the design, shape (n,)
     sd : noise in stated units
     """
     kinds = design.kinds or ("",) * design.n
@@ -106,7 +105,7 @@ def by_kind(
     correlation, mix = design.correlation, np.eye(design.n) if design.mix is None else design.mix
     slopes = apart((design.null.slopes / sd).T).T
     effect = apart(effect)
-    squares = [apart(f.residuals[0]) * (mix.T @ f.residuals[0]) / sd**2 for f in (null, fit)]
+    squares = [apart(r) * (mix.T @ r) / sd**2 for r in (before, after)]
     out = []
     for kind in dict.fromkeys(kinds):
         rows = np.array([k == kind for k in kinds])

@@ -9,6 +9,7 @@ from scipy.special import chdtrc
 from limitmason.diagnosis.inference.design import Design, Listed
 from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.kinds import agree, by_kind
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.plan import NINE_IN_TEN, distances, reached_at
 
@@ -30,6 +31,7 @@ class Missing:
     fitted : how many of them one single name fits, alone and without misfit
     named : how many of them a name would be given, margins applied
     margins : by name, how far it must beat every smooth model discrepancy, in log-likelihood
+    agreed : the same where two kinds of evidence show one size, from the data sets in which they do
     power : by name, share of data sets with that cause, alone and visible, in which its excess reaches the margin
 
     Notes
@@ -42,6 +44,7 @@ class Missing:
     fitted: int
     named: int
     margins: Mapping[str, float]
+    agreed: Mapping[str, float]
     power: Mapping[str, float]
 
     @property
@@ -51,7 +54,7 @@ class Missing:
 
 
 def leave_each_out(
-    design: Design, known: Design, excess: Excess, seed: int, *, floor: float, share: float, each: float
+    design: Design, known: Design, excess: Excess, seed: int, *, floor: float, agreed: float, share: float, each: float
 ) -> Missing:
     """Plant every cause of the list at visible sizes, take it off, and see which name fits and by how much.
 
@@ -61,7 +64,7 @@ def leave_each_out(
     known : the same with the noise that is drawn
     excess : by how much a fitted cause beats every model discrepancy, ``excess(name, fit, y, replicate)``, shape (b,)
     seed : of noise and measured inputs
-    floor : least margin
+    floor, agreed : least margin, and that where two kinds of evidence show one size
     share, each : largest share of wrong names, of all together and of a single name
     """
     names = [c.name for c in design.causes]
@@ -87,13 +90,20 @@ def leave_each_out(
     left[best, rows] = -np.inf
     alone = (reached - left.max(axis=0) >= APART) & good[best, rows] if len(names) > 1 else np.zeros(len(y), bool)
     wrong = over[best, rows]
-    margins = _margins(names, best[alone], wrong[alone], len(y), floor, share, each)
-    limit = np.array([margins[n] for n in names])
+    both = np.zeros_like(alone)  # those in which two kinds of evidence show one size of the name
+    for row in np.flatnonzero(alone) if len(set(design.kinds)) > 1 else ():
+        fit, grid = fits[best[row]], design.singles[names[best[row]]]
+        effect = grid.effect(design.null, fit.node[[row]], fit.position[[row]])
+        both[row] = agree(by_kind(design, effect, y[row], y[row], fit.residuals[row], float(np.mean(ratio))))
+    margins, less = (_margins(names, best[some], wrong[some], len(y), least, share, each)
+                     for some, least in ((alone, floor), (both, agreed)))  # fmt: skip
+    limit, lower = (np.array([m[n] for n in names]) for m in (margins, less))
     return Missing(
         len(y) if len(names) > 1 else 0,
         int(alone.sum()),
-        int((alone & (wrong >= limit[best])).sum()),
+        int((alone & (wrong >= np.where(both, lower[best], limit[best]))).sum()),
         margins,
+        less,
         {n: float(np.mean(own[hidden == i] >= limit[i])) for i, n in enumerate(names)},
     )
 

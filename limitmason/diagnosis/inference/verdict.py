@@ -28,7 +28,7 @@ class Rule:
     draws : most draws
     identify : whether a name must be identified; without, whatever is the only one left is named
     margin : least log-likelihood by which a name must beat every smooth model discrepancy; 10 was set on pilot trials
-    agreed : the same where two kinds of evidence show one size, unless trials with the true cause missing ask for more
+    agreed : the same where two kinds of evidence show one size; 6.5 was set on pilot trials
     missing, each : largest share of data sets, with a cause that was taken off the list, in which any name, or one and
         the same name, is given; the margin is raised until it holds
     usual : a name that beats the discrepancies by less than this share of data drawn from it do, is not identified
@@ -50,7 +50,7 @@ class Rule:
     draws: int = DRAWS
     identify: bool = True
     margin: float = 10.0
-    agreed: float = 4.0
+    agreed: float = 6.5
     missing: float = 0.05
     each: float = 0.01
     usual: float = 0.02
