@@ -50,7 +50,15 @@ if TYPE_CHECKING:
     from limitmason.calibration import CurveTarget, Parameter, Target, calibrate
     from limitmason.capacity import elastic_range, pushover
     from limitmason.figures import view
-    from limitmason.limit import limit_analysis, limit_bracket, proven_range, settlement_analysis, stability, thrust
+    from limitmason.limit import (
+        limit_analysis,
+        limit_bracket,
+        minimum_thickness,
+        proven_range,
+        settlement_analysis,
+        stability,
+        thrust,
+    )
     from limitmason.methods import answer, predict, predict_cases
     from limitmason.validation import compare
     from limitmason.vibration import mac, modes
@@ -80,6 +88,7 @@ _MODULES = (
 _NAMES = {
     "limit_analysis": "limitmason.limit",
     "limit_bracket": "limitmason.limit",
+    "minimum_thickness": "limitmason.limit",
     "proven_range": "limitmason.limit",
     "settlement_analysis": "limitmason.limit",
     "stability": "limitmason.limit",

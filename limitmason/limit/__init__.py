@@ -6,6 +6,7 @@ from limitmason.limit.range.bracket import Bracket, limit_bracket
 from limitmason.limit.range.proven_range import ProvenRange, proven_range
 from limitmason.limit.settlement import settlement_analysis
 from limitmason.limit.stability import Stability, stability
+from limitmason.limit.thickness import minimum_thickness
 from limitmason.limit.thrust import Thrust, thrust
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "limit_analysis",
     "limit_bracket",
     "make_problem",
+    "minimum_thickness",
     "proven_range",
     "settlement_analysis",
     "stability",

@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 from warnings import catch_warnings, simplefilter
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.answers.results import NOT_CONVERGED, SOLVED, UNBOUNDED, Bound, BoundKind, Prediction, Range
+from limitmason.answers.results import NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
 from limitmason.arrays import Array
 from limitmason.errors import InputError
-from limitmason.limit.associative import analyse, carry, contact_facts
+from limitmason.limit.associative import carry, contact_facts
+from limitmason.limit.margin import Margin, last_standing, standing_margin
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.mechanics.law_table import refuse
-from limitmason.mechanics.residuals import total_load
 from limitmason.mechanics.stated import with_statements
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_vector
@@ -30,12 +31,6 @@ LARGEST_DIVISOR = 1e3
 
 SMALLEST_SHARE = 1e-3
 """Share of every joint face down to which it is tried."""
-
-ENOUGH = 1.0
-"""Margin beyond which nothing is measured: the structure stands well."""
-
-MOST_TRIALS = 60
-"""Values tried for a measure at most."""
 
 GROUND = {"+x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0), "-y": (0.0, -1.0, 0.0)}
 
@@ -124,45 +119,31 @@ def stability(
     if not 0.0 < accuracy < 0.1:
         raise InputError(f"accuracy must be above 0 and below 0.1, got {accuracy!r}")
 
-    def problem_of(model: Assembly, dead: Loads) -> Problem:
-        return make_problem(model, dead, contact_model=contact_model, in_plane=in_plane, live_required=False)
-
-    stands, state = _state(problem_of(assembly, loads))
+    model: dict[str, Any] = {"contact_model": contact_model, "in_plane": in_plane}
+    stands, state = _state(make_problem(assembly, loads, live_required=False, **model))
     state, notes = with_statements(state, assembly, loads), tuple(_notes(assembly, stands))
     if not stands:
         return Stability(stands, state, notes=notes)
 
-    def margin(model: Assembly, dead: Loads) -> tuple[float, float]:
-        left = dead.dead + _pressed_evenly(problem_of(model, dead))
-        if np.abs(left[~model.held]).max() <= 1e-9 * np.abs(dead.dead[~model.held]).max():
-            return ENOUGH, ENOUGH  # even pressure carries the load
-        towards = Loads(dead.dead, left)
-        problem = make_problem(model, towards, contact_model=contact_model, in_plane=in_plane)
-        found = analyse(problem, check_dead_load=False)[0]
-        if found.certificate is None:
-            return (ENOUGH, ENOUGH) if found.status == UNBOUNDED else (math.nan, math.nan)
-        c = found.certificate
-        return min(c.static_multiplier, ENOUGH), min(c.kinematic_multiplier, ENOUGH)
+    def with_friction(divisor: float) -> Margin:
+        return standing_margin(assembly.with_joints(lambda joint: _divided(joint, divisor)), loads, **model)
 
-    def with_friction(divisor: float) -> tuple[float, float]:
-        return margin(assembly.with_joints(lambda joint: _divided(joint, divisor)), loads)
+    def with_share(share: float) -> Margin:
+        return standing_margin(assembly.with_interfaces(_shrunk(assembly, share)), loads, **model)
 
-    def with_share(share: float) -> tuple[float, float]:
-        return margin(assembly.with_interfaces(_shrunk(assembly, share)), loads)
-
-    def tilted(direction: Array) -> Callable[[float], tuple[float, float]]:
-        def at(angle: float) -> tuple[float, float]:
+    def tilted(direction: Array) -> Callable[[float], Margin]:
+        def at(angle: float) -> Margin:
             dead = np.array(loads.dead)
             dead[:, :3] += assembly.weights[:, None] * (math.sin(angle) * direction + (0, 0, 1.0 - math.cos(angle)))
-            return margin(assembly, Loads(dead, loads.live))
+            return standing_margin(assembly, Loads(dead, loads.live), **model)
 
         return at
 
     with catch_warnings():
         simplefilter("ignore", PlausibilityWarning)  # of joints next to smooth, which nobody gave
-        divisor = _last(with_friction, 1.0, LARGEST_DIVISOR, accuracy)
-    share = _last(with_share, 1.0, SMALLEST_SHARE, accuracy)
-    tilt = {name: np.degrees(_last(tilted(d), 0.0, 0.5 * math.pi, accuracy)[:2]) for name, d in ground.items()}
+        divisor = last_standing(with_friction, 1.0, LARGEST_DIVISOR, accuracy)
+    share = last_standing(with_share, 1.0, SMALLEST_SHARE, accuracy)
+    tilt = {name: np.degrees(last_standing(tilted(d), 0.0, 0.5 * math.pi, accuracy)[:2]) for name, d in ground.items()}
     return Stability(
         True, state, divisor, Range(0.0 if math.isinf(share.high) else share.high, share.low),
         {name: Range(float(low), float(high)) for name, (low, high) in tilt.items()}, notes,
@@ -177,52 +158,6 @@ def _state(problem: Problem) -> tuple[bool | None, Prediction]:
     if forces is not None:
         return True, state
     return (None, replace(state, status=NOT_CONVERGED)) if falling is None else (False, falling)
-
-
-def _pressed_evenly(problem: Problem) -> Array:
-    """Wrenches on the blocks of an even pressure in all joints that adds up to the load [N, N m], shape (n, 6)."""
-    p, x = problem.points, problem.assembly.arrays
-    faces = p.interface < len(problem.assembly.interfaces)
-    pressure = total_load(problem.assembly, problem.loads) / x.area.sum()
-    force = p.directions[:, 0] * np.where(faces, pressure * p.area, 0.0)[:, None]
-    wrench = np.zeros((problem.assembly.n_blocks, 6))
-    for block, sign in ((p.block_a, -1.0), (p.block_b, 1.0)):
-        arm = p.position - problem.assembly.centroids[block]
-        np.add.at(wrench, block, sign * np.hstack([force, np.cross(arm, force)]))
-    return wrench
-
-
-def _last(margin: Callable[[float], tuple[float, float]], safe: float, far: float, accuracy: float) -> Range:
-    """Value at which the margin comes to nothing, between one that is proven to stand and one that is not to.
-
-    The margin is the multiplier towards which forces that press all joints evenly are left: lambda = -1 stands with
-    them, and zero too where a larger one does. The secant is halved at an end that stays (Illinois).
-    """
-    low, high = margin(far)
-    if low >= 0.0:
-        return Range(far, math.inf)
-    ends = {True: safe, False: far}
-    values = {True: max(margin(safe)[0], 1e-12), False: high}
-    last = None
-    for trial in range(MOST_TRIALS):
-        gap, unit = ends[False] - ends[True], max(1.0, abs(ends[True]))
-        if abs(gap) <= accuracy * unit or not all(map(math.isfinite, values.values())):
-            break
-        # past the crossing by a part of the accuracy, so that the other end comes near it too
-        share = values[True] / (values[True] - values[False])
-        step = 0.3 * accuracy * unit / abs(gap)
-        share = share + step if last else share - step
-        at = ends[True] + min(max(share, 0.01 * step), 1.0 - 0.01 * step) * gap
-        if trial > 12 and trial % 3 == 0:
-            at = ends[True] + 0.5 * gap
-        low, high = margin(at)
-        if not (low >= 0.0 or high < 0.0):
-            break  # neither end is proven nearer than this
-        stands = low >= 0.0
-        if stands == last:
-            values[not stands] *= 0.5
-        ends[stands], values[stands], last = at, max(low, 1e-14) if stands else high, stands
-    return Range(ends[True], ends[False])
 
 
 def _divided(joint: Joint, divisor: float) -> Joint:

@@ -147,6 +147,7 @@ def test_what_makes_no_sense_is_refused_by_name(call, message):
         call(arch)
 
 
+@pytest.mark.slow
 def test_the_command_says_it_too(tmp_path, capsys):
     formats.write_model_template(tmp_path / "two.json")
     assert main(["stability", str(tmp_path / "two.json"), "--figure", str(tmp_path / "two.png")]) == 0
