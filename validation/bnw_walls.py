@@ -55,29 +55,30 @@ PAPER_ORDER = {
 TEXT = """# BNW walls: the paper's numbers beside ours
 
 Made by `python -m validation.bnw_walls`. Sources: the paper (UDEC) and the database named in
-`limitmason experiments show bnw-walls`. DEM, units in zones of at most {zone:.0f} mm (Mohr-Coulomb with a tension
-cut-off), rigid beam driven sideways, free to rise and turn, two speeds: ours is the slower run, *rate* the
-difference of the two peaks.
+`limitmason experiments show bnw-walls`. Ours is the DEM, with units in zones of at most {zone:.0f} mm (Mohr-Coulomb
+with a tension cut-off). A rigid beam is driven sideways, free to rise and turn, at two speeds. Ours is the slower run,
+and *rate* the difference of the two peaks.
 
 **Predicted with inputs of codes and a database; nothing is fitted to these walls.** The table of materials of the paper
 is lost, so that its own input cannot be run.
 
-- Of the database: geometry, vertical stress, compressive strength of the masonry 4.956 MPa, initial shear strength
-  0.25 MPa (how it was obtained is not stated), bilinear idealisation, peaks, drifts. Of EN 1996-1-1: friction 0.4. Of
-  the sister series BNL, same units: E 3.088 GPa, taken for the units.
-- Assumed: kn {kn:g} and ks {ks:g} GPa/m of the joints, no tensile strength of them, nothing lost in slip; units: nu
-  {nu:g}, friction {phi:g} degrees, dilatancy 0, fc of the masonry, ft {ft:g} MPa; weightless wall; force at the top of
-  the wall (H0 / H = 1) on a thin rigid beam; running bond of ten expanded units.
-- A crack in a unit: its vertical mid-plane as a joint with the unit's cohesion, friction and ft, which loses cohesion
+- Of the database: geometry, vertical stress, bilinear idealisation, peaks, drifts. The compressive strength of the
+  masonry is 4.956 MPa, the initial shear strength 0.25 MPa (how it was obtained is not stated). Of EN 1996-1-1:
+  friction 0.4. Of the sister series BNL, same units: E 3.088 GPa, taken for the units.
+- Assumed of joints: kn {kn:g} and ks {ks:g} GPa/m, no tensile strength, nothing lost in slip.
+- Assumed of units: nu {nu:g}, friction {phi:g} degrees, dilatancy 0, fc of the masonry, ft {ft:g} MPa.
+- Assumed of the wall: no weight, a running bond of ten expanded units, and the force at its top (H0 / H = 1) on a thin
+  rigid beam.
+- A crack in a unit is its vertical mid-plane as a joint with the unit's cohesion, friction and ft. It loses cohesion
   and ft when it opens or slips. Away from these planes nothing softens: yielding zones keep their strength.
 - Missing: height and weight of the beam, curves of the tests and of UDEC, the definition of the bilinear
-  idealisation, cycles (the tests were cyclic, three times at every amplitude; ours is one push).
+  idealisation, and cycles. The tests were cyclic, three times at every amplitude; ours is one push.
 
 ## Peaks, stiffness, ultimate drift
 
 [walls]
 
-The stiffness of the database is its bilinear force over its elastic drift, both senses; ours are the secants at 40 and
+The stiffness of the database is its bilinear force over its elastic drift, both senses. Ours are the secants at 40 and
 80 % of the peak. *At the ultimate drift* is ours at the database's. Both runs of a wall together took at most
 {minutes:.1f} min on a busy machine. The rate error is that of the peak; {rate}.
 
@@ -92,17 +93,21 @@ The stiffness of the database is its bilinear force over its elastic drift, both
 
 [order]
 
-*ft reached* is the first stress point anywhere that meets the tensile strength: a zone beside a head joint, stretched
-by some micrometres, which no one could see. *Crack* is a zone stretched by {crack:g} mm or a crack plane moved as much;
-*toe* a zone that yielded in shear to a plastic strain of {crushed:g}.
+*ft reached* is the first stress point anywhere that meets the tensile strength. It is a zone beside a head joint,
+stretched by some micrometres, which no one could see. *Crack* is a zone stretched by {crack:g} mm or a crack plane
+moved as much. *Toe* is a zone that yielded in shear to a plastic strain of {crushed:g}.
 
 - By the first stress point cracks lead in all three walls; by what could be seen they lead in {led}.
 - The paper has it so in BNW2 and BNW3, too. Only BNW1's toes go first there.
-- The lead of the cracks is {lead} % of drift with crack planes and does not turn with fc from 0.5 to 1.5 times nor ft
-  from 0.1 to 0.4 MPa: {flips}. The planes fail in shear under the struts, whatever ft.
+- The lead of the cracks is {lead} % of drift with crack planes. It does not turn with fc from 0.5 to 1.5 times nor ft
+  from 0.1 to 0.4 MPa, as the list below shows. The planes fail in shear under the struts, whatever ft.
 - {alone}
-- Not tried, and in the tests: cycles, which crush a toe three times at every amplitude and both ends in turn, and
-  shells of a hollow unit that fall off, weaker than the masonry's strength spread over its whole section.
+- The tests had two things that were not tried. Cycles crush a toe three times at every amplitude, both ends in turn.
+  Shells of a hollow unit fall off, weaker than the masonry's strength spread over its whole section.
+
+What comes first as inputs change:
+
+{flips}
 
 ![plasticity](bnw-plasticity.png)
 
@@ -318,9 +323,9 @@ def misfits(found: Mapping[tuple[str, str], Pushed]) -> list[str]:
         ends = " and ".join(f"{float(m[f'bilinear ultimate drift{s}']):.2f}" for s in "+-")
         tops = " and ".join(f"{float(m[f'drift at Vmax{s}']):.2f}" for s in "+-")
         out.append(
-            f"- {wall}: peak {p.ratio - 1.0:+.0%} with cracks, {found[wall, 'units yield'].ratio - 1.0:+.0%} without; "
-            f"at {p.drift(p.curve.peak.displacement):.2f} % where the test has {tops} %; it {fell} (test, bilinear: "
-            f"{ends} %)."
+            f"- {wall}: peak {p.ratio - 1.0:+.0%} with cracks, {found[wall, 'units yield'].ratio - 1.0:+.0%} without. "
+            f"It lies at {p.drift(p.curve.peak.displacement):.2f} % where the test has {tops} %. The load {fell} "
+            f"(test, bilinear: {ends} %)."
         )
     return out
 
@@ -336,7 +341,7 @@ def page(kept: Path | None) -> tuple[str, Figure, Figure]:
                   for p in found.values())  # fmt: skip
     led = [w for w in WALLS if first_of(found[w, CRACKING]) == "crack"]
     flips = [
-        f"{name} {', '.join(f'{w} {first_of(other[w, name])}' for w in WALLS[:2])}"
+        f"- {name}: {', '.join(f'{w} {first_of(other[w, name])}' for w in WALLS[:2])}"
         for name, o in VARIED if {"unit_tension", "unit_strength"} & set(o)
     ]  # fmt: skip
     alone = pushed("BNW1", kept, once=True, unit_tension=0.4e6)
@@ -349,12 +354,12 @@ def page(kept: Path | None) -> tuple[str, Figure, Figure]:
     words = {
         "lead": f"{min(spans):.2f} to {max(spans):.2f}",
         "rate": f"above 3 %: {', '.join(above)}" if above else "none is above 3 %",
-        "alone": f"Without crack planes BNW1 has crack and toe at {both(found['BNW1', 'units yield'])}; with ft 0.4 "
-        f"MPa at {both(alone)}.",
+        "alone": f"Without crack planes BNW1 has crack and toe at {both(found['BNW1', 'units yield'])}. With ft 0.4 "
+        f"MPa they are at {both(alone)}.",
         "once": ONCE_DRIFT, "zone": 1e3 * ZONE, "kn": 1e-9 * ASSUMED["kn"], "ks": 1e-9 * ASSUMED["ks"],
         "nu": ASSUMED["poisson_ratio"], "phi": ASSUMED["unit_friction_deg"], "ft": 1e-6 * ASSUMED["unit_tension"],
         "mean_yield": f"{means[0]:.2f}", "mean_crack": f"{means[1]:.2f}", "crack": 1e3 * CRACK, "crushed": CRUSHED,
-        "minutes": seconds / 60.0, "led": ", ".join(led) or "none", "flips": "; ".join(flips),
+        "minutes": seconds / 60.0, "led": ", ".join(led) or "none", "flips": "\n".join(flips),
         "misfit": "\n".join(misfits(found)),
     }  # fmt: skip
     tables = {"walls": walls(found), "order": orders(found), "varied": varied(other)}

@@ -100,9 +100,10 @@ def section(runs: Runs) -> list[str]:
         "\"No significant effect\" at +-10 %. Compliance and first failure (ft 0.15 MPa): elastic bricks, by "
         f"superposition. Softening joints: run 9 with {ENERGY:g} J/m2 in tension (assumed), over which cohesion goes "
         f"too; mean of two starts, which differ by {float(np.abs(np.diff(soft, axis=1) / soft[:, :1]).max()):.1e} at "
-        f"most. Runs 9 and 4: joints that break at once, median of five starts moved by 1e-10 m, {PACE} steps to "
-        f"{1e3 * TO:.1f} mm, with the 95 % interval of the difference of two medians (of six such intervals "
-        "one misses by chance in a quarter of all studies). Rate-free: `lm.pushover`.", "",
+        "most. Runs 9 and 4 have joints that break at once. They give the median of five starts moved by 1e-10 m, in "
+        f"{PACE} steps to "
+        f"{1e3 * TO:.1f} mm. The 95 % interval is that of the difference of two medians. Of six such intervals one "
+        "misses by chance in a quarter of all studies. Rate-free: `lm.pushover`.", "",
         *markdown(body), "", *_words(listed, softly, first, free, found), "",
     ]  # fmt: skip
 
@@ -117,7 +118,7 @@ def _words(
         f"- With joints that soften the bricks move the peak by {np.abs(softly).max():.1%} at most: "
         + ("no significant effect, as the paper says." if np.abs(softly).max() < 0.03 else "above the target of 3 %."),
         f"- The first failure follows the weight of the bricks, {heavy:.1%} for a tenth of density, since own weight "
-        f"takes a share of ft; the stiffness of bricks moves it by {np.abs(moves[3:]).max():.1%} at most.",
+        f"takes a share of ft. The stiffness of bricks moves it by {np.abs(moves[3:]).max():.1%} at most.",
     ]
     for name, (change, width) in found.items():
         beyond = [

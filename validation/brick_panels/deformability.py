@@ -71,8 +71,10 @@ def _stiffness(runs: Runs) -> list[str]:
     free = [runs.rate_free("udec-09", blocks=b, to=5e-5, **strong).stiffness for b in (LUMPED, SIMPLY_DEFORMABLE, RITZ)]
     zoned = runs("udec-09", once=True, to=5e-5, steps=12_000, blocks=ZONED, **strong).stiffness
     return [
-        f"- Compliance under the plate, joints that do not fail, rate-free: lumped {free[0]:.5f}, simply deformable "
-        f"{free[1]:.5f}, elastic bricks condensed to their joints {free[2]:.5f} mm/kN; zoned, driven {zoned:.5f}: "
+        f"- Compliance under the plate with joints that do not fail, without rate: lumped {free[0]:.5f}, simply "
+        "deformable "
+        f"{free[1]:.5f}, elastic bricks condensed to their joints {free[2]:.5f} mm/kN. Zoned bricks, driven, have "
+        f"{zoned:.5f}: "
         f"simply deformable {free[1] / zoned - 1.0:+.1%} of zoned (target 3%).", "",
     ]  # fmt: skip
 
@@ -164,15 +166,16 @@ def _zones(runs: Runs) -> list[str]:
     before = np.abs(np.array([p.before for p in pairs]) - 1.0)
     return [
         "### Simply deformable beside zoned bricks", "",
-        f"Peaks up to {1e3 * TRAVEL:.1f} mm, the same contact points and law, one perturbed start, two speeds: zoned "
-        f"in {ZONED_STEPS} and {3 * ZONED_STEPS} steps, simply deformable in {SLOWER} and {3 * SLOWER}. The slower "
+        f"Peaks up to {1e3 * TRAVEL:.1f} mm, the same contact points and law, one perturbed start, two speeds. Zoned "
+        f"bricks take {ZONED_STEPS} and {3 * ZONED_STEPS} steps, simply deformable in {SLOWER} and {3 * SLOWER}. The "
+        "slower "
         f"run's load stands here, *rate* is what the faster one's differs by. A zoned run ends where less than "
         f"{GIVEN_UP:.0%} of its largest load is left over {1e3 * WAITED:.1f} mm.", "",
         *markdown(body), "",
         f"- Target where both rates are below {STEADY:.0%}: median within {TARGET:.0%}, worst within "
         f"{TARGET_WORST:.0%}. " + _agreement("There", steady) + " " + _agreement("Of all", pairs)
         + " Slower runs than these were not made.",
-        f"- Up to the displacement of the first of the two peaks, where both still stand, the largest loads of "
+        f"- Up to the displacement of the first of the two peaks both still stand. There the largest loads of "
         f"{len(pairs)} runs differ by {np.median(before):.1%} in the median and {before.max():.1%} at most (last "
         "column).",
         *_laws(runs, names), *_fork(runs), "",
@@ -189,8 +192,8 @@ def _agreement(where: str, pairs: Sequence[_Pair]) -> str:
     out = [p.name[-2:] for p, o in zip(pairs, off, strict=True) if o > TARGET_WORST]
     return (
         f"{where}, {len(pairs)} runs: simply deformable over zoned median {np.median(ratio):.2f}, from "
-        f"{ratio.min():.2f} to {ratio.max():.2f}; median difference {np.median(off):.1%}, worst {off.max():.1%}; "
-        f"{int((off <= TARGET).sum())} within {TARGET:.0%}, "
+        f"{ratio.min():.2f} to {ratio.max():.2f}. The median difference is {np.median(off):.1%}, the worst "
+        f"{off.max():.1%}; {int((off <= TARGET).sum())} lie within {TARGET:.0%}, "
         + (f"beyond {TARGET_WORST:.0%}: {', '.join(out)}." if out else "none beyond.")
     )
 
@@ -215,7 +218,7 @@ def _laws(runs: Runs, names: Sequence[str]) -> list[str]:
         ratio = np.divide(*np.array(peaks).T)
         off = np.abs(ratio - 1.0)
         lines.append(
-            f"{words}, {len(names)} runs at one speed: simply deformable over zoned from {ratio.min():.3f} to "
+            f"{words}, {len(names)} runs at one speed. Simply deformable over zoned goes from {ratio.min():.3f} to "
             f"{ratio.max():.3f}, median difference {np.median(off):.1%}, worst {off.max():.1%}."
         )
         if not gradual:
@@ -225,9 +228,9 @@ def _laws(runs: Runs, names: Sequence[str]) -> list[str]:
             speeds = ((SIMPLY_DEFORMABLE, SLOWER), (ZONED, DUCTILE_STEPS))
             driven = [runs(worst, steps=n, blocks=b, **ductile).peak for b, n in speeds]
             lines.append(
-                f"- It is the shapes that bricks have: in run {worst[-2:]} of these simply deformable bricks carry "
-                f"{driven[0]:.2f} and without rate {free[0]:.2f} kN, elastic ones condensed to their joints without "
-                f"rate {free[1]:.2f}, zoned {driven[1]:.2f}."
+                f"- The shapes that bricks have decide. In run {worst[-2:]} of these simply deformable bricks carry "
+                f"{driven[0]:.2f} and without rate {free[0]:.2f} kN. Elastic ones condensed to their joints carry "
+                f"without rate {free[1]:.2f}, zoned ones {driven[1]:.2f}."
             )
     return lines
 
@@ -244,15 +247,19 @@ def _fork(runs: Runs) -> list[str]:
             for course in BEDS
         ]
         words = ", ".join(f"above {c} {z:.2f} and {m:.2f}" for c, (z, m) in zip(BEDS, loads, strict=True))
-        found.append(f"run {name[-2:]} {words}")
+        found.append(f"  - run {name[-2:]}: {words}")
     return [
-        f"- Where single brittle runs part: the bed joints above courses {BEDS[0]} and {BEDS[1]} come to their "
-        "strength together at the ends of the panel, within a hundredth of it. The one that breaks first unloads the "
+        f"- Where single brittle runs part, two cracks compete. The bed joints above courses {BEDS[0]} and {BEDS[1]} "
+        "come to their "
+        "strength together at the ends of the panel. They do so within a hundredth of it. The one that breaks first "
+        "unloads the "
         "other, and the crack along it decides what the panel carries from there on. Speed, rounding or the shapes of "
-        "the bricks may decide: in run 14 zoned bricks go either way at two speeds. With the ends of one of the two "
-        f"joints without strength from the start, largest loads up to {1e3 * DUCTILE_TO:.1f} mm, zoned and simply "
-        f"deformable [kN]: {'; '.join(found)}. What own weight breaks does not decide it: run 10 keeps its peak "
-        "within 2 % at each level when it starts from the points that the other had broken.",
+        "the bricks may decide: in run 14 zoned bricks go either way at two speeds. The list below makes one of the "
+        "two open first, by ends without strength. It has largest loads up to "
+        f"{1e3 * DUCTILE_TO:.1f} mm, zoned and simply deformable [kN].",
+        *found,
+        "- What own weight breaks does not decide it. Run 10 keeps its peak within 2 % at each level when it starts "
+        "from the points that the other had broken.",
     ]
 
 

@@ -56,11 +56,11 @@ def section(runs: Runs) -> list[str]:
             "printed less ours [kN]", "their span"]  # fmt: skip
     return [
         "## First failure, without rate", "",
-        "Joints hold everywhere up to the first failure, so that stresses are those of own weight and of the load, "
-        "superposed: `lm.elastic_range`, exact, no steps and no speed. Loads in kN at which a point reaches ft (MPa); "
-        "below 0, own weight is as much too much. Printed: "
+        "Joints hold everywhere up to the first failure, so stresses are those of own weight and of the load, "
+        "superposed. `lm.elastic_range` is exact, without steps and speed. The table has the loads in kN at which a "
+        "point reaches ft (MPa); below 0, own weight is as much too much. Printed are "
         + ", ".join(f"{v:.2f}" for v in TYPICAL)
-        + f" kN, slope {_slope(TYPICAL):.1f} kN/MPa, of the runs in which nothing slips first.", "",
+        + f" kN, slope {_slope(TYPICAL):.1f} kN/MPa, for the runs in which nothing slips first.", "",
         *markdown([head, *table]), "", *_words(runs), *_slipping(runs), *_speed(runs),
     ]  # fmt: skip
 
@@ -95,17 +95,18 @@ def _words(runs: Runs) -> list[str]:
         for o in OUTLINES[1:]
     }
     return [
-        f"- Bricks that deform give the slope printed, {_slope(TYPICAL):.1f} kN/MPa: elastic ones {min(slopes):.1f} to "
-        f"{max(slopes):.1f}, and print less ours is the same load for the three strengths but for {min(spans):.2f} to "
-        f"{max(spans):.2f} kN: {lags.min():.2f} to {lags.max():.2f} kN late. Lumped ones spread the stress that "
+        f"- Bricks that deform give the slope printed, {_slope(TYPICAL):.1f} kN/MPa. Elastic ones give "
+        f"{min(slopes):.1f} to "
+        f"{max(slopes):.1f}. The print less ours is the same load for the three strengths but for {min(spans):.2f} to "
+        f"{max(spans):.2f} kN: {lags.min():.2f} to {lags.max():.2f} kN. Lumped ones spread the stress that "
         f"elastic ones draw to their corners, and give {lumped:.1f}, rigid ones with the joints' stiffness alone more.",
-        "- Points: rigid and lumped bricks bear linear stresses along a joint, the same on any points. Bricks that "
-        "deform draw more to the corners the finer they are looked at, by less each time: "
+        "- Points: rigid and lumped bricks bear linear stresses along a joint, the same on any points. Finer points "
+        "draw more to the corners of bricks that deform, by less each time: "
         + ", ".join(f"{f.opening[2]:.3f}" for f in deform[:3])
         + f" kN at 37.5, 18.75 and 9.375 mm. The joint is the {fine.where}, at the lower edge of the soldiers.",
         "- Outlines: elastic bricks give "
         + " and ".join(f"{min(v):.1f} to {max(v):.1f} kN/MPa on {o}" for o, v in other.items())
-        + ": the print speaks for the first.", "",
+        + ". The print speaks for the first.", "",
     ]  # fmt: skip
 
 
@@ -127,8 +128,8 @@ def _slipping(runs: Runs) -> list[str]:
         "- The first crack hangs on ft alone where no point slips first. Runs in which one does, by superposition: "
         + "; ".join(out)
         + f". Runs that print another load than the rest of their ft: {', '.join(away)}. They are the same but for "
-        f"the last digit of a print (elastic bricks of run 4 slip at {found.slip[four]:.2f} kN, after the first point "
-        "opens but before its print): slip, which takes no strength, unloads the point that would open, and it opens "
+        f"the last digit of a print. Elastic bricks of run 4 slip at {found.slip[four]:.2f} kN, after the first point "
+        "opens but before its print. Slip takes no strength. It unloads the point that would open, which then opens "
         "later. A line through all 18 prints, 20.1 kN/MPa, counts them in; it is no slope against ft.", "",
     ]  # fmt: skip
 
@@ -144,13 +145,13 @@ def _speed(runs: Runs) -> list[str]:
         "Lumped panels driven to 70 um (the large table drives 1.3 mm in 45000 steps, 2400 of them over 70 um):", "",
         *markdown(table), "",
         "- Driven slowly, ours fails where statics says. Driven faster it fails later, by the same load at the two "
-        "strengths that the steady drive meets (at ft 0.05 MPa it fails while the drive still starts, on what is left "
-        "of the swing of own weight); driven so fast that it would be as late as the source it swings, and the delays "
+        "strengths that the steady drive meets. At ft 0.05 MPa it fails while the drive still starts, on what is left "
+        "of the swing of own weight. Driven so fast that it would be as late as the source, it swings, and the delays "
         "are no longer one.",
         f"- What delays the source is not printed. {_stiffnesses(runs)} A speed may do that, or looking at the joints "
         "now and then only: inferred, not shown.",
-        "- Own weight that acts at once overshoots: at ft 0.05 MPa statics leaves lumped bricks 0.03 kN, and five "
-        "joints broke where the weight was let go at once. Here it comes to rest on sound joints first (`sound=True`).",
+        "- Own weight that acts at once overshoots. At ft 0.05 MPa statics leaves lumped bricks 0.03 kN. Five joints "
+        "broke where the weight was let go at once. Here it comes to rest on sound joints first (`sound=True`).",
         "",
     ]  # fmt: skip
 
@@ -163,6 +164,6 @@ def _stiffnesses(runs: Runs) -> str:
         found = runs.onsets(["udec-01"], blocks=RITZ, **given)
         late.append(float(r["V_first_crack"]) - found.opening[0])
     return (
-        "Over the joints' stiffnesses of Table 3 (1, 10, 100, 1000 times 8.3 GPa/m, at ft 0.05 MPa) print less elastic "
-        f"bricks is {', '.join(f'{v:.2f}' for v in late)} kN: it grows with the stiffness, less than in proportion."
+        "Table 3 has joints of 1, 10, 100 and 1000 times 8.3 GPa/m, at ft 0.05 MPa. There the print less elastic "
+        f"bricks is {', '.join(f'{v:.2f}' for v in late)} kN. It grows with the stiffness, less than in proportion."
     )

@@ -40,9 +40,10 @@ def page(*, store: str | Path | None = None, progress: Callable[[str], None] | N
     first = runs("udec-01")
     lines = [
         "# Brick panels with an opening: the paper's numbers beside ours", "",
-        "Made by `python -m validation.brick_panels --store FOLDER --out docs/papers`. DEM, driven spreader, rigid "
-        "bricks with their compliance lumped in the joints, combined damping, contact points up to "
-        f"{first.spacing:.4g} mm apart, {3 * STEPS} steps; {STEPS} where it says one speed. "
+        "Made by `python -m validation.brick_panels --store FOLDER --out docs/papers`. Ours is the DEM with a driven "
+        "spreader and combined damping. Bricks are rigid, with their compliance lumped in the joints. Contact points "
+        "are up to "
+        f"{first.spacing:.4g} mm apart. A run takes {3 * STEPS} steps, or {STEPS} where it says one speed. "
         "Own weight comes to rest on joints that lose nothing, and then on joints as they are. Displacements count "
         "from the settled panel.", "",
         f"**The outline is inferred, not published**: {BASIS}.", "",
@@ -87,11 +88,11 @@ def _what_decides(rows: Sequence[Mapping[str, str]], slopes: Mapping[str, tuple[
     low, high = outlines.min(axis=0), outlines.max(axis=0)
     printed, slip = slopes["printed"], slopes["ours, opening or slip"][0]
     return (
-        f"- What decides them: over the three outlines the exponent of tan(phi) goes from {low[0]:.2f} to "
-        f"{high[0]:.2f}, that of ft from {low[2]:.2f} to {high[2]:.2f}: the outline decides both. That of c only goes "
-        f"from {low[1]:.2f} to {high[1]:.2f}, against {printed[0][1]:.2f} +- {printed[1][1]:.2f} printed: of all that "
-        f"was tried only loss by slip too makes it steeper ({slip[1]:.2f}), so the law decides it (inferred: slip took "
-        f"part of the cohesion in the source). The noise of a median, {noise:.1%} of a peak, moves the exponents by "
+        f"- The outline decides two exponents. Over the three outlines that of tan(phi) goes from {low[0]:.2f} to "
+        f"{high[0]:.2f}, that of ft from {low[2]:.2f} to {high[2]:.2f}. That of c only goes "
+        f"from {low[1]:.2f} to {high[1]:.2f}, against {printed[0][1]:.2f} +- {printed[1][1]:.2f} printed. Of all that "
+        f"was tried only loss by slip too makes it steeper ({slip[1]:.2f}). So the law decides it: slip took part of "
+        f"the cohesion in the source (inferred). The noise of a median, {noise:.1%} of a peak, moves the exponents by "
         f"{moved[0]:.2f}, {moved[1]:.2f} and {moved[2]:.2f}."
     )
 
@@ -164,20 +165,23 @@ def _strengths(runs: Runs) -> list[str]:
     return [
         "## Strengths of the joints (Table 2)", "", *markdown([head, *body]), "",
         "\\* out of line with runs 10 and 14 in the paper itself.", "",
-        f"- Peak over printed failure load, 18 runs: {_geometric(ours / printed)}; rank correlation without run "
-        f"{LEFT_OUT} {rank:.2f}; by opening or slip {_geometric(np.array(peaks['opening or slip']) / printed)}; "
-        "nothing lost "
-        f"{_geometric(np.array(peaks['nothing']) / printed)} (these two at one speed).",
-        "- Peaks are medians of three starts, the panel as built and every brick moved by up to 1e-10 m twice; beside "
-        f"them the least and the largest. The noise of a start is {noise:.1%} of a peak (36 degrees of freedom), "
-        f"that of a median {bricks.MEDIAN_OF[3] * noise:.1%}: of the scatter about the printed loads it is the "
-        "smaller part. "
-        "*rate*: three times the speed, of the panel as built; it holds the same noise.",
-        "- At ft 0.05 MPa the first joint fails before the second sample; its load is read after the drop: see below.",
+        f"- Peak over printed failure load, 18 runs: {_geometric(ours / printed)}. The rank correlation without run "
+        f"{LEFT_OUT} is {rank:.2f}.",
+        "- The same ratio by opening or slip, at one speed: "
+        f"{_geometric(np.array(peaks['opening or slip']) / printed)}.",
+        f"- The same ratio with nothing lost, at one speed: {_geometric(np.array(peaks['nothing']) / printed)}.",
+        "- Peaks are medians of three starts: the panel as built, and every brick moved by up to 1e-10 m twice. The "
+        f"least and the largest stand beside them. The noise of a start is {noise:.1%} of a peak (36 degrees of "
+        "freedom), "
+        f"that of a median {bricks.MEDIAN_OF[3] * noise:.1%}. It is the smaller part of the scatter about the printed "
+        "loads. "
+        "*rate* is what three times the speed changes of the panel as built; it holds the same noise.",
+        "- At ft 0.05 MPa the first joint fails before the second sample. Its load is read after the drop, as told "
+        "below.",
         f"- Settlement by own weight: printed 0.026 mm, ours {out[8].settlement:.4f} mm. Before the first failure: "
         f"printed 0.024 mm/kN, ours {out[8].stiffness:.4f} mm/kN (run 9).",
         f"- Logarithmic slopes of the failure load, 17 runs (without {LEFT_OUT}), with the standard errors that the "
-        "scatter about a power law leaves; bricks that bend as below, the other outlines at one speed:", "",
+        "scatter about a power law leaves. Bricks bend as below, and the other outlines have one speed:", "",
         *markdown(table), "", _what_decides(rows, slopes, bricks.MEDIAN_OF[3] * noise), "",
     ]  # fmt: skip
 
@@ -197,11 +201,13 @@ def _stiffness(runs: Runs) -> list[str]:
     low, high = runs("udec-09", once=True, ks=83e9 / 1.5), runs("udec-09", once=True, ks=83e9 / 4.0)
     return [
         "## Stiffness of the joints (Table 3)", "",
-        "The paper does not say its strengths; here those of run 1. One speed. Ours is 0 where own weight alone breaks "
+        "The paper does not say its strengths, so those of run 1 are taken, at one speed. Ours is 0 where own weight "
+        "alone breaks "
         "a joint of ft 0.05 MPa.", "", *markdown(body), "",
         "\\* cannot be static: the bricks alone give 0.008 mm at 16.7 GPa; that run was not in equilibrium.", "",
-        f"- Higher kn/ks, lower loads (5.2.2): from 1.5 to 4 at the strengths of run 9 ours goes from {low.peak:.2f} "
-        f"to {high.peak:.2f} kN, first failure {low.first:.2f} to {high.first:.2f} kN (one speed).", "",
+        "- A higher kn/ks lowers the loads (5.2.2). From 1.5 to 4, at the strengths of run 9 and one speed, the peak "
+        f"goes from {low.peak:.2f} "
+        f"to {high.peak:.2f} kN. First failure goes from {low.first:.2f} to {high.first:.2f} kN.", "",
     ]  # fmt: skip
 
 
@@ -228,10 +234,9 @@ def _panels(runs: Runs) -> list[str]:
     first = runs("S1", once=True, **plain, outline=OUTLINES[0])
     return [
         "## The calibrated set (Table 4) and the panels", "",
-        "Measured: first visible crack 0.72, 1.6, 1.6, 1.71 kN and failure 3.69, 4.6, 5.1, 5.67 kN (S1 to S4, "
-        "mean 4.77); "
-        "L1 0.1 and 1.6 kN. psi 0 unless it says otherwise: 12 degrees without a slip at which it ends jams. One "
-        "speed.", "",
+        "Measured on S1 to S4 is the first visible crack at 0.72, 1.6, 1.6, 1.71 kN. Failure is at 3.69, 4.6, 5.1, "
+        "5.67 kN (mean 4.77). L1 has 0.1 and 1.6 kN. psi is 0 unless it says otherwise, since 12 degrees without a "
+        "slip at which it ends jams. One speed.", "",
         *markdown(body), "",
         f"First to fail: {first.where}. L1 is an open case: its outline is unknown, and the width of its piers "
         "alone moves "
@@ -245,11 +250,12 @@ def _why(runs: Runs) -> list[str]:
         "## Where ours differs, and why", "",
         "- Which law: see the columns above. Losing cohesion by slip too leaves panels that hang on friction alone.",
         f"- Bond: either start of the bond has 181 bricks. Run 9 gives {whole.peak:.2f} kN with a whole and "
-        f"{half.peak:.2f} kN with a half brick at the ends of the bottom course, first failure {whole.first:.2f} and "
+        f"{half.peak:.2f} kN with a half brick at the ends of the bottom course. First failure is at "
+        f"{whole.first:.2f} and "
         f"{half.first:.2f} kN, {whole.stiffness:.4f} and {half.stiffness:.4f} mm/kN (one speed).",
         "- Rate: joints that open lose their strength at once, and what they carried falls on their neighbours as "
-        "a blow. The column *rate* is what three times the speed adds; where it is no larger than the spread of the "
-        "starts it tells nothing of the speed.",
+        "a blow. The column *rate* is what three times the speed adds. It tells nothing of the speed where it is no "
+        "larger than the spread of the starts.",
         "- Lumped bricks: no stress concentration inside a brick, no bending of it; what these move is shown with the "
         "three levels above.",
         "- Missing in the paper's text: the drawing, the speed, the zones of the bricks, the strengths of Table "

@@ -12,9 +12,9 @@ UNIT = (0.225, 0.075, 0.1025)
 """Brick with its share of the mortar, length, height, thickness [m]."""
 
 BASIS = (
-    "the outline follows from the block count, the settlement by own weight, the stiffness and the first-failure loads "
-    "that the tables print; it is not published, and other outlines fit nearly as well: show '675/8/5' and '1350/4/3' "
-    "beside '787.5/8/4'"
+    "the outline follows from the block count, the settlement by own weight, and the stiffness and first-failure loads "
+    "in print. It is not published, and other outlines fit nearly as well: show '675/8/5' and '1350/4/3' beside "
+    "'787.5/8/4'"
 )
 
 OUTLINES = ("787.5/8/4", "675/8/5", "1350/4/3")
