@@ -62,7 +62,7 @@ SUSPECTS: tuple[tuple[str, dict[str, Any]], ...] = (
 )
 TEXT = """# McMaster wallettes: brittle four-point bending
 
-The cause of our high strength at 0 degrees is **not found**: it is one that the text does not say, or the points of
+The cause of our high strength at 0 degrees is **not found**. The text does not say it, or it lies in the points of
 3DEC's contacts. The paper's sentence on the size of blocks holds in the plane.
 
 Made by `python -m validation.mcmaster`: DEM, loading bars driven, {points} contact points along and across a joint,

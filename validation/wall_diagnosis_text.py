@@ -24,18 +24,18 @@ nothing fitted. Campaigns may share a part of the noise, which is estimated; the
 *choice repeated*: log score against the model as it is; above zero it predicts better.
 
 - Stated scatter is that of repeated walls: forces [repeats_force], stiffness [repeats_stiffness], first crack
-  [repeats_crack] (sd of ln, degrees of freedom), and of forces that of the inputs. Such data sets say
+  [repeats_crack] (sd of ln, degrees of freedom). Forces have that of the inputs too. Such data sets say
   *unexplained*: the models miss by more than walls differ from their twins, and no cause or pair removes that.
 - *first*, modes alone, log-likelihood gained: [by_mode].
 - The pair of *laws*, forces and modes, is not firm. With the inputs' scatter of eight walls set otherwise it was
-  cohesion lost 0.83 and an axial load that rises by 0.15; units that crack at less were withdrawn for the structure
+  cohesion lost 0.83 and an axial load that rises by 0.15. Units that crack at less were withdrawn for the structure
   they leave.
 - With modes the scatter of forces has [left] more, what the extended model leaves. A mode is compared as a
   probability of rocking, 0 or 1, scatter 0.35: rough.
 - All fv0 of these walls count as tested, so *fv0 of a code taken for tested* has nothing to show here.
 - The first crack is seen at four times the drift at which tension is exceeded: what an eye sees is no onset of tension.
-- *Dilation that ends* is not on the lists: without dilatancy the force of six walls falls to 0.83 to 0.91, nearly one
-  factor, a twin of a load read low.
+- *Dilation that ends* is not on the lists. Without dilatancy the force of six walls falls to 0.83 to 0.91. That is
+  nearly one factor, a twin of a load read low.
 - Effects of causes on walls of more than 180 units come from a wall of larger units of the same shape. On wall 21, of
   216 units, that moves a cut of the force by a third to one by a quarter.
 

@@ -59,18 +59,18 @@ def as_markdown(
     lines = [
         "# Every packaged case by every theory",
         "",
-        f"Made by `python -m validation.every_case{' --thorough' if thorough else ''}`, version {version}; nothing is "
-        "tuned. In brackets after a value: "
-        "its range, and after × its ratio to the test or to the published value of the same flow rule.",
+        f"Made by `python -m validation.every_case{' --thorough' if thorough else ''}`, version {version}. Nothing is "
+        "tuned. A value is followed by its range in brackets. After × stands its ratio to the test or to the "
+        "published value of the same flow rule.",
         "",
         "- associative: exact for psi = phi, an upper bound for every psi.",
-        "- non-associative: the smallest admissible multiplier found at the case's own psi; in brackets the "
-        "multipliers of all certified states found, or, where it says *proven*, an interval outside which there is "
-        "none.",
-        "- DEM: at the case's own psi; in brackets the bracket of its search or, where it says *budget*, that with the "
-        "changes by ten times the stiffness, twice the contact points and half the rate, summed on each side.",
-        "- mechanisms: the smallest *bound*, admissible on these blocks, and its name, then the smallest estimate, "
-        "which bounds nothing; the smallest estimate alone where no mechanism is admissible.",
+        "- non-associative: the smallest admissible multiplier found at the case's own psi. In brackets stand the "
+        "multipliers of all certified states found. Where it says *proven*, they are an interval outside which there "
+        "is none.",
+        "- DEM: at the case's own psi, with the bracket of its search. Where it says *budget*, changes are summed on "
+        "each side: ten times the stiffness, twice the contact points and half the rate.",
+        "- mechanisms: the smallest *bound*, admissible on these blocks, and its name. Then comes the smallest "
+        "estimate, which bounds nothing. It stands alone where no mechanism is admissible.",
     ]
     for source, group in groupby(found, key=lambda c: c.source):
         own = {c: found[c] for c in group}

@@ -38,8 +38,8 @@ is that of modes; in a push it is corrected once and takes twice as long. A whol
 
 [whole]
 
-The first is that of the table of push-overs, the second on the source's size of bricks. In steps of 0.05 mm, those of
-the readings below, the peak on 0.15 m is {fine:.2f} kN, {apart:.1%} higher: peaks move by 1 to 2 % with the steps.
+The first is that of the table of push-overs, the second on the source's size of bricks. The readings below take steps
+of 0.05 mm. In these the peak on 0.15 m is {fine:.2f} kN, {apart:.1%} higher. Peaks move by 1 to 2 % with the steps.
 """
 STORED = Path(__file__).with_name("cost.csv")
 UNITS = {

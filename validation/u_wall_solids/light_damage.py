@@ -34,7 +34,7 @@ By the words of section 6.3 the curves here have:
 [light-damage]
 
 For DS, which softens from the start, this depends on the displacement over which the initial stiffness is taken. REGW
-is elastic to 8 kN, where a corner first meets the strength, and 2 % softer at 18 kN (17.3 kN on bricks of 0.10 m).
+is elastic to 8 kN, where a corner first meets the strength. It is 2 % softer at 18 kN (17.3 kN on bricks of 0.10 m).
 """
 
 
