@@ -379,7 +379,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parts[f"[rehearsed_{mark}]"] = markdown(rehearsal_lines(rehearsal))
     alone = study_of("first", whole, o.store, (MODE,), scatter_of(every, spreads)).diagnose(pairs=False)
     by_mode = sorted(((t.gain, t.names[0]) for t in alone.verdict.tested.values()), reverse=True)
-    parts["[by_mode]"] = ", ".join(f"{name} {gain:+.1f}" for gain, name in by_mode)
+    parts["[by_mode]"] = "\n".join(f"  - {name} {gain:+.1f}" for gain, name in by_mode)
     stiff = stiff_walls()
     exponent, low, high = within(stiff)
     own = within(printed(stiff))

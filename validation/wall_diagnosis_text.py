@@ -26,7 +26,8 @@ nothing fitted. Campaigns may share a part of the noise, which is estimated; the
 - Stated scatter is that of repeated walls: forces [repeats_force], stiffness [repeats_stiffness], first crack
   [repeats_crack] (sd of ln, degrees of freedom). Forces have that of the inputs too. Such data sets say
   *unexplained*: the models miss by more than walls differ from their twins, and no cause or pair removes that.
-- *first*, modes alone, log-likelihood gained: [by_mode].
+- *first*, modes alone, gains these log-likelihoods:
+[by_mode]
 - The pair of *laws*, forces and modes, is not firm. With the inputs' scatter of eight walls set otherwise it was
   cohesion lost 0.83 and an axial load that rises by 0.15. Units that crack at less were withdrawn for the structure
   they leave.

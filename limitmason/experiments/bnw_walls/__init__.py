@@ -235,8 +235,9 @@ SHOWN = Shown(
     ),
     settings=Settings((8, 2), grid=(8, 2)),
     assumed="Friction of the joints is not in the sources at hand; the database has an initial shear strength of 0.25 "
-    "MPa. Assumed here: 0.4 and 0.2 MPa, the characteristic values of EN 1996-1-1:2005 (3.6.2 and Table 3.4, clay "
-    "units, general purpose mortar M2.5 to M9), and, to show what they do, 0.6 without cohesion; no tension. Joints "
+    "MPa. Assumed here are 0.4 and 0.2 MPa and no tension. These are characteristic values of EN 1996-1-1:2005 (3.6.2 "
+    "and Table 3.4, clay units, general purpose mortar M2.5 to M9). To show what they do, 0.6 without cohesion stands "
+    "beside them. Joints "
     "crush at the masonry strength of the database. Units are rigid: cracks through them, seen in the tests of BNW2 "
     "and BNW3, cannot appear. The UDEC run was calibrated on these walls.",
 )  # fmt: skip

@@ -197,8 +197,8 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
 
 SHOWN = Shown(
     settings=Settings((2, 2)),
-    assumed="Constant vertical load, horizontal force at the loading beam, which is free to turn; rigid blocks, so "
-    "that the DEM keeps its default stiffness (examples/minho_pushover.py has the measured one).",
+    assumed="The vertical load is constant, and the horizontal force acts at the loading beam, which is free to turn. "
+    "Blocks are rigid, so that the DEM keeps its default stiffness (examples/minho_pushover.py has the measured one).",
 )
 
 RECIPE = Recipe(specimens, load, assembly, loads, curve, SHOWN)

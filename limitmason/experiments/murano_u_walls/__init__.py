@@ -237,8 +237,8 @@ SHOWN = Shown(
             "breaks. With joints that lose nothing the DEM carries 162 kN, 4 % below, on joints of 4.2 GPa/m.",
         ),
     ),
-    assumed="Stone layout, headers and span of the roof load are assumed; joints as calibrated in 3DEC on these tests "
-    "by the source, so no prediction is independent of them. Limit analysis lets the mortar of REGW hold tension and "
+    assumed="Stone layout, headers and span of the roof load are assumed. Joints are as calibrated in 3DEC on these "
+    "tests by the source, so no prediction is independent of them. Limit analysis lets the mortar of REGW hold tension and "
     "cohesion for ever; the DEM drops both where a joint breaks.",
 )
 

@@ -117,9 +117,10 @@ SHOWN = Shown(
     departures=(
         Departure(
             "toothed-even-ragged", "cannot stand",
-            "The topmost block at the free edge has its centroid exactly above the edge of the only block under it: "
-            "neutral for rigid blocks, which limit analysis lets stand, but elastic joints yield at that edge and it "
-            "tips over; at ten times the stiffness too, once equilibrium is asked for to 1e-8 of a block's weight. "
+            "The topmost block at the free edge has its centroid exactly above the edge of the only block under it. "
+            "That is neutral for rigid blocks, which limit analysis lets stand. Elastic joints yield at that edge and "
+            "it tips over. It does at ten times the stiffness too, once equilibrium is asked for to 1e-8 of a block's "
+            "weight. "
             "With this block kept level the wall stands and the DEM carries 0.381 at psi = 0.",
         ),
         Departure(
