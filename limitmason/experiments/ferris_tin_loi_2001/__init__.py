@@ -142,7 +142,7 @@ SHOWN = Shown(
         ),
     ),
     assumed="Rounded corners are contacts pulled in by 20 mm. The published values for those are of two programs that "
-    "step in time; HybriDFEM, rigid blocks on the same contacts, gives 0.586, 0.525, 0.337, 0.247 and 0.194 for walls "
+    "step in time. HybriDFEM, rigid blocks on the same contacts, gives 0.586, 0.525, 0.337, 0.247 and 0.194 for walls "
     "1 to 5 and no convergence for wall 6.",
 )  # fmt: skip
 

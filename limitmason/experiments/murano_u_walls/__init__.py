@@ -238,8 +238,8 @@ SHOWN = Shown(
         ),
     ),
     assumed="Stone layout, headers and span of the roof load are assumed. Joints are as calibrated in 3DEC on these "
-    "tests by the source, so no prediction is independent of them. Limit analysis lets the mortar of REGW hold tension and "
-    "cohesion for ever; the DEM drops both where a joint breaks.",
+    "tests by the source, so no prediction is independent of them. Limit analysis lets the mortar of REGW hold tension "
+    "and cohesion for ever; the DEM drops both where a joint breaks.",
 )
 
 RECIPE = Recipe(specimens, load, assembly, loads, shown=SHOWN)
