@@ -52,6 +52,10 @@ def given(options: Mapping[str, Any], kind: type[ContactOptions], function: str)
 CHECKS = ("stiffness", "ks/kn", "contact points", "rate")
 
 
+EDGES, FIRST = "edges", "first"
+"""Where the contact points of joints that slide are, see :class:`DemSettings`."""
+
+
 class Loading(StrEnum):
     """How the live load grows."""
 
@@ -69,6 +73,10 @@ class DemSettings:
         ("bed", "head", "base") or per wall by how its blocks' names begin ({"facade": (2, 8), "return": (2, 2)}; a
         joint between two walls takes the finer); at psi < phi torsion needs about 8 across
     contact_model : "grid", or "vertices" for corners only
+    contacts : "edges": points of joints that slide follow the edges of their faces. Pairs of blocks that meet later are
+        not looked for, and a joint keeps its plane: loads under which blocks moved far are pointed out. "first" keeps
+        every point where it was on its block, as ``lm.pushover(contacts="first")`` does: a bearing that slides along
+        then bears more and more
     loading : "increments" holds each load until force and moment are small in four checks in a row, restores the last
         equilibrium when the blocks keep moving and halves the increment; "ramp" raises the load steadily, reads the
         largest multiplier at the supports as max(Rh / Rv) does, repeats at half speed and extrapolates to none, until
@@ -103,6 +111,7 @@ class DemSettings:
 
     contact_points: Grid | Mapping[str, Grid] = (4, 8)
     contact_model: str = "grid"
+    contacts: str = EDGES
     loading: Loading = Loading.INCREMENTS
     tolerance: float | None = None
     error_budget: tuple[str, ...] = CHECKS
@@ -123,6 +132,8 @@ class DemSettings:
         if self.loading not in tuple(Loading):
             raise InputError(f"loading must be {steady!r} or {ramp!r}, got {self.loading!r}")
         object.__setattr__(self, "loading", Loading(self.loading))
+        if self.contacts not in (EDGES, FIRST):
+            raise InputError(f"contacts must be {EDGES!r} or {FIRST!r}, got {self.contacts!r}")
         if self.tolerance is not None and self.loading is Loading.RAMP:
             raise InputError(
                 f"tolerance is for loading={steady!r}; ramps are slowed until lambda changes by under 1 %"

@@ -31,6 +31,9 @@ PIVOT_TURN = np.deg2rad(0.5)
 MARGIN = 0.05
 """Gap up to which two blocks count as near, over the smallest block dimension [-]."""
 
+SMALL = 0.5
+"""Displacement up to which the first contacts are all there are, over the gap at which two blocks count as near [-]."""
+
 SOONEST = 4
 """Fewest steps between two searches."""
 
@@ -308,6 +311,16 @@ def reaches(assembly: Assembly) -> Array:
     """Largest distance of a corner from the centroid of its block [m], shape (n,)."""
     pairs = zip(assembly.blocks, assembly.centroids, strict=True)
     return np.array([np.linalg.norm(b.vertices - c, axis=1).max() for b, c in pairs])
+
+
+def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float]:
+    """Block that has moved most against the held ones, and how far its farthest corner has [m]; ``reach`` as below."""
+    b = state.bodies
+    ground = b.shift[assembly.fixed].mean(axis=0) if assembly.fixed.any() else np.zeros(3)
+    moved = np.linalg.norm(b.shift - ground, axis=1)
+    turned = 2.0 * np.arcsin(np.minimum(np.linalg.norm(b.quat[:, 1:], axis=1), 1.0))
+    path = moved + turned * reach
+    return int(path.argmax()), float(path.max())
 
 
 def travel_per_step(state: State, reach: Array) -> float:

@@ -2,8 +2,7 @@
 
 A joint keeps its points as material points of block b, and the plane of block a. Where a's edge ends the contact, b
 slides past that edge: what bears is the material of b that lies there now, and once b has turned the plane is b's. A
-search for contacts cuts such a joint anew; a search for the collapse load, which keeps its contacts, checks by it that
-a load is not held on points that slid along.
+search for contacts cuts such a joint anew; one for the collapse load, which looks for none, lets its points follow.
 """
 
 from typing import NamedTuple
@@ -37,35 +36,31 @@ def follow_edges(assembly: Assembly, state: State) -> None:
     and one of both by what makes the contact smaller. Points between move in proportion. Areas stay until the joint is
     cut anew.
     """
-    joints, points, ends = state.joints, state.points, state.ends
-    now = state.measured(assembly)
-    for k in find_ends(assembly, state, now):
-        mine = slice(int(joints.start[k]), int(joints.start[k + 1]))
-        row, slip = ends[mine], now.slip[mine]
-        s, t = (
-            row[:, c] - slip[:, c] + _moved(row[:, 4 + 3 * c], row[:, 5 + 3 * c], row[:, 6 + 3 * c], slip[:, c])
-            for c in (0, 1)
-        )
-        # the gap belongs to the place on b's face
-        points.gap[mine] += row[:, 2] * (s - points.s[mine]) + row[:, 3] * (t - points.t[mine])
-        points.s[mine], points.t[mine] = s, t
+    joints, points, now = state.joints, state.points, state.measured(assembly)
+    mine = np.repeat(find_ends(assembly, state, now), np.diff(joints.start))
+    row, slip = state.ends[mine], now.slip[mine]
+    s, t = (
+        row[:, c] - slip[:, c] + _moved(row[:, 4 + 3 * c], row[:, 5 + 3 * c], row[:, 6 + 3 * c], slip[:, c])
+        for c in (0, 1)
+    )
+    # the gap belongs to the place on b's face
+    points.gap[mine] += row[:, 2] * (s - points.s[mine]) + row[:, 3] * (t - points.t[mine])
+    points.s[mine], points.t[mine] = s, t
 
 
-def find_ends(assembly: Assembly, state: State, now: PointForces) -> list[int]:
-    """Joints between faces that have slid, once it is known whose edges end them (``state.ends``)."""
+def find_ends(assembly: Assembly, state: State, now: PointForces) -> NDArray[np.bool_]:
+    """Joints between faces that have slid, shape (k,), once it is known whose edges end them (``state.ends``)."""
     joints, ends, area = state.joints, state.ends, state.points.area
     first = joints.start[:-1]
     if not len(first):
-        return []
+        return np.zeros(0, dtype=bool)
     total = np.add.reduceat(area, first)
     mean = np.add.reduceat(now.slip * area[:, None], first) / total[:, None]
     slid = (state.contact == FACES) & (np.linalg.norm(mean, axis=1) > NOTICED * np.sqrt(total))
-    found = np.flatnonzero(slid).tolist()
-    for k in found:
+    for k in np.flatnonzero(slid & np.isnan(ends[first, 0])).tolist():
         mine = slice(int(joints.start[k]), int(joints.start[k + 1]))
-        if np.isnan(ends[mine.start, 0]):
-            ends[mine] = _ends_of(assembly, state, k, mine)
-    return found
+        ends[mine] = _ends_of(assembly, state, k, mine)
+    return np.asarray(slid, dtype=bool)
 
 
 def _moved(part: Array, lower: Array, upper: Array, slip: Array) -> Array:

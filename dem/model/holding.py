@@ -6,6 +6,7 @@ from enum import StrEnum
 import numpy as np
 
 from dem import kernels
+from dem.model.edge_points import follow_edges
 from dem.model.stable_step import owners
 from dem.model.state import DYNAMIC, State, UnstableError
 from limitmason.arrays import Array, Flags
@@ -256,6 +257,7 @@ class LoadVerdict:
 
 
 def hold(
+    assembly: Assembly,
     state: State,
     wrench: Array,
     scale: Scale,
@@ -266,6 +268,7 @@ def hold(
     max_steps: int,
     patience: int = 0,
     early: float | None = None,
+    edges: bool = True,
 ) -> LoadVerdict:
     """Hold a load until force and moment are small in several checks in a row, or a block has moved too far.
 
@@ -282,6 +285,8 @@ def hold(
     patience : steps that earlier loads took to settle; after these ``early`` is enough where the motion still speeds up
         and the unbalanced force grows. Sooner, a slow swing about a new equilibrium looks alike
     early : [m], a fifth of ``limit`` by default
+    edges : let the points of joints that slide follow the edges of their faces. Held to the material of one block, a
+        bearing that slides along with it bears more and more
     """
     early = 0.2 * limit if early is None else early
     scale = scale.under(wrench)
@@ -295,6 +300,8 @@ def hold(
         if damping.kinetic and used >= STOPS and not _fades(path):
             damping = replace(damping, local=max(damping.local, 0.6), kinetic=False)
         run_constant(state, wrench, steps, damping)
+        if edges:
+            follow_edges(assembly, state)
         used += steps
         force, moment = unbalance_of_blocks(state, scale.above_rounding(state))
         last, worst = (float(force.max()), float(moment.max())), int(np.argmax(np.maximum(force, moment)))
@@ -310,6 +317,9 @@ def hold(
             drift = displacement_since(state, *resting, scale) / (used - since)
             if drift * used < 0.02 * limit:
                 return LoadVerdict(EQUILIBRIUM, used, last, moved, worst)
+            if used >= 2 * since:
+                # what crept on at first may rest since: looked at anew, from a pose of now
+                quiet = 0
         if used >= until:
             left = extensions * (max_steps // 2)
             if extensions <= 0 or not (_fades(path) or _accelerates(path) or _arrives(path, used, limit, left)):

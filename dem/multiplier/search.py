@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,9 +28,6 @@ from limitmason.model.stages import Damping
 
 SETTLING = Damping(local=0.8)
 
-RUNAWAY = 2.0
-"""Load held, over the smallest that moved, from which the points of faces must have followed their edges [-]."""
-
 
 @dataclass(frozen=True)
 class Controls:
@@ -46,6 +42,7 @@ class Controls:
     unit: float  # multiplier at which the live load equals the dead load
     first: float  # first increment of the multiplier, or what a ramp adds in a tenth of its steps
     progress: Callable[[float, LoadVerdict], object] | None = None
+    edges: bool = True
 
 
 @dataclass
@@ -69,18 +66,12 @@ class Search:
     near: tuple[float, State] | None = None
 
 
-def settle(loads: Loads, state: State, scale: Scale, c: Controls) -> LoadVerdict:
+def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Controls) -> LoadVerdict:
     """Bring the state to rest under the dead load."""
     return hold(
-        state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
-        limit=2.5 * c.moved_limit * scale.smallest, max_steps=c.max_steps,
+        assembly, state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
+        limit=2.5 * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges,
     )  # fmt: skip
-
-
-def runs_away(assembly: Assembly, state: State, held: Callable[[], LoadVerdict]) -> bool:
-    """Whether a load is held only on points that slid along with a block, to where they bear more; moves the state."""
-    follow_edges(assembly, state)
-    return held().outcome != EQUILIBRIUM
 
 
 @watched("search")
@@ -95,7 +86,6 @@ def increments(
     patience: int = 0,
     loading: Callable[[float], Array] | None = None,
     up_to: float = np.inf,
-    refused: float = np.inf,
 ) -> Search:
     """Bracket of the multiplier by loads held one after the other.
 
@@ -108,14 +98,13 @@ def increments(
     patience : steps that loads took to settle in an earlier search
     loading : wrench per block at a multiplier [N, N m], shape (n, 6); dead load and that much live load by default
     up_to : multiplier beyond which nothing is tried: the search ends as unbounded where the blocks stand there
-    refused : smallest load that moved in an earlier search
     """
     loading = loading or (lambda multiplier: loads.dead + multiplier * loads.live)
     scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
     record: list[tuple[float, LoadVerdict]] = []
     used = 0
     if settled is None:
-        verdict = settle(loads, state, scale, c)
+        verdict = settle(assembly, loads, state, scale, c)
         record.append((0.0, verdict))
         used, patience = verdict.steps, max(patience, verdict.steps)
         if verdict.outcome != EQUILIBRIUM:
@@ -123,7 +112,6 @@ def increments(
             return Search(float("nan"), 0.0, status, state, None, record, used)
     b = _Bracket(settled or 0.0, through, c, up_to)
     mechanism, kept = None, [(b.stable, state.copy())]
-    before: tuple[float, State, tuple[float, State]] | None = None
     limit, settling = c.moved_limit * scale.smallest, 0.0
     while (new := b.next_load()) is not None:
         if new == np.inf:
@@ -132,19 +120,13 @@ def increments(
         reached(b.part(len(record)), b.words(new))
         try:
             # stiff joints settle within microns: no need to wait for a collapse to be seen by eye
-            held = partial(
-                hold, state, loading(new), scale, c.damping,
+            verdict = hold(
+                assembly, state, loading(new), scale, c.damping,
                 tolerance=min(c.equilibrium, 0.05 * (new - b.stable) / c.unit), limit=limit, max_steps=c.max_steps,
-                patience=patience, early=min(0.2 * limit, max(20.0 * settling, 0.02 * limit)),
+                patience=patience, early=min(0.2 * limit, max(20.0 * settling, 0.02 * limit)), edges=c.edges,
             )  # fmt: skip
-            verdict = held()
             used += verdict.steps
-            least = min([refused, *(x for x, v in record if v.outcome == MOVING)])
             record.append((float(new), verdict))
-            if verdict.outcome == EQUILIBRIUM and new >= least:
-                before = before or (float(b.stable), keep, kept[0])
-                if new >= RUNAWAY * least and runs_away(assembly, state, held):
-                    return Search(before[0], least, SOLVED, before[1], mechanism, record, used, near=before[2])
             if c.progress is not None:
                 c.progress(float(new), verdict)
         except KeyboardInterrupt:
@@ -255,7 +237,7 @@ def ramps(assembly: Assembly, loads: Loads, start: State, c: Controls, rate: flo
     rate : of the first ramp, multiplier per step; None takes ten first increments in ``ramp_steps``
     """
     scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
-    verdict = settle(loads, start, scale, c)
+    verdict = settle(assembly, loads, start, scale, c)
     record, used = [(0.0, verdict)], verdict.steps
     if verdict.outcome != EQUILIBRIUM:
         status = CANNOT_STAND if verdict.outcome == MOVING else NOT_CONVERGED
@@ -309,6 +291,8 @@ def _one_ramp(
         factors[:, 1] = value + rate * np.arange(1, chunk + 1)
         value = factors[-1, 1]
         run(state, cases, factors, c.damping)
+        if c.edges:
+            follow_edges(assembly, state)
         taken += chunk
         # what the joints hand to the supports, less the dead load, along the live load
         support = (state.bodies.contact[:, :3] * ~moves).sum(axis=0)

@@ -8,7 +8,16 @@ from functools import cached_property
 import numpy as np
 
 from dem import kernels
-from dem.contact.detection import SOONEST, Pieces, near_margin, reaches, redetect, travel_per_step
+from dem.contact.detection import (
+    SMALL,
+    SOONEST,
+    Pieces,
+    farthest,
+    near_margin,
+    reaches,
+    redetect,
+    travel_per_step,
+)
 from dem.model.holding import Scale, stand_back, unbalance
 from dem.model.joint_marks import JointMarks, joint_marks
 from dem.model.state import DYNAMIC, State, UnstableError
@@ -31,9 +40,6 @@ _NEVER = 10**9
 
 SLID = 0.005
 """Slip over the largest displacement from which loads that came on at once are pointed out [-]."""
-
-SMALL = 0.5
-"""Displacement up to which the first contacts are all there are, over the gap at which two blocks count as near [-]."""
 
 
 @dataclass
@@ -155,21 +161,12 @@ class Recorder:
                 f"Settle(gently={4 * done}) puts them on evenly"
             )
 
-    def _farthest(self) -> tuple[int, float]:
-        """Block that has moved most against the held ones, and how far its farthest corner has [m]."""
-        b = self.state.bodies
-        ground = b.shift[self.assembly.fixed].mean(axis=0) if self.assembly.fixed.any() else np.zeros(3)
-        moved = np.linalg.norm(b.shift - ground, axis=1)
-        turned = 2.0 * np.arcsin(np.minimum(np.linalg.norm(b.quat[:, 1:], axis=1), 1.0))
-        path = moved + turned * self.reach
-        return int(path.argmax()), float(path.max())
-
     def _beyond(self) -> bool:
         """True where the first contacts may no longer be all there are.
 
         Noted when it is seen first.
         """
-        block, moved = self._farthest()
+        block, moved = farthest(self.assembly, self.state, self.reach)
         beyond = moved > SMALL * self.margin
         if beyond and not self._beyond_noted:
             self._beyond_noted = True

@@ -9,6 +9,7 @@ from walls import beside_or_on_a_large_block, lattice_weights, on_slab, running_
 
 import dem
 import limitmason as lm
+from dem.kernels import LAW
 from dem.model.holding import Scale, hold
 
 collapse = functools.partial(dem.collapse, error_budget=())
@@ -181,14 +182,28 @@ def test_balanced_forces_of_a_block_that_slides_on_are_no_equilibrium():
     loads = lm.Loads.horizontal(b)
     state = dem.make_state(b, loads)
     scale = Scale.of(b, loads.dead)
-    hold(state, loads.dead, scale, dem.Damping(0.8), tolerance=1e-6, limit=0.01, max_steps=5_000)
-    hold(state, loads.dead + 0.4 * loads.live, scale, dem.Damping(0.8), tolerance=1e-6, limit=0.01, max_steps=5_000)
+    hold(b, state, loads.dead, scale, dem.Damping(0.8), tolerance=1e-6, limit=0.01, max_steps=5_000)
+    hold(b, state, loads.dead + 0.4 * loads.live, scale, dem.Damping(0.8), tolerance=1e-6, limit=0.01, max_steps=5_000)
     state.bodies.vel[1, 0] = 2e-6  # m per step, 10 mm in 5000
     verdict = hold(
-        state, loads.dead + 0.4 * (1.0 + 1e-6) * loads.live, scale, dem.Damping(), tolerance=1e-4, limit=4e-3,
+        b, state, loads.dead + 0.4 * (1.0 + 1e-6) * loads.live, scale, dem.Damping(), tolerance=1e-4, limit=4e-3,
         max_steps=5_000,
     )  # fmt: skip
     assert verdict.outcome == "moving"
+
+
+def test_a_column_that_still_sank_when_its_forces_were_small_is_at_rest_once_it_stops():
+    # what it sank since its forces were small first was counted for good: 60,000 steps, "undecided"
+    b = on_slab([((0, 0, 0.1 * k), (0.2, 0.2, 0.1 * k + 0.1)) for k in range(30)], mu=0.6)
+    loads = lm.Loads.weight(b)
+    state = dem.make_state(b, loads, contact_points=(2, 2))
+    sunk = np.cumsum(np.arange(30, 0, -1)) * b.weights[1] / (state.joints.law[0, LAW.kn] * 0.04)
+    verdict = hold(
+        b, state, loads.dead, Scale.of(b, loads.dead), dem.Damping(0.8), tolerance=np.inf, limit=2.0 * sunk[-1],
+        max_steps=5_000,
+    )  # fmt: skip
+    assert verdict.outcome == "equilibrium"
+    assert -state.bodies.shift[1:, 2] == pytest.approx(sunk, rel=0.05)
 
 
 def test_a_block_past_its_support_cannot_stand_under_dead_load():
