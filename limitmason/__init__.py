@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from limitmason.limit import (
         limit_analysis,
         limit_bracket,
+        load_region,
         minimum_thickness,
         proven_range,
         settlement_analysis,
@@ -88,6 +89,7 @@ _MODULES = (
 _NAMES = {
     "limit_analysis": "limitmason.limit",
     "limit_bracket": "limitmason.limit",
+    "load_region": "limitmason.limit",
     "minimum_thickness": "limitmason.limit",
     "proven_range": "limitmason.limit",
     "settlement_analysis": "limitmason.limit",

@@ -14,6 +14,7 @@ from limitmason.figures.diagnosis_folder import diagnosis_folder
 from limitmason.figures.diagnosis_page import diagnosis_page
 from limitmason.figures.forces import contact_forces
 from limitmason.figures.history import history_curves, load_displacement
+from limitmason.figures.load_region import load_region
 from limitmason.figures.mechanism import assembly, mechanism
 from limitmason.figures.modes import mac_matrix, mode_film, mode_shape
 from limitmason.figures.plasticity import plasticity
@@ -44,6 +45,7 @@ __all__ = [
     "histogram",
     "history_curves",
     "load_displacement",
+    "load_region",
     "mac_matrix",
     "mechanism",
     "mode_film",

@@ -1,6 +1,7 @@
 """Limit analysis of rigid-block assemblies as cone programs: associative, non-associative, and what bounds what."""
 
 from limitmason.limit.analysis import limit_analysis
+from limitmason.limit.load_region import LoadRegion, load_region
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.range.bracket import Bracket, limit_bracket
 from limitmason.limit.range.proven_range import ProvenRange, proven_range
@@ -11,12 +12,14 @@ from limitmason.limit.thrust import Thrust, thrust
 
 __all__ = [
     "Bracket",
+    "LoadRegion",
     "Problem",
     "ProvenRange",
     "Stability",
     "Thrust",
     "limit_analysis",
     "limit_bracket",
+    "load_region",
     "make_problem",
     "minimum_thickness",
     "proven_range",

@@ -48,6 +48,7 @@ class Kinematics(NamedTuple):
     at_points: float  # bound of the law at the contact points [-]
     violation: float  # largest negative g before the repair over the largest rate [-]
     force_cap: float = float("inf")  # joint force over the total load up to which it holds; infinite when repaired
+    twists: Array | None = None  # of the repaired mechanism, shape (n_blocks, 6); None where it has no repair
 
 
 def kinematic_multiplier(
@@ -69,7 +70,7 @@ def kinematic_multiplier(
     """
     mechanism, resultants = prediction.mechanism, prediction.resultants
     if mechanism is None or resultants is None:
-        return Kinematics(*[float("nan")] * 3)
+        return Kinematics(float("nan"), float("nan"), float("nan"))
     twists = np.where(assembly.held, 0.0, mechanism.twists)
     state = point_state(assembly, resultants, twists)
     joints = Dissipation(assembly, prediction, state)
@@ -87,10 +88,11 @@ def kinematic_multiplier(
     size = max(float(np.abs(state.opening).max(initial=0.0)), float(np.abs(state.sliding).max(initial=0.0)), 1e-300)
     worst = float(np.where(rigid, -g, 0.0).max(initial=0.0))
     if worst <= 0.0:
-        return Kinematics(first, at_points, 0.0)
+        return Kinematics(first, at_points, 0.0, twists=twists)
     near = prediction.collapse_multiplier + 0.1 * GAP * abs(prediction.collapse_multiplier)
     rate = np.abs(twists[:, :3]).max(axis=1) + np.abs(twists[:, 3:]).max(axis=1) * np.cbrt(assembly.volumes)
     best = best_at_points = float("nan")
+    best_twists = twists
     # what hardly moves is better left at rest: to lift a very large block by next to nothing may be too much work
     for still in (0.0, AT_REST):
         moving = rate > still * rate.max()
@@ -108,13 +110,14 @@ def kinematic_multiplier(
                 continue
             # g is concave in v, so adding t field raises every g by at least t times the field's own margin
             need = np.max(np.maximum(-g[rigid & touched], 0.0) / margin, initial=0.0)
-            repaired, repaired_at_points, after = value(motion + (1.0 + 1e-9) * need * field)
+            trial = motion + (1.0 + 1e-9) * need * field
+            repaired, repaired_at_points, after = value(trial)
             if np.where(rigid, -after, 0.0).max(initial=0.0) <= 1e-14 * size and not repaired >= best:
-                best, best_at_points = repaired, repaired_at_points
+                best, best_at_points, best_twists = repaired, repaired_at_points, trial
         if best <= near or (rate <= AT_REST * rate.max()).sum() == (rate == 0.0).sum():
             break
     if not np.isnan(best):
-        return Kinematics(best, best_at_points, worst / size)
+        return Kinematics(best, best_at_points, worst / size, twists=best_twists)
     scale = total_load(assembly, loads)
     cap = max(FORCE_CAP * scale, float(np.abs(state.normal_force).max(initial=0.0)))
     excess = cap * float(np.maximum(-value(twists)[2][rigid], 0.0).sum()) / float((loads.live * twists).sum())

@@ -54,8 +54,9 @@ def solver_settings(tolerance: float, *, max_iterations: int = 200, verbose: boo
 
 
 def solve_static(
-    problem: Problem, cones: Cones, *, tolerance: float = 1e-10, max_iterations: int = 200, verbose: bool = False
-) -> Solution:
+    problem: Problem, cones: Cones, *, tolerance: float = 1e-10, max_iterations: int = 200, verbose: bool = False,
+    direction: Array | None = None, within: Array | None = None,
+) -> Solution:  # fmt: skip
     """Maximise lambda subject to matrix f + dead + lambda live + u free = 0 and f within the cones.
 
     The multipliers of the equilibrium rows are the velocities of the collapse mechanism.
@@ -63,29 +64,36 @@ def solve_static(
     Parameters
     ----------
     tolerance : gap and feasibility tolerance of the interior-point method [-]; at 1e-8 lambda may be off by 4e-6
+    direction : maximise this . (lambda, u) instead, shape (1 + k,)
+    within : largest size of the scaled lambda and u, shape (1 + k,)
     """
     r, n = problem.matrix.shape
     columns = sparse.csc_array(np.column_stack([problem.live, problem.free.T]))
     k = columns.shape[1]
     top = sparse.hstack([problem.matrix, columns])
     bottom = sparse.hstack([-cones.matrix, sparse.csc_array((cones.matrix.shape[0], k))])
-    matrix = sparse.csc_matrix(sparse.vstack([top, bottom]))
-    bound = np.concatenate([-problem.dead, cones.constant])
+    limits = sparse.csc_array((0, n + k)) if within is None else sparse.hstack(
+        [sparse.csc_array((2 * k, n)), sparse.vstack([sparse.eye_array(k), -sparse.eye_array(k)])]
+    )  # fmt: skip
+    matrix = sparse.csc_matrix(sparse.vstack([top, limits, bottom]))
+    bound = np.concatenate([-problem.dead, [] if within is None else np.tile(within, 2), cones.constant])
     objective = np.zeros(n + k)
-    objective[n] = -1.0
+    objective[n:] = -np.eye(k)[0] if direction is None else -direction
     settings = solver_settings(tolerance, max_iterations=max_iterations, verbose=verbose)
     start = time.perf_counter()
     quadratic = sparse.csc_matrix((n + k, n + k))
-    answer = clarabel.DefaultSolver(quadratic, objective, matrix, bound, _kinds(r, cones), settings).solve()
+    kinds = _kinds(r, cones, limits.shape[0])
+    answer = clarabel.DefaultSolver(quadratic, objective, matrix, bound, kinds, settings).solve()
     seconds = time.perf_counter() - start
     x, z = np.array(answer.x), np.array(answer.z)
     status = _STATUS.get(str(answer.status), NOT_CONVERGED)
     return Solution(status, float(x[n]), x[:n], z[:r], int(answer.iterations), seconds, free=x[n + 1 :])
 
 
-def _kinds(rows: int, cones: Cones) -> list[Any]:
-    """Clarabel's cones: equations first, then the joint law."""
-    linear = [clarabel.NonnegativeConeT(cones.n_linear)] if cones.n_linear else []
+def _kinds(rows: int, cones: Cones, limits: int = 0) -> list[Any]:
+    """Clarabel's cones: equations first, then limits of multipliers and the joint law."""
+    count = limits + cones.n_linear
+    linear = [clarabel.NonnegativeConeT(count)] if count else []
     return [clarabel.ZeroConeT(rows), *linear, *(clarabel.SecondOrderConeT(size) for size in cones.cone_sizes)]
 
 

@@ -57,7 +57,7 @@ def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
     if c is not None and c.discretisation > 0.0:
         # the forces of cells of cohesive faces give a lower bound: what lies above every flow rule is the mechanism's
         upper = replace(upper, collapse_multiplier=c.kinematic_multiplier)
-    reduced = assembly.with_interfaces(replace(i, joint=_inside(i.joint)) for i in assembly.interfaces)
+    reduced = assembly.with_interfaces(replace(i, joint=inside(i.joint)) for i in assembly.interfaces)
     lower = solve_associative(make_problem(reduced, loads, **options))
     of_all = "bound for every flow rule between psi and phi (Radenkovic)"
     upper, lower = (replace(p, references=papers_behind(p)) for p in (upper, lower))
@@ -67,7 +67,7 @@ def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
     )
 
 
-def _inside(joint: Joint) -> Joint:
+def inside(joint: Joint) -> Joint:
     """Joint with friction psi whose law lies inside the given one and shares its tension corner."""
     law = peak_law([joint]).inside()
     return replace(

@@ -1,0 +1,144 @@
+"""Loads that are safe at once: closed forms of one block, direct solves in random directions, cones, proofs."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason.errors import InputError
+from limitmason.geometry import box
+
+MU = math.tan(math.radians(35.0))
+
+
+def block(dilatancy=35.0, **law):
+    """One metre wide, 1.5 m high."""
+    joint = lm.Joint(35.0, dilatancy_angle_deg=dilatancy, **law)
+    solids = [box((-1, 0, -1), (2, 1, 0)), box((0, 0, 0), (1, 1, 1.5))]
+    return lm.Assembly.from_polyhedra(solids, joint=joint, fixed=[0])
+
+
+def push(model, force, at=None, name=""):
+    """A force in units of the block's weight."""
+    weight = model.weights[1]
+    return replace(lm.Loads.weight(model).with_point_load(model, 1, weight * np.array(force, float), at=at), name=name)
+
+
+def two_pushes(model):
+    return [push(model, (1, 0, 0), (0.5, 0.5, 1.5), "top"), push(model, (1, 0, 0), name="middle")]
+
+
+def in_order(points):
+    return np.array(sorted(map(tuple, np.round(points, 9))))
+
+
+def test_two_pushes_on_a_block_have_the_parallelogram_of_sliding_and_turning():
+    """|P + Q| <= tan(phi) W and |1.5 P + .75 Q| <= W / 2."""
+    model = block()
+    found = lm.load_region(model, lm.Loads.weight(model), two_pushes(model), tolerance=1e-6)
+    arms = np.array([[1.0, 1.0], [1.5, 0.75]])
+    wanted = [np.linalg.solve(arms, (a * MU, b * 0.5)) for a in (1, -1) for b in (1, -1)]
+    assert found.status == "closed"
+    assert found.gap < 1e-6
+    assert in_order(found.corners) == pytest.approx(in_order(wanted), abs=1e-7)
+    for forces, (p, q) in zip(found.forces, found.corners, strict=True):
+        assert abs(forces.normal[0]) == pytest.approx(model.weights[1], rel=1e-6)
+        assert np.linalg.norm(forces.shear[0]) == pytest.approx(abs(p + q) * model.weights[1], rel=1e-6)
+    for plane in found.outside:
+        assert (found.corners @ plane.normal).max() <= plane.offset + 1e-9
+    assert found.contains((0.0, 0.0)) is True
+    assert found.contains((0.4, 0.0)) is False
+    assert not len(found.cone)
+
+
+def test_a_region_without_end_has_its_cone_and_its_tip():
+    """Down V, sideways H: turning about an edge, |0.75 H| <= (1 + V) / 2, tip at V = -1."""
+    model = block()
+    cases = [push(model, (1, 0, 0), name="H"), push(model, (0, 0, -1), name="V")]
+    found = lm.load_region(model, lm.Loads.weight(model), cases, tolerance=1e-6, within=(4.0, 4.0))
+    assert in_order(found.corners) == pytest.approx(
+        in_order([(0, -1), (10 / 3, 4), (-10 / 3, 4)]), abs=1e-6
+    )  # fmt: skip
+    rays = np.array([(2.0, 3.0), (-2.0, 3.0)]) / math.sqrt(13.0)
+    assert in_order(found.cone) == pytest.approx(in_order(rays), abs=1e-6)
+    assert lm.load_region(model, lm.Loads.weight(model), cases).within.max() >= 1.0
+
+
+def test_an_empty_region_has_its_proof():
+    """What is pulled up three times as hard as it weighs flies, however it is pushed."""
+    model = block()
+    up = lm.Loads.weight(model).with_point_load(model, 1, (0, 0, 3.0 * model.weights[1]), case="dead")
+    found = lm.load_region(model, up, two_pushes(model))
+    assert found.status == "empty"
+    assert found.proof[1, 2] > 0.0
+    assert np.abs([np.sum(c.live * found.proof) for c in two_pushes(model)]).max() < 1e-6 * model.weights[1]
+    assert found.contains((0.0, 0.0)) is False
+
+
+def test_below_normality_both_regions_are_shown():
+    """Radenkovic: sliding at tan(psi) inside, at tan(phi) outside; turning is the same."""
+    model = block(dilatancy=20.0)
+    found = lm.load_region(model, lm.Loads.weight(model), two_pushes(model), tolerance=1e-6)
+    arms = np.array([[1.0, 1.0], [1.5, 0.75]])
+    psi = math.tan(math.radians(20.0))
+    wanted = [np.linalg.solve(arms, (a * psi, b * 0.5)) for a in (1, -1) for b in (1, -1)]
+    assert in_order(found.certain.corners) == pytest.approx(in_order(wanted), abs=1e-7)
+    assert all(found.contains(c) for c in found.certain.corners * (1.0 - 1e-9))
+
+
+@pytest.mark.slow
+def test_direct_solves_in_random_directions_are_neither_outside_nor_further_out_than_the_tolerance():
+    wall = lm.build.wall(length=1.6, courses=5, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0, dilatancy_angle_deg=33.0))
+    weight, top = lm.Loads.weight(wall), wall.n_blocks - 1
+    cases = [lm.Loads.horizontal(wall), weight.with_point_load(wall, top, (0, 0, -2e3))]
+    found = lm.load_region(wall, weight, cases, tolerance=1e-6, within=(2.0, 2.0))
+    assert found.status == "closed"
+    size = np.linalg.norm(np.ptp(found.corners, axis=0))
+    seed = np.random.default_rng(28)
+    for _ in range(12):
+        d = seed.normal(size=2)
+        d /= np.linalg.norm(d)
+        both = lm.Loads(weight.dead, d[0] * cases[0].live + d[1] * cases[1].live)
+        direct = lm.limit_analysis(wall, both).collapse_multiplier
+        if not abs(direct * d).max() < 2.0:
+            continue
+        assert all(plane.normal @ d * direct <= plane.offset + 1e-7 * size for plane in found.outside)
+        assert found.contains(d * direct * (1.0 - 1e-5)) is True
+        assert found.contains(d * direct * (1.0 + 1e-5)) is False
+
+
+@pytest.mark.slow
+def test_three_loads_close_in_space_and_copies_agree(tmp_path):
+    model = block()
+    cases = [*two_pushes(model), push(model, (0, 1, 0), name="across")]
+    found = lm.load_region(model, lm.Loads.weight(model), cases, tolerance=3e-2)
+    assert found.status == "closed"
+    assert found.corners[:, 2].max() == pytest.approx(2.0 / 3.0, abs=1e-7)  # turns about its long edge: 0.5 / 0.75
+    found.to_json(tmp_path / "region.json")
+    assert json.loads((tmp_path / "region.json").read_text())["cases"] == ["top", "middle", "across"]
+    flat = lm.load_region(model, lm.Loads.weight(model), two_pushes(model), tolerance=1e-6)
+    assert lm.figures.load_region(flat, title="two pushes").axes
+    a = 0.7
+    turn = 20.0 * np.array([[math.cos(a), -math.sin(a), 0], [math.sin(a), math.cos(a), 0], [0, 0, 1]])
+    copy = model.transformed(turn).renumbered([1, 0])
+    at = [turn @ (0.5, 0.5, 1.5), None]
+    again = [
+        lm.Loads.weight(copy).with_point_load(copy, 1 - 1, copy.weights[0] * turn @ (1, 0, 0) / 20.0, at=p) for p in at
+    ]  # fmt: skip
+    turned = lm.load_region(copy, lm.Loads.weight(copy), again, tolerance=1e-6)
+    assert in_order(turned.corners) == pytest.approx(in_order(flat.corners), abs=2e-7)
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda m, c: (m, lm.Loads.weight(m), []), "one to three loads"),
+    (lambda m, c: (m, c[0], c), "dead: its live part"),
+    (lambda m, c: (m, lm.Loads.weight(m), [c[0], replace(lm.Loads.weight(m), name="none")]), "'none' has no live load"),
+    (lambda m, c: (m, lm.Loads.weight(m), [c[0], c[0].scaled(live=2.0)]), "one of the loads is made of the others"),
+])  # fmt: skip
+def test_cases_that_make_no_region_are_refused_by_name(change, message):
+    model = block()
+    with pytest.raises(InputError, match=message):
+        lm.load_region(*change(model, two_pushes(model)))
