@@ -12,7 +12,7 @@ from mechanisms.papers import PAPERS
 def _friction_factor(found: Prediction) -> Range:
     """Friction factor omega = 0 and 1 of an estimate.
 
-    a bound has no prescribed friction and no range.
+    A bound has no prescribed friction and no range.
     """
     details, value = found.details, found.collapse_multiplier
     if "omega_bracket" not in details or details.get("smallest_upper_bound_of") is not None:

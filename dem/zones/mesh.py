@@ -1,6 +1,6 @@
 """Blocks of a plane assembly cut into quadrilateral zones.
 
-a rigid block keeps its corners alone.
+A rigid block keeps its corners alone.
 
 The plane is x-z, thickness runs along y. Every side of a block is a chain of nodes, counter-clockwise, to which the
 contact points of its joints are attached.

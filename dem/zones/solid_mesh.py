@@ -1,6 +1,6 @@
 """Blocks of an assembly in space cut into hexahedral zones.
 
-a rigid block keeps its faces alone.
+A rigid block keeps its faces alone.
 
 A block of eight corners and six quadrilateral faces (a brick, a voussoir, a wedge of a dome) is cut by planes that join
 points at equal parts of its edges; another one, at each of whose corners three edges meet, first into one hexahedron a

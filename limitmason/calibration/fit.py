@@ -322,7 +322,7 @@ class Fit(ReadOnly):
 class _Simulated:
     """The fitted models as the simulator of a diagnosis.
 
-    a cause or a refitted parameter comes as a keyword.
+    A cause or a refitted parameter comes as a keyword.
     """
 
     def __init__(

@@ -165,7 +165,7 @@ def _boxed(j: Array, r: Array, low: Array, high: Array) -> Array:
 def measured_slopes(objective: Objective, at: Minimum, guess: Array) -> Slopes:
     """Slopes over one deviation to either side, by runs.
 
-    a parameter that nothing sees is moved to its bound.
+    A parameter that nothing sees is moved to its bound.
     """
     x, r, scale = at.x, at.residuals, objective.scale
     one, noise = np.zeros((2, len(x))), np.sqrt(objective.variance(at))

@@ -187,7 +187,7 @@ def feature(curve: Curve, what: str, at: float) -> float:
 def entries_of(test: str, name: str, target: Any) -> list[Entry]:
     """What one target asks for.
 
-    a plain number or a pair (value, scatter) stands for a :class:`Target`.
+    A plain number or a pair (value, scatter) stands for a :class:`Target`.
 
     Raises
     ------

@@ -203,7 +203,7 @@ def beyond_strength(s: Structure, at: PathState, apart: Array) -> Array:
 def stored(s: Structure, at: PathState) -> float:
     """Elastic energy, with what opening against the tensile strength keeps [J].
 
-    a closing joint gives it back.
+    A closing joint gives it back.
 
     That of blocks that deform is in it, q' K q / 2, and that of ties, T^2 / (2 k).
     """

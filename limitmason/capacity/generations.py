@@ -31,7 +31,7 @@ LEAST = 0.05
 class Generations:
     """What a path is made of, generation by generation.
 
-    a new one begins where contacts were found anew.
+    A new one begins where contacts were found anew.
 
     Parameters
     ----------

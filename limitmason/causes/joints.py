@@ -169,7 +169,7 @@ def dilatancy(
 def finite_compressive_strength(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """Joints that crush: 1 / fc raised by the size [1/MPa].
 
-    a size of 0.1 is fc = 10 MPa.
+    A size of 0.1 is fc = 10 MPa.
 
     In plane limit analysis uses the exact stress block |M| <= N L/2 - N^2 / (2 fc t); in 3-D it needs
     ``contact_model="grid"``.

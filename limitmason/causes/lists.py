@@ -123,7 +123,7 @@ def each_joint(
 ) -> list[Cause]:  # fmt: skip
     """A cause per joint, "loose joint a|b", for "which one is loose or cracked?".
 
-    a diagnosis pays for the whole list.
+    A diagnosis pays for the whole list.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ class Reactions(NamedTuple):
 class Continuum(ReadOnly):
     """A homogeneous solid of 20-node bricks.
 
-    a frozen value, the ``with_`` methods return changed copies.
+    A frozen value, the ``with_`` methods return changed copies.
 
     Parameters
     ----------

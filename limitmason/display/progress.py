@@ -203,7 +203,7 @@ def task(title: str, shown: bool = True) -> Iterator[None]:
 def watched(title: str) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]:
     """Make a function a :func:`task`.
 
-    a ``progress`` function that it is given is followed instead of a bar.
+    A ``progress`` function that it is given is followed instead of a bar.
     """
 
     def wrap(function: Callable[_P, _R]) -> Callable[_P, _R]:

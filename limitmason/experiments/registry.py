@@ -22,7 +22,7 @@ def sources() -> tuple[str, ...]:
 def tabled() -> tuple[str, ...]:
     """Names of the sources that stand in tables of all cases.
 
-    a large one with a page of its own does not.
+    A large one with a page of its own does not.
     """
     return tuple(name for name in sources() if not recipe_of(name).page)
 

@@ -66,7 +66,7 @@ def bullets(sentences: Iterable[str]) -> str:
 def table(header: Sequence[str], rows: Iterable[tuple[str, Sequence[Any]]]) -> str:
     """A table.
 
-    a row is its class and its cells, numbers as text in a one-tuple are set flush right.
+    A row is its class and its cells, numbers as text in a one-tuple are set flush right.
     """
     lines = ["<tr>" + "".join(f"<th>{escape(h)}</th>" for h in header) + "</tr>"]
     for kind, cells in rows:

@@ -91,7 +91,7 @@ def structure_report(
 def _headline(compared: SideBySide) -> str:
     """The smallest upper bound, and the smallest answer of all below it.
 
-    a weak bound far above says nothing.
+    A weak bound far above says nothing.
     """
     solved = [r for r in compared.rows if r.solved]
     if not solved:

@@ -23,7 +23,7 @@ _MONOLITH = Look("in one piece", "BLACK", "s")
 def _look(method: str) -> Look:
     """How a method is drawn.
 
-    a plain look for a name that no method has, such as a series of another program.
+    A plain look for a name that no method has, such as a series of another program.
     """
     if method == "monolith":
         return _MONOLITH

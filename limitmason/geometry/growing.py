@@ -136,7 +136,7 @@ def _inside(normals: Array, offsets: Array, points: Array, margin: float = 0.0) 
 def _between(i: int, j: int, solids: Sequence[Solid], *, held: bool) -> Gap:
     """The plane that parts two convex solids.
 
-    a face of the second one where that keeps its shape.
+    A face of the second one where that keeps its shape.
     """
     a, b = solids[i].vertices, solids[j].vertices
     if held:

@@ -238,7 +238,7 @@ class Assembly(Blockwork, Displayed):
     def with_supports(self, supports: Iterable[Support]) -> Assembly:
         """This assembly with further supports.
 
-        a new one for a block replaces the block's old one.
+        A new one for a block replaces the block's old one.
         """
         new = tuple(supports)
         replaced = {self.block_index(s.block) for s in new}
@@ -290,7 +290,7 @@ class Assembly(Blockwork, Displayed):
     ) -> Assembly:
         """This assembly of blocks made of a material.
 
-        a material with a density gives the block that density.
+        A material with a density gives the block that density.
 
         Parameters
         ----------
@@ -356,7 +356,7 @@ class Assembly(Blockwork, Displayed):
     def transformed(self, matrix: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> Assembly:
         """This assembly rotated, mirrored or scaled by a matrix and moved.
 
-        x -> M x + t, gravity stays along -z.
+        A point goes from x to M x + t, and gravity stays along -z.
 
         Parameters
         ----------

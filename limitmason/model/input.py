@@ -15,7 +15,7 @@ JointTable = Mapping[Any, Joint]
 def read_densities(density: Any, names: Sequence[str]) -> list[float]:
     """Density of every block [kg/m3] from one number or one per block.
 
-    a wrong one is an error naming the block.
+    A wrong one is an error naming the block.
     """
     try:
         values = np.asarray(density, dtype=float)
@@ -82,7 +82,7 @@ def read_vector(name: str, value: Any) -> np.ndarray:
 def read_fixed(fixed: Any) -> tuple[int | str, ...]:
     """Names or numbers of held blocks.
 
-    a single one is an error that says how to write it.
+    A single one is an error that says how to write it.
     """
     if isinstance(fixed, str | int | np.integer):
         raise InputError(f"fixed must be a list of block names or numbers: write fixed=[{fixed!r}]")

@@ -121,7 +121,7 @@ def _here_and_in_workers(
 ) -> Iterator[tuple[int, Any]]:
     """Begin here.
 
-    a second thread looks now and then whether workers pay, and then gives them all that is left.
+    A second thread looks now and then whether workers pay, and then gives them all that is left.
     """
     left = deque(jobs)
     futures: list[Future] = []

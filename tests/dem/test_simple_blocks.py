@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from deforming_bricks import BONDED, KN, KS, NU, SLIDING, STATES, E, bar_modulus, bonded_cantilever, brick, stack
 
 import dem
 import limitmason as lm
@@ -11,28 +12,7 @@ from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
 from limitmason.deformable.levels import SIMPLY_DEFORMABLE
 from limitmason.model.stages import Damping, Drive, Hold, Ramp, Settle
 
-E, NU, KN, KS = 16.7e9, 0.2, 82e9, 36e9
-STATES = (PLANE_STRESS, PLANE_STRAIN, SOLID)
-SLIDING = lm.Joint(0.0, normal_stiffness=KN, shear_stiffness=KS)
-BONDED = lm.Joint(35.0, cohesion=1e9, tensile_strength=1e9, normal_stiffness=KN, shear_stiffness=KS)
 REST = Damping(local=0.8)
-
-
-def bar_modulus(state, nu=NU):
-    return E / (1.0 - nu**2) if state == PLANE_STRAIN else E
-
-
-def brick(nu=NU, modulus=E):
-    return lm.Material(young_modulus=modulus, poisson_ratio=nu)
-
-
-def stack(count, joint, size=(0.2, 0.1, 0.075), material=None, plate=False, rigid_first=True):
-    """Blocks on each other, the first held, with a rigid plate on top if wanted."""
-    a, b, h = size
-    outlines = [[(0, h * k), (a, h * k), (a, h * (k + 1)), (0, h * (k + 1))] for k in range(count + 1 + plate)]
-    wall = lm.Assembly.from_polygons(outlines, thickness=b, joint=joint, fixed=[0])
-    chosen = range(1, count + 1)
-    return wall.with_material(material or brick(), blocks=[f"block-{k}" for k in chosen])
 
 
 def pushed(wall, block, force, **options):
@@ -96,29 +76,13 @@ def test_patch_test_of_a_running_bond(state):
 @pytest.mark.parametrize("state", STATES)
 def test_bonded_cantilever_of_four_blocks_is_timoshenkos_beam(state):
     """Joints ten times as stiff as the blocks, forces at the joints alone: nothing is missing but a part of shear."""
-    length, depth, width, n, force = 0.8, 0.1, 0.1, 4, 100.0
-    h = length / n
-    outlines = [[(h * k, 0), (h * (k + 1), 0), (h * (k + 1), depth), (h * k, depth)] for k in range(-1, n)]
-    outlines.append([(length, 0), (length + 0.1, 0), (length + 0.1, depth), (length, depth)])
-    kn, ks = 10.0 * E / h, 2.0 * E / h
-    joint = lm.Joint(35.0, cohesion=1e9, tensile_strength=1e9, normal_stiffness=kn, shear_stiffness=ks)
-    beam = lm.Assembly.from_polygons(outlines, thickness=width, joint=joint, fixed=[0])
-    beam = beam.with_material(brick(), blocks=[f"block-{k}" for k in range(1, n + 1)])
-    rest = pushed(beam, f"block-{n + 1}", (0.0, 0.0, -force), stress=state)
-    # the force acts at the middle of the rigid end piece, 0.05 beyond the bricks: a force and a moment on their end
-    arm, inertia, area = 0.05, width * depth**3 / 12.0, width * depth
-    stiff, shear = bar_modulus(state) * inertia, E / 2.0 / (1.0 + NU)
-    at = arm + length
-    deflection = force * (at**3 - arm**3) / 3.0 / stiff + 1.2 * force * length / (shear * area)
-    joints = h * np.arange(n + 1)
-    deflection += (force * (at - joints) ** 2 / (kn * inertia) + force / (ks * area)).sum()
-    assert -rest.bodies.shift[n + 1, 2] == pytest.approx(deflection, rel=2e-3)
-    # the moment in the middle of each block, as its bending stress says
-    gradient = np.abs(rest.stresses.gradient[1 : n + 1, 0, 0, 2])
-    moment = force * (at - h * (np.arange(n) + 0.5))
-    assert gradient * inertia == pytest.approx(
-        moment, rel=2e-3
-    )  # 1e-3 at the clamp, which holds the first block's width
+    force = 100.0
+    made = bonded_cantilever(state, force)
+    rest = pushed(made.beam, f"block-{made.end}", (0.0, 0.0, -force), stress=state)
+    assert -rest.bodies.shift[made.end, 2] == pytest.approx(made.deflection, rel=2e-3)
+    # the moment in the middle of each block, as its bending stress says; 1e-3 at the clamp, which holds a width
+    gradient = np.abs(rest.stresses.gradient[1 : made.end, 0, 0, 2])
+    assert gradient * made.inertia == pytest.approx(made.moment, rel=2e-3)
 
 
 @pytest.mark.parametrize("state", [PLANE_STRESS, pytest.param(SOLID, marks=pytest.mark.slow)])

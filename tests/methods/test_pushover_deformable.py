@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from deforming_bricks import BONDED, KN, NU, SLIDING, STATES, E, bar_modulus, bonded_cantilever, brick, stack
 
 import dem
 import limitmason as lm
@@ -16,20 +17,8 @@ from limitmason.deformable.levels import LUMPED, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.stages import Drive
 
-E, NU, KN, KS = 16.7e9, 0.2, 82e9, 36e9
-STATES = (PLANE_STRESS, PLANE_STRAIN, SOLID)
 LEVELS = (SIMPLY_DEFORMABLE, RITZ)
-SLIDING = lm.Joint(0.0, normal_stiffness=KN, shear_stiffness=KS)
-BONDED = lm.Joint(35.0, cohesion=1e9, tensile_strength=1e9, normal_stiffness=KN, shear_stiffness=KS)
 FEW = Steps(first=1e6, largest=1e6)
-
-
-def brick(nu=NU, modulus=E):
-    return lm.Material(young_modulus=modulus, poisson_ratio=nu)
-
-
-def bar_modulus(state, nu=NU):
-    return E / (1.0 - nu**2) if state == PLANE_STRAIN else E
 
 
 def lines(k):
@@ -43,14 +32,6 @@ def at_the(wall, block, force):
     return lm.Loads(np.zeros_like(live), live)
 
 
-def stack(count, joint, size=(0.2, 0.1, 0.075)):
-    """Blocks on each other, the first held, a rigid plate on top."""
-    a, b, h = size
-    outlines = [[(0, h * k), (a, h * k), (a, h * (k + 1)), (0, h * (k + 1))] for k in range(count + 2)]
-    wall = lm.Assembly.from_polygons(outlines, thickness=b, joint=joint, fixed=[0])
-    return wall.with_material(brick(), blocks=[f"block-{k}" for k in range(1, count + 1)])
-
-
 def energy_of(curve):
     assert all(c.accepted for c in curve.certificates)
     return np.abs(curve.energy.error).max()
@@ -62,7 +43,7 @@ def energy_of(curve):
 def test_column_of_bricks_and_joints_shortens_as_springs_in_series(blocks, state, points):
     """p (n / kn + n h / E): bricks widen freely on joints without friction."""
     n, h, p = 3, 0.075, 1e3  # displacements of strained faces are second order: p / E = 6e-8
-    wall = stack(n, SLIDING)
+    wall = stack(n, SLIDING, plate=True)
     series = n * (1.0 / KN + h / bar_modulus(state)) + 1.0 / KN
     loads = at_the(wall, f"block-{n + 1}", (0.0, 0.0, -p * 0.02))
     curve = lm.pushover(wall, loads, blocks=blocks, stress=state, to=p * series, steps=FEW, **points)
@@ -73,7 +54,7 @@ def test_column_of_bricks_and_joints_shortens_as_springs_in_series(blocks, state
 
 def test_lumped_column_is_the_same_springs():
     n, h, p = 3, 0.075, 1e3
-    wall = stack(n, SLIDING)
+    wall = stack(n, SLIDING, plate=True)
     series = n * (1.0 / KN + h / E) + 1.0 / KN
     loads = at_the(wall, f"block-{n + 1}", (0.0, 0.0, -p * 0.02))
     curve = lm.pushover(wall, loads, blocks=LUMPED, to=p * series, steps=FEW)
@@ -106,23 +87,10 @@ def test_patch_test_of_a_running_bond(blocks, state):
 @pytest.mark.parametrize("state", STATES)
 def test_bonded_cantilever_of_four_blocks_is_timoshenkos_beam(blocks, state):
     """Joints ten times as stiff; simply deformable blocks miss 1 / (4 n^2) of the bending and the shape of shear."""
-    length, depth, width, n, force = 0.8, 0.1, 0.1, 4, 1e-3
-    h = length / n
-    outlines = [[(h * k, 0), (h * (k + 1), 0), (h * (k + 1), depth), (h * k, depth)] for k in range(-1, n)]
-    outlines.append([(length, 0), (length + 0.1, 0), (length + 0.1, depth), (length, depth)])
-    kn, ks = 10.0 * E / h, 2.0 * E / h
-    joint = lm.Joint(35.0, cohesion=1e9, tensile_strength=1e9, normal_stiffness=kn, shear_stiffness=ks)
-    beam = lm.Assembly.from_polygons(outlines, thickness=width, joint=joint, fixed=[0])
-    beam = beam.with_material(brick(), blocks=[f"block-{k}" for k in range(1, n + 1)])
-    # the force acts at the middle of the rigid end piece, 0.05 beyond the bricks: a force and a moment on their end
-    arm, inertia, area = 0.05, width * depth**3 / 12.0, width * depth
-    stiff, shear = bar_modulus(state) * inertia, E / 2.0 / (1.0 + NU)
-    at = arm + length
-    deflection = force * (at**3 - arm**3) / 3.0 / stiff + 1.2 * force * length / (shear * area)
-    joints = h * np.arange(n + 1)
-    deflection += (force * (at - joints) ** 2 / (kn * inertia) + force / (ks * area)).sum()
-    loads = at_the(beam, f"block-{n + 1}", (0.0, 0.0, -force))
-    curve = lm.pushover(beam, loads, blocks=blocks, stress=state, to=deflection, steps=FEW, **lines(4))
+    force = 1e-3
+    made = bonded_cantilever(state, force)
+    loads = at_the(made.beam, f"block-{made.end}", (0.0, 0.0, -force))
+    curve = lm.pushover(made.beam, loads, blocks=blocks, stress=state, to=made.deflection, steps=FEW, **lines(4))
     assert curve.multiplier[-1] == pytest.approx(1.0, rel=0.02)
 
 
@@ -213,7 +181,7 @@ def test_a_certificate_that_leaves_out_the_blocks_forces_is_refused():
 def test_points_of_blocks_that_deform_move_with_them():
     """Top corners of a compressed brick come down by the shortening of half the brick more than its centroid."""
     p = 1e5
-    wall = stack(1, SLIDING)
+    wall = stack(1, SLIDING, plate=True)
     series = 2.0 / KN + 0.075 / E
     loads = at_the(wall, "block-2", (0.0, 0.0, -p * 0.02))
     curve = lm.pushover(wall, loads, blocks=RITZ, to=p * series, steps=FEW)

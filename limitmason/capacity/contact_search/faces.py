@@ -30,7 +30,7 @@ FACING = -0.5
 class Shapes(NamedTuple):
     """Faces of all blocks and their corners in the reference pose.
 
-    a face has k sides, padded by repetition.
+    A face has k sides, padded by repetition.
 
     Parameters
     ----------

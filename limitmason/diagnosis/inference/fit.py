@@ -92,7 +92,7 @@ class Likelihood:
     def loss(self, residuals: Array, weights: Array | None = None) -> Array:
         """Sum of squares, or of Student terms, over the last axis.
 
-        a weight of 0 leaves a value out.
+        A weight of 0 leaves a value out.
         """
         if weights is not None:
             if self.tails is None:

@@ -42,7 +42,7 @@ class Summary(NamedTuple):
 def joints(masonry: str) -> dict[str, dict[str, Quantity]]:
     """Properties by row, "dry-01" to "dry-20" or "mortar-01" to "mortar-13".
 
-    a blank cell is left out.
+    A blank cell is left out.
 
     A property that is printed as a range is the middle of it, and its note says so.
 
@@ -76,7 +76,7 @@ def _value(table: TextTable, row: Mapping[str, str], column: str) -> Quantity | 
 def summary(masonry: str) -> dict[str, Summary]:
     """Every property of dry or mortared joints.
 
-    a stiffness of zero is no stiffness and is left out.
+    A stiffness of zero is no stiffness and is left out.
 
     Parameters
     ----------

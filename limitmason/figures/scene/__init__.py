@@ -98,7 +98,7 @@ def view(
 class Scene:
     """An interactive scene: ``html`` is the text of the page.
 
-    a notebook shows it in a frame.
+    A notebook shows it in a frame.
     """
 
     def __init__(self, html: str) -> None:

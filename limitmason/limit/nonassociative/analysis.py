@@ -304,7 +304,7 @@ def _details(problem: Problem, found: SearchOutcome, low: float, high: float, pr
 def _proof_details(problem: Problem, proof: Extreme) -> dict:
     """What is proven, unscaled.
 
-    a bound on velocities or forces is infinite where the proof needs none.
+    A bound on velocities or forces is infinite where the proof needs none.
     """
     return {
         "proven": proof.proven,

@@ -47,7 +47,7 @@ WIDENINGS = 3
 def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
     """Whether a proof is tried.
 
-    a demand that cannot be met is refused.
+    A demand that cannot be met is refused.
     """
     if prove:
         if problem.plane is None:

@@ -64,7 +64,7 @@ class RangeEnd:
     def gap(self) -> float:
         """Distance between state and bound.
 
-        a state outside the stated velocities may also lie beyond the bound.
+        A state outside the stated velocities may also lie beyond the bound.
         """
         return abs(self.value - self.bound)
 
