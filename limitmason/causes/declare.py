@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, fields
 from functools import update_wrapper
 from typing import Any
 
@@ -22,6 +22,7 @@ from limitmason.causes.cause import Cause
 from limitmason.errors import InputError
 
 Bounds = tuple[float, float]
+
 
 @dataclass(frozen=True)
 class Edit:
@@ -46,6 +47,43 @@ class Edit:
         return self.declared.function(size, *model, **dict(self.options), **specimen)
 
 
+@dataclass(frozen=True)
+class Declaration:
+    """What is said of a cause, as a decorator of the function that makes it.
+
+    Parameters
+    ----------
+    name, parameter, baseline, bounds, physics, unit, source, isolate, hidden_when, analyses, reads : see
+        :class:`~limitmason.causes.Cause`; bounds are the default
+    lever : one of ``LEVERS``
+    by_simulator : whether the simulator takes the parameter itself
+    variant : checks the options and returns what depends on them: name, parameter, physics, unit, own
+    """
+
+    name: str
+    _: KW_ONLY
+    parameter: str
+    lever: str
+    baseline: float
+    bounds: Bounds
+    physics: str
+    unit: str = "-"
+    source: str = ""
+    isolate: str = ""
+    hidden_when: str = ""
+    by_simulator: bool = False
+    analyses: int = 0
+    variant: Callable[..., Mapping[str, Any]] | None = None
+    reads: tuple[str, ...] = ()
+
+    def __call__(self, function: Callable[..., Any]) -> Declared:
+        """The cause that a function makes, see the head of this file."""
+        return Declared(function, self)
+
+
+declare = Declaration
+
+
 class Declared:
     """A cause as it is declared.
 
@@ -54,40 +92,28 @@ class Declared:
     Parameters
     ----------
     function : makes the change, ``function(size, assembly, loads, *, options)`` or, of a reading,
-        ``function(size, prediction, specimen, *, options)``; None where the simulator takes the parameter itself
-    name, parameter, baseline, bounds, physics, unit, source, isolate, hidden_when, reads_specimen, analyses, reads :
-        see :class:`~limitmason.causes.Cause`; bounds are the default
-    lever : one of ``LEVERS``
-    variant : checks the options and returns what depends on them: name, parameter, physics, unit, own
+        ``function(size, prediction, specimen, *, options)``
+    declaration : what is said of it
     """
 
-    def __init__(
-        self, function: Callable[..., Any], name: str, *, parameter: str, lever: str, baseline: float, bounds: Bounds,
-        physics: str, unit: str, source: str, isolate: str, hidden_when: str, by_simulator: bool, analyses: int,
-        variant: Callable[..., Mapping[str, Any]] | None, reads: tuple[str, ...] = (),
-    ):  # fmt: skip
+    def __init__(self, function: Callable[..., Any], declaration: Declaration):
+        name, lever = declaration.name, declaration.lever
         if lever not in LEVERS:
             raise InputError(f"cause {name!r}: lever must be one of {', '.join(LEVERS)}, got {lever!r}")
         update_wrapper(self, function)
-        self.function, self.name, self.lever = function, name, lever
-        self.baseline, self.bounds, self.variant = baseline, bounds, variant
+        self.function, self.declaration, self.name, self.lever = function, declaration, name, lever
+        self.baseline, self.bounds = declaration.baseline, declaration.bounds
         self.__code__ = function.__code__  # values on disk belong to the code that made them
         parameters = inspect.signature(function).parameters.values()
         self.options = {p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY and p.name != "specimen"}
+        own = ("baseline", "bounds", "by_simulator", "variant")  # the rest is a cause's own
         self.said: dict[str, Any] = {
-            "name": name, "parameter": parameter, "physics": physics, "unit": unit, "source": source,
-            "isolate": isolate, "hidden_when": hidden_when, "lever": lever, "analyses": analyses, "reads": reads,
+            **{f.name: getattr(declaration, f.name) for f in fields(declaration) if f.name not in own},
             "acts_on": "measurement" if lever == "reading" else "simulation",
             "reads_specimen": lever != "reading" and any(p.name == "specimen" for p in parameters),
-        }  # fmt: skip
-        self.by_simulator = by_simulator
-        self.arguments: dict[str, Any] = {
-            "name": name, "parameter": parameter, "lever": lever, "baseline": baseline, "bounds": bounds,
-            "physics": physics, "unit": unit, "source": source, "isolate": isolate, "hidden_when": hidden_when,
-            "by_simulator": by_simulator, "analyses": analyses, "variant": variant, "reads": reads,
-        }  # fmt: skip
+        }
         keyword = inspect.Parameter.KEYWORD_ONLY
-        first = inspect.Parameter("bounds", inspect.Parameter.POSITIONAL_OR_KEYWORD, default=bounds)
+        first = inspect.Parameter("bounds", inspect.Parameter.POSITIONAL_OR_KEYWORD, default=declaration.bounds)
         rest = [inspect.Parameter(n, keyword, default=v) for n, v in self.options.items()]
         self.__signature__ = inspect.Signature([first, *rest], return_annotation=Cause)
 
@@ -110,53 +136,18 @@ class Declared:
                     f"cause {self.name!r} has no option {name!r}; it takes: {', '.join(self.options) or 'none'}"
                 )
         given = {name: _fixed(value) for name, value in {**self.options, **options}.items()}
-        said = {**self.said, **(self.variant(**given) if self.variant is not None else {})}
-        edit = None if self.by_simulator else Edit(self, tuple(given.items()))
+        variant = self.declaration.variant
+        said = {**self.said, **(variant(**given) if variant is not None else {})}
+        edit = None if self.declaration.by_simulator else Edit(self, tuple(given.items()))
         return Cause(baseline=self.baseline, bounds=self.bounds if bounds is None else bounds, apply=edit, **said)
 
     def __reduce__(self) -> str | tuple[Any, ...]:
         if self.__module__ == "__main__":  # a worker process has another one: the function itself goes along
-            return _made, (self.function, self.arguments)
+            return Declared, (self.function, self.declaration)
         return self.function.__qualname__  # found again by its name, as a function is
 
     def __repr__(self) -> str:
         return f"<declared cause {self.__module__}.{self.function.__qualname__}>"
-
-
-def declare(
-    name: str,
-    *,
-    parameter: str,
-    lever: str,
-    baseline: float,
-    bounds: Bounds,
-    physics: str,
-    unit: str = "-",
-    source: str = "",
-    isolate: str = "",
-    hidden_when: str = "",
-    by_simulator: bool = False,
-    analyses: int = 0,
-    variant: Callable[..., Mapping[str, Any]] | None = None,
-    reads: tuple[str, ...] = (),
-) -> Callable[[Callable[..., Any]], Declared]:
-    """Declare the cause that a function makes.
-
-    See :class:`Declared` and the head of this file.
-    """
-
-    def made(function: Callable[..., Any]) -> Declared:
-        return Declared(
-            function, name, parameter=parameter, lever=lever, baseline=baseline, bounds=bounds, physics=physics,
-            unit=unit, source=source, isolate=isolate, hidden_when=hidden_when, by_simulator=by_simulator,
-            analyses=analyses, variant=variant, reads=reads,
-        )  # fmt: skip
-
-    return made
-
-
-def _made(function: Callable[..., Any], arguments: Mapping[str, Any]) -> Declared:
-    return Declared(function, **arguments)
 
 
 def _fixed(value: Any) -> Any:

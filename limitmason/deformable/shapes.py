@@ -160,15 +160,7 @@ class Polynomials:
 def materials_of(assembly: Assembly, state: str, normal: ArrayLike | None = None) -> list[Elasticity | None]:
     """Elasticity of every block, or None where a block has no material or is wholly held.
 
-    Parameters
-    ----------
-    state : "solid", "plane stress" or "plane strain"
-    normal : of the plane, shape (3,); (0, 1, 0) where none is given
-
-    Raises
-    ------
-    InputError
-        Where no free block has a material, and for a normal in space.
+    Parameters and errors are those of :func:`limitmason.deformable.simply_deformable_blocks`.
     """
     if state == SOLID and normal is not None:
         raise InputError("a normal is for plane stress and plane strain; in space leave it out")
