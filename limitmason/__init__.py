@@ -60,6 +60,7 @@ if TYPE_CHECKING:
         stability,
         thrust,
     )
+    from limitmason.mechanics.joint_forces import force_table
     from limitmason.methods import answer, predict, predict_cases
     from limitmason.validation import compare
     from limitmason.vibration import mac, modes
@@ -95,6 +96,7 @@ _NAMES = {
     "settlement_analysis": "limitmason.limit",
     "stability": "limitmason.limit",
     "thrust": "limitmason.limit",
+    "force_table": "limitmason.mechanics.joint_forces",
     "answer": "limitmason.methods",
     "predict": "limitmason.methods",
     "predict_cases": "limitmason.methods",

@@ -23,6 +23,7 @@ from limitmason.cli.console import (
 )
 from limitmason.errors import InputError
 from limitmason.limit import stability, thrust
+from limitmason.mechanics.joint_forces import force_table
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
 from limitmason.storage.files import save_figure
@@ -34,6 +35,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     solve.add_argument("target", metavar="TARGET")
     solve.add_argument("--output", type=writable, metavar="FILE", help="write the whole prediction as JSON")
     solve.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the mechanism (.png, .pdf, .svg)")
+    solve.add_argument("--forces", type=writable, metavar="FILE", help="write joint forces and reactions as CSV")
     solve.add_argument("--vtu", type=writable, metavar="FILE", help="write blocks and mechanism for ParaView")
     analysis_options(solve)
     drawing_options(solve)
@@ -71,6 +73,9 @@ def _solve(options: argparse.Namespace) -> int:
     if options.output:
         formats.write_prediction(options.output, prediction, assembly=assembly)
         say(f"wrote {options.output}")
+    if options.forces and prediction.resultants is not None:
+        force_table(prediction, assembly).to_csv(options.forces)
+        say(f"wrote {options.forces}")
     if options.vtu:
         formats.write_vtu(options.vtu, assembly, prediction)
         say(f"wrote {options.vtu}")

@@ -15,66 +15,13 @@ from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
-from limitmason.mechanics.law import interface_law
+from limitmason.mechanics.joint_forces import JointForces, joint_forces
 from limitmason.model import Assembly, AssemblyArrays
 
 Pair = tuple[int, int]
 
 _PALE = "#b5b5b5"
 """Outlines under forces."""
-
-
-class JointForces(NamedTuple):
-    """Resultant on block b [N], (k, 3), the point it passes through [m], (k, 3), and which interfaces carry any."""
-
-    force: Array
-    centre: Array
-    carries: Flags
-    at_friction_limit: Flags
-
-
-def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
-    """Resultant and centre of pressure of every interface, x_c = sum N x / sum N over its contact points.
-
-    Parameters
-    ----------
-    model, prediction : what was solved, and its answer with resultants
-
-    Returns
-    -------
-    JointForces
-        ``at_friction_limit`` where the shear reaches 99.9 % of c A + N tan(phi). An interface whose normal force is
-        nil or tensile has its centroid as centre.
-
-    Raises
-    ------
-    InputError
-        When the prediction has no resultants, or those of another assembly.
-    """
-    r = prediction.resultants
-    if r is None:
-        raise InputError(
-            f"this prediction ({prediction.method}) has no joint forces to draw: its status is '{prediction.status}'"
-        )
-    x, k = model.arrays, len(model.interfaces)
-    if len(r.point_interface) and int(np.max(r.point_interface)) >= k + len(model.ties):
-        raise InputError(f"the resultants name interface {int(np.max(r.point_interface))}, the assembly has {k}")
-    faces = np.asarray(r.point_interface, dtype=np.intp) < k  # the ties are numbered after them
-    owner, point_force = np.asarray(r.point_interface, dtype=np.intp)[faces], r.point_force[faces]
-    force = np.zeros((k, 3))
-    np.add.at(force, owner, point_force)
-    pressure = np.maximum(np.einsum("ij,ij->i", point_force, x.normal[owner]), 0.0)
-    total = np.bincount(owner, pressure, k)
-    moment = np.stack([np.bincount(owner, pressure * r.point_position[faces, i], k) for i in range(3)], axis=1)
-    size = np.linalg.norm(force, axis=1)
-    largest = float(size.max(initial=0.0))
-    pressed = total > 1e-9 * max(largest, 1e-300)
-    centre = np.where(pressed[:, None], moment / np.where(pressed, total, 1.0)[:, None], x.centre)
-    normal = np.einsum("ij,ij->i", force, x.normal)
-    shear = np.linalg.norm(force - normal[:, None] * x.normal, axis=1)
-    strength = interface_law(x).over(x.area).shear_strength(normal)
-    carries = size > 1e-4 * largest
-    return JointForces(force, centre, carries, carries & (shear >= 0.999 * strength - 1e-9 * largest))
 
 
 class ThrustLine(NamedTuple):

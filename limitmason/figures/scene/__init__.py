@@ -24,10 +24,10 @@ from limitmason.arrays import Array, Index
 from limitmason.constants import VERSION
 from limitmason.errors import InputError
 from limitmason.figures.deformation import moved_blocks
-from limitmason.figures.forces import joint_forces
 from limitmason.figures.outline import visible_edges, wall_plane
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.geometry.rotation import rotation_matrices
+from limitmason.mechanics.joint_forces import joint_forces
 from limitmason.mechanics.motion import checked_twists, drawn_motion, free_bounds, structure_size
 from limitmason.model import Assembly
 from limitmason.storage.files import write_text

@@ -1,0 +1,77 @@
+"""Forces by name: statics of a pushed block, a tied block and an arch, and the files they are written to."""
+
+import sys
+import types
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason.errors import InputError
+from limitmason.geometry import box
+from limitmason.mechanics.joint_forces import COLUMNS
+from limitmason.storage.csv_table import parsed
+
+
+def rows_of(table, kind):
+    return {row[1]: dict(zip(COLUMNS, row, strict=True)) for row in table.rows if row[0] == kind}
+
+
+def test_a_block_that_turns_bears_on_its_edge_with_what_it_weighs_and_what_pushes_it():
+    """Width 1, height 2: lambda = 1 / 2, at the edge, shear / (N tan(phi)) = .5 / tan(40 deg)."""
+    solids = [box((-1, 0, -1), (2, 1, 0)), box((0, 0, 0), (1, 1, 2))]
+    model = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(40.0), fixed=[0], names=["ground", "pier"])
+    answer = lm.limit_analysis(model, lm.Loads.horizontal(model))
+    table = lm.force_table(answer)
+    (joint,), (support,) = (list(rows_of(table, kind).values()) for kind in ("joint", "support"))
+    weight = model.weights[1]
+    assert (joint["name"], support["name"]) == ("ground|pier", "ground")
+    assert joint["normal"] == pytest.approx(weight, rel=1e-6)
+    assert joint["shear"] == pytest.approx(0.5 * weight, rel=1e-6)
+    assert joint["eccentricity"] == pytest.approx(0.5, rel=1e-6)
+    assert joint["strength_used"] == pytest.approx(0.5 / np.tan(np.radians(40.0)), rel=1e-6)
+    assert [support[c] for c in ("fx", "fy", "fz")] == pytest.approx([0.5 * weight, 0.0, -weight], abs=1e-5 * weight)
+    # the line of the resultant passes through the edge
+    line = np.array([1.0, 0.5, 0.0]) - [support[c] for c in "xyz"]
+    assert np.cross(line, (0.5, 0.0, -1.0)) == pytest.approx(np.zeros(3), abs=1e-5)
+
+
+def test_supports_bear_the_weight_and_a_tie_its_strength():
+    arch = lm.build.arch(radius=1.0, thickness=0.3, width=0.5, voussoirs=8, joint=lm.Joint(40.0))
+    found = lm.stability(arch, tilts=())
+    supports = rows_of(lm.force_table(found.state), "support")
+    assert set(supports) == {"base-left", "base-right"}
+    weight = arch.weights[~arch.fixed].sum()
+    assert sum(row["fz"] for row in supports.values()) == pytest.approx(-weight, rel=1e-6)
+    ground = [((-4, 0, -1), (2, 1, 0)), ((-4, 0, 0), (-3, 1, 2))]
+    solids = [box(*corners) for corners in (*ground, ((0, 0, 0), (1, 1, 2)))]
+    tied = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(40.0), fixed=[0, 1], names=["ground", "rock", "pier"])
+    tied = tied.with_ties([lm.Tie("pier", (0, 0.5, 1.5), "rock", (-3, 0.5, 1.5), yield_force=500.0)])
+    answer = lm.limit_analysis(tied, lm.Loads.horizontal(tied))
+    row = rows_of(lm.force_table(answer), "tie")["pier~rock"]
+    assert row["fx"] == pytest.approx(-500.0, rel=1e-6)
+    assert row["strength_used"] == pytest.approx(1.0, rel=1e-6)
+
+
+def test_tables_go_to_files_and_frames(tmp_path, monkeypatch):
+    arch = lm.build.arch(radius=1.0, thickness=0.3, width=0.5, voussoirs=4, joint=lm.Joint(40.0))
+    table = lm.force_table(lm.limit_analysis(arch, lm.Loads.horizontal(arch)))
+    table.to_csv(tmp_path / "forces.csv")
+    read = parsed((tmp_path / "forces.csv").read_text(), "forces")
+    assert read.header == list(COLUMNS)
+    assert len(read.rows) == len(arch.interfaces) + 2
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match=r"limitmason\[pandas\]"):
+        table.to_frame()
+    stand_in = types.SimpleNamespace(DataFrame=lambda rows, columns: types.SimpleNamespace(rows=rows, attrs={}))
+    monkeypatch.setitem(sys.modules, "pandas", stand_in)
+    assert len(table.to_frame().rows) == len(table.rows)
+
+
+def test_answers_without_forces_or_structure_are_refused():
+    arch = lm.build.arch(radius=1.0, thickness=0.05, width=0.5, voussoirs=8, joint=lm.Joint(40.0))
+    falls = lm.limit_analysis(arch, lm.Loads.horizontal(arch))
+    with pytest.raises(InputError, match="no joint forces"):
+        lm.force_table(falls)
+    with pytest.raises(InputError, match="give the assembly"):
+        lm.force_table(lm.Prediction("other", 1.0, "estimate", "solved"))
