@@ -302,11 +302,12 @@ def page() -> str:
         row = [term.name]
         for theory in THEORIES:
             cell = term.cell(theory)
-            text = "; ".join(t for t in (_remark(term, cell), f'warns: "{cell.says}"' if cell.says else "") if t)
+            said = [*_remark(term, cell).split("; "), f'warns: "{cell.says}"' if cell.says else ""]
+            text = " ".join(f"{sentence[0].upper()}{sentence[1:]}." for sentence in said if sentence)
             mark = f" [{remarks.setdefault(text, len(remarks) + 1)}]" if text else ""
             row.append(cell.how + mark)
         rows.append(row)
-    lines += [*markdown(rows), "", *(f"{n}. {text[:1].upper()}{text[1:]}." for text, n in remarks.items())]
+    lines += [*markdown(rows), "", *(f"{n}. {text}" for text, n in remarks.items())]
     lines += ["", '"Refused" raises `limitmason.errors.NotApplicable`, which names the joint and what to do.', ""]
     return "\n".join(lines)
 
