@@ -99,7 +99,7 @@ def test_a_panel_that_falls_under_its_own_weight_carries_nothing_and_the_study_g
     name = page.name_of(1, "non-spatial")
     kept[name] = study.Table((*kept[name], {**line, "sample": len(kept[name])}))
     gone = sum(r["ultimate"] == 0.0 for r in kept[name])
-    assert f"{gone} of {len(kept[name])} runs of set 1 non-spatial" in page.fallen(kept)
+    assert f"set 1 non-spatial this holds for {gone} of {len(kept[name])} runs" in page.fallen(kept)
     assert "own weight 0." in tables.modes(kept)[2][1]
 
 
