@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         build,
         calibration,
         causes,
+        codes,
         continuum,
         diagnosis,
         experiments,
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     )
     from limitmason.calibration import CurveTarget, Parameter, Target, calibrate
     from limitmason.capacity import elastic_range, pushover
+    from limitmason.codes import assess
     from limitmason.figures import view
     from limitmason.limit import (
         limit_analysis,
@@ -75,6 +77,7 @@ _MODULES = (
     "build",
     "calibration",
     "causes",
+    "codes",
     "continuum",
     "diagnosis",
     "experiments",
@@ -103,6 +106,7 @@ _NAMES = {
     "compare": "limitmason.validation",
     "pushover": "limitmason.capacity",
     "elastic_range": "limitmason.capacity",
+    "assess": "limitmason.codes",
     "view": "limitmason.figures",
     "modes": "limitmason.vibration",
     "mac": "limitmason.vibration",

@@ -36,6 +36,7 @@ PACKAGES = {
     "limitmason.calibration": "Parameters of a model from measured values.",
     "limitmason.diagnosis": "What a simulation gets wrong.",
     "limitmason.causes": "Physical extensions of a model.",
+    "limitmason.codes": "Verdicts of codes of practice.",
     "limitmason.figures": "Figures and the interactive scene.",
     "limitmason.formats": "Files in and out.",
     "limitmason.answers": "Answers, bounds, curves, papers.",

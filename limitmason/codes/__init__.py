@@ -1,0 +1,6 @@
+"""Verdicts of codes of practice on capacities of this package; every code is a file."""
+
+from limitmason.codes.circular_2019 import Assessment, assess
+from limitmason.codes.spectra import FloorSpectrum, GroundSpectrum, RecordSpectrum
+
+__all__ = ["Assessment", "FloorSpectrum", "GroundSpectrum", "RecordSpectrum", "assess"]

@@ -1,0 +1,283 @@
+"""Verdict on a local mechanism after the Italian Circular of 2019, C8.7.1.2.1."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from limitmason.answers.curve import Curve
+from limitmason.answers.results import Prediction
+from limitmason.arrays import Array
+from limitmason.codes.spectra import LARGEST_AG, FloorSpectrum, GroundSpectrum, RecordSpectrum
+from limitmason.constants import GRAVITY
+from limitmason.errors import InputError
+from limitmason.limit import limit_analysis
+from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
+
+Spectrum = GroundSpectrum | FloorSpectrum | RecordSpectrum
+
+DAMPING = {"SLV": 0.08, "SLC": 0.10}
+"""Of the mechanism, by limit state [-]."""
+
+SHARES = {"SLV": 0.4, "SLC": 0.6}
+"""Parts of d0 [-]."""
+
+PERIODS = {"SLV": 1.68, "SLC": 1.56}
+"""T = factor pi sqrt(d / a) [C8.7.1.10, C8.7.1.11]."""
+
+
+class Capacity(NamedTuple):
+    """Capacity of a mechanism as an oscillator, for one way of counting its bodies."""
+
+    bodies: int
+    mass_share: float  # e* [-]
+    a0: float  # a0* = alpha0 g / (e* FC) [m/s2]
+    d0: float  # displacement without capacity [m], NaN without a curve
+    d: dict[str, float]  # of SLV and SLC [m]
+    a: dict[str, float]  # a(d) [m/s2]
+    period: dict[str, float]  # [s]
+    ag: dict[str, float]  # acceleration of the ground over g that is reached, by limit state
+    ag_simplified: float  # SLV by q = 2 [-]
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """What the Circular says of a mechanism.
+
+    Parameters
+    ----------
+    multiplier : alpha0 [-]
+    bodies : the reading of the text: blocks that move without relative motion are one body of the chain
+    stones : every block of the model counted by itself; its e* hangs on how the model is cut
+    demand : ag over g of the spectrum
+    warnings : what the Circular may not cover
+    """
+
+    multiplier: float
+    bodies: Capacity
+    stones: Capacity
+    demand: float
+    confidence_factor: float
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def safety(self) -> dict[str, float]:
+        """Acceleration that is reached over the demand, by limit state [-]. "SLV" is by q = 2 without a curve."""
+        reached = dict(self.bodies.ag)
+        reached.setdefault("SLV", self.bodies.ag_simplified)
+        return {state: ag / self.demand for state, ag in reached.items()}
+
+    def __str__(self) -> str:
+        head = f"Circular 2019, C8.7.1: alpha0 {self.multiplier:.4f}, FC {self.confidence_factor:.2f}, "
+        names = (
+            "bodies", "e*", "a0* m/s2", "d0 m", "dSLV m", "a(dSLV)", "T_SLV s", "T_SLC s", "ag,SLV g", "q = 2",
+            "ag,SLD g",
+        )  # fmt: skip
+        lines = [f"{head}ag {self.demand:.3f} g", "  ".join(f"{n:>9}" for n in ("", *names))]
+        for label, c in (("one body", self.bodies), ("stones", self.stones)):
+            cells = (
+                c.bodies, c.mass_share, c.a0, c.d0, c.d.get("SLV", math.nan), c.a.get("SLV", math.nan),
+                c.period.get("SLV", math.nan), c.period.get("SLC", math.nan), c.ag.get("SLV", math.nan),
+                c.ag_simplified, c.ag["SLD"],
+            )  # fmt: skip
+            lines.append("  ".join(f"{v:>9}" if isinstance(v, int | str) else f"{v:9.4f}" for v in (label, *cells)))
+        lines += [f"  {state}: {share:.0%} of the demand" for state, share in self.safety.items()]
+        return "\n".join([*lines, *(f"  warning: {w}" for w in self.warnings)])
+
+
+def assess(
+    assembly: Assembly,
+    loads: Loads,
+    spectrum: Spectrum,
+    *,
+    prediction: Prediction | None = None,
+    curve: Curve | None = None,
+    control: str | tuple[int | str, str] = "live",
+    confidence_factor: float = 1.35,
+) -> Assessment:
+    r"""Acceleration of the ground that a local mechanism reaches, by limit state, after the Italian Circular of 2019.
+
+    .. math:: e^* = \frac{(\sum P \delta)^2}{\sum P \sum P \delta^2}, \qquad a = \frac{\alpha g}{e^* F_C}, \qquad
+        d = d_C \frac{\sum P \delta^2}{\delta_C \sum P \delta}
+
+    d_SLV is 40 % of d0 (or where more than half of the capacity is lost at once), d_SLC 60 %; T = 1.68 and
+    1.56 pi sqrt(d / a); the a_g is that at which the displacement spectrum at T is d. Without a curve SLV follows from
+    q = 2 alone, which the text allows where a(d) is not worked out.
+
+    Parameters
+    ----------
+    assembly, loads : the mechanism's structure; the live load is what the multiplier scales, P its size on each block
+    spectrum : of the ground, of a floor, or of a record
+    prediction : with the mechanism; associative limit analysis by default
+    curve : capacity curve, alpha over displacement, to where alpha is zero
+    control : whose displacement the curve has, as for ``lm.pushover``: "live", or (block, "x")
+    confidence_factor : FC, 1.35, 1.20 or 1.00 by the level of knowledge
+
+    Returns
+    -------
+    Assessment
+        Both for bodies and for stones: the text means the blocks of the kinematic chain, which are the bodies.
+
+    Raises
+    ------
+    InputError
+        For a structure without a mechanism, a curve that does not come back to zero, and an unknown control.
+
+    Notes
+    -----
+    Circolare 21 gennaio 2019 n. 7, C8.7.1.3 to C8.7.1.12. Calibrated for mechanisms that move parallel to a plane.
+    """
+    if not confidence_factor >= 1.0:
+        raise InputError(f"confidence_factor must be 1 or more, got {confidence_factor!r}")
+    found = limit_analysis(assembly, loads) if prediction is None else prediction
+    if found.mechanism is None or not found.collapse_multiplier > 0.0:
+        raise InputError(f"there is no mechanism to assess: {found.method!r} ended {found.status!r}")
+    twists = found.mechanism.twists
+    weight = np.linalg.norm(loads.live[:, :3], axis=1)
+    push = np.divide(loads.live[:, :3], weight[:, None], out=np.zeros_like(twists[:, :3]), where=weight[:, None] > 0.0)
+    moved = (push * twists[:, :3]).sum(axis=1)
+    if isinstance(control, str):
+        if control != "live":
+            raise InputError(f"control must be 'live' or (block, 'x'), got {control!r}")
+        at_control = float(weight[~assembly.fixed] @ moved[~assembly.fixed] / weight[~assembly.fixed].sum())
+    else:
+        axis = "xyz".find(control[1])
+        if axis < 0 or len(control[1]) != 1:
+            raise InputError(f"control: the axis must be 'x', 'y' or 'z', got {control[1]!r}")
+        at_control = float(abs(twists[assembly.block_index(control[0]), axis]))
+    if not abs(at_control) > 1e-9 * np.abs(moved).max():
+        raise InputError(f"control {control!r} does not move in the mechanism")
+    chain = bodies_of(assembly, twists)
+    alpha = None if curve is None else curve.load / float(getattr(curve, "unit", 1.0))
+    path = None if curve is None else (curve.displacement, np.asarray(alpha))
+    readings = []
+    for groups in (chain, [[i] for body in chain for i in body]):
+        p = np.array([weight[g].sum() for g in groups])
+        d = np.array([weight[g] @ moved[g] for g in groups]) / np.where(p > 0.0, p, 1.0)
+        readings.append(
+            capacity_of(p, d, at_control, found.collapse_multiplier, path, spectrum, confidence_factor)
+        )  # fmt: skip
+    return Assessment(
+        float(found.collapse_multiplier), readings[0], readings[1], _ag(spectrum), confidence_factor,
+        _warnings(assembly, twists, readings),
+    )  # fmt: skip
+
+
+def bodies_of(assembly: Assembly, twists: Array, tolerance: float = 1e-4) -> list[list[int]]:
+    """Blocks that move, in groups without relative motion: their fields of velocity are one rigid field.
+
+    Parameters
+    ----------
+    tolerance : difference of two fields over the largest velocity [-]
+    """
+    c, turn = assembly.centroids, twists[:, 3:]
+    middle = c.mean(axis=0)
+    size = float(np.linalg.norm(np.ptp(c, axis=0)))
+    field = np.hstack([twists[:, :3] + np.cross(turn, middle - c), size * turn])
+    largest = float(np.linalg.norm(field, axis=1).max())
+    bodies: list[list[int]] = []
+    for i in np.flatnonzero(np.linalg.norm(field, axis=1) > tolerance * largest):
+        for body in bodies:
+            if np.linalg.norm(field[i] - field[body[0]]) <= tolerance * largest:
+                body.append(int(i))
+                break
+        else:
+            bodies.append([int(i)])
+    return bodies
+
+
+def capacity_of(
+    weights: Array,
+    moved: Array,
+    at_control: float,
+    multiplier: float,
+    path: tuple[Array, Array] | None,
+    spectrum: Spectrum,
+    confidence_factor: float = 1.0,
+) -> Capacity:
+    """Capacity of a chain of bodies from their weights, virtual displacements and the curve of the control point.
+
+    Parameters
+    ----------
+    weights : P + Q of every body [N]
+    moved : delta of every body along the push, up to a factor
+    at_control : delta_C of the control point, up to the same factor
+    multiplier : alpha0 [-]
+    path : displacement of the control point [m] and alpha [-] to where this is zero; None for q = 2 alone
+    """
+    first, second = float(weights @ moved), float(weights @ moved**2)
+    share = first**2 / (float(weights.sum()) * second)
+    to_a = GRAVITY / (share * confidence_factor)
+    a0 = multiplier * to_a
+    sld = _reached(lambda ag: _peak(spectrum.scaled(ag)) - a0)
+    d0, ag = math.nan, {"SLD": sld}
+    d: dict[str, float] = {}
+    a, period = dict(d), dict(d)
+    if path is not None:
+        along, alpha = path[0] * abs(second / (at_control * first)), path[1] * to_a
+        d0 = _zero(along, alpha)
+        for state, part in SHARES.items():
+            d[state] = min(part * d0, _loss(along, alpha, d0) if state == "SLV" else math.inf)
+            a[state] = float(np.interp(d[state], along, alpha))
+            period[state] = PERIODS[state] * math.pi * math.sqrt(d[state] / a[state])
+            ag[state] = _reached(partial(_excess, spectrum, period[state], DAMPING[state], d[state]))
+    return Capacity(len(weights), share, a0, d0, d, a, period, ag, 2.0 * sld)
+
+
+def _excess(spectrum: Spectrum, period: float, damping: float, displacement: float, ag: float) -> float:
+    return spectrum.scaled(ag).displacement(period, damping) - displacement
+
+
+def _reached(excess: Callable[[float], float]) -> float:
+    """Acceleration of the ground over g at which a demand is what is there; infinite from 2 g on."""
+    return float(brentq(excess, 1e-9, LARGEST_AG)) if excess(LARGEST_AG) > 0.0 else math.inf
+
+
+def _zero(along: Array, alpha: Array) -> float:
+    below = np.flatnonzero(alpha <= 0.0)
+    if not len(below) or not below[0]:
+        raise InputError(
+            f"the curve ends at alpha = {alpha[-1] / alpha.max():.2f} of its largest: follow it to where it is zero"
+        )
+    k = int(below[0])
+    return float(along[k - 1] + (along[k] - along[k - 1]) * alpha[k - 1] / (alpha[k - 1] - alpha[k]))
+
+
+def _loss(along: Array, alpha: Array, d0: float) -> float:
+    """Displacement at which more than half of the capacity is lost at once."""
+    sudden = (np.diff(along) < 0.01 * d0) & (alpha[1:] < 0.5 * alpha[:-1]) & (alpha[:-1] > 0.01 * alpha.max())
+    return float(along[:-1][sudden][0]) if sudden.any() else math.inf
+
+
+def _peak(spectrum: Any) -> float:
+    """Largest acceleration of what the mechanism stands on [m/s2]."""
+    if isinstance(spectrum, FloorSpectrum):
+        return math.sqrt(sum(a * a for a in spectrum.peaks()))
+    if isinstance(spectrum, GroundSpectrum):
+        return spectrum.ag * spectrum.amplification * GRAVITY
+    return float(spectrum.ag) * GRAVITY
+
+
+def _ag(spectrum: Spectrum) -> float:
+    return spectrum.ground.ag if isinstance(spectrum, FloorSpectrum) else spectrum.ag
+
+
+def _warnings(assembly: Assembly, twists: Array, readings: Sequence[Capacity]) -> tuple[str, ...]:
+    out = []
+    bodies, stones = readings
+    if abs(stones.mass_share / bodies.mass_share - 1.0) > 0.01:
+        out.append(
+            f"e* is {bodies.mass_share:.3f} of {bodies.bodies} bodies and {stones.mass_share:.3f} of {stones.bodies} "
+            "stones; the text asks for the bodies"
+        )
+    turns = twists[np.linalg.norm(twists[:, 3:], axis=1) > 1e-6 * np.abs(twists).max(), 3:]
+    if len(turns) and np.linalg.svd(turns)[1][1:].max(initial=0.0) > 0.05 * np.linalg.svd(turns)[1][0]:
+        out.append("blocks turn about axes that are not parallel: the Circular is calibrated for motion along a plane")
+    return tuple(out)

@@ -1,0 +1,195 @@
+"""Demand of the Italian code: spectra of the ground, of a floor above it, and of records."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from limitmason.arrays import Array
+from limitmason.constants import GRAVITY
+from limitmason.errors import InputError
+
+LARGEST_AG = 2.0
+"""Acceleration of the ground over g beyond which a number is no such thing."""
+
+_SOILS = {  # SS = upper - slope F0 ag / g between 1 (B on) and its largest; CC = factor Tc*^exponent
+    "A": (1.0, 0.0, 1.0, 1.0, 1.0, 0.0), "B": (1.4, 0.4, 1.0, 1.2, 1.10, -0.20), "C": (1.7, 0.6, 1.0, 1.5, 1.05, -0.33),
+    "D": (2.4, 1.5, 0.9, 1.8, 1.25, -0.50), "E": (2.0, 1.1, 1.0, 1.6, 1.15, -0.40),
+}  # fmt: skip
+
+
+def damping_factor(damping: float) -> float:
+    """Factor of the spectrum for a damping, eta = sqrt(10 / (5 + 100 xi)), 0.55 or more [-]; xi as a fraction."""
+    if not 0.0 < damping < 1.0:
+        raise InputError(f"damping is a fraction, 0.05 for five per cent, got {damping!r}")
+    return max(math.sqrt(10.0 / (5.0 + 100.0 * damping)), 0.55)
+
+
+@dataclass(frozen=True)
+class GroundSpectrum:
+    """Elastic spectrum of the ground, NTC 2018, 3.2.3.2.1.
+
+    Parameters
+    ----------
+    ag : peak acceleration on rock over g [-]
+    f0 : largest amplification [-]
+    tc_star : start of the branch of constant velocity on rock [s]
+    soil : class "A" to "E"
+    topography : factor ST [-]
+    """
+
+    ag: float
+    f0: float
+    tc_star: float
+    soil: str = "A"
+    topography: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for name in ("ag", "f0", "tc_star", "topography"):
+            if not 0.0 < getattr(self, name) < 100.0:
+                raise InputError(f"ground spectrum: {name} must be positive, got {getattr(self, name)!r}")
+        if self.ag > LARGEST_AG:
+            raise InputError(f"ground spectrum: ag is over g, got {self.ag!r}; is it in m/s2?")
+        if self.soil not in _SOILS:
+            raise InputError(f"ground spectrum: soil must be one of {', '.join(_SOILS)}, got {self.soil!r}")
+
+    @property
+    def amplification(self) -> float:
+        """S = SS ST [-]."""
+        upper, slope, least, most, *_ = _SOILS[self.soil]
+        return min(max(upper - slope * self.f0 * self.ag, least), most) * self.topography
+
+    def scaled(self, ag: float) -> GroundSpectrum:
+        """The spectrum of another acceleration, F0 and Tc* as they are."""
+        return replace(self, ag=ag)
+
+    def acceleration(self, period: float, damping: float = 0.05) -> float:
+        r"""Se(T) [m/s2].
+
+        .. math:: a_g S \eta F_0 \min(1, T_C / T, T_C T_D / T^2), \qquad T_D = 4 a_g / g + 1.6
+        """
+        eta, *_, factor, exponent = damping_factor(damping), *_SOILS[self.soil]
+        tc = factor * self.tc_star**exponent * self.tc_star
+        tb, td = tc / 3.0, 4.0 * self.ag + 1.6
+        top = self.ag * GRAVITY * self.amplification * eta * self.f0
+        if period < tb:
+            return top * (period / tb + (1.0 - period / tb) / (eta * self.f0))
+        return top * min(1.0, tc / period, tc * td / period**2)
+
+    def displacement(self, period: float, damping: float = 0.05) -> float:
+        """SDe(T) = Se(T) (T / 2 pi)^2 [m]."""
+        return self.acceleration(period, damping) * (period / (2.0 * math.pi)) ** 2
+
+
+@dataclass(frozen=True)
+class FloorSpectrum:
+    r"""Spectrum at a height of a building whose modes are known, C7.2.5 to C7.2.8.
+
+    .. math:: S_{eZ}(T) = \left[\textstyle\sum_k S_{eZ,k}^2\right]^{1/2}, \qquad
+        a_{Z,k} = S_e(T_k, \xi_k) |\gamma_k \psi_k| \sqrt{1 + 0.0004 (100 \xi_k)^2}
+
+    Parameters
+    ----------
+    ground : spectrum below the building
+    periods : T_k of its modes, longest first [s]
+    factors : gamma_k psi_k(z), participation times shape at the height [-]; gamma_1 = 3 n / (2 n + 1) of n storeys
+    damping : xi_k, as a fraction in every equation here: C7.2.6 divides by its root, C7.2.7 means per cent
+    """
+
+    ground: GroundSpectrum
+    periods: Sequence[float]
+    factors: Sequence[float]
+    damping: float = 0.05
+
+    def __post_init__(self) -> None:
+        """Check the modes."""
+        damping_factor(self.damping)
+        if not self.periods or len(self.periods) != len(self.factors) or not min(self.periods) > 0.0:
+            raise InputError("floor spectrum: give a period above 0 and a factor for every mode")
+
+    def scaled(self, ag: float) -> FloorSpectrum:
+        """The spectrum over another acceleration of the ground."""
+        return replace(self, ground=self.ground.scaled(ag))
+
+    def peaks(self) -> list[float]:
+        """Peak acceleration a_Zk of every mode [m/s2]."""
+        more = math.sqrt(1.0 + 0.0004 * (100.0 * self.damping) ** 2)
+        return [
+            self.ground.acceleration(t, self.damping) * abs(f) * more
+            for t, f in zip(self.periods, self.factors, strict=True)
+        ]  # fmt: skip
+
+    def acceleration(self, period: float, damping: float = 0.05) -> float:
+        """SeZ(T), not below Se(T) beyond the first period [m/s2]."""
+        p = 1.1 * self.damping**-0.5 * damping_factor(damping)
+        total = 0.0
+        for t, peak in zip(self.periods, self.peaks(), strict=True):
+            below, above = 1.0 - period / (0.8 * t), period / (1.1 * t) - 1.0
+            share = 1.0 + (p - 1.0) * (max(below, 0.0) ** 1.6 + max(above, 0.0) ** 1.2)
+            total += (p * peak / share) ** 2
+        own = self.ground.acceleration(period, damping) if period > max(self.periods) else 0.0
+        return max(math.sqrt(total), own)
+
+    def displacement(self, period: float, damping: float = 0.05) -> float:
+        """SeZ(T) (T / 2 pi)^2, beyond b T_1 not below its value there, C8.7.1.12 [m]."""
+        edge = 1.1 * max(self.periods)
+        return max(
+            self.acceleration(t, damping) * (t / (2.0 * math.pi)) ** 2 for t in {period, min(period, edge)}
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class RecordSpectrum:
+    """Displacement spectrum of a record, largest between two periods: C8.7.1.2.1 for records of a site.
+
+    Parameters
+    ----------
+    record : acceleration of the ground [m/s2], shape (n,)
+    sample_step : [s]
+    least : shortest period asked, that of the elastic branch [s]
+    ag : peak over g that the record stands for; of the record itself by default
+    """
+
+    record: ArrayLike
+    sample_step: float
+    least: float
+    ag: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Take the peak where none is given."""
+        samples = np.asarray(self.record, dtype=float)
+        if samples.ndim != 1 or len(samples) < 2 or not np.isfinite(samples).all() or not self.sample_step > 0.0:
+            raise InputError("record: give two or more finite samples and a positive sample_step")
+        object.__setattr__(self, "record", samples)
+        if not self.ag:
+            object.__setattr__(self, "ag", float(np.abs(samples).max()) / GRAVITY)
+
+    def scaled(self, ag: float) -> RecordSpectrum:
+        """The record of another peak."""
+        return replace(self, record=np.asarray(self.record) * (ag / self.ag), ag=ag)
+
+    def displacement(self, period: float, damping: float = 0.05) -> float:
+        """Largest displacement of oscillators from ``least`` to a period, 40 of them [m]; linear between samples."""
+        periods = np.geomspace(min(self.least, period), period, 40)
+        omega, h = 2.0 * np.pi / periods, self.sample_step
+        steps = max(1, math.ceil(h / (0.02 * periods[0])))
+        samples = np.asarray(self.record, dtype=float)
+        fine = np.interp(np.arange((len(samples) - 1) * steps + 1) / steps, np.arange(len(samples)), samples)
+        return _largest(np.asarray(fine), h / steps, omega, damping)
+
+
+def _largest(record: Array, h: float, omega: Array, damping: float) -> float:
+    """Largest displacement of all oscillators, by the mean acceleration of every step (unconditionally stable)."""
+    u, v, a = np.zeros_like(omega), np.zeros_like(omega), np.full_like(omega, -record[0])
+    top, mass = 0.0, 1.0 + damping * omega * h + 0.25 * (omega * h) ** 2
+    for ground in record[1:]:
+        step_u, step_v = u + h * v + 0.25 * h * h * a, v + 0.5 * h * a
+        a = (-ground - 2.0 * damping * omega * step_v - omega**2 * step_u) / mass
+        u, v = step_u + 0.25 * h * h * a, step_v + 0.5 * h * a
+        top = max(top, float(np.abs(u).max()))
+    return top
