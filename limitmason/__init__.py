@@ -60,6 +60,7 @@ if TYPE_CHECKING:
         proven_range,
         settlement_analysis,
         stability,
+        strengthen,
         thrust,
     )
     from limitmason.mechanics.joint_forces import force_table
@@ -98,6 +99,7 @@ _NAMES = {
     "proven_range": "limitmason.limit",
     "settlement_analysis": "limitmason.limit",
     "stability": "limitmason.limit",
+    "strengthen": "limitmason.limit",
     "thrust": "limitmason.limit",
     "force_table": "limitmason.mechanics.joint_forces",
     "answer": "limitmason.methods",

@@ -7,6 +7,7 @@ from limitmason.limit.range.bracket import Bracket, limit_bracket
 from limitmason.limit.range.proven_range import ProvenRange, proven_range
 from limitmason.limit.settlement import settlement_analysis
 from limitmason.limit.stability import Stability, stability
+from limitmason.limit.strengthen import Strengthening, strengthen
 from limitmason.limit.thickness import minimum_thickness
 from limitmason.limit.thrust import Thrust, thrust
 
@@ -16,6 +17,7 @@ __all__ = [
     "Problem",
     "ProvenRange",
     "Stability",
+    "Strengthening",
     "Thrust",
     "limit_analysis",
     "limit_bracket",
@@ -25,5 +27,6 @@ __all__ = [
     "proven_range",
     "settlement_analysis",
     "stability",
+    "strengthen",
     "thrust",
 ]

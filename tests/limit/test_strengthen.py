@@ -1,0 +1,83 @@
+"""Ties chosen from candidates: blocks that overturn in closed form, and the bound of all candidates."""
+
+from itertools import combinations
+
+import pytest
+
+import limitmason as lm
+from limitmason.errors import InputError
+from limitmason.geometry import box
+
+PULL = 2000.0
+
+
+def pier():
+    """A block one metre wide and two high between two rocks, and ties to either at three heights."""
+    solids = [box(*c) for c in (((-4, 0, -1), (5, 1, 0)), ((-4, 0, 0), (-3, 1, 2)), ((4, 0, 0), (5, 1, 2)))]
+    model = lm.Assembly.from_polyhedra(
+        [*solids, box((0, 0, 0), (1, 1, 2))], joint=lm.Joint(60.0), fixed=[0, 1, 2],
+        names=["ground", "left", "right", "pier"],
+    )  # fmt: skip
+    ties = []
+    for side, end, rock in (("left", 0.0, -3.0), ("right", 1.0, 4.0)):
+        for z in (0.5, 1.0, 1.8):
+            ties.append(
+                lm.Tie("pier", (end, 0.5, z), side, (rock, 0.5, z), yield_force=PULL, name=f"{side} {z}")
+            )
+    return model, ties
+
+
+@pytest.mark.slow
+def test_the_highest_ties_on_the_right_side_are_taken_first():
+    """Lambda = (W b / 2 + sum T z) / (W h / 2) about the edge; ties behind it are of no use."""
+    model, ties = pier()
+    weight, loads = model.weights[3], lm.Loads.horizontal(model)
+    found = lm.strengthen(model, loads, ties)
+    gains = {z: PULL * z / weight for z in (0.5, 1.0, 1.8)}
+    assert found.before == pytest.approx(0.5, rel=1e-6)
+    assert [s.name for s in found.steps] == ["left 1.8", "left 1.0", "left 0.5"]
+    assert [s.gain for s in found.steps] == pytest.approx([gains[1.8], gains[1.0], gains[0.5]], rel=1e-5)
+    assert found.alone["left 1.0"] == pytest.approx(0.5 + gains[1.0], rel=1e-6)
+    assert found.alone["right 1.8"] == pytest.approx(0.5, rel=1e-6)
+    assert found.bound == pytest.approx(0.5 + sum(gains.values()), rel=1e-6)
+    assert found.left == pytest.approx(0.0, abs=1e-6)
+    assert "all candidates" in str(found)
+
+
+@pytest.mark.slow
+def test_few_for_a_target_and_the_proof_of_what_is_left():
+    model, ties = pier()
+    weight, loads = model.weights[3], lm.Loads.horizontal(model)
+    two = lm.strengthen(model, loads, ties, most=2)
+    assert two.left == pytest.approx(PULL * 0.5 / weight, rel=1e-4)
+    best = max(
+        lm.limit_analysis(model.with_ties(pair), loads).collapse_multiplier for pair in combinations(ties, 2)
+    )  # fmt: skip
+    assert best == pytest.approx(two.after, rel=1e-7)
+    assert best <= two.bound
+    goal = lm.strengthen(model, loads, ties, target=0.5 + PULL * 1.0 / weight)
+    assert goal.reached
+    assert [s.name for s in goal.steps] == ["left 1.8"]
+    assert lm.strengthen(model, loads, ties, target=9.0).reached is False
+
+
+@pytest.mark.slow
+def test_two_directions_need_a_tie_on_either_side():
+    """One tie raises neither smallest multiplier; it is taken all the same, and the next raises both."""
+    model, ties = pier()
+    weight = model.weights[3]
+    cases = [lm.Loads.horizontal(model, (s, 0, 0)) for s in (1, -1)]
+    found = lm.strengthen(model, cases, ties, most=2)
+    assert sorted(s.name for s in found.steps) == ["left 1.8", "right 1.8"]
+    assert found.after == pytest.approx(0.5 + PULL * 1.8 / weight, rel=1e-5)
+
+
+def test_candidates_that_make_no_choice_are_refused():
+    model, ties = pier()
+    loads = lm.Loads.horizontal(model)
+    with pytest.raises(InputError, match="at least one candidate"):
+        lm.strengthen(model, loads, [])
+    with pytest.raises(InputError, match="the same name"):
+        lm.strengthen(model, loads, [ties[0], ties[0]])
+    with pytest.raises(InputError, match="most must be 1"):
+        lm.strengthen(model, loads, ties, most=0)
