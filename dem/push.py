@@ -17,9 +17,11 @@ from limitmason.deformable.levels import ZONED
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
+from limitmason.model.model_call import of_model
 from limitmason.model.stages import Drive
 
 
+@of_model
 @watched("push")
 def push(
     assembly: Assembly,

@@ -24,6 +24,7 @@ from limitmason.errors import InputError, NotConverged
 from limitmason.mechanics.stated import with_statements
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 from limitmason.vibration import ModalTest, modes
 
 __all__ = [
@@ -104,6 +105,7 @@ def get_method(name: str, flow_rule: str | None = None) -> Method:
     return found if isinstance(found, Method) else Method(name, found, look=Look(name))
 
 
+@of_model
 def predict(assembly: Assembly, loads: Loads, method: str = LIMIT, **options: Any) -> Prediction:
     """Collapse multiplier by a method given by name.
 
@@ -148,6 +150,7 @@ class Answer:
         return "\n".join(f"{name}: {value:.6g}" for name, value in self.quantities.items())
 
 
+@of_model
 def answer(
     assembly: Assembly, loads: Loads, wanted: Mapping[str, str | Callable[[Assembly, Loads], float]],
     **options: Mapping[str, Any],
@@ -228,6 +231,7 @@ def _load_at(found: Any, method: str, displacement: float) -> float:
     return load
 
 
+@of_model
 def predict_cases(
     assembly: Assembly, cases: Mapping[str, Loads], method: str = LIMIT, **options: Any
 ) -> dict[str, Prediction]:

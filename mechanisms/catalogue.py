@@ -13,6 +13,7 @@ from limitmason.answers.results import Prediction
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 from mechanisms.classical import overturning, sliding
 from mechanisms.flexure import horizontal_flexure
 from mechanisms.in_plane import sloping_crack, stepped_crack
@@ -30,6 +31,7 @@ SPREAD_OF_ESTIMATES = "the smallest estimates lay 0.17 to 1.25 times the associa
 """Measured as the Notes of :func:`smallest` say."""
 
 
+@of_model
 def catalogue(
     assembly: Assembly,
     loads: Loads,
@@ -83,6 +85,7 @@ def catalogue(
     return found, tuple(skipped)
 
 
+@of_model
 def smallest(
     assembly: Assembly,
     loads: Loads,

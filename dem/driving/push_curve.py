@@ -257,7 +257,7 @@ class PushCurve(Curve):
 
     def __str__(self) -> str:
         """Peak and the rest in a few lines, with what it rests on."""
-        lines = [Curve.__str__(self)]
+        lines = Curve.__str__(self).splitlines()
         first = self.first_failure
         if first is not None:
             at = f"{first.displacement:.4g} {self.displacement_unit}"
@@ -269,7 +269,6 @@ class PushCurve(Curve):
             f"  joints: {self.law or 'without strength'}",
             f"  {rate}; kinetic energy up to {self.errors['kinetic'].max():.1e} of the work; {self.steps} steps",
         ]
-        lines += [f"  note: {w}" for w in self.warnings]
         if self.mesh is not None:
             share = f"{np.mean(self.zones[-1].marks > ELASTIC):.1%} of them yielded or cracked at the end"
             lines.append(

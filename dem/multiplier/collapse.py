@@ -32,6 +32,7 @@ from limitmason.errors import InputError
 from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.stated import states
 from limitmason.model import Assembly, Loads
+from limitmason.model.model_call import of_model
 from limitmason.model.stages import Damping
 
 MOVED, WIDEST = 0.02, 0.3
@@ -50,6 +51,7 @@ LOADING = Damping(local=0.4, kinetic=True)
 RAMPING = Damping(local=0.5)
 
 
+@of_model
 @states("dem", cites=lambda _: COLLAPSE)
 def collapse(
     assembly: Assembly, loads: Loads, settings: DemSettings | None = None, **options: Any

@@ -22,6 +22,7 @@ from limitmason.arrays import Array
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
+from limitmason.model.model_call import of_model
 from limitmason.model.stages import Damping, Settle, Tilt
 from limitmason.storage.frozen import ReadOnly
 
@@ -143,6 +144,7 @@ class TiltTest(ReadOnly):
         return "\n".join(lines + [f"  {w}" for w in self.warnings])
 
 
+@of_model
 @watched("tilting test")
 def tilt_test(
     assembly: Assembly,

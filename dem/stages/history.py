@@ -17,7 +17,9 @@ from dem.stages.resuming import Position, RunStatus, check_continues
 from limitmason.answers.curve import Curve
 from limitmason.answers.references import data_behind
 from limitmason.arrays import Array, Index
+from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
+from limitmason.geometry.rotation import rotation_vectors
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
 from limitmason.storage.files import read_archive, write_archive
@@ -50,7 +52,7 @@ _ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", "opening", "sli
 
 
 @dataclass(frozen=True, eq=False)
-class History(ReadOnly):
+class History(Displayed, ReadOnly):
     """Record of a simulation.
 
     Parameters
@@ -180,6 +182,10 @@ class History(ReadOnly):
         """Displacement of a block's centroid [m], shape (samples, 3)."""
         return self.shift[:, self.assembly.block_index(block)]
 
+    def rotation_of(self, block: int | str) -> Array:
+        """Rotation vector of a block [rad], shape (samples, 3): of a block that rocks about y, the second column."""
+        return rotation_vectors(self.quaternion[:, self.assembly.block_index(block)])
+
     def curve(self, block: int | str, direction: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> Curve:
         """Load-displacement curve of a driven block along a direction: displacement [m], force of the drive [N].
 
@@ -199,6 +205,14 @@ class History(ReadOnly):
             status=self.status, warnings=self.warnings, source="dem",
             references=(*PAPERS, *data_behind(self.assembly.recipe)),
         )  # fmt: skip
+
+    def diagram(self) -> dict[str, Any]:
+        """What ``plot()`` draws: displacement of the block that ends farthest from where it stood, over time [m]."""
+        block = int(np.argmax(np.linalg.norm(self.shift[-1], axis=1)))
+        along = self.displacement_of(block)
+        columns = {"time": self["time"]} | {name: along[:, k] for k, name in enumerate("xyz")}
+        label = f"displacement of {self.assembly.blocks[block].name} [m]"
+        return {"history": columns, "names": list("xyz"), "against": "time", "units": {"time": "s"}, "ylabel": label}
 
     def corners(self, sample: int = -1) -> list[Array]:
         """Corners of every block at a sample [m], for drawing the deformed shape.
@@ -273,6 +287,7 @@ class History(ReadOnly):
         return (
             f"history: {self.status}, {n} samples, {self.scalars['step'][-1]:.0f} steps, "
             f"energy error {np.abs(self.energy_error).max() / self._work:.1e} of the work of the loads"
+            + "".join(f"\n  note: {w}" for w in self.warnings)
         )
 
     __repr__ = __str__

@@ -18,9 +18,11 @@ from dem.stages.stage_checks import check_base_motions, check_gentle, prescribed
 from dem.stages.stage_run import StageRun
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
+from limitmason.model.model_call import of_model
 from limitmason.model.stages import Damping, Stage
 
 
+@of_model
 def simulate(
     assembly: Assembly,
     stages: Stage | Sequence[Stage],

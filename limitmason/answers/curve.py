@@ -237,13 +237,14 @@ class Curve(Displayed, Citable, ReadOnly):
         )  # fmt: skip
 
     def __str__(self) -> str:
-        """Peak, where it is, and how the curve ended."""
+        """Peak, where it is, how the curve ended, and what to know before trusting it."""
         top = self.peak
         name = f"{self.label}: " if self.label else ""
         end = f"; {self.status}" if self.status else ""
         return (
             f"curve {name}{len(self)} samples to {self.displacement[-1]:.4g} {self.displacement_unit}, largest load "
             f"{top.load:.5g} {self.load_unit} at {top.displacement:.4g} {self.displacement_unit}{end}"
+            + "".join(f"\n  note: {w}" for w in self.warnings)
         )
 
     __repr__ = __str__

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
 from limitmason.errors import InputError
+from limitmason.model.input import read_number
 
 
 def positive(name: str, value: object) -> float:
@@ -19,13 +19,7 @@ def positive(name: str, value: object) -> float:
 
 def finite(name: str, value: object) -> float:
     """Return `value` as a float, or say which argument is not a finite number."""
-    try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must be a number, got {value!r}") from None
-    if not math.isfinite(number):
-        raise InputError(f"{name} must be finite, got {value!r}")
-    return number
+    return read_number(name, value)
 
 
 def count(name: str, value: object, least: int = 1) -> int:

@@ -153,7 +153,10 @@ def _course(
 
 
 def _read(row: Row, number: int) -> list[float]:
-    tokens = row.split() if isinstance(row, str) else list(row)
+    try:
+        tokens = [float(token) for token in row.split()] if isinstance(row, str) else list(row)
+    except ValueError:
+        raise InputError(f"rows[{number}] must be numbers with spaces between, got {row!r}") from None
     widths = [finite(f"rows[{number}]", token) for token in tokens]
     if any(width == 0.0 for width in widths):
         raise InputError(f"rows[{number}] has a block of zero width: {row!r}")

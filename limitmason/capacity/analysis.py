@@ -50,7 +50,9 @@ from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane
 from limitmason.mechanics.stated import tension_above_apex
 from limitmason.model.assembly import Assembly
+from limitmason.model.input import read_number
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 from limitmason.model.moved import joined_to_first
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 from limitmason.model.support_motion import Group, group_of
@@ -60,6 +62,7 @@ ANEW, FIRST = "anew", "first"
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
+@of_model
 @watched("pushover")
 def pushover(
     assembly: Assembly,
@@ -207,7 +210,7 @@ def pushover(
     system = generations.systems[0]
     if not nodes:
         return _falls(generations, warnings)
-    if to is not None and not (np.isfinite(to) and to != 0.0):
+    if to is not None and read_number("to [m]", to) == 0.0:
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
 
     end = None if to is None else system.controlled(origin) + to

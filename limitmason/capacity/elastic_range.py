@@ -31,6 +31,7 @@ from limitmason.mechanics.lumped_units import with_lumped_units
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 from limitmason.storage.frozen import ReadOnly
 
 _NOTHING = 1e-9
@@ -200,6 +201,7 @@ class ElasticRange(ReadOnly):
     __repr__ = __str__
 
 
+@of_model
 def elastic_range(
     assembly: Assembly,
     loads: Loads,

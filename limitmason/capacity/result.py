@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -80,6 +80,21 @@ class PushoverCurve(Curve):
         Where a support moves, its force over the dead load.
         """
         return self.load / self.unit
+
+    def as_force(self) -> Curve:
+        """This curve with the resultant of its live loads instead of their multiplier [N].
+
+        Raises
+        ------
+        InputError
+            For live loads without a resultant, such as a couple.
+        """
+        if self.load_unit != "-":
+            return self
+        resultant = float(np.linalg.norm(self.structure.loads.live[:, :3].sum(axis=0)))
+        if resultant <= 1e-9 * float(np.abs(self.structure.loads.live[:, :3]).sum()):
+            raise InputError("the live loads of this curve have no resultant: draw its multiplier alone")
+        return replace(self, load=resultant * self.load, load_unit="N", unit=resultant)
 
     @property
     def first_limit_point(self) -> CurvePoint | None:

@@ -17,6 +17,7 @@ from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
 from limitmason.mechanics.joint_forces import JointForces, joint_forces
 from limitmason.model import Assembly, AssemblyArrays
+from limitmason.model.model_call import of_model
 
 Pair = tuple[int, int]
 
@@ -108,6 +109,7 @@ def _line(joints: list[list[int]], forces: JointForces, x: AssemblyArrays) -> Th
     return ThrustLine(np.array(centres), np.array(sizes), tuple(used)) if len(centres) > 1 else None
 
 
+@of_model
 @style.in_print_style
 def contact_forces(
     model: Assembly,

@@ -16,6 +16,7 @@ from limitmason.errors import InputError
 from limitmason.figures import style
 
 _WIDTH, _HEIGHT = 4.6, 3.0
+FORCE = "force [kN]"
 _LEVELS = ((0, (5, 2)), (0, (1.2, 1.6)), (0, (8, 2, 1.2, 2)), (0, (3, 1.2, 1.2, 1.2, 1.2, 1.2)))
 _LINES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 
@@ -32,16 +33,16 @@ def load_displacement(
     title: str | None = None,
     caption: str | None = None,
     xlabel: str = "displacement [mm]",
-    ylabel: str = "force [kN]",
+    ylabel: str = FORCE,
     ax: Axes | None = None,
 ) -> Figure:
     """Load-displacement curves with measured key points and predicted levels beside them.
 
     Parameters
     ----------
-    curves : a ``limitmason.Curve`` in units of length and force, a history with ``curve(block, direction)`` (such as
-        ``dem.History``), a pair of arrays (displacement [m], force [N]), a mapping of labels to any of these, or a
-        sequence of ``Curve``, each with its own label
+    curves : a ``limitmason.Curve`` of forces, or of multipliers, which are drawn as forces where forces stand beside
+        them; a history with ``curve(block, direction)`` (such as ``dem.History``), a pair of arrays (displacement [m],
+        force [N]), a mapping of labels to any of these, or a sequence of ``Curve``, each with its own label
     measured : a measured or published ``Curve``, drawn in black with its points; or an experiment (also its method
         ``curve``), whose measured loads are levels where it has no curve
     block : the driven block of a history; the only driven block that is not wholly fixed when not given
@@ -62,9 +63,13 @@ def load_displacement(
         When a curve has not one force per displacement, none is given, its units are of something else than length and
         force, or the driven block is not clear.
     """
-    named = _by_label(curves)
+    named, points = _by_label(curves), list(points)
     if not named:
         raise InputError("no curve to draw")
+    if measured is None and not points and not levels and all(_is_multiplier(c) for _, c in named):
+        # drawn as they are, in the place of kN
+        named = [(label, Curve(c.displacement, c.load, c.displacement_unit, "kN")) for label, c in named]
+        ylabel = "load multiplier [-]" if ylabel == FORCE else ylabel
     own, (_, ax) = ax is None, style.paper(style.page_width(_WIDTH), _HEIGHT, ax)
     ax.axhline(0.0, color=style.FAINT, linewidth=0.5, zorder=0.5)
     for (label, curve), look in zip(named, _looks(), strict=False):
@@ -149,6 +154,10 @@ def _looks() -> Iterator[dict[str, Any]]:
     return ({"color": c, "linestyle": _LINES[k % len(_LINES)]} for k, c in enumerate(cycle(style.SERIES)))
 
 
+def _is_multiplier(curve: Any) -> bool:
+    return isinstance(curve, Curve) and curve.load_unit == "-"
+
+
 def _by_label(curves: Any) -> list[tuple[str, Any]]:
     """Curves with what a legend calls them."""
     if isinstance(curves, Curve):
@@ -190,6 +199,8 @@ _TO_SI = {"m": 1.0, "mm": 1e-3, "N": 1.0, "kN": 1e3, "MN": 1e6}
 def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> tuple[Array, Array]:
     if hasattr(curve, "curve"):
         curve = curve.curve(_driven(curve) if block is None else block, direction)
+    if _is_multiplier(curve) and hasattr(curve, "as_force"):
+        curve = curve.as_force()
     if isinstance(curve, Curve):
         length, force = curve.displacement_unit, curve.load_unit
         if length not in ("m", "mm") or force not in ("N", "kN", "MN"):

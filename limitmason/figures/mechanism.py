@@ -11,8 +11,10 @@ from limitmason.figures.canvas import Canvas
 from limitmason.figures.tie_lines import stretching
 from limitmason.mechanics.motion import checked_twists, drawn_motion, largest_rates, moving_joints
 from limitmason.model import Assembly
+from limitmason.model.model_call import of_model
 
 
+@of_model
 @style.in_print_style
 def assembly(
     model: Assembly,
@@ -51,6 +53,7 @@ def assembly(
     return canvas.page.finish(title, count + (f", {len(model.ties)} ties" if model.ties else ""), handles)
 
 
+@of_model
 @style.in_print_style
 def mechanism(
     model: Assembly,

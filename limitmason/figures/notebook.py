@@ -15,9 +15,11 @@ from limitmason.errors import InputError
 from limitmason.figures.diagnosis import diagnosis
 from limitmason.figures.history import history_curves, load_displacement
 from limitmason.figures.mechanism import assembly, mechanism
+from limitmason.figures.modes import mode_shape
 from limitmason.figures.studies import side_by_side
 from limitmason.model import Assembly
 from limitmason.validation import SideBySide
+from limitmason.vibration.modes import Modes
 
 MANY = 400
 """Blocks beyond which a notebook is shown the words alone: the picture takes seconds."""
@@ -25,7 +27,9 @@ MANY = 400
 
 @singledispatch
 def plot(shown: Any, **options: Any) -> Figure:
-    """Figure of an object of this package."""
+    """Figure of an object of this package; of a record, the diagram that it says of itself."""
+    if hasattr(shown, "diagram"):
+        return history_curves(**shown.diagram(), **options)
     with_them = f" with {', '.join(options)}" if options else ""
     raise InputError(f"there is no figure of a {type(shown).__name__}{with_them}")
 
@@ -45,11 +49,12 @@ def _(shown: Prediction, structure: Assembly | None = None, **options: Any) -> F
 
 @plot.register
 def _(shown: Curve, **options: Any) -> Figure:
-    if shown.load_unit != "-":
-        return load_displacement(shown, **options)
-    columns = {"displacement": shown.displacement, "multiplier λ": shown.load}
-    units = {"displacement": shown.displacement_unit, "multiplier λ": "-"}
-    return history_curves(columns, ["multiplier λ"], against="displacement", units=units, **options)
+    return load_displacement(shown, **options)
+
+
+@plot.register
+def _(shown: Modes, number: int = 1, **options: Any) -> Figure:
+    return mode_shape(shown, number, **options)
 
 
 @plot.register
@@ -65,6 +70,7 @@ def _(shown: Diagnosis, **options: Any) -> Figure:
 def html(shown: Any) -> str:
     """Picture of an object as an SVG element, or empty where there is none or it would take long."""
     model = shown.structure if isinstance(shown, Prediction) else shown
+    model = shown.system.carrier if isinstance(shown, Modes) else model
     if isinstance(model, Assembly) and model.n_blocks > MANY:
         return f"<p>{model.n_blocks} blocks are drawn on demand: .plot(), or lm.view for a scene to turn.</p>"
     if isinstance(shown, Prediction) and (model is None or shown.mechanism is None):

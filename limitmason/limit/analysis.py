@@ -19,10 +19,12 @@ from limitmason.mechanics.law_table import refuse
 from limitmason.mechanics.stated import states
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 
 FLOW_RULES = ("associative", "non-associative")
 
 
+@of_model
 @watched("limit analysis")
 @states(cites=papers_behind)
 @with_contact_warnings

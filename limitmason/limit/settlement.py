@@ -14,6 +14,7 @@ from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.plane import find_plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 from limitmason.model.moved import joined_to_first
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 from limitmason.model.support_motion import Group, SupportMotion, group_of
@@ -26,6 +27,7 @@ _REASON = {
 }
 
 
+@of_model
 def settlement_analysis(
     assembly: Assembly, support: Group, *, direction: str | SupportMotion = "-z", loads: Loads | None = None,
     **options: Any,

@@ -277,6 +277,8 @@ class Assembly(Blockwork, Displayed):
                     i = replace(i, joint=new[id(i.joint)])
                 laid.append(i)
             changed = tuple(laid)
+        elif not isinstance(joints, Mapping):
+            raise InputError(f"joints must be a limitmason.Joint, a function of one, or a table; got {joints!r}")
         elif chosen is not None:
             raise InputError("kinds goes with one law or a function; a table names its joints itself")
         else:

@@ -2,8 +2,9 @@
 
 import math
 from dataclasses import dataclass, fields
+from difflib import get_close_matches
 from enum import StrEnum
-from typing import Any
+from typing import Any, Self
 
 from limitmason.errors import InputError
 from limitmason.model.joint_term import JointTerm, name_of
@@ -25,6 +26,7 @@ class Unloading(StrEnum):
     SECANT = "secant"
 
 
+_COEFFICIENTS = ("friction_coefficient", "friction", "coefficient", "mu")
 _CHOICES: dict[str, type[StrEnum]] = {"lost_by": LostBy, "unloading": Unloading}
 
 
@@ -84,6 +86,16 @@ class Joint:
     fracture_energy_shear: float | None = None
     unloading: Unloading = Unloading.ELASTIC
     terms: tuple[JointTerm, ...] = ()
+
+    def __new__(cls, *_: Any, **given: Any) -> Self:
+        """Refuse a field that a joint does not have; of a coefficient of friction, say the angle."""
+        known = [f.name for f in fields(cls)]
+        for name in sorted(given.keys() - set(known)):
+            near = get_close_matches(name, known, n=1) or [f"one of {', '.join(known)}"]
+            if name in _COEFFICIENTS and isinstance(given[name], int | float):
+                near = [f"friction_angle_deg={math.degrees(math.atan(given[name])):.4g}"]
+            raise InputError(f"a joint has no field {name!r}: write {near[0]}")
+        return super().__new__(cls)
 
     def __repr__(self) -> str:
         """What is not the default."""

@@ -10,13 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from limitmason.arrays import Array, Flags
+from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.support import DEGREES_OF_FREEDOM
+from limitmason.storage.files import read_text
 
 
 def _finite(what: str, value: float | Sequence[float]) -> None:
@@ -226,6 +230,9 @@ class Drive(Stage):
         return travel, held
 
 
+_ACCELERATIONS = {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3, "g": GRAVITY}
+
+
 @dataclass(frozen=True)
 class BaseMotion(Stage):
     """Move all held blocks with a recorded ground acceleration.
@@ -260,6 +267,44 @@ class BaseMotion(Stage):
             raise InputError(f"BaseMotion: sample_step must be positive, got {self.sample_step!r}")
         if not np.linalg.norm(self.direction) > 0.0:
             raise InputError("BaseMotion: direction must not be zero")
+
+    @classmethod
+    def from_csv(
+        cls, path: str | Path, *, units: str = "m/s2", scale: float = 1.0, column: int = 1, **settings: Any
+    ) -> BaseMotion:
+        """A record from a CSV file: time in the first column, acceleration in another; lines of words are headings.
+
+        Parameters
+        ----------
+        units : of the acceleration: "m/s2", "cm/s2", "mm/s2" or "g"; time is in seconds
+        scale : factor on the whole record [-]
+        column : of the acceleration, counted from 0
+        settings : ``direction`` and ``after``, see above
+
+        Raises
+        ------
+        InputError
+            For an unknown unit, a line of no numbers below one of numbers, and times that are not equally spaced; it
+            names file and line.
+        """
+        if units not in _ACCELERATIONS:
+            raise InputError(f"units must be one of {', '.join(_ACCELERATIONS)}, got {units!r}")
+        rows: list[tuple[float, float]] = []
+        for number, line in enumerate(read_text(path).splitlines(), 1):
+            cells = line.split(",")
+            try:
+                rows.append((float(cells[0]), float(cells[column])))
+            except (ValueError, IndexError):
+                if rows and line.strip():
+                    raise InputError(f"{path}, line {number}: no time and acceleration in {line!r}") from None
+        if len(rows) < 2:
+            raise InputError(f"{path}: no two lines of time, acceleration; cells are separated by commas")
+        time, a = np.array(rows).T
+        step = float(np.median(np.diff(time)))
+        uneven = np.flatnonzero(np.abs(np.diff(time) - step) > 0.01 * abs(step))
+        if len(uneven):
+            raise InputError(f"{path}: times must be equally spaced; after {time[uneven[0]]:g} s they are not")
+        return cls(tuple((scale * _ACCELERATIONS[units] * a).tolist()), step, **settings)
 
     @property
     def unit(self) -> Array:

@@ -14,6 +14,7 @@ from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 from limitmason.study.content import fingerprint
 from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
@@ -22,6 +23,7 @@ SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 POINTS = (2, 3, 4, 6, 8, 12, 16, 20)
 
 
+@of_model
 def with_dilatancy(assembly: Assembly, share: float) -> Assembly:
     """The assembly with psi = share x phi in every joint, 0 <= share <= 1."""
     if not 0.0 <= share <= 1.0:
@@ -29,6 +31,7 @@ def with_dilatancy(assembly: Assembly, share: float) -> Assembly:
     return assembly.with_joints(lambda joint: replace(joint, dilatancy_angle_deg=share * joint.friction_angle_deg))
 
 
+@of_model
 def dilatancy_study(
     assembly: Assembly,
     loads: Loads,
@@ -99,6 +102,7 @@ def _at_dilatancy(
     )
 
 
+@of_model
 def contact_point_study(
     assembly: Assembly,
     loads: Loads,

@@ -17,6 +17,7 @@ from limitmason.methods import ASSOCIATIVE, DEM, get_method, predict
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 from limitmason.storage.frozen import ReadOnly
 from limitmason.study.content import fingerprint
 from limitmason.study.dilatancy import with_dilatancy
@@ -117,6 +118,7 @@ def _fall(share: float) -> str:
     return f"{-share:+9.5f}" if abs(share) >= 5e-6 else f"{'0':>9}"
 
 
+@of_model
 def attribute_gap(
     assembly: Assembly,
     loads: Loads,

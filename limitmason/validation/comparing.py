@@ -21,6 +21,7 @@ from limitmason.limit.range.proven_range import proven_range
 from limitmason.methods import COMPARED_METHODS, NON_ASSOCIATIVE, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 from limitmason.study.content import fingerprint
 from limitmason.study.memo import Memo
 from limitmason.validation.findings import Answers
@@ -153,6 +154,7 @@ class SideBySide(Displayed):
         return tuple(out)
 
 
+@of_model
 @watched("compare")
 def compare(
     assembly: Assembly,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.display.notebook import Displayed
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
@@ -21,7 +22,7 @@ _AT_REST = 1e-6  # of the largest frequency found: below it nothing holds the mo
 
 
 @dataclass(frozen=True, eq=False)
-class Modes(ReadOnly):
+class Modes(Displayed, ReadOnly):
     """Natural modes, lowest first.
 
     Shapes are of unit modal mass.
@@ -136,7 +137,7 @@ def solved(system: VibratingSystem, count: int) -> Modes:
     See :func:`modes`.
     """
     n = system.stiffness.shape[0]
-    if not 1 <= count < n:
+    if not (isinstance(count, int | np.integer) and 1 <= count < n):
         raise InputError(f"count must lie between 1 and {n - 1}, got {count!r}")
     k, m = system.stiffness, system.mass
     value, vector, below, _ = lowest(system, count)

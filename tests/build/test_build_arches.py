@@ -117,7 +117,7 @@ def test_arch_recipe_is_plain_data():
         ({"span": 2.0}, "give radius"),
         ({"voussoirs": 0}, "voussoirs must be a whole number"),
         ({"angle_deg": 340.0}, "angle_deg"),
-        ({"width": float("inf")}, "width must be finite"),
+        ({"width": float("inf")}, "width must be a finite number"),
         ({"shape": "ogee"}, "shape must be one of"),
         ({"shape": "pointed"}, "span and rise"),
         ({"shape": "pointed", "radius": None, "span": 2.0, "rise": 0.9}, "rise 0.9 m of a pointed arch"),

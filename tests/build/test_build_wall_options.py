@@ -167,7 +167,7 @@ GOOD = {"length": 2.0, "courses": 4, "unit": BRICK, "joint": JOINT}
     ("change", "message"),
     [
         ({"length": 0.0}, "length must be above zero"),
-        ({"length": float("nan")}, "length must be finite"),
+        ({"length": float("nan")}, "length must be a finite number"),
         ({"courses": 2.5}, "courses must be a whole number"),
         ({"courses": None, "height": 0.5}, "height 0.5 m is not a whole number of courses"),
         ({"height": 0.8}, "exactly one of height and courses"),

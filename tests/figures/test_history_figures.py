@@ -13,6 +13,7 @@ from PIL import Image
 import dem
 import limitmason as lm
 from limitmason import figures, formats
+from limitmason.errors import InputError
 from limitmason.figures.deformation import cracked_joints, rigid_motion
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 
@@ -228,3 +229,39 @@ def test_figures_load_neither_pyplot_nor_the_simulation():
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
     assert out == "[]"
+
+
+def test_a_capacity_curve_is_drawn_as_multiplier_or_beside_forces():
+    loads = lm.Loads.horizontal(COLUMN)
+    curve = lm.pushover(COLUMN, loads, to=0.01)
+    alone = figures.load_displacement(curve)
+    assert alone.axes[0].get_ylabel() == "load multiplier [-]"
+    assert np.allclose(artist(alone, f"curve {curve.label}").get_ydata(), curve.load)
+    beside = figures.load_displacement(curve, measured=lm.Curve([0.0, 0.01], [0.0, 500.0], label="test"))
+    weight = float(loads.live[:, 0].sum())
+    assert np.allclose(artist(beside, f"curve {curve.label}").get_ydata(), 1e-3 * weight * curve.load)
+    force = curve.as_force()
+    assert np.allclose(force.multiplier, curve.load)
+    assert force.load_unit == "N"
+    live = np.zeros_like(loads.live)
+    live[[TOP, TOP - 1], 0] = 1.0, -1.0
+    couple = lm.Loads(loads.dead, live)
+    with pytest.raises(InputError, match="no resultant"):
+        lm.pushover(COLUMN, couple, control=(TOP, "x"), to=1e-4).as_force()
+
+
+def test_every_record_has_its_figure(pushed):
+    assert "note: " in str(lm.pushover(COLUMN, lm.Loads.horizontal(COLUMN)))  # the stiffness that no joint names
+    assert len(lm.modes(COLUMN).plot(number=2).axes)
+    shown = pushed.plot()
+    top = artist(shown, "curve x").get_ydata()
+    assert np.allclose(top, pushed.displacement_of(TOP)[:, 0])
+    assert "<svg" in pushed._repr_html_()
+    assert "<svg" in lm.modes(COLUMN)._repr_html_()
+
+
+def test_rotation_of_a_block_carries_its_corners(pushed):
+    turn = rotation_matrices(pushed.rotation_of(TOP)[-1])
+    corners = COLUMN.blocks[TOP].vertices
+    moved = COLUMN.centroids[TOP] + pushed.displacement_of(TOP)[-1] + (corners - COLUMN.centroids[TOP]) @ turn.T
+    assert np.allclose(moved, pushed.corners(-1)[TOP], atol=1e-12)

@@ -266,3 +266,59 @@ def test_arguments_of_loads_of_the_wrong_kind():
     ):
         with pytest.raises(ValueError, match=message):
             call()
+
+
+@pytest.mark.parametrize(
+    "fields, message",
+    [
+        ({"friction_coefficient": 0.6}, "write friction_angle_deg=30.96"),
+        ({"friction_angle": 30.0}, "write friction_angle_deg"),
+        ({"weight": 1.0}, "one of friction_angle_deg, dilatancy_angle_deg"),
+    ],
+)
+def test_a_joint_names_the_field_that_it_has(fields, message):
+    with pytest.raises(InputError, match=message):
+        lm.Joint(**fields)
+
+
+def test_an_assembly_comes_before_its_loads():
+    assembly = stack([(1, 1)])
+    loads = lm.Loads.horizontal(assembly)
+    for call in (lm.limit_analysis, lm.predict, lm.pushover, lm.elastic_range, lm.dem.collapse, lm.compare):
+        with pytest.raises(InputError, match=r"assembly must be an Assembly; got Loads. Write \w+\(assembly, loads\)"):
+            call(loads, assembly)
+    with pytest.raises(InputError, match="loads must be Loads.*got int"):
+        lm.predict(assembly, loads=3)
+    with pytest.raises(TypeError, match="loads"):
+        lm.limit_analysis(assembly)
+    with pytest.raises(InputError, match="model must be an Assembly; got Prediction"):
+        lm.figures.mechanism(lm.limit_analysis(assembly, loads), assembly)
+
+
+def test_texts_are_no_numbers():
+    assembly = stack([(1, 1)])
+    for call, message in (
+        (lambda: assembly.with_joints(30), "joints must be a limitmason.Joint"),
+        (lambda: lm.modes(assembly, count="3"), "count must lie between"),
+        (lambda: lm.pushover(assembly, lm.Loads.horizontal(assembly), to="1mm"), "to \\[m\\] must be a finite number"),
+        (lambda: lm.build.column(width="1", depth=1, unit_height=1, courses=1, joint=JOINT), "width must be a finite"),
+    ):
+        with pytest.raises(InputError, match=message):
+            call()
+
+
+def test_a_ground_motion_is_read_in_its_units(tmp_path):
+    path = tmp_path / "record.csv"
+    path.write_text("a station\nt [s],north,east\n0.00,0.0,0.5\n0.02,0.1,-0.5\n0.04,0.2,0.0\n", encoding="utf-8")
+    given = lm.dem.BaseMotion.from_csv(path, units="g", scale=2.0, column=2, direction=(0.0, 1.0, 0.0))
+    assert np.allclose(given.acceleration, [9.81, -9.81, 0.0])
+    assert (given.sample_step, given.direction) == (0.02, (0.0, 1.0, 0.0))
+    for text, message in (
+        ("0,1\n0.1,2\n0.2,1\n0.4,1\n", "equally spaced; after 0.2 s"), ("0,1\n0.1,two\n", "line 2: no time and acceleration"),
+        ("0;1\n1;2\n", "separated by commas"),
+    ):  # fmt: skip
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(InputError, match=message):
+            lm.dem.BaseMotion.from_csv(path)
+    with pytest.raises(InputError, match="units must be one of m/s2"):
+        lm.dem.BaseMotion.from_csv(path, units="gal")

@@ -30,6 +30,7 @@ from limitmason.geometry.rotation import rotation_matrices
 from limitmason.mechanics.joint_forces import joint_forces
 from limitmason.mechanics.motion import checked_twists, drawn_motion, free_bounds, structure_size
 from limitmason.model import Assembly
+from limitmason.model.model_call import of_model
 from limitmason.storage.files import write_text
 
 
@@ -41,6 +42,7 @@ class ScenePose(NamedTuple):
     caption: str
 
 
+@of_model
 def view(
     model: Assembly,
     what: Any = None,

@@ -12,6 +12,7 @@ from limitmason.mechanics.law import peak_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +36,7 @@ class Bracket:
         return f"{text} <= lambda <= {self.upper.collapse_multiplier:.6g} (Radenkovic)"
 
 
+@of_model
 def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
     """Upper and lower bound of the collapse multiplier for any flow rule between psi and phi.
 

@@ -30,6 +30,7 @@ from limitmason.mechanics.contact_points import Grid, chosen_grid
 from limitmason.mechanics.law_table import GRID, PROVEN_RANGE, refuse
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 
 ENDS = ("smallest", "largest")
 
@@ -117,6 +118,7 @@ class ProvenRange:
         return "\n".join(lines)
 
 
+@of_model
 @watched("proven range")
 def proven_range(
     assembly: Assembly,
