@@ -314,7 +314,8 @@ def test_a_ground_motion_is_read_in_its_units(tmp_path):
     assert np.allclose(given.acceleration, [9.81, -9.81, 0.0])
     assert (given.sample_step, given.direction) == (0.02, (0.0, 1.0, 0.0))
     for text, message in (
-        ("0,1\n0.1,2\n0.2,1\n0.4,1\n", "equally spaced; after 0.2 s"), ("0,1\n0.1,two\n", "line 2: no time and acceleration"),
+        ("0,1\n0.1,2\n0.2,1\n0.4,1\n", "equally spaced; after 0.2 s"),
+        ("0,1\n0.1,two\n", "line 2: no time and acceleration"),
         ("0;1\n1;2\n", "separated by commas"),
     ):  # fmt: skip
         path.write_text(text, encoding="utf-8")
