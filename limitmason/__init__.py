@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from limitmason.codes import assess
     from limitmason.figures import view
     from limitmason.limit import (
+        axle_envelope,
         limit_analysis,
         limit_bracket,
         load_region,
@@ -92,6 +93,7 @@ _MODULES = (
     "vibration",
 )
 _NAMES = {
+    "axle_envelope": "limitmason.limit",
     "limit_analysis": "limitmason.limit",
     "limit_bracket": "limitmason.limit",
     "load_region": "limitmason.limit",

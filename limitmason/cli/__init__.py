@@ -32,6 +32,7 @@ examples:
   limitmason template wall.json                        a small wall to edit
   limitmason check wall.json --figure check.png        contacts, near misses, implausible input
   limitmason stability wall.json --figure stands.png   can it stand, and how well
+  limitmason axles arch.json --axle 0 5e4 --axle 1.8 5e4 --level 3.4 --figure axles.png
   limitmason solve wall.json --flow-rule non-associative --output answer.json
   limitmason compare wall.json --figure theories.png   every theory side by side
   limitmason pushover brick-panels-opening/S1 --to 2mm --blocks lumped --figure s1.png

@@ -22,7 +22,7 @@ from limitmason.cli.console import (
     writable,
 )
 from limitmason.errors import InputError
-from limitmason.limit import stability, thrust
+from limitmason.limit import axle_envelope, stability, thrust
 from limitmason.mechanics.joint_forces import force_table
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
@@ -46,6 +46,16 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     stands.add_argument("--support", nargs="+", metavar="BLOCK", help="held blocks: least and greatest thrust on them")
     stands.add_argument("--figure", type=figure_file, metavar="FILE", help="draw its forces, or how it falls")
     stands.set_defaults(run=_stability)
+
+    axles = commands.add_parser("axles", help="multiplier of axles over their positions on an arch bridge")
+    axles.add_argument("target", metavar="TARGET")
+    axles.add_argument("--axle", nargs=2, type=float, action="append", required=True, metavar=("BEHIND", "FORCE"),
+                       help="place behind the first [m] and load [N]; once for every axle")  # fmt: skip
+    axles.add_argument("--level", type=float, required=True, help="top of the fill [m]")
+    axles.add_argument("--fill", type=float, metavar="DENSITY", help="its weight is dead load too [kg/m3]")
+    axles.add_argument("--spread", type=float, default=30.0, help="angle of the spread from the vertical [deg]")
+    axles.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the envelope")
+    axles.set_defaults(run=_axles)
 
     figure = commands.add_parser("figure", help="draw an assembly, its mechanism or its contact forces")
     figure.add_argument("kind", choices=("assembly", "mechanism", "forces"))
@@ -94,6 +104,22 @@ def _stability(options: argparse.Namespace) -> int:
     if options.figure:
         _draw(options.figure, "forces" if found.stands else "mechanism", assembly, found.state, title)
     return 0 if found.stands else 3
+
+
+def _axles(options: argparse.Namespace) -> int:
+    assembly, loads, title = load_target(options.target, needs_live_load=False)
+    dead = loads.scaled(live=0.0)
+    if options.fill is not None:
+        dead = dead.with_backfill(assembly, options.level, options.fill)
+    train = [(behind, force) for behind, force in options.axle]
+    found = axle_envelope(assembly, dead, train, level=options.level, spread_deg=options.spread)
+    show_text(str(found))
+    if options.figure:
+        from limitmason import figures
+
+        save_figure(figures.axle_envelope(found, title=title), options.figure)
+        say(f"wrote {options.figure}")
+    return 0
 
 
 def _figure(options: argparse.Namespace) -> int:

@@ -4,6 +4,7 @@ Every function returns a ``matplotlib.figure.Figure`` made without pyplot (``ani
 a page, ``view`` an interactive scene): no window opens, no global state changes.
 """
 
+from limitmason.figures.axles import axle_envelope
 from limitmason.figures.comparison import predicted_against_published, predicted_beside_references
 from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.contacts import contact_report
@@ -31,6 +32,7 @@ __all__ = [
     "Scene",
     "animate",
     "assembly",
+    "axle_envelope",
     "before_and_after",
     "confusable",
     "contact_forces",

@@ -1,6 +1,7 @@
 """Limit analysis of rigid-block assemblies as cone programs: associative, non-associative, and what bounds what."""
 
 from limitmason.limit.analysis import limit_analysis
+from limitmason.limit.axles import AxleEnvelope, axle_envelope
 from limitmason.limit.load_region import LoadRegion, load_region
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.range.bracket import Bracket, limit_bracket
@@ -12,6 +13,7 @@ from limitmason.limit.thickness import minimum_thickness
 from limitmason.limit.thrust import Thrust, thrust
 
 __all__ = [
+    "AxleEnvelope",
     "Bracket",
     "LoadRegion",
     "Problem",
@@ -19,6 +21,7 @@ __all__ = [
     "Stability",
     "Strengthening",
     "Thrust",
+    "axle_envelope",
     "limit_analysis",
     "limit_bracket",
     "load_region",

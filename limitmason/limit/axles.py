@@ -1,0 +1,112 @@
+"""Axles that drive over an arch bridge: the multiplier of their load at every position."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from limitmason.answers.results import Prediction
+from limitmason.arrays import Array
+from limitmason.errors import InputError, NotConverged
+from limitmason.limit.analysis import limit_analysis
+from limitmason.model.assembly import Assembly
+from limitmason.model.axles import axle_wrenches, extrados
+from limitmason.model.load import Loads
+
+
+@dataclass(frozen=True, eq=False)
+class AxleEnvelope:
+    """Multiplier of a train of axles over its positions.
+
+    Parameters
+    ----------
+    positions : x of the first axle [m], shape (n,)
+    multipliers : of the axles' loads [-], shape (n,); infinite where they load no block, or where nothing fails
+    governing : position with the smallest multiplier [m]
+    prediction : at that position, with forces and mechanism
+    """
+
+    positions: Array
+    multipliers: Array
+    governing: float
+    prediction: Prediction
+
+    def __str__(self) -> str:
+        """The smallest multiplier and where."""
+        return f"axles: smallest multiplier {self.multipliers.min():.6g} with the first at x = {self.governing:.4g} m"
+
+
+def axle_envelope(
+    assembly: Assembly,
+    loads: Loads,
+    axles: Sequence[tuple[float, float]],
+    *,
+    level: float,
+    positions: ArrayLike | None = None,
+    spread_deg: float = 30.0,
+    contact: float = 0.3,
+    **options: Any,
+) -> AxleEnvelope:
+    """Multiplier of axles at every position over an arch bridge, along x.
+
+    At each, lambda scales the axles, which spread through the fill; dead loads, with those of the fill, stay.
+
+    Parameters
+    ----------
+    assembly, loads : the bridge and its dead loads, see ``Loads.with_backfill``
+    axles : of each its place behind the first, towards -x [m], and its load over the whole width [N]
+    level : top of the fill [m]
+    positions : x of the first axle [m]; by default 100 from where it comes onto the extrados until the last has left it
+    spread_deg, contact : angle of the spread from the vertical [deg], and length of the wheels on the fill [m], as for
+        :func:`limitmason.model.axles.axle_wrenches`
+    options : of :func:`limitmason.limit.limit_analysis`
+
+    Returns
+    -------
+    AxleEnvelope
+        Draw it with ``lm.figures.axle_envelope``.
+
+    Raises
+    ------
+    InputError
+        For no axles, live loads, and fill below the extrados.
+    NotConverged
+        Where a position is not solved, naming it.
+
+    Notes
+    -----
+    Static positions, no impact; fill passes load on and resists nothing, which is on the safe side for most arches.
+    """
+    train = [(float(x), float(p)) for x, p in axles]
+    if not train or not all(p > 0.0 for _, p in train):
+        raise InputError("axles: give pairs of a place behind the first [m] and a load above 0 [N]")
+    if loads.live.any():
+        raise InputError("loads: the axles are the live load; give the others with case='dead'")
+    strips = extrados(assembly)
+    if positions is None and strips:
+        start, end = strips[0].start, max(s.end for s in strips) + max(x for x, _ in train)
+        positions = np.linspace(start, end, 100)
+    places = np.atleast_1d(np.asarray([] if positions is None else positions, dtype=float))
+    found: list[Prediction | None] = []
+    for place in places:
+        live = sum(
+            axle_wrenches(
+                assembly, place - behind, force, level=level, spread_deg=spread_deg, contact=contact, strips=strips
+            )
+            for behind, force in train
+        )
+        case = replace(loads, live=np.asarray(live), name=f"axles with the first at x = {place:.4g} m")
+        found.append(limit_analysis(assembly, case, **options) if np.any(live) else None)
+        if found[-1] is not None and np.isnan(found[-1].collapse_multiplier):
+            raise NotConverged(f"{case.name}: {found[-1].status}")
+    values = np.array([np.inf if p is None else p.collapse_multiplier for p in found])
+    if not np.isfinite(values).any():
+        raise InputError("axles: at no position do they load the structure to a limit")
+    k = int(np.argmin(values))
+    worst = found[k]
+    assert worst is not None
+    return AxleEnvelope(places, values, float(places[k]), worst)

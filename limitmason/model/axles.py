@@ -1,0 +1,139 @@
+"""Axles on the fill over an arch: vertical loads that spread with depth to the extrados."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from limitmason.arrays import Array
+from limitmason.errors import InputError
+from limitmason.geometry.polyhedron import face_planes
+
+if TYPE_CHECKING:
+    from limitmason.model.assembly import Assembly
+
+_UP = 1e-6  # least upward part of the normal of a loaded face
+_NEAR = 1e-6  # of a face's size: joints this near to its plane cover it
+
+
+class Strip(NamedTuple):
+    """A bare face that looks up: block, span in x, height z + slope (x - start), width and middle in y."""
+
+    block: int
+    start: float
+    end: float
+    z: float
+    slope: float
+    width: float
+    y: float
+
+
+def extrados(assembly: Assembly) -> list[Strip]:
+    """Bare faces of free blocks that look up, from left to right.
+
+    Raises
+    ------
+    InputError
+        For a face that slopes along y, by the name of its block.
+    """
+    strips = []
+    joints: dict[int, list[tuple[Array, Array]]] = {}
+    for i in assembly.interfaces:
+        for block in (i.block_a, i.block_b):
+            joints.setdefault(block, []).append((i.polygon.mean(axis=0), i.normal))
+    for k in np.flatnonzero(~assembly.fixed):
+        for part in assembly.blocks[k].parts:
+            for f in part.faces:
+                corners = part.vertices[list(f)]
+                n = face_planes(corners[None])[0][0]
+                size = float(np.ptp(corners, axis=0).max())
+                covered = any(
+                    abs(abs(n @ normal) - 1.0) < _NEAR and abs((centre - corners[0]) @ n) < _NEAR * size
+                    for centre, normal in joints.get(int(k), ())
+                )  # fmt: skip
+                if n[2] <= _UP or covered:
+                    continue
+                if abs(n[1]) > _NEAR:
+                    raise InputError(
+                        f"block {assembly.blocks[k].name!r} has a face that slopes along y: axles cross arches in x-z"
+                    )
+                (x0, y0, _), (x1, y1, _) = corners.min(axis=0), corners.max(axis=0)
+                slope = -n[0] / n[2]
+                height = float(corners[0, 2] + slope * (x0 - corners[0, 0]))
+                strips.append(Strip(int(k), float(x0), float(x1), height, float(slope), float(y1 - y0), (y0 + y1) / 2))
+    return sorted(strips, key=lambda s: s.start)
+
+
+def axle_wrenches(
+    assembly: Assembly, at: float, force: float, *, level: float, spread_deg: float = 30.0, contact: float = 0.3,
+    strips: list[Strip] | None = None,
+) -> Array:  # fmt: skip
+    r"""Wrenches of an axle that presses on the fill, even over the length to which it has spread at the extrados.
+
+    .. math:: |x - x_a| \le b / 2 + (z_f - z(x)) \tan(\beta)
+
+    Parameters
+    ----------
+    at, force : x of the axle [m], and its load downwards over the whole width [N]
+    level : z_f, top of the fill [m]
+    spread_deg : beta, from the vertical [deg]
+    contact : b, length of the wheels on the fill [m]
+    strips : from :func:`extrados`, where it is asked for many positions
+
+    Returns
+    -------
+    Array
+        About the centroids [N, N m], shape (n_blocks, 6). What comes down beside the extrados goes to the ground.
+
+    Raises
+    ------
+    InputError
+        For fill below the extrados, an angle that is none, and no face that looks up.
+
+    Notes
+    -----
+    Fill passes the load on and does nothing else; its lateral pressure, which resists, is left out.
+    """
+    strips = extrados(assembly) if strips is None else strips
+    if not strips:
+        raise InputError("no free block has a bare face that looks up: there is nothing to drive over")
+    top = max(max(s.z, s.z + s.slope * (s.end - s.start)) for s in strips)
+    if not level >= top - 1e-9 * abs(top):
+        raise InputError(f"level of the fill {level!r} m is below the extrados at {top:g} m")
+    if not (0.0 <= spread_deg < 80.0 and contact > 0.0):
+        raise InputError(f"spread_deg must be at least 0 and below 80, contact positive: {spread_deg!r}, {contact!r}")
+    tangent = math.tan(math.radians(spread_deg))
+    first, last = strips[0], max(strips, key=lambda s: s.end)
+    wide = sum(s.width for s in strips if s.start <= 0.5 * (last.start + last.end) <= s.end)
+    ends = last.z + last.slope * (last.end - last.start)
+    beside = [
+        Strip(-1, -math.inf, first.start, first.z, 0.0, wide, 0.0), Strip(-1, last.end, math.inf, ends, 0.0, wide, 0.0)
+    ]  # fmt: skip
+    loaded = [(s, *_loaded(s, at, 0.5 * contact, level, tangent)) for s in (*strips, *beside)]
+    area = sum(max(b - a, 0.0) * s.width for s, a, b in loaded)
+    wrench = np.zeros((assembly.n_blocks, 6))
+    for s, a, b in loaded:
+        if s.block < 0 or b <= a:
+            continue
+        down = np.array([0.0, 0.0, -force * (b - a) * s.width / area])
+        arm = np.array([0.5 * (a + b), s.y, 0.0]) - assembly.centroids[s.block]
+        wrench[s.block] += np.concatenate([down, np.cross(arm, down)])
+    return wrench
+
+
+def _loaded(s: Strip, at: float, half: float, level: float, tangent: float) -> tuple[float, float]:
+    """Part of a strip's span that an axle loads."""
+    low, high = s.start, s.end
+    origin = s.start if math.isfinite(s.start) else s.end
+    reach = half + (level - s.z + s.slope * origin) * tangent
+    for sense in (1.0, -1.0):
+        factor, right = sense + s.slope * tangent, sense * at + reach
+        if factor > 0.0:
+            high = min(high, right / factor)
+        elif factor < 0.0:
+            low = max(low, right / factor)
+        elif right < 0.0:
+            return low, low
+    return low, high

@@ -1,0 +1,95 @@
+"""Axles over an arch: statics of the spread, point loads as its limit, and symmetry."""
+
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason import formats
+from limitmason.cli import main
+from limitmason.errors import InputError
+from limitmason.geometry import box
+from limitmason.model.axles import axle_wrenches, extrados
+
+LEVEL = 1.4
+
+
+def bridge(voussoirs=11, thickness=0.3):
+    return lm.build.arch(
+        radius=1.0, thickness=thickness, width=0.5, voussoirs=voussoirs, joint=lm.Joint(45.0), angle_deg=150
+    )  # fmt: skip
+
+
+def moment(assembly, wrench):
+    """About the y axis through the origin, x of the resultant times the force."""
+    return (-assembly.centroids[:, 0] * wrench[:, 2] + wrench[:, 4]).sum()
+
+
+def test_load_and_place_of_an_axle_are_kept_on_level_ground():
+    """Three level blocks: even between x - b/2 - d tan(beta) and x + b/2 + d tan(beta), cut at the blocks."""
+    solids = [box((k, 0, -1), (k + 1, 2, 0)) for k in range(5)] + [box((k, 0, 0), (k + 1, 2, 1)) for k in range(5)]
+    floor = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(30.0), fixed=range(5))
+    wrench = axle_wrenches(floor, 2.3, 1e4, level=1.5, spread_deg=45.0, contact=0.4)
+    assert -wrench[:, 2].sum() == pytest.approx(1e4)
+    assert moment(floor, wrench) == pytest.approx(2.3e4)
+    share = np.array([0.0, 0.4, 1.0, 0.0, 0.0]) / 1.4  # from 1.6 to 3.0
+    assert -wrench[5:, 2] / 1e4 == pytest.approx(share, abs=1e-12)
+    assert wrench[6, 4] == pytest.approx(-wrench[6, 2] * (1.8 - 1.5))  # at the middle of 1.6 to 2.0
+    half = axle_wrenches(floor, 5.0, 1e4, level=1.5, spread_deg=45.0, contact=0.4)
+    assert -half[:, 2].sum() == pytest.approx(0.5e4)  # the other half is beside the bridge
+
+
+def test_an_arch_bears_what_falls_on_it_at_its_place():
+    arch = bridge()
+    assert [s.block for s in extrados(arch)] == list(range(2, 13))
+    for x in (-0.2, 0.0, 0.35):
+        wrench = axle_wrenches(arch, x, 1e4, level=1.2, spread_deg=0.0, contact=0.2)
+        assert -wrench[:, 2].sum() == pytest.approx(1e4)
+        assert moment(arch, wrench) == pytest.approx(x * 1e4, abs=1e-8)
+    assert not axle_wrenches(arch, 5.0, 1e4, level=LEVEL).any()
+
+
+def test_a_narrow_wheel_is_a_point_load():
+    arch = bridge()
+    dead = lm.Loads.weight(arch)
+    found = lm.axle_envelope(arch, dead, [(0.0, 1e4)], level=LEVEL, positions=[-0.4], spread_deg=0.0, contact=1e-7)
+    block = next(s.block for s in extrados(arch) if s.start < -0.4 < s.end)
+    point = dead.with_point_load(arch, block, (0, 0, -1e4), at=(-0.4, 0.25, arch.centroids[block, 2]))
+    assert found.multipliers[0] == pytest.approx(lm.limit_analysis(arch, point).collapse_multiplier, rel=1e-6)
+
+
+def test_a_symmetric_bridge_has_a_symmetric_envelope():
+    arch = bridge(7, thickness=0.15)
+    places = np.array([-0.7, -0.3, 0.3, 0.7])
+    found = lm.axle_envelope(arch, lm.Loads.weight(arch), [(0.0, 1e4)], level=0.9, positions=places)
+    assert np.isfinite(found.multipliers).all()
+    assert found.multipliers == pytest.approx(found.multipliers[::-1], rel=1e-7)
+    two = lm.axle_envelope(arch, lm.Loads.weight(arch), [(0.0, 1e4), (0.3, 2e4)], level=0.9, positions=[0.6])
+    back = lm.axle_envelope(arch, lm.Loads.weight(arch), [(0.0, 1e4), (-0.3, 2e4)], level=0.9, positions=[-0.6])
+    assert two.multipliers == pytest.approx(back.multipliers, rel=1e-7)
+    assert lm.figures.axle_envelope(found).axes
+    assert found.prediction.mechanism is not None
+    assert "smallest multiplier" in str(found)
+
+
+@pytest.mark.parametrize(("given", "message"), [
+    ({"axles": []}, "give pairs"),
+    ({"axles": [(0.0, -1.0)]}, "a load above 0"),
+    ({"level": 0.5}, "below the extrados"),
+    ({"spread_deg": 90.0}, "spread_deg must be"),
+    ({"positions": [9.0]}, "at no position"),
+])  # fmt: skip
+def test_axles_that_make_no_sense_are_refused(given, message):
+    arch = bridge(5)
+    with pytest.raises(InputError, match=message):
+        lm.axle_envelope(arch, lm.Loads.weight(arch), **{"axles": [(0.0, 1e4)], "level": LEVEL, **given})
+
+
+@pytest.mark.slow
+def test_the_command_draws_the_envelope(tmp_path, capsys):
+    arch = bridge(7, thickness=0.15)
+    formats.write_json(tmp_path / "arch.json", arch, lm.Loads.weight(arch))
+    said = ["axles", str(tmp_path / "arch.json"), "--axle", "0", "1e4", "--level", "0.9", "--fill", "1800"]
+    assert main([*said, "--figure", str(tmp_path / "axles.png")]) == 0
+    assert "smallest multiplier" in capsys.readouterr().out
+    assert (tmp_path / "axles.png").exists()
