@@ -10,6 +10,7 @@ from typing import Any, TypedDict
 from dem.model.holding import LoadVerdict
 from dem.model.joints import Grid as Spacing
 from dem.model.joints import JointOptions
+from limitmason.checks import choice
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE, ZONED
 from limitmason.errors import InputError
@@ -129,11 +130,9 @@ class DemSettings:
     def __post_init__(self) -> None:
         """Say which setting is wrong, or would not be used."""
         steady, ramp = (str(x) for x in Loading)
-        if self.loading not in tuple(Loading):
-            raise InputError(f"loading must be {steady!r} or {ramp!r}, got {self.loading!r}")
+        choice("loading", self.loading, tuple(Loading))
         object.__setattr__(self, "loading", Loading(self.loading))
-        if self.contacts not in (EDGES, FIRST):
-            raise InputError(f"contacts must be {EDGES!r} or {FIRST!r}, got {self.contacts!r}")
+        choice("contacts", self.contacts, (EDGES, FIRST))
         if self.tolerance is not None and self.loading is Loading.RAMP:
             raise InputError(
                 f"tolerance is for loading={steady!r}; ramps are slowed until lambda changes by under 1 %"
@@ -225,8 +224,7 @@ class PushSettings:
 
     def __post_init__(self) -> None:
         """Say which setting is wrong, or would not be used."""
-        if self.blocks not in KINDS:
-            raise InputError(f"blocks must be one of {', '.join(map(repr, KINDS))}, got {self.blocks!r}")
+        choice("blocks", self.blocks, KINDS)
         for name, usual in ((f.name, f.default) for f in fields(self) if f.name in _TAKEN_BY):
             if getattr(self, name) != usual and self.blocks not in _TAKEN_BY[name]:
                 raise InputError(

@@ -9,6 +9,7 @@ import numpy as np
 
 from limitmason.answers.results import Bound, BoundKind, Prediction
 from limitmason.arrays import Array, Flags
+from limitmason.checks import choice, not_negative, positive
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -129,11 +130,9 @@ def rigid_block(
     Exact. Source: docs/mechanisms.md, section 8.
     """
     for name, value in (("width", width), ("height", height), ("weight", weight)):
-        if not value > 0.0:
-            raise InputError(f"{name} must be above zero, got {value!r}")
+        positive(name, value)
     for name, value in (("friction", friction), ("top_load", top_load)):
-        if not value >= 0.0:
-            raise InputError(f"{name} must not be negative, got {value!r}")
+        not_negative(name, value)
     rocking = width / height * (weight + top_load) / (weight + 2.0 * top_load)
     name, value = min((("rocking", rocking), ("sliding", friction)), key=lambda pair: pair[1])
     details = {"rocking": rocking, "sliding": friction}
@@ -239,11 +238,9 @@ def rondelet_thickness(*, length: float, height: float, side_walls: int = 1, div
     Recalled from the handbooks, not checked against the treatise (docs/mechanisms.md, section 8). A sizing rule, not a
     collapse load: the rotation about the diagonal gives 1.5 t/H for any L/H and does not imply it.
     """
-    if side_walls not in (1, 2):
-        raise InputError(f"side_walls must be 1 or 2, got {side_walls!r}")
+    choice("side_walls", side_walls, (1, 2))
     for name, value in (("length", length), ("height", height), ("divisor", divisor)):
-        if not value > 0.0:
-            raise InputError(f"{name} must be above zero, got {value!r}")
+        positive(name, value)
     run = length / side_walls
     return height / divisor * run / math.hypot(run, height)
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from limitmason.checks import positive
 from limitmason.errors import InputError
 
 
@@ -50,8 +51,7 @@ def light_damage(
     away = d > 0.0
     d, f = d[away], f[away]
     k0 = float(f[0] / d[0]) if initial_stiffness is None else float(initial_stiffness)
-    if not k0 > 0.0:
-        raise InputError(f"initial_stiffness must be above zero, got {k0!r}")
+    positive("initial_stiffness", k0)
     spare = f - (1.0 - drop) * k0 * d
     if spare[0] < 0.0:
         d, f, spare = np.append(0.0, d), np.append(0.0, f), np.append(0.0, spare)

@@ -9,6 +9,7 @@ import numpy as np
 
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
+from limitmason.checks import choice
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -150,10 +151,8 @@ def compound_rocking(
         raise NotApplicable(
             "side_walls must be at least 1: without side walls there is nothing to take along (mechanism A)"
         )
-    if crack not in CRACKS:
-        raise InputError(f"crack must be one of {CRACKS}, got {crack!r}")
-    if below_crack not in BELOW_CRACK:
-        raise InputError(f"below_crack must be one of {BELOW_CRACK}, got {below_crack!r}")
+    choice("crack", crack, CRACKS)
+    choice("below_crack", below_crack, BELOW_CRACK)
     if crack == "stepped":
         taken = {"crossed_courses": crossed_courses, "crack_tangent": crack_tangent, "reduction": reduction}
         given = [name for name, value in taken.items() if value is not None]

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from limitmason.checks import not_negative, positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
@@ -84,7 +85,7 @@ class Facade:
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
         if self.steepest_crack is None:
-            _positive("course_height", self.course_height)
+            positive("course_height", self.course_height)
             object.__setattr__(self, "steepest_crack", self.staggering / self.course_height)
         for field in fields(self):
             value = getattr(self, field.name)
@@ -93,9 +94,10 @@ class Facade:
                 if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
                     raise InputError(f"{field.name} must be a whole number of at least {least}, got {value!r}")
             elif field.name in _ABOVE_ZERO:
-                _positive(field.name, value)
+                if (field.name, value) != ("side_wall_length", math.inf):
+                    positive(field.name, value)
             else:
-                _not_negative(field.name, value)
+                not_negative(field.name, value)
 
     @property
     def height(self) -> float:
@@ -340,20 +342,3 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
     return out
 
 
-def _number(name: str, value: Any) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must be a number, got {value!r}") from None
-
-
-def _positive(name: str, value: Any) -> None:
-    number = _number(name, value)
-    if not number > 0.0 or (math.isinf(number) and name != "side_wall_length"):
-        raise InputError(f"{name} must be a number above zero, got {value!r}")
-
-
-def _not_negative(name: str, value: Any) -> None:
-    number = _number(name, value)
-    if not (number >= 0.0 and math.isfinite(number)):
-        raise InputError(f"{name} must be zero or more and finite, got {value!r}")

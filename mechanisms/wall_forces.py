@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from limitmason.checks import not_negative, positive
 from limitmason.errors import InputError
 
 
@@ -79,10 +80,8 @@ def wall_forces(
                "stress": stress, "strength": strength, "friction": friction,
                "diagonal_strength": diagonal_strength, "unit length": unit[0], "unit height": unit[1]}  # fmt: skip
     for name, value in numbers.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} must be a positive number, got {value!r}")
-    if not (math.isfinite(cohesion) and cohesion >= 0.0):
-        raise InputError(f"cohesion must be a number >= 0 Pa, got {cohesion!r}")
+        positive(name, value)
+    not_negative("cohesion", cohesion)
     if not stress < strength:
         raise InputError(f"stress {stress:g} Pa is not below strength {strength:g} Pa: the wall crushes under its load")
     area = length * thickness

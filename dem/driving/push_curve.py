@@ -15,6 +15,7 @@ from limitmason.answers.curve import Curve, Event
 from limitmason.answers.references import data_behind
 from limitmason.answers.results import flags
 from limitmason.arrays import Array
+from limitmason.checks import positive
 from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.model import Assembly
@@ -135,8 +136,7 @@ class PushCurve(Curve):
         width : [m]; of a lumped unit the elastic opening includes the units' share, some micrometres
         kind : "bed", "head", "base"; None for all
         """
-        if not width > 0.0:
-            raise InputError(f"width must be positive [m], got {width!r}")
+        positive("width", width, "m")
         kept = np.array([kind is None or i.kind == kind for i in self.assembly.interfaces])
         wide = np.nan_to_num(self.opening) * kept
         hit = (wide >= width).any(axis=1)
@@ -184,8 +184,7 @@ class PushCurve(Curve):
         ----------
         width : [m]
         """
-        if not width > 0.0:
-            raise InputError(f"width must be positive [m], got {width!r}")
+        positive("width", width, "m")
         sizes = self._mesh.zone_sizes
         return self._first_zone([z.plastic * sizes * (z.marks == TENSION) for z in self.zones], width)
 
@@ -199,8 +198,7 @@ class PushCurve(Curve):
         strain : accumulated length of the plastic strain [-], 1.4 times the shortening of a zone crushed along one axis
             without dilatancy
         """
-        if not strain > 0.0:
-            raise InputError(f"strain must be positive, got {strain!r}")
+        positive("strain", strain)
         return self._first_zone([z.plastic * np.isin(z.marks, (AT_YIELD, YIELDED)) for z in self.zones], strain)
 
     @property

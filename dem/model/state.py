@@ -32,6 +32,7 @@ from dem.model.strain_shapes import (
 from dem.model.tie_arrays import NO_TIES, make_ties, pulls, stored_energy
 from limitmason.answers.results import Resultants
 from limitmason.arrays import Array, Flags, Index
+from limitmason.checks import choice
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError, NotConverged
@@ -365,8 +366,7 @@ def make_state(
         For an unknown mode, no free block, joints without stiffness, massless blocks in a dynamic run, and a given
         time step above the stable one.
     """
-    if mode not in (QUASI_STATIC, DYNAMIC):
-        raise InputError(f"mode must be {QUASI_STATIC!r} or {DYNAMIC!r}, got {mode!r}")
+    choice("mode", mode, (QUASI_STATIC, DYNAMIC))
     n = assembly.n_blocks
     free = ~assembly.fixed
     if not free.any():

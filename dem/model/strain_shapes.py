@@ -9,6 +9,7 @@ from scipy.linalg import eigh
 from dem.kernels import LAW, BlockModes, Joints, Points
 from dem.model.stable_step import largest_square, owners, springs_of_blocks
 from limitmason.arrays import Array, Flags, Index
+from limitmason.checks import choice
 from limitmason.deformable import SOLID, STATES, simply_deformable_blocks
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.deformable.shapes import products
@@ -32,10 +33,8 @@ def plane_of(
     InputError
         For an unknown kind of blocks or state of stress, a state of stress of rigid blocks, and a problem in no plane.
     """
-    if blocks not in LEVELS:
-        raise InputError(f"blocks must be one of {', '.join(map(repr, LEVELS))}, got {blocks!r}")
-    if stress not in STATES:
-        raise InputError(f"stress must be one of {', '.join(map(repr, STATES))}, got {stress!r}")
+    choice("blocks", blocks, LEVELS)
+    choice("stress", stress, STATES)
     if stress == SOLID:
         return None
     if blocks == RIGID:

@@ -19,6 +19,7 @@ from dem.zones.solid_mesh import SolidMesh, make_solid_mesh
 from dem.zones.stable import freedoms, stable_masses, stiffness
 from dem.zones.zoned_model import ZonedModel
 from limitmason.arrays import Array, Flags
+from limitmason.checks import choice
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID, Elasticity
 from limitmason.errors import InputError
 from limitmason.mechanics.law_table import refuse_ties
@@ -57,10 +58,7 @@ def make_model(
         :func:`dem.zones.solid_mesh.make_solid_mesh`.
     """
     options = joint_options or JointOptions()
-    if plane not in (PLANE_STRESS, PLANE_STRAIN, SOLID):
-        raise InputError(
-            f"plane must be {PLANE_STRESS!r}, {PLANE_STRAIN!r} or {SOLID!r} (stress= of a push), got {plane!r}"
-        )
+    choice("plane (stress= of a push)", plane, (PLANE_STRESS, PLANE_STRAIN, SOLID))
     if options.dashpot is not None and np.any(np.asarray(list(
         options.dashpot.values() if hasattr(options.dashpot, "values") else np.atleast_1d(options.dashpot)
     ), dtype=float) > 0.0):  # fmt: skip

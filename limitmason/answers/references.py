@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 from html import escape
 from typing import Any, NamedTuple, overload
 
+from limitmason.checks import choice
 from limitmason.constants import VERSION
 from limitmason.errors import InputError
 
@@ -59,8 +60,7 @@ class Reference:
         """Check what BibTeX would stumble over, and take lists, as JSON gives them, for tuples."""
         if not self.key or not all(c.isascii() and (c.isalnum() or c in "-_:") for c in self.key):
             raise InputError(f"the key of a reference is letters, digits, '-', '_' and ':', got {self.key!r}")
-        if self.kind not in _KINDS:
-            raise InputError(f"reference {self.key!r}: kind must be one of {', '.join(_KINDS)}, got {self.kind!r}")
+        choice(f"reference {self.key!r}: kind", self.kind, _KINDS)
         if not self.title:
             raise InputError(f"reference {self.key!r} has no title")
         object.__setattr__(self, "authors", tuple(self.authors))

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from limitmason.build.arguments import choice, count, positive
 from limitmason.build.erect import Site
 from limitmason.build.voussoirs import circle, circle_facts, circular_joints, outlines_between, snapped, springing
+from limitmason.checks import choice, count, positive
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import prism
 from limitmason.model.assembly import Assembly

@@ -2,39 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
+from limitmason.checks import count, positive
 from limitmason.errors import InputError
-from limitmason.model.input import read_number
-
-
-def positive(name: str, value: object) -> float:
-    """Return `value` as a float, or say which argument is not a finite number above zero."""
-    number = finite(name, value)
-    if number <= 0.0:
-        raise InputError(f"{name} must be above zero, got {value!r}")
-    return number
-
-
-def finite(name: str, value: object) -> float:
-    """Return `value` as a float, or say which argument is not a finite number."""
-    return read_number(name, value)
-
-
-def count(name: str, value: object, least: int = 1) -> int:
-    """Return `value` as an int, or say which argument is not a whole number of at least `least`."""
-    number = finite(name, value)
-    if number != round(number) or number < least:
-        raise InputError(f"{name} must be a whole number of at least {least}, got {value!r}")
-    return int(number)
-
-
-def choice(name: str, value: object, allowed: Sequence[object]) -> object:
-    """Return `value` if it is one of `allowed`, or list what is allowed."""
-    if value not in allowed:
-        raise InputError(f"{name} must be one of {', '.join(repr(a) for a in allowed)}, got {value!r}")
-    return value
 
 
 def unit_size(unit: object, parts: int = 3) -> tuple[float, ...]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
-from limitmason.build.arguments import choice, count, positive
+from limitmason.checks import choice, count, positive
 from limitmason.errors import InputError
 
 BONDS = ("running", "header", "english", "flemish")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from limitmason.build.arguments import courses_from, positive
+from limitmason.build.arguments import courses_from
 from limitmason.build.erect import Site, add_slab, check_ground
+from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.build.arguments import count, finite, positive
 from limitmason.build.erect import Site
+from limitmason.checks import count, finite, positive
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.model.assembly import Assembly

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from limitmason.build.arguments import choice, positive
 from limitmason.build.plan import Box, Unit
+from limitmason.checks import choice, positive
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid, box
 from limitmason.model.assembly import Assembly

@@ -5,12 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from limitmason.build.arguments import positive
+from limitmason.checks import finite, positive
 from limitmason.errors import InputError
 from limitmason.geometry import box
 from limitmason.model.assembly import Assembly
 from limitmason.model.detection import renumbered_doubts
-from limitmason.model.input import read_number
 from limitmason.model.joint import Joint
 
 
@@ -63,10 +62,10 @@ def with_floor(
     if footprint is None:
         low, high = np.min([f[0] for f in free], axis=0), np.max([f[1] for f in free], axis=0)
         footprint = (low[0], high[0], low[1], high[1])
-    plan = [read_number("footprint", v) for v in footprint]
+    plan = [finite("footprint", v) for v in footprint]
     if len(plan) != 4 or not (plan[0] < plan[1] and plan[2] < plan[3]):
         raise InputError(f"footprint must be x0 < x1 and y0 < y1 [m], got {tuple(footprint)!r}")
-    under = max(f[1, 2] for f in free) if level is None else read_number("level", level)
+    under = max(f[1, 2] for f in free) if level is None else finite("level", level)
     corners = np.array([[plan[0], plan[2], under], [plan[1], plan[3], under + thickness]])
     solid = box(tuple(corners[0]), tuple(corners[1]))
     density = mass / float(np.prod(corners[1] - corners[0]))

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from limitmason.build.arguments import choice, finite, positive, unit_size
+from limitmason.build.arguments import unit_size
 from limitmason.build.bond import Piece
 from limitmason.build.erect import Site, add_slab, add_units, check_ground
 from limitmason.build.plan import Unit
+from limitmason.checks import choice, finite, positive
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint

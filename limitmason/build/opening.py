@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from limitmason.build.arguments import choice, finite, positive
 from limitmason.build.plan import Box, Unit
+from limitmason.checks import choice, finite, positive
 from limitmason.errors import InputError
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from limitmason.build.arguments import choice, positive
 from limitmason.build.bond import Bond, Ends, Piece, drop_cut_ends, lapping_course, leading_course, smallest_overlap
+from limitmason.checks import choice, positive
 from limitmason.errors import InputError
 
 # lower and upper corner [m]

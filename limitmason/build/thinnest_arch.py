@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from limitmason.build.arguments import choice, count, finite, positive
+from limitmason.checks import choice, count, finite, positive
 from limitmason.errors import InputError, NotConverged
 
 _SHAPES = ("chord", "sector")

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import finite, not_negative
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.assembly import Assembly
-from limitmason.model.input import read_number, read_vector
+from limitmason.model.input import read_vector
 from limitmason.model.interface import Interface
 
 
@@ -32,7 +33,7 @@ def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLik
     InputError
         For a share outside its range.
     """
-    if not 0.0 < read_number("share", share) <= 1.0:
+    if not 0.0 < finite("share", share) <= 1.0:
         raise InputError(f"share of the thickness in contact must be above 0 and at most 1, got {share!r}")
     d = _unit("direction", direction)
     changed = []
@@ -65,8 +66,7 @@ def with_head_joints_gaping(assembly: Assembly, gap: float) -> Assembly:
     InputError
         When a bed joint is not longer than what it loses.
     """
-    if not read_number("gap", gap) >= 0.0:
-        raise InputError(f"gap must be >= 0 m, got {gap!r}")
+    not_negative("gap", gap)
     heads = [i for i in assembly.interfaces if abs(i.normal[2]) < np.sqrt(0.5)]
     low = np.array([h.polygon.min(axis=0) for h in heads]).reshape(-1, 3) - 2.0 * assembly.tolerance
     high = np.array([h.polygon.max(axis=0) for h in heads]).reshape(-1, 3) + 2.0 * assembly.tolerance
@@ -102,7 +102,7 @@ def without_head_joints(assembly: Assembly, share: float = 1.0) -> Assembly:
     InputError
         For a share outside its range, and when a block then hangs on nothing.
     """
-    if not 0.0 <= read_number("share", share) <= 1.0:
+    if not 0.0 <= finite("share", share) <= 1.0:
         raise InputError(f"share of open head joints must be 0 to 1, got {share!r}")
     heads = [k for k, i in enumerate(assembly.interfaces) if i.kind == "head"]
     rank = np.argsort(np.argsort((np.arange(1, len(heads) + 1) * 0.6180339887498949) % 1.0))
@@ -136,8 +136,7 @@ def resized(assembly: Assembly, factors: ArrayLike) -> Assembly:
 
 def with_density_factor(assembly: Assembly, factor: float, blocks: Iterable[int | str] | None = None) -> Assembly:
     """This assembly with the density of all blocks, or of those named, times a factor [-], >= 0."""
-    if not read_number("factor", factor) >= 0.0:
-        raise InputError(f"density factor must be >= 0, got {factor!r}")
+    not_negative("density factor", factor)
     chosen = set(range(assembly.n_blocks)) if blocks is None else {assembly.block_index(b) for b in blocks}
     recipe = dict(assembly.recipe)
     if blocks is None and "density" in recipe:

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.build.arguments import choice, count, positive
 from limitmason.build.erect import Site
 from limitmason.build.voussoirs import circle, circle_facts, circular_joints, outlines_between, springing
+from limitmason.checks import choice, count, positive
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid, prism
 from limitmason.geometry.splitting import split_solid

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from limitmason.build.arguments import finite, positive
+from limitmason.checks import finite, positive
 from limitmason.errors import InputError
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from limitmason.build.arguments import choice, count, courses_from, positive, unit_size
+from limitmason.build.arguments import courses_from, unit_size
 from limitmason.build.bond import Bond, make_bond
 from limitmason.build.cracks import unit_crack_planes, with_potential_cracks
 from limitmason.build.erect import Site, add_slab, add_units, check_ground
 from limitmason.build.opening import Opening, Placed, cut_openings, place_openings
 from limitmason.build.plan import StraightWall, Unit, lay_courses, lay_run, make_runs
+from limitmason.checks import choice, count, positive
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint

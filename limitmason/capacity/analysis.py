@@ -38,6 +38,7 @@ from limitmason.capacity.start import begin
 from limitmason.capacity.steps import Steps
 from limitmason.capacity.system import System
 from limitmason.capacity.ties import make_ties
+from limitmason.checks import choice, finite
 from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable
@@ -50,7 +51,6 @@ from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane
 from limitmason.mechanics.stated import tension_above_apex
 from limitmason.model.assembly import Assembly
-from limitmason.model.input import read_number
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 from limitmason.model.moved import joined_to_first
@@ -210,7 +210,7 @@ def pushover(
     system = generations.systems[0]
     if not nodes:
         return _falls(generations, warnings)
-    if to is not None and read_number("to [m]", to) == 0.0:
+    if to is not None and finite("to [m]", to) == 0.0:
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
 
     end = None if to is None else system.controlled(origin) + to
@@ -225,8 +225,7 @@ def pushover(
 
 def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming: bool) -> bool:
     """Whether contacts are found anew on the way; refuses what blocks that deform do not take."""
-    if contacts not in (ANEW, FIRST, None):
-        raise InputError(f"contacts must be {ANEW!r} or {FIRST!r}, got {contacts!r}")
+    choice("contacts", contacts, (ANEW, FIRST, None))
     if deforming:
         refuse_ties(assembly, f"a capacity curve of {blocks} blocks", "use blocks='rigid', or assembly.with_ties(())")
     if deforming and contacts == ANEW:

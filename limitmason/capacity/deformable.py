@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from limitmason.arrays import Array
+from limitmason.checks import choice
 from limitmason.deformable import PLANE_STRESS, SOLID, STATES
 from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
@@ -90,8 +91,7 @@ def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str | None) 
         For an unknown kind of blocks or state of stress, a state of stress of blocks that have none, and a plane state
         of a problem in no plane.
     """
-    if blocks not in BLOCKS:
-        raise InputError(f"blocks must be one of {', '.join(map(repr, BLOCKS))}, got {blocks!r}")
+    choice("blocks", blocks, BLOCKS)
     plane = find_plane(assembly, loads)
     if blocks in (RIGID, LUMPED):
         if stress is not None:
@@ -99,8 +99,7 @@ def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str | None) 
         return plane, SOLID
     if stress is None:
         return plane, SOLID if plane is None else PLANE_STRESS
-    if stress not in STATES:
-        raise InputError(f"stress must be one of {', '.join(map(repr, STATES))}, got {stress!r}")
+    choice("stress", stress, STATES)
     if stress == SOLID:
         return None, SOLID
     if plane is None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
+from limitmason.checks import choice
 from limitmason.errors import InputError
 
 ACTS_ON = ("simulation", "measurement")
@@ -73,8 +74,7 @@ class Cause:
             raise InputError(f"cause {self.name!r}: bounds must be finite and increasing, got {self.bounds}")
         if not low <= self.baseline <= high:
             raise InputError(f"cause {self.name!r}: bounds {self.bounds} exclude the baseline {self.baseline:g}")
-        if self.acts_on not in ACTS_ON:
-            raise InputError(f"cause {self.name!r}: acts_on must be one of {ACTS_ON}, got {self.acts_on!r}")
+        choice(f"cause {self.name!r}: acts_on", self.acts_on, ACTS_ON)
         if self.apply is None and not str(self.parameter).isidentifier():
             raise InputError(
                 f"cause {self.name!r}: {self.parameter!r} cannot be a keyword of simulate; rename it or give apply="

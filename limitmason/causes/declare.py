@@ -19,7 +19,7 @@ from typing import Any
 
 from limitmason.answers.method import LEVERS
 from limitmason.causes.cause import Cause
-from limitmason.errors import InputError
+from limitmason.checks import choice
 
 Bounds = tuple[float, float]
 
@@ -98,8 +98,7 @@ class Declared:
 
     def __init__(self, function: Callable[..., Any], declaration: Declaration):
         name, lever = declaration.name, declaration.lever
-        if lever not in LEVERS:
-            raise InputError(f"cause {name!r}: lever must be one of {', '.join(LEVERS)}, got {lever!r}")
+        choice(f"cause {name!r}: lever", lever, LEVERS)
         update_wrapper(self, function)
         self.function, self.declaration, self.name, self.lever = function, declaration, name, lever
         self.baseline, self.bounds = declaration.baseline, declaration.bounds

@@ -7,6 +7,7 @@ import numpy as np
 
 from limitmason.causes.declare import declare
 from limitmason.causes.wrenches import Direction, live_direction, overload_of, shared_acceleration, turned
+from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model import Assembly, Loads
@@ -61,8 +62,7 @@ def overload_magnitude(
 
 
 def _turned_in(*, plane: str) -> Mapping[str, str]:
-    if plane not in ("vertical", "horizontal"):
-        raise InputError(f"plane must be 'vertical' or 'horizontal', got {plane!r}")
+    choice("plane", plane, ("vertical", "horizontal"))
     name, parameter = ("inclined load", "rise_deg") if plane == "vertical" else ("skewed load", "skew_deg")
     physics = f"the live load is turned by size in the {plane} plane"
     return {"name": name, "parameter": parameter, "physics": physics}

@@ -9,6 +9,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex
 
 from limitmason.arrays import Array, Flags, Index
+from limitmason.checks import choice
 from limitmason.continuum.factor import Elimination, Factor, assembled
 from limitmason.continuum.mesh import Mesh, trilinear
 from limitmason.errors import InputError
@@ -38,8 +39,7 @@ class Discretisation:
 
     def __init__(self, mesh: Mesh, held: Flags, points: int = 3) -> None:
         """Group congruent bricks and number the free unknowns."""
-        if points not in (2, 3):
-            raise InputError(f"points along an edge must be 2 or 3, got {points!r}")
+        choice("points along an edge", points, (2, 3))
         self.mesh, self.points = mesh, points
         n = len(mesh.nodes)
         self.held = np.broadcast_to(held[:, None] if held.ndim == 1 else held, (n, 3)).ravel()

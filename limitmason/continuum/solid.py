@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array, Flags
+from limitmason.checks import choice, finite, not_negative
 from limitmason.constants import GRAVITY
 from limitmason.continuum.discretisation import Discretisation
 from limitmason.continuum.factor import Factor
@@ -19,7 +20,7 @@ from limitmason.continuum.patch import patch_forces
 from limitmason.deformable.elasticity import SOLID, Elasticity
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
-from limitmason.model.input import read_number, read_vector
+from limitmason.model.input import read_vector
 from limitmason.model.material import Material
 from limitmason.storage.frozen import ReadOnly, frozen
 from limitmason.vibration.system import VibratingSystem
@@ -98,7 +99,7 @@ class Continuum(ReadOnly):
         """
         mesh = mesh_boxes(boxes, size, planes=planes)
         z = mesh.nodes[:, 2]
-        level = float(z.min()) if foot is None else read_number("foot", foot)
+        level = float(z.min()) if foot is None else finite("foot", foot)
         held = np.abs(z - level) <= _ON * float(np.ptp(mesh.nodes, axis=0).max())
         return cls._bare(mesh, _several(material), np.repeat(held[:, None], 3, axis=1), points)
 
@@ -219,13 +220,12 @@ class Continuum(ReadOnly):
         if (pressure is None) == (force is None):
             raise InputError("load on a patch: give either pressure or force")
         nodal, area, normal = patch_forces(self.mesh, corners)
-        size = read_number("pressure", pressure) if force is None else read_number("force", force) / area
+        size = finite("pressure", pressure) if force is None else finite("force", force) / area
         return self._plus(-size * nodal[:, None] * normal, case)
 
     def with_patch_mass(self, corners: ArrayLike, mass: float) -> Continuum:
         """This model and a mass [kg] spread over a patch of its free faces: it weighs and vibrates with them."""
-        if not read_number("mass", mass) >= 0.0:
-            raise InputError(f"mass on a patch must not be negative, got {mass!r}")
+        not_negative("mass on a patch", mass)
         nodal, area, _ = patch_forces(self.mesh, corners)
         return self._like(lumped=self.lumped + nodal * (mass / area))
 
@@ -243,8 +243,7 @@ class Continuum(ReadOnly):
         return self._plus(f, case)
 
     def _plus(self, forces: Array, case: str) -> Continuum:
-        if case not in ("dead", "live"):
-            raise InputError(f"case must be 'dead' or 'live', got {case!r}")
+        choice("case", case, ("dead", "live"))
         return self._like(**{case: getattr(self, case) + forces})
 
     def _like(self, **changed: Array) -> Continuum:

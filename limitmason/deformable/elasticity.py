@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
 
@@ -52,8 +53,7 @@ class Elasticity(ReadOnly):
         InputError
             For an unknown state, E not positive, and nu outside -1 < nu < 0.5.
         """
-        if state not in STATES:
-            raise InputError(f"the state of stress must be one of {', '.join(STATES)}, got {state!r}")
+        choice("the state of stress", state, STATES)
         e, nu = young_modulus, poisson_ratio
         if not e > 0.0 or not np.isfinite(e):
             raise InputError(f"young_modulus must be positive and finite [Pa], got {e!r}")

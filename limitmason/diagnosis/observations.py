@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.vibration import ModalTest
 
@@ -81,10 +82,8 @@ class Observation:
 
     def __post_init__(self) -> None:
         known = (*EvidenceKind, "")
-        if self.kind not in known:
-            raise InputError(f"{self._called}: kind must be one of {', '.join(EvidenceKind)}, got {self.kind!r}")
-        if self.link not in ("log", "identity", SEEN, ""):
-            raise InputError(f"{self._called}: link must be 'log', 'identity' or 'seen', got {self.link!r}")
+        choice(f"{self._called}: kind", self.kind, known)
+        choice(f"{self._called}: link", self.link, ("log", "identity", SEEN, ""))
         guessed = next((k for k, words in KIND_OF.items() if _begins(self.quantity, words)), EvidenceKind.FORCE)
         object.__setattr__(self, "kind", EvidenceKind(self.kind or guessed))
         link = SEEN if _begins(self.quantity, FLAGS) else "identity" if _begins(self.quantity, SIGNED) else "log"
@@ -99,8 +98,7 @@ class Observation:
             raise InputError(f"{self._called} is {self.value!r}; it takes 1 (seen), 0 (not seen) or NaN")
         if self.seen and not (self.scatter is not None and self.scatter < 0.5):
             raise InputError(f"{self._called}: scatter must be the rate of misreading, below 0.5: {self.scatter!r}")
-        if self.beyond not in ("above", "below", ""):
-            raise InputError(f"{self._called}: beyond must be 'above' or 'below', got {self.beyond!r}")
+        choice(f"{self._called}: beyond", self.beyond, ("above", "below", ""))
         if self.beyond and (self.scatter is None or self.seen):
             raise InputError(f"{self._called}: a value that was not reached needs a number and its scatter")
 

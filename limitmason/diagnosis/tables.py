@@ -8,6 +8,7 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 from limitmason.causes.cause import Cause, cause_pairs
+from limitmason.checks import choice
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.grid import Grid, Tabulation, at_measured
 from limitmason.diagnosis.inference.judge import Judge
@@ -15,7 +16,7 @@ from limitmason.diagnosis.inference.noise import Noise
 from limitmason.diagnosis.inference.verdict import Verdict
 from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.diagnosis.tabulate import Tabulator
-from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.errors import NotApplicable, NotConverged
 
 ASSUMED_NOISE = 0.04  # places levels and nodes, and scales distances, where the noise is unknown
 PAIR_TABLES = ("verified", "exact", "additive")
@@ -38,8 +39,7 @@ class CauseTables:
     """
 
     def __init__(self, tabulator: Tabulator, pair_tables: str = "verified"):
-        if pair_tables not in PAIR_TABLES:
-            raise InputError(f"pair_tables must be one of {PAIR_TABLES}, got {pair_tables!r}")
+        choice("pair_tables", pair_tables, PAIR_TABLES)
         self.tabulator = tabulator
         self.pair_tables = pair_tables
         self.aside: dict[Cause, str] = {}

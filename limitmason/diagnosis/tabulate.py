@@ -9,6 +9,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 
 from limitmason.causes.cause import Cause
+from limitmason.checks import choice
 from limitmason.diagnosis.inference.grid import Tabulation
 from limitmason.diagnosis.inference.noise import Measured
 from limitmason.diagnosis.observations import Rows
@@ -57,8 +58,7 @@ class Tabulator:
         nuisance_levels: int | None = None,
         crossed: str = "full",
     ):
-        if crossed not in CROSSED:
-            raise InputError(f"crossed must be one of {CROSSED}, got {crossed!r}")
+        choice("crossed", crossed, CROSSED)
         self.crossed = crossed
         self.simulator, self.rows = simulator, rows
         self.nuisance = dict(nuisance)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from limitmason.answers.curve import Curve
 from limitmason.answers.references import DATA, LIMITMASON, Citation, Cited, Reference
+from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.model.assembly import Assembly
@@ -207,8 +208,7 @@ class Experiment:
         ----------
         direction : sense of the live load, "+" or "-"
         """
-        if direction not in ("+", "-"):
-            raise InputError(f"direction must be '+' or '-', got {direction!r}")
+        choice("direction", direction, ("+", "-"))
         assembly = self.assembly()
         if self.recipe.loads is None:
             raise InputError(f"{self.name} has no loads: the sources at hand do not state them")

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from limitmason.arrays import Array, Flags
-from limitmason.errors import InputError
+from limitmason.checks import choice
 from limitmason.figures import elevation, solid, style
 from limitmason.figures.outline import elevation_plane, wall_plane
 from limitmason.figures.painter import camera
@@ -110,8 +110,7 @@ class Canvas:
 
 def chosen_plane(model: Assembly, view: str, twists: Array | None) -> Plane | None:
     """Plane of the elevation that a view asks for, or None for a drawing in space."""
-    if view not in VIEWS:
-        raise InputError(f"view must be one of {', '.join(map(repr, VIEWS))}, got {view!r}")
+    choice("view", view, VIEWS)
     if view == "3d":
         return None
     plane = wall_plane(model, twists if view == "auto" else None)

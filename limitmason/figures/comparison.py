@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.validation.rows import Row as Compared
@@ -135,8 +136,7 @@ def predicted_against_published(
     InputError
         When a row is malformed, none is finite, or a logarithmic axis meets a value that is not positive.
     """
-    if labels not in LABELS:
-        raise InputError(f"labels must be one of {', '.join(map(repr, LABELS))}, got {labels!r}")
+    choice("labels", labels, LABELS)
     if not 0.0 <= band < 1.0:
         raise InputError(f"band must be a fraction from 0 to 1, got {band!r}")
     table = comparison_rows(rows)

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from limitmason.arrays import Array
+from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.deformation import _writer, animate, deformed
@@ -102,8 +103,7 @@ def mode_film(
 def _drawn(modes: Modes, number: int, reach: float) -> Array:
     if not 1 <= number <= len(modes):
         raise InputError(f"mode must lie between 1 and {len(modes)}, got {number!r}")
-    if not (np.isfinite(reach) and reach > 0.0):
-        raise InputError(f"reach must be positive, got {reach!r}")
+    positive("reach", reach)
     shape = modes.shape[number - 1]
     size = float(np.ptp(modes.places, axis=0).max())
     largest = float(np.linalg.norm(shape[:, :3], axis=1).max())

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.formats.dxf import read_dxf
 from limitmason.formats.meshes import read_solids
@@ -110,8 +111,7 @@ def model_of_drawing(
     path = Path(path)
     if path.suffix.lower() in PLANE_DRAWINGS and thickness is None:
         raise InputError(f"{path} holds outlines: give the thickness of the wall [m]")
-    if tilt not in DIRECTIONS:
-        raise InputError(f"tilt must be one of {', '.join(DIRECTIONS)}, got {tilt!r}")
+    choice("tilt", tilt, DIRECTIONS)
     assembly, cleaned = _read(path, joint, thickness, density, scale, tolerance, gap, mortar)
     assumed = [f"density {density:g} kg/m3 for all blocks", f"every joint: {joint}"]
     if fixed != LOWEST:

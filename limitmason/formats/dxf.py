@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.formats.outlines import DrawnOutlines, Outlines
 
@@ -89,9 +90,7 @@ def read_dxf(
     except (StopIteration, ValueError, LookupError, AttributeError, RuntimeError) as error:
         # a file that ends too early leaves the reader with what it did not expect
         raise InputError(f"{path}: not a whole DXF drawing ({type(error).__name__} {error}): written again?") from None
-    metres = _metres_per_unit(drawing, path) if scale is None else float(scale)
-    if not (np.isfinite(metres) and metres > 0.0):
-        raise InputError(f"scale must be positive [m per drawing unit], got {scale!r}")
+    metres = _metres_per_unit(drawing, path) if scale is None else positive("scale", scale, "m per drawing unit")
     wanted = None if layers is None else {name.casefold() for name in layers}
     if wanted is not None:
         known = {layer.dxf.name.casefold(): layer.dxf.name for layer in drawing.layers}

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array, Index
+from limitmason.checks import choice, positive
 from limitmason.errors import InputError
 from limitmason.formats.obj import Solids
 from limitmason.geometry import Solid
@@ -77,10 +78,8 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
     ----------
     path, scale, up : as for :func:`read_solids`
     """
-    if up not in _TURNS:
-        raise InputError(f"up must be 'x', 'y' or 'z', got {up!r}")
-    if not (np.isfinite(scale) and scale > 0.0):
-        raise InputError(f"scale must be positive [m per unit], got {scale!r}")
+    choice("up", up, _TURNS)
+    positive("scale", scale, "m per unit")
     try:
         import trimesh
     except ImportError:

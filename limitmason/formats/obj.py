@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.checks import choice, positive
 from limitmason.errors import InputError
 from limitmason.geometry import Solid
 from limitmason.model import Assembly
@@ -91,10 +92,8 @@ def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
         Naming file and line: numbers that are not, faces with fewer than three corners or with vertices that do not
         exist, statements of curved surfaces, no faces at all.
     """
-    if up not in ("y", "z"):
-        raise InputError(f"up must be 'y' or 'z', got {up!r}")
-    if not (np.isfinite(scale) and scale > 0.0):
-        raise InputError(f"scale must be positive [m per unit], got {scale!r}")
+    choice("up", up, ("y", "z"))
+    positive("scale", scale, "m per unit")
     vertices, faces = _parsed(path)
     points = np.array(vertices, dtype=float).reshape(-1, 3)
     if up == "y":

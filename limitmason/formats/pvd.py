@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.formats import vtu
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
@@ -59,8 +60,7 @@ def write_pvd(
     ``fixed``, ``shift`` [m] of the block's centroid, ``rotation`` vector [rad], and ``opening`` [m], the largest one in
     the block's joints, where the history records it (NaN where its contacts were found anew).
     """
-    if encoding not in vtu.ENCODINGS:
-        raise InputError(f"encoding must be one of {', '.join(map(repr, vtu.ENCODINGS))}, got {encoding!r}")
+    choice("encoding", encoding, vtu.ENCODINGS)
     if not isinstance(every, int) or every < 1:
         raise InputError(f"every must be a whole number of at least 1, got {every!r}")
     if history is not None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.answers.results import Prediction
+from limitmason.checks import choice
 from limitmason.continuum import Continuum
 from limitmason.continuum.mesh import CORNERS
 from limitmason.errors import InputError
@@ -70,8 +71,7 @@ def write_vtu(
     Interfaces, per cell: ``interface``, ``block_a``, ``block_b``, ``kind`` (0 bed, 1 head, 2 base, 3 other), ``area``
     [m2], ``N`` [N], ``V`` [N] as a vector on block b, ``opening`` and ``sliding`` (largest rates at the corners).
     """
-    if encoding not in ENCODINGS:
-        raise InputError(f"encoding must be one of {', '.join(map(repr, ENCODINGS))}, got {encoding!r}")
+    choice("encoding", encoding, ENCODINGS)
     target = Path(path)
     still = prediction is None or prediction.mechanism is None
     twists = None if prediction is None or still else checked_twists(assembly, prediction)
@@ -99,8 +99,7 @@ def write_solid(
     displacement : of the nodes [m], shape (n_nodes, 3), for *Warp By Vector*
     encoding : "base64" or "ascii"
     """
-    if encoding not in ENCODINGS:
-        raise InputError(f"encoding must be one of {', '.join(map(repr, ENCODINGS))}, got {encoding!r}")
+    choice("encoding", encoding, ENCODINGS)
     mesh = model.mesh
     used, bricks = np.unique(mesh.bricks, return_inverse=True)
     connectivity = bricks.reshape(mesh.bricks.shape)[:, _vtk_order()]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.answers.results import ALMOST_SOLVED, SOLVED, Prediction
+from limitmason.checks import choice
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
@@ -90,8 +91,7 @@ def limit_analysis(
     Wrong when blocks deform, when the geometry changes before collapse, and when the answer rests on self-stress (see
     the warnings).
     """
-    if flow_rule not in FLOW_RULES:
-        raise InputError(f"flow_rule must be one of {FLOW_RULES}, got {flow_rule!r}")
+    choice("flow_rule", flow_rule, FLOW_RULES)
     if not 0.0 <= float(torsion_limit) < np.inf:
         raise InputError(f"torsion_limit must be True, False or a number >= 0, got {torsion_limit!r}")
     if flow_rule == "associative" and options:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from limitmason.answers.results import ContactModel
 from limitmason.arrays import Array, Flags, Index
+from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.mechanics.plane import Plane
 from limitmason.model.arrays import AssemblyArrays
@@ -96,8 +97,7 @@ def contact_points(
         Tributary areas add up to the interface's area and keep its centroid; elastic ones, from 3 points on a side, its
         second moment too. With 2 it is three times too large, which no points at the edges alone can better.
     """
-    if contact_model not in tuple(ContactModel):
-        raise InputError(f"contact_model must be 'vertices', 'grid' or 'lobatto', got {contact_model!r}")
+    choice("contact_model", contact_model, tuple(ContactModel))
     x = assembly.arrays
     kinds = np.array([i.kind for i in assembly.interfaces])
     active = np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b]))

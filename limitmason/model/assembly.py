@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from limitmason.checks import finite, positive
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.geometry.contact import KEPT, ContactRules, DoubtfulContact
@@ -31,7 +32,7 @@ from limitmason.model.detection import (
     warn_of_doubts,
     with_convex_parts,
 )
-from limitmason.model.input import JointChoice, JointTable, read_densities, read_fixed, read_number, read_pieces
+from limitmason.model.input import JointChoice, JointTable, read_densities, read_fixed, read_pieces
 from limitmason.model.interface import Interface, interface_kind, with_edges_inset
 from limitmason.model.joint import Joint
 from limitmason.model.material import Material
@@ -142,12 +143,10 @@ class Assembly(Blockwork, Displayed):
             for n, p, d, a in zip(names, pieces, densities, axes, strict=True)
         )
         supports = tuple(Support.fixed(f) for f in read_fixed(fixed))
-        if tolerance is not None and not read_number("tolerance", tolerance) > 0:
-            raise InputError(f"tolerance must be positive [m], got {tolerance!r}")
         rules = ContactRules(
-            None if tolerance is None else float(tolerance), read_number("angle_tolerance_deg", angle_tolerance_deg),
-            read_number("wedge_tolerance_deg", wedge_tolerance_deg),
-            None if smallest_contact is None else read_number("smallest_contact", smallest_contact),
+            None if tolerance is None else positive("tolerance", tolerance, "m"),
+            finite("angle_tolerance_deg", angle_tolerance_deg), finite("wedge_tolerance_deg", wedge_tolerance_deg),
+            None if smallest_contact is None else finite("smallest_contact", smallest_contact),
         )  # fmt: skip
         closed = closed_pieces(blocks)
         typical = typical_tolerance(closed) if tolerance is None else float(tolerance)
@@ -186,12 +185,11 @@ class Assembly(Blockwork, Displayed):
         ValueError
             As :meth:`from_polyhedra`, and for outlines that cross themselves or enclose no area.
         """
-        if not read_number("thickness", thickness) > 0:
-            raise InputError(f"thickness must be positive [m], got {thickness!r}")
+        positive("thickness", thickness, "m")
         if names is not None and len(names) != len(outlines):
             raise InputError(f"{len(names)} names are given for {len(outlines)} outlines")
         if tolerance is not None:
-            read_number("tolerance", tolerance)
+            finite("tolerance", tolerance)
         names = tuple(f"block-{i}" for i in range(len(outlines))) if names is None else tuple(names)
         arrays = [np.asarray(o, dtype=float) for o in outlines]
         sizes = [np.ptp(o, axis=0).min() for o in arrays if o.ndim == 2 and o.shape[0] > 2 and np.isfinite(o).all()]

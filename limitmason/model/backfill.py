@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.checks import finite
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.geometry.splitting import split_polygon
-from limitmason.model.input import read_number
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
@@ -54,7 +54,7 @@ def backfill_wrenches(
     Fill has weight here and no strength: it neither spreads a load nor resists a mechanism that lifts it, so that the
     multiplier is low where real fill is stiff or braces the haunches. Faces below a roof are loaded too: name blocks.
     """
-    top, rho, k = read_number("level", level), read_number("density", density), read_number("lateral", lateral)
+    top, rho, k = finite("level", level), finite("density", density), finite("lateral", lateral)
     if not rho > 0.0:
         raise InputError(f"density of the fill must be above 0 kg/m3, got {density!r}")
     if not k >= 0.0:

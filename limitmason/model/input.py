@@ -57,17 +57,6 @@ def read_pieces(solid: Any, name: str) -> tuple[Solid, ...]:
     return tuple(out)
 
 
-def read_number(name: str, value: Any) -> float:
-    """A finite number, or an error that names the argument."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = float("nan")
-    if not np.isfinite(number) or isinstance(value, str):
-        raise InputError(f"{name} must be a finite number, got {value!r}")
-    return number
-
-
 def read_vector(name: str, value: Any) -> np.ndarray:
     """Three finite numbers, or an error that names the argument."""
     try:

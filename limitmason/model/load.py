@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import choice, finite
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.model.backfill import backfill_wrenches
-from limitmason.model.input import read_number, read_vector
+from limitmason.model.input import read_vector
 from limitmason.model.patch import patch_wrenches
 from limitmason.model.plausibility import warn_of_point, warn_of_pressure
 from limitmason.storage.frozen import ReadOnly
@@ -219,7 +220,7 @@ class Loads(ReadOnly):
         if not np.linalg.norm(outward) > 0:
             raise InputError("face must be a direction that is not zero")
         if pressure is not None:
-            warn_of_pressure(f"block {assembly.blocks[i].name!r}", read_number("pressure", pressure))
+            warn_of_pressure(f"block {assembly.blocks[i].name!r}", finite("pressure", pressure))
         per_unit = None if traction is None else read_vector("traction", traction)
         outward = outward / np.linalg.norm(outward)
         wrench = np.zeros((assembly.n_blocks, 6))
@@ -271,10 +272,10 @@ class Loads(ReadOnly):
         if (pressure is None) == (force is None):
             raise InputError("load on a patch: give either pressure or force")
         if pressure is not None:
-            warn_of_pressure("a patch", read_number("pressure", pressure))
+            warn_of_pressure("a patch", finite("pressure", pressure))
         wrench, area = patch_wrenches(assembly, corners, pressure=1.0 if pressure is None else pressure)
         if force is not None:
-            wrench = wrench * (read_number("force", force) / area)
+            wrench = wrench * (finite("force", force) / area)
         return self._plus(assembly, wrench, case)
 
     def with_backfill(
@@ -343,8 +344,7 @@ class Loads(ReadOnly):
         return self._plus(assembly, wrench, case)
 
     def _plus(self, assembly: Assembly, wrench: Array, case: str) -> Loads:
-        if case not in ("dead", "live"):
-            raise InputError(f"case must be 'dead' or 'live', got {case!r}")
+        choice("case", case, ("dead", "live"))
         if len(self.dead) != assembly.n_blocks:
             raise InputError(f"these loads are for {len(self.dead)} blocks, the assembly has {assembly.n_blocks}")
         return replace(self, **{case: getattr(self, case) + wrench})

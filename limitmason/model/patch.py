@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import finite
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
 from limitmason.geometry.polyhedron import face_planes
-from limitmason.model.input import read_number, read_vector
+from limitmason.model.input import read_vector
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
@@ -52,7 +53,7 @@ def patch_wrenches(
     if len(p) < 3:
         raise InputError(f"a patch needs at least three corners, got {len(p)}")
     normal, size = patch_normal(p)
-    load = -read_number("pressure", pressure) * normal if traction is None else read_vector("traction", traction)
+    load = -finite("pressure", pressure) * normal if traction is None else read_vector("traction", traction)
     first = p[1] - p[0]
     first = first / np.linalg.norm(first)
     axes = np.stack([first, np.cross(normal, first)])

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.arrays import Array, Flags
+from limitmason.checks import choice, positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
@@ -259,12 +260,10 @@ class BaseMotion(Stage):
 
     def __post_init__(self) -> None:
         """Check what can be checked without a model."""
-        if self.after not in (None, HOLD, COAST):
-            raise InputError(f"BaseMotion: after must be {HOLD!r}, {COAST!r} or None, got {self.after!r}")
+        choice("BaseMotion: after", self.after, (None, HOLD, COAST))
         if not np.isfinite(np.asarray(self.acceleration, dtype=float)).all():
             raise InputError("BaseMotion: the record has samples that are not finite")
-        if not (self.sample_step > 0.0 and np.isfinite(self.sample_step)):
-            raise InputError(f"BaseMotion: sample_step must be positive, got {self.sample_step!r}")
+        positive("BaseMotion: sample_step", self.sample_step)
         if not np.linalg.norm(self.direction) > 0.0:
             raise InputError("BaseMotion: direction must not be zero")
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.build.wall import wall
+from limitmason.checks import choice, positive
 from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, MECHANISMS, get_method
 from limitmason.model.assembly import Assembly
@@ -29,10 +30,8 @@ _PIECES = ("overturning", "sliding")
 
 def scaled_unit(unit: Unit, size: float, vary: str) -> Unit:
     """Unit (length, height, thickness) [m] with its face, or all of it, scaled."""
-    if vary not in (IN_PLANE, WHOLE):
-        raise InputError(f"vary must be {IN_PLANE!r} or {WHOLE!r}, got {vary!r}")
-    if not size > 0.0:
-        raise InputError(f"size must be positive, got {size!r}")
+    choice("vary", vary, (IN_PLANE, WHOLE))
+    positive("size", size)
     length, height, thickness = unit
     return size * length, size * height, thickness * (size if vary == WHOLE else 1.0)
 

@@ -11,6 +11,7 @@ import numpy as np
 from scipy import stats
 
 from limitmason.arrays import Array
+from limitmason.checks import choice, positive
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -53,7 +54,7 @@ def normal(mean: float, variation: float) -> Any:
 
     ``scipy.stats.norm``.
     """
-    return stats.norm(loc=mean, scale=abs(mean) * _positive("variation", variation))
+    return stats.norm(loc=mean, scale=abs(mean) * positive("variation", variation))
 
 
 def lognormal(mean: float, variation: float) -> Any:
@@ -61,8 +62,8 @@ def lognormal(mean: float, variation: float) -> Any:
 
     ``scipy.stats.lognorm``.
     """
-    spread = math.sqrt(math.log1p(_positive("variation", variation) ** 2))
-    return stats.lognorm(s=spread, scale=_positive("mean", mean) * math.exp(-0.5 * spread**2))
+    spread = math.sqrt(math.log1p(positive("variation", variation) ** 2))
+    return stats.lognorm(s=spread, scale=positive("mean", mean) * math.exp(-0.5 * spread**2))
 
 
 def uniform(low: float, high: float) -> Any:
@@ -73,12 +74,6 @@ def uniform(low: float, high: float) -> Any:
     if not high > low:
         raise InputError(f"uniform: the upper value {high!r} must exceed the lower one {low!r}")
     return stats.uniform(loc=low, scale=high - low)
-
-
-def _positive(name: str, value: float) -> float:
-    if not value > 0.0:
-        raise InputError(f"{name} must be positive, got {value!r}")
-    return value
 
 
 @dataclass(frozen=True)
@@ -107,8 +102,7 @@ class Random:
 
     def __post_init__(self) -> None:
         """Check every field."""
-        if self.per not in PER:
-            raise InputError(f"per must be one of {PER}, got {self.per!r}")
+        choice("per", self.per, PER)
         if not (hasattr(self.distribution, "ppf") and hasattr(self.distribution, "cdf")):
             raise InputError(f"distribution must be a frozen one of scipy.stats, got {self.distribution!r}")
         if not self.high > self.low:

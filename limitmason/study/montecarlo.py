@@ -16,6 +16,7 @@ from scipy.stats import qmc
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
+from limitmason.checks import choice
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.methods import get_method
 from limitmason.model.assembly import Assembly
@@ -116,8 +117,7 @@ def monte_carlo(
         raise InputError("a random density needs loads that follow it: give a function, such as lm.Loads.weight")
     if stop is not None and scheme != "random":
         raise InputError('a stopping rule needs scheme="random": a Latin hypercube is one whole')
-    if scheme not in SCHEMES:
-        raise InputError(f"scheme must be one of {SCHEMES}, got {scheme!r}")
+    choice("scheme", scheme, SCHEMES)
     if samples < 1:
         raise InputError(f"samples must be at least 1, got {samples!r}")
     shares = _stratified(len(names), samples, seed) if scheme == SCHEMES[0] else _independent(names, samples, seed)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from limitmason.answers.results import Prediction
+from limitmason.checks import choice
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments import registry
@@ -104,8 +105,7 @@ def predict_walls(
     The spread of the inputs is that of first order: the root of the sum of squares of the changes of ln V. Inputs are
     taken as independent. Wall 97 has no shear span: its status says so.
     """
-    if method not in LADDER:
-        raise InputError(f"method must be one of {', '.join(LADDER)}, got {method!r}")
+    choice("method", method, LADDER)
     names = list(registry.specimens(NAME) if walls is None else walls)
     chosen = {} if method == "formulas" else {**MODELS["first" if method == "first" else "extended"], **(options or {})}
     memo = Memo(store, kind=dict)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from limitmason.arrays import Array, Flags
+from limitmason.checks import choice
 from limitmason.deformable import SOLID, STATES
 from limitmason.deformable.levels import RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
@@ -104,10 +105,8 @@ def closed_system(
         or of a
         problem in no plane.
     """
-    if blocks not in (RIGID, SIMPLY_DEFORMABLE, RITZ):
-        raise InputError(f"blocks must be one of 'rigid', 'simply deformable' and 'ritz', got {blocks!r}")
-    if stress not in STATES:
-        raise InputError(f"stress must be one of {', '.join(map(repr, STATES))}, got {stress!r}")
+    choice("blocks", blocks, (RIGID, SIMPLY_DEFORMABLE, RITZ))
+    choice("stress", stress, STATES)
     dead, plane = Loads.weight(assembly), None
     if stress != SOLID:
         plane = find_plane(assembly, dead)
@@ -145,8 +144,7 @@ def state_stiffness(
     A point without force is open and carries nothing, unless it can bear tension: then it is at rest and holds both
     ways. Vibrations are taken so small that none opens or closes.
     """
-    if sliding not in ("sticks", "drops"):
-        raise InputError(f"sliding must be 'sticks' or 'drops', got {sliding!r}")
+    choice("sliding", sliding, ("sticks", "drops"))
     scale = float(np.abs(normal).max(initial=0.0))
     is_open = (np.abs(normal) + shear <= 1e-9 * scale) & ~(tension > 0.0)
     slides = ~is_open & (shear >= _SLIDES * limit)

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eig, svd
 
 from limitmason.arrays import Array, Flags
+from limitmason.checks import choice, positive
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.storage.frozen import ReadOnly
@@ -96,12 +97,10 @@ def identify_modes(
     y = np.asarray(signals, dtype=float)
     if y.ndim != 2 or not np.isfinite(y).all():
         raise InputError(f"signals must be finite, one column per channel, got shape {y.shape}")
-    if not (np.isfinite(step) and step > 0.0):
-        raise InputError(f"step between samples must be positive [s], got {step!r}")
+    positive("step between samples", step, "s")
     if len(y) < max(2 * lines, 8 * lags):
         raise InputError(f"{len(y)} samples are too few: two segments of {lines} and 8 x {lags} lags are needed")
-    if method not in METHODS:
-        raise InputError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
+    choice("method", method, METHODS)
     if count < 1 or order < 2 or lags < 2 or lags * y.shape[1] <= order:
         raise InputError("count must be at least 1, and order at least 2 and below lags times channels")
     y = y - y.mean(axis=0)

@@ -111,7 +111,7 @@ def test_arch_recipe_is_plain_data():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"thickness": -0.1}, "thickness must be above zero"),
+        ({"thickness": -0.1}, "thickness must be positive"),
         ({"thickness": 2.5}, "no intrados"),
         ({"radius": None}, "give radius"),
         ({"span": 2.0}, "give radius"),

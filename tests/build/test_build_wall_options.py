@@ -166,7 +166,7 @@ GOOD = {"length": 2.0, "courses": 4, "unit": BRICK, "joint": JOINT}
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"length": 0.0}, "length must be above zero"),
+        ({"length": 0.0}, "length must be positive"),
         ({"length": float("nan")}, "length must be a finite number"),
         ({"courses": 2.5}, "courses must be a whole number"),
         ({"courses": None, "height": 0.5}, "height 0.5 m is not a whole number of courses"),

@@ -69,7 +69,7 @@ def test_a_floor_that_fits_nowhere_is_refused():
     for options, message in (
         ({"level": 3.0}, "touches no block"),
         ({"level": 0.7}, "overlap"),
-        ({"mass": -1.0}, "mass must be above zero"),
+        ({"mass": -1.0}, "mass must be positive"),
         ({"footprint": (0, 0, 0, 1)}, "footprint must be"),
         ({"name": "block-1"}, "already"),
     ):

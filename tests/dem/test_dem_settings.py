@@ -41,7 +41,7 @@ def test_settings_and_keywords_are_one_and_keywords_count_before_settings():
 
 
 @pytest.mark.parametrize(("wrong", "words"), [
-    ({"loading": "jerk"}, "loading must be 'increments' or 'ramp', got 'jerk'"),
+    ({"loading": "jerk"}, "loading must be one of 'increments', 'ramp', got 'jerk'"),
     ({"loading": "ramp", "tolerance": 0.01}, "tolerance is for loading='increments'"),
     ({"ramp_steps": 100}, "ramp_steps is for loading='ramp'"),
     ({"tolerance": 0.0}, "tolerance must be positive"),

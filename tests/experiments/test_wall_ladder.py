@@ -34,7 +34,7 @@ def test_wall_without_shear_span_is_named_and_unknown_methods_are_refused():
     (found,) = predict_walls("formulas", ["97"])
     assert np.isnan(found.force)
     assert found.status == "wall 97 has '/' for its shear span"
-    with pytest.raises(InputError, match="method must be one of formulas, first"):
+    with pytest.raises(InputError, match="method must be one of 'formulas', 'first'"):
         predict_walls("formula")
     with pytest.raises(InputError, match="no specimen '199'"):
         predict_walls("formulas", ["199"])

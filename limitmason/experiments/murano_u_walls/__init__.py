@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from limitmason.build import wall as running_wall
+from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
@@ -92,8 +93,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         ("residual", tuple(_AFTER_FAILURE)),
         ("ground", tuple(_GROUND)),
     ):
-        if chosen[key] not in allowed:
-            raise InputError(f"{key} must be {' or '.join(map(repr, allowed))}, got {chosen[key]!r}")
+        choice(key, chosen[key], allowed)
     if chosen["return_length"] is None:
         chosen["return_length"] = float(row["return_length"])
     if not 0.0 <= chosen["roof_from"] < chosen["return_length"]:

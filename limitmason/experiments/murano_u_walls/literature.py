@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from statistics import fmean, median
 from typing import NamedTuple
 
-from limitmason.errors import InputError
+from limitmason.checks import choice
 from limitmason.experiments.record import Quantity
 from limitmason.experiments.tables import TextTable, read_table
 
@@ -55,8 +55,7 @@ def joints(masonry: str) -> dict[str, dict[str, Quantity]]:
     InputError
         For other masonry.
     """
-    if masonry not in MASONRY:
-        raise InputError(f"masonry must be one of {MASONRY}, got {masonry!r}")
+    choice("masonry", masonry, MASONRY)
     table, out = read_table(NAME, "joints.csv"), {}
     for row in table.rows:
         if row["masonry"] == masonry:

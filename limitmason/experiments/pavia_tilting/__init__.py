@@ -7,8 +7,8 @@ facade held by one or two return walls, of any length, height, corner bond and l
 from dataclasses import replace
 from typing import Any
 
-from limitmason.build.arguments import choice
 from limitmason.build.wall import wall
+from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, TargetValue, chosen_options
@@ -83,8 +83,7 @@ def specimen(
     choice("corner", corner, CORNERS)
     choice("first_through", first_through, ("facade", "return"))
     choice("sense", sense, tuple(SENSES))
-    if return_walls not in (1, 2):
-        raise InputError(f"return_walls must be 1 or 2, got {return_walls!r}")
+    choice("return_walls", return_walls, (1, 2))
     for label, units in (("facade_units", facade_units), ("return_units", return_units)):
         if not units >= 1.0 or not float(2.0 * units).is_integer():
             raise InputError(f"{label} must be at least 1, in steps of half a block, got {units!r}")

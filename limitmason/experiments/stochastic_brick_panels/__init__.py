@@ -8,7 +8,7 @@ Drawn(mean=30.0, unit='deg', variation=0.058)
 from decimal import Decimal
 from typing import Any, NamedTuple
 
-from limitmason.errors import InputError
+from limitmason.checks import choice
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options
 from limitmason.experiments.tables import read_source, read_table
@@ -61,8 +61,7 @@ def drawn(number: int) -> dict[str, RandomProperty]:
         For another set.
     """
     rows = {r["number"]: r for r in read_table(NAME, "sets.csv").rows}
-    if str(number) not in rows:
-        raise InputError(f"set must be one of {', '.join(rows)}, got {number!r}")
+    choice("set", str(number), rows)
     known = properties()
     return {_SYMBOLS[s]: known[_SYMBOLS[s]] for s in rows[str(number)]["drawn"].split()}
 

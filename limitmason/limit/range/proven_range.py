@@ -9,6 +9,7 @@ import numpy as np
 
 from limitmason.answers.results import ALMOST_SOLVED, SOLVED
 from limitmason.arrays import Array
+from limitmason.checks import choice
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.limit.associative import solve_associative
@@ -182,8 +183,7 @@ def proven_range(
         raise InputError(f"which must hold names of {ENDS}, got {which!r}")
     if not velocity_bound > 1:
         raise InputError(f"velocity_bound must exceed the mean live velocity, 1, got {velocity_bound}")
-    if search not in EFFORTS:
-        raise InputError(f"search must be one of {tuple(EFFORTS)}, got {search!r}")
+    choice("search", search, EFFORTS)
     for label, number in (("force_bound", force_bound), ("time_limit", time_limit), ("tolerance", tolerance)):
         if not number > 0:
             raise InputError(f"{label} must be positive, got {number}")
