@@ -167,7 +167,7 @@ def _zones(runs: Runs) -> list[str]:
     return [
         "### Simply deformable beside zoned bricks", "",
         f"Peaks up to {1e3 * TRAVEL:.1f} mm, the same contact points and law, one perturbed start, two speeds. Zoned "
-        f"bricks take {ZONED_STEPS} and {3 * ZONED_STEPS} steps, simply deformable in {SLOWER} and {3 * SLOWER}. The "
+        f"bricks take {ZONED_STEPS} and {3 * ZONED_STEPS} steps, simply deformable ones {SLOWER} and {3 * SLOWER}. The "
         "slower "
         f"run's load stands here, *rate* is what the faster one's differs by. A zoned run ends where less than "
         f"{GIVEN_UP:.0%} of its largest load is left over {1e3 * WAITED:.1f} mm.", "",

@@ -98,7 +98,7 @@ def _words(runs: Runs) -> list[str]:
         f"- Bricks that deform give the slope printed, {_slope(TYPICAL):.1f} kN/MPa. Elastic ones give "
         f"{min(slopes):.1f} to "
         f"{max(slopes):.1f}. The print less ours is the same load for the three strengths but for {min(spans):.2f} to "
-        f"{max(spans):.2f} kN: {lags.min():.2f} to {lags.max():.2f} kN. Lumped ones spread the stress that "
+        f"{max(spans):.2f} kN. It is {lags.min():.2f} to {lags.max():.2f} kN. Lumped ones spread the stress that "
         f"elastic ones draw to their corners, and give {lumped:.1f}, rigid ones with the joints' stiffness alone more.",
         "- Points: rigid and lumped bricks bear linear stresses along a joint, the same on any points. Finer points "
         "draw more to the corners of bricks that deform, by less each time: "
