@@ -35,7 +35,9 @@ def push(
     label: str = "",
     **options: Any,
 ) -> PushCurve:
-    """Load-displacement curve of a structure that is driven to a displacement, own weight settled first.
+    """Load-displacement curve of a structure that is driven to a displacement.
+
+    Own weight has settled first.
 
     The load is what the drive exerts along its direction beyond what stood there when it began, conjugate in work to
     the displacement, which counts from the settled state. The run goes on to the end of the path whatever the load

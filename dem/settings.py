@@ -66,7 +66,9 @@ class Loading(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class DemSettings:
-    """Settings of :func:`dem.collapse`, by name there and in ``limitmason.predict(..., "dem")``.
+    """Settings of :func:`dem.collapse`, by name.
+
+    ``limitmason.predict(..., "dem")`` takes them too.
 
     Parameters
     ----------

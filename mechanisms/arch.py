@@ -11,7 +11,10 @@ from limitmason.model.assembly import Assembly
 
 
 class ArchLimit(NamedTuple):
-    """Thinnest arch: t/R (R of the centre line), angle of the haunch hinge from the crown, and thrust over weight."""
+    """Thinnest arch, with the angle of its haunch hinge and its thrust.
+
+    t/R with R of the centre line, angle from the crown, thrust over weight.
+    """
 
     thickness: float
     haunch_deg: float
@@ -19,7 +22,9 @@ class ArchLimit(NamedTuple):
 
 
 def arch_limit(angle_deg: float = 180.0) -> ArchLimit:
-    """Return the smallest thickness of a circular arch with radial joints at every angle, carrying its own weight.
+    """Return the least thickness of a circular arch that carries its own weight.
+
+    Radial joints may open at every angle.
 
     Thrust through the extrados at crown and springings, touching the intrados at the haunch beta. Per unit of weight
     an angle, with r_i = 1 - t/2, r_o = 1 + t/2 and centroids at rho = 1 + t^2/12,
@@ -74,7 +79,9 @@ def arch_limit(angle_deg: float = 180.0) -> ArchLimit:
 
 
 def geometric_safety(assembly: Assembly) -> float:
-    """Return thickness over the smallest thickness of an arch built by ``limitmason.build.arch`` [-].
+    """Return thickness over the smallest thickness of an arch [-].
+
+    The arch is made by ``limitmason.build.arch``.
 
     Parameters
     ----------

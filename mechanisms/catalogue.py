@@ -39,7 +39,9 @@ def catalogue(
     include: Iterable[str] | None = None,
     contact_factor: float = 1.0,
 ) -> tuple[dict[str, Prediction], tuple[str, ...]]:
-    """Return the prediction of every mechanism that fits, by name, and what was left out and why.
+    """Return the prediction of every mechanism that fits, by name.
+
+    It says too what was left out and why.
 
     Facades pushed away from their side walls: A, B (straight crack and whole courses), D for L and U plans. Straight
     walls in plane: stepped and sloping crack. Everything with flat joints: overturning and sliding in one piece.
@@ -93,7 +95,9 @@ def smallest(
     include: Iterable[str] | None = None,
     contact_factor: float = 1.0,
 ) -> Prediction:
-    """Return the smallest bound of the catalogue: ``limitmason.predict(..., method="mechanisms")``.
+    """Return the smallest bound of the catalogue.
+
+    ``limitmason.predict(..., method="mechanisms")``.
 
     Where no mechanism is admissible on the blocks, the smallest estimate stands in its place and says so.
 

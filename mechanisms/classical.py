@@ -35,7 +35,9 @@ class Level(NamedTuple):
 def overturning(
     facade: Facade | Assembly, *, loads: Loads | None = None, hinge_courses: int | None = None
 ) -> Prediction:
-    """Return overturning in one piece of everything above a flat joint: t/H for a free wall.
+    """Return overturning in one piece of everything above a flat joint.
+
+    t/H for a free wall.
 
         lambda = sum(W_i x_i) / sum(W_i z_i), arms from the toe; with numbers (W t/2 + Q X_Q) / (W H_k/2 + Q H_k)
 
@@ -83,7 +85,9 @@ def overturning(
 
 
 def sliding(facade: Facade | Assembly, *, loads: Loads | None = None) -> Prediction:
-    """Return sliding in one piece of everything above a flat joint: lambda = f for weights turned sideways.
+    """Return sliding in one piece of everything above a flat joint.
+
+    lambda = f for weights turned sideways.
 
     Parameters
     ----------
@@ -115,7 +119,9 @@ def sliding(facade: Facade | Assembly, *, loads: Loads | None = None) -> Predict
 def rigid_block(
     *, width: float, height: float, friction: float, weight: float = 1.0, top_load: float = 0.0
 ) -> Prediction:
-    """Return rocking or sliding of one block under its weight W and a centred mass Q on its top.
+    """Return rocking or sliding of one block with a centred mass on its top.
+
+    W is its weight, Q that of the mass.
 
         rocking (b/h)(W + Q)/(W + 2 Q), sliding f
 
@@ -140,7 +146,9 @@ def rigid_block(
 
 
 def stack(*, width: float, course_height: float, courses: int, friction: float) -> Prediction:
-    """Return collapse of a stack of n equal blocks: min(f, b/(n h)), joint j from the top rocking at b/(j h).
+    """Return collapse of a stack of n equal blocks.
+
+    min(f, b/(n h)), joint j from the top rocking at b/(j h).
 
     Parameters
     ----------
@@ -170,7 +178,9 @@ def inclined_hinge(
     side_walls: int | None = None,
     crack_tangent: float | None = None,
 ) -> Prediction:
-    """Return a facade held at its ends that turns about inclined hinges, without torsion in its joints.
+    """Return a facade held at its ends that turns about inclined hinges.
+
+    Its joints have no torsion.
 
         one side wall    (t/H)(L - H tan(a)/2) / (L - 2 H tan(a)/3)
         two side walls   the same with L/2 in place of L
@@ -218,7 +228,9 @@ def inclined_hinge(
 
 
 def rondelet_thickness(*, length: float, height: float, side_walls: int = 1, divisor: float = 10.0) -> float:
-    """Return the thickness that Rondelet's rule of thumb gives a wall held at one end or both [m].
+    """Return the thickness by Rondelet's rule for a wall held at its ends [m].
+
+    It may be held at one end or both.
 
         t = (H/N) L / sqrt(L^2 + H^2), with L/2 in place of L for two side walls
 

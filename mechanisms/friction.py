@@ -14,7 +14,9 @@ from limitmason.geometry.polygon import polar_mean_radius
 
 
 class FrictionSums(NamedTuple):
-    """Largest friction of the crossed bed joints from self weight (F_g) and overload (F_q), and its heights.
+    """Largest friction of the crossed bed joints, and its heights.
+
+    From self weight (F_g) and overload (F_q).
 
     Forces [N], heights above the hinge [m].
     """
@@ -46,7 +48,9 @@ def bed_joint_friction(
     overload: float = 0.0,
     base_height: float = 0.0,
 ) -> FrictionSums:
-    """Return the largest friction that one vertical crack meets in the bed joints of the top ``crossed`` courses.
+    """Return the largest friction of the bed joints that one vertical crack crosses.
+
+    These are those of the top ``crossed`` courses.
 
         F_g = f gamma t v h n (n + 1) / 2,    Z_g = z_b + h (n - 1) / 3
         F_q = f q v n,                        Z_q = z_b + h (n - 1) / 2
@@ -106,7 +110,9 @@ def joint_friction(
 
 
 def crack_angle_reduction(tangent: ArrayLike, steepest: float) -> Array | float:
-    """Return omega = 1 - tan(alpha_c) / tan(alpha_b): the share of the friction that an inclined crack leaves.
+    """Return omega = 1 - tan(alpha_c) / tan(alpha_b).
+
+    The share of the friction that an inclined crack leaves.
 
     Parameters
     ----------
@@ -132,7 +138,9 @@ def crack_angle_reduction(tangent: ArrayLike, steepest: float) -> Array | float:
 
 
 def torsion_radius(a: float, b: float) -> float:
-    """Return d_0 = T_o / S_o of a rectangle under uniform pressure: its polar mean radius about its centre.
+    """Return d_0 = T_o / S_o of a rectangle under uniform pressure.
+
+    Its polar mean radius about its centre.
 
         r_m = [2 a b d + a^3 asinh(b/a) + b^3 asinh(a/b)] / (12 a b),    d = sqrt(a^2 + b^2)
 
@@ -174,7 +182,9 @@ def edge_radii(overlap: float, thickness: float) -> tuple[float, float]:
 
 
 def torsion_shear_curve(a: float, b: float, poles: ArrayLike, *, points: int = 200) -> tuple[Array, Array]:
-    """Return plastic (S/S_o, T/T_o) of a rectangle under uniform pressure that turns about poles off its centre.
+    """Return plastic (S/S_o, T/T_o) of a rectangle that turns about poles.
+
+    It is under uniform pressure, and the poles lie off its centre.
 
     With r from the pole at distance e along b, S = mean of the sliding direction's component along a, and T its moment
     about the *centre* over r_m; e = 0 is pure torsion, e -> infinity pure shear.

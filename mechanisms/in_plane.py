@@ -24,7 +24,9 @@ SOURCE = "derived (docs/mechanisms.md, section 8)"
 
 
 def stepped_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Prediction:
-    """Return in-plane rocking of the part of a wall above a crack that steps in every course from the toe.
+    """Return in-plane rocking of the wall above a crack that steps in every course.
+
+    The crack starts at the toe.
 
         (v/2h)(4n + 2)/(4n - 1)               n courses, bottom course ending at the toe with a half unit, n v <= B
         (B/H)(1 - 2b/3)/(1 - b^2/3)           small blocks, b = B h/(H v) < 1
@@ -71,7 +73,9 @@ def stepped_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
 
 
 def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Prediction:
-    """Return in-plane rocking along a crack of the worst inclination, with prescribed friction on its bed joints.
+    """Return in-plane rocking along a crack of the worst inclination.
+
+    Its bed joints have prescribed friction.
 
         lambda = sqrt(k f v/h) - k f/2 at tan(alpha) = sqrt(k f v/h),  k = 1 - 1/n^2,   f <= v/h
         lambda = v/(2h) at tan(alpha) = v/h,                                            f >= v/h
@@ -131,7 +135,9 @@ def sloping_crack_limit(friction: float, slope: float, courses: int | None = Non
 
 
 def slender_wall(width: float, height: float, slope: float) -> float:
-    """Return the stepped-crack multiplier of a slender wall in small blocks, (B/H)(1 - 2b/3)/(1 - b^2/3).
+    """Return the stepped-crack multiplier of a slender wall in small blocks.
+
+    It is (B/H)(1 - 2b/3)/(1 - b^2/3).
 
     Parameters
     ----------

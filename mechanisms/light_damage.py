@@ -12,7 +12,10 @@ from limitmason.errors import InputError
 
 
 class LightDamage(NamedTuple):
-    """Load [N] and displacement [m] at the limit state, and the initial stiffness [N/m] it is relative to."""
+    """Load [N] and displacement [m] at the limit state, with the initial stiffness.
+
+    The state is relative to that stiffness [N/m].
+    """
 
     load: float
     displacement: float
@@ -22,7 +25,9 @@ class LightDamage(NamedTuple):
 def light_damage(
     displacement: ArrayLike, load: ArrayLike, *, drop: float = 0.02, initial_stiffness: float | None = None
 ) -> LightDamage:
-    """Return the point of a curve at which its secant stiffness has fallen by 2 %: F = (1 - drop) K_0 d.
+    """Return the point of a curve at which its secant stiffness has fallen by 2 %.
+
+    F = (1 - drop) K_0 d.
 
     Parameters
     ----------

@@ -42,7 +42,9 @@ def simple_rocking(
     hinge_courses: int | None = None,
     reduction: float = 1.0,
 ) -> Prediction:
-    """Return mechanism A: the facade rocks outwards and slides along vertical cracks at its side walls.
+    """Return mechanism A.
+
+    The facade rocks outwards and slides along vertical cracks at its side walls.
 
         lambda_A = [W t/2 + Q X_Q + n_s (F_g Z_g + F_q Z_q)] / [W H_k/2 + Q H_k],    W = gamma t L H_k
 
@@ -106,7 +108,9 @@ def compound_rocking(
     crack: str = "straight",
     below_crack: str = "connected",
 ) -> Prediction:
-    """Return mechanism B: the facade rocks outwards and takes wedges of the side walls along.
+    """Return mechanism B.
+
+    The facade rocks outwards and takes wedges of the side walls along.
 
         lambda_B = [W t/2 + Q X_Q + n_s (W_D X_D + Q_s X_s + omega (F_g Z_g + F_q Z_q))]
                    / [W H_k/2 + Q H_k + n_s (W_D Z_D + Q_s Z_s)]

@@ -19,7 +19,7 @@ _EPS = 1e-6  # relative: loads and friction coefficients closer than this are th
 
 @dataclass(frozen=True, kw_only=True)
 class Facade:
-    """A facade in running bond with its side walls, as the closed-form mechanisms see it.
+    """A facade in running bond with side walls, as the closed-form mechanisms see it.
 
     Any consistent units do; the names below assume metres and newtons. x runs inward from the toe line on the face
     towards which the wall falls, z up from its foot.
@@ -146,7 +146,9 @@ class Facade:
 
     @classmethod
     def from_assembly(cls, assembly: Assembly, loads: Loads | None = None, **changes: Any) -> Facade:
-        """Parameters of a wall built by ``limitmason.build.wall`` or ``layout``, read from its recipe and its loads.
+        """Parameters of a wall, read from its recipe and its loads.
+
+        It is built by ``limitmason.build.wall`` or ``layout``.
 
         Geometry comes from the recipe, friction from the bed joints, the unit weight from density and gravity, the
         overload from loading beams and from dead loads on beams and on the top course.

@@ -58,7 +58,9 @@ def rocking_power(
     reduction: float | None = None,
     below_crack: str = "connected",
 ) -> PowerBalance:
-    """Power balance of facade and wedges turning about the toe line ``hinge`` courses below the top.
+    """Power balance of facade and wedges turning about the toe line.
+
+    That lies ``hinge`` courses below the top.
 
     The crack in every side wall is vertical up to the lowest of the ``crossed`` courses, then inclined by ``tangent``;
     or, where ``stepping`` courses are given, inclined by the bond's own slope over those and vertical over the others.
@@ -117,7 +119,9 @@ def flexure_power(
     torsion_radius: float,
     reduction: float | None = None,
 ) -> PowerBalance:
-    """Power balance of mechanism D: a rectangle rocks about its foot, two triangles turn about inclined lines.
+    """Power balance of mechanism D.
+
+    A rectangle rocks about its foot, and two triangles turn about inclined lines.
 
     The triangles turn by one, the rectangle by sin(a); everything is divided by sin(a), so that powers are per unit of
     the rectangle's rotation. Friction turns at cos(a) on two vertical and two inclined lines.
@@ -191,7 +195,9 @@ class ContactCheck(NamedTuple):
 
 
 def check_contacts(assembly: Assembly, loads: Loads, twists: Array) -> ContactCheck:
-    """Hold a motion against the equilibrium matrix: e = A^T v, admissible where e_n >= tan(phi) |e_t| everywhere.
+    """Hold a motion against the equilibrium matrix.
+
+    e = A^T v, admissible where e_n >= tan(phi) |e_t| everywhere.
 
     lambda = (sum D(e) - w_dead . v) / (w_live . v) with D = c A |e_t| + N_t (e_n - tan(phi) |e_t|), N_t the tension
     capacity.

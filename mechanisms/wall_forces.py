@@ -44,7 +44,9 @@ def wall_forces(
     stress: float, strength: float, cohesion: float, friction: float, diagonal_strength: float,
     unit: tuple[float, float],
 ) -> WallForces:  # fmt: skip
-    """Return the horizontal force of a rectangular wall under axial load by four formulas.
+    """Return the force of a rectangular wall under axial load by four formulas.
+
+    The force is horizontal.
 
         rocking with a stress block   N L / (2 H0) (1 - s0 / (0.85 fc))
         sliding                       min[(1.5 c L t + mu N) / (1 + 3 c H0 t / N), mu N + c L t]

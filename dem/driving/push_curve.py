@@ -101,7 +101,9 @@ class PushCurve(Curve):
 
     @property
     def first_failure(self) -> JointPoint | None:
-        """Where the first point of a joint reached its strength while driven, or None where none did.
+        """Where the first point of a joint reached its strength while driven.
+
+        None where none did.
 
         Between two samples the strength in use is continued in a line, the load along the secant: exact for elastic
         joints. Where it is reached before there are two samples, the first that shows it. Where own weight alone breaks
@@ -129,7 +131,9 @@ class PushCurve(Curve):
         return JointPoint(i, float(u[j] + step), load, self._joint(int(rows[k])), 1.0)
 
     def first_crack(self, width: float, kind: str | None = None) -> JointPoint | None:
-        """Where an opening first reaches a width, in joints of one kind, or None where none does.
+        """Where an opening first reaches a width, in joints of one kind.
+
+        None where none does.
 
         Parameters
         ----------
@@ -160,7 +164,10 @@ class PushCurve(Curve):
 
     @property
     def mode(self) -> Mode:
-        """How it failed, by the joints that have moved at the end, see :mod:`dem.driving.failure_mode`."""
+        """How it failed, by the joints that have moved at the end.
+
+        See :mod:`dem.driving.failure_mode`.
+        """
         return self.mode_at(-1)
 
     def mode_at(self, index: int) -> Mode:
@@ -170,11 +177,16 @@ class PushCurve(Curve):
         return failure_mode(self.assembly, *since)
 
     def moved(self, index: int) -> tuple[Array, Array]:
-        """Displacements of the centroids [m] and quaternions of all blocks at a sample, own weight included."""
+        """Displacements of the centroids [m] and quaternions of all blocks at a sample.
+
+        Own weight is included.
+        """
         return self.states[self.point(index).index]
 
     def first_unit_crack(self, width: float) -> JointPoint | None:
-        """Where a zone that failed in tension is first stretched by a width, or None where none is.
+        """Where a zone that failed in tension is first stretched by a width.
+
+        None where none is.
 
         Its accumulated plastic strain times its size (``mesh.zone_sizes``): a crack is smeared over a zone, whose first
         touch of the tensile strength nobody could see; of its four points the most strained counts. Cracks that are
@@ -189,7 +201,9 @@ class PushCurve(Curve):
         return self._first_zone([z.plastic * sizes * (z.marks == TENSION) for z in self.zones], width)
 
     def first_crushing(self, strain: float) -> JointPoint | None:
-        """Where a zone that yielded in shear and never failed in tension first has a plastic strain.
+        """Where a zone that yielded in shear first has a plastic strain.
+
+        It never failed in tension.
 
         None where none.
 
@@ -237,7 +251,9 @@ class PushCurve(Curve):
 
     @property
     def quantities(self) -> dict[str, float]:
-        """As of every curve, with the first crack 0.15 mm wide and what each joint has done by the end of it.
+        """Quantities of every curve, with the first crack and what each joint has done.
+
+        The crack is 0.15 mm wide, and joints are read at the end of it.
 
         "opened J", "slid J" and "crushed J" of a joint J are 1 for its largest movement beyond 0.15 mm, else 0;
         "failure mode N" is 1 for the name N of :attr:`mode`.

@@ -56,7 +56,7 @@ RAMPING = Damping(local=0.5)
 def collapse(
     assembly: Assembly, loads: Loads, settings: DemSettings | None = None, **options: Any
 ) -> Prediction:
-    """Collapse multiplier of an assembly by the explicit distinct element method, quasi-static.
+    """Collapse multiplier by the explicit distinct element method, quasi-static.
 
     The structure settles under the dead load and the live load grows until the blocks keep moving.
 

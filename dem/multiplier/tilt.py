@@ -90,7 +90,9 @@ class TiltTest(ReadOnly):
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Between the stopped tables that stood and fell, lower where a turning one fell earlier.
+        """Between the stopped tables that stood and fell.
+
+        It is lower where a turning one fell earlier.
 
         None without them.
         """
@@ -113,7 +115,9 @@ class TiltTest(ReadOnly):
 
     @property
     def at_rest(self) -> float:
-        """Max(Rh / Rv) extrapolated to a table that turns infinitely slowly [-], where the lag is linear in the rate.
+        """Max(Rh / Rv) extrapolated to a table that turns infinitely slowly [-].
+
+        It holds where the lag is linear in the rate.
 
         It is not where the wall slides: the ratio then stays at tan(phi) however late the wall is seen to move.
         """
@@ -160,7 +164,9 @@ def tilt_test(
     increments: bool = False,
     **contacts: Unpack[ContactOptions],
 ) -> TiltTest:
-    """Tilt a wall on its table until it falls, as in a laboratory, and again at half speed until it no longer matters.
+    """Tilt a wall on its table until it falls, as in a laboratory.
+
+    It is tilted again at half speed until that no longer matters.
 
     The weight of every block turns as W (-cos(alpha) z + sin(alpha) d) while alpha grows steadily. A turning table
     reads max(Rh / Rv) of the reactions: tan(alpha) at collapse if it turns slowly enough, and tan(phi) at any rate

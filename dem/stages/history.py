@@ -167,7 +167,10 @@ class History(Displayed, ReadOnly):
 
     @property
     def lost_in_failure(self) -> tuple[str, ...]:
-        """What the joints lose where they fail, by what and over which energy, one sentence per joint law."""
+        """What the joints lose where they fail, one sentence per joint law.
+
+        It says by what and over which energy.
+        """
         return losses(self.assembly, self.state.laws)
 
     def reaction_of(self, block: int | str) -> Array:
@@ -187,7 +190,9 @@ class History(Displayed, ReadOnly):
         return rotation_vectors(self.quaternion[:, self.assembly.block_index(block)])
 
     def curve(self, block: int | str, direction: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> Curve:
-        """Load-displacement curve of a driven block along a direction: displacement [m], force of the drive [N].
+        """Load-displacement curve of a driven block along a direction.
+
+        Displacement [m], force of the drive [N].
 
         It unpacks as displacement, force. Its errors are the energy from nowhere over the largest work of the loads and
         the kinetic energy over the work so far, both [-].
@@ -229,7 +234,10 @@ class History(Displayed, ReadOnly):
         return out
 
     def first_crack(self, opening: float, kind: str | None = None) -> tuple[int, int] | None:
-        """Sample and interface at which an opening [m] is first reached, in joints of one kind, or None if never."""
+        """Sample and interface at which an opening [m] is first reached.
+
+        In joints of one kind, or None if never.
+        """
         kept = [k for k, i in enumerate(self.assembly.interfaces) if kind is None or i.kind == kind]
         with np.errstate(invalid="ignore"):
             hit = self.opening[:, kept] >= opening
@@ -240,7 +248,10 @@ class History(Displayed, ReadOnly):
 
     @property
     def energy_error(self) -> Array:
-        """Energy from nowhere [J]: kinetic + elastic + friction + fracture + viscous + damping - applied - support."""
+        """Energy from nowhere [J].
+
+        Kinetic + elastic + friction + fracture + viscous + damping - applied - support.
+        """
         s = self.scalars
         stored = s["kinetic"] + s["elastic"] + s["friction"] + s["fracture"] + s["viscous"] + s["damping"]
         return stored - s["applied"] - s["support"]
@@ -261,13 +272,18 @@ class History(Displayed, ReadOnly):
         return self.scalars["kinetic"] / np.maximum(work, 1e-300)
 
     def kinetic_ratio_since(self, before: History) -> Array:
-        """Kinetic energy over the work of the loads and drives since the end of an earlier history [-]."""
+        """Kinetic energy over the work since the end of an earlier history [-].
+
+        The work is that of loads and drives.
+        """
         work = np.abs(self.scalars["applied"] - before.scalars["applied"][-1])
         work += np.abs(self.scalars["support"] - before.scalars["support"][-1])
         return self.scalars["kinetic"] / np.maximum(work, 1e-300)
 
     def vibration(self, *, sliding: str = "sticks") -> VibratingSystem:
-        """Blocks on the joints that the end of the run has left closed, for :func:`limitmason.modes`.
+        """Blocks on the joints that the end of the run leaves closed.
+
+        For :func:`limitmason.modes`.
 
         See there.
         """

@@ -138,7 +138,9 @@ def resume(
     checkpoint: str | Path | None = None,
     checkpoint_every: int = 20,
 ) -> History:
-    """Go on with a run that was interrupted, or killed after a checkpoint, in the middle of its stages.
+    """Go on with a run that was interrupted in the middle of its stages.
+
+    It may have been killed after a checkpoint.
 
     What comes out is what the run would have given without the cut, to the last bit: the samples before it are kept.
 

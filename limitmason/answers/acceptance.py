@@ -21,7 +21,9 @@ CELL_GAP = 5e-3
 
 @dataclass(frozen=True)
 class Certificate:
-    """How well a prediction satisfies its own theory, computed with numpy from the assembly and the prediction alone.
+    """How well a prediction satisfies its own theory.
+
+    It is computed with numpy from the assembly and the prediction alone.
 
     Forces are relative to the total weight (or the total load, where blocks are weightless), rates to the mechanism's
     largest rate. NaN where it does not apply.
@@ -98,7 +100,10 @@ class Certificate:
 
     @property
     def accepted(self) -> bool:
-        """Whether equilibrium, joint law and the comparison of forces with the mechanism all hold, see ``refusal``."""
+        """Whether equilibrium, joint law and the comparison with the mechanism all hold.
+
+        See ``refusal``.
+        """
         return not self.refusal
 
     def __str__(self) -> str:

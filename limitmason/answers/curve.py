@@ -21,7 +21,9 @@ from limitmason.storage.frozen import ReadOnly
 
 
 class Energy(NamedTuple):
-    """Energy up to every sample [J], shape (n,): work of live and dead loads, what is stored, and what is lost.
+    """Energy up to every sample [J], shape (n,).
+
+    Work of live and dead loads, what is stored, and what is lost.
 
     ``lost`` is that of slip, crushing and cracks of a solid, ``broken`` that of joints which lose strength over an
     opening, ``jumped`` what jumps took where they are followed; None where a theory has no such part. ``error`` is live
@@ -61,7 +63,7 @@ class CurvePoint(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Curve(Displayed, Citable, ReadOnly):
-    """Load against displacement, with what happened on the way and how well each point is known.
+    """Load against displacement, with events on the way and how well points are known.
 
     Parameters
     ----------
@@ -151,13 +153,18 @@ class Curve(Displayed, Citable, ReadOnly):
         return self.point(int(falls[0])) if len(falls) else None
 
     def ultimate(self, share: float = 0.8) -> CurvePoint | None:
-        """First sample after the peak with at most ``share`` of its load [-], or None where it never falls so far."""
+        """First sample after the peak with at most ``share`` of its load [-].
+
+        None where it never falls so far.
+        """
         top = self.peak
         below = np.flatnonzero(self.load[top.index :] <= share * top.load)
         return self.point(top.index + int(below[0])) if len(below) else None
 
     def stiffness(self, low: float = 0.1, high: float = 0.4) -> float:
-        """Secant stiffness between two shares of the peak on the way up, load over displacement, in the curve's units.
+        """Secant stiffness between two shares of the peak on the way up.
+
+        Load over displacement, in the curve's units.
 
         Parameters
         ----------
@@ -207,7 +214,10 @@ class Curve(Displayed, Citable, ReadOnly):
 
     @property
     def work(self) -> Array:
-        """Work of the load from the first sample on, by trapezoids, in units of load times displacement, shape (n,)."""
+        """Work of the load from the first sample on, by trapezoids.
+
+        In units of load times displacement, shape (n,).
+        """
         steps = 0.5 * (self.load[1:] + self.load[:-1]) * np.diff(self.displacement)
         return np.concatenate([[0.0], np.cumsum(steps)])
 
@@ -230,7 +240,10 @@ class Curve(Displayed, Citable, ReadOnly):
         return next((self.point(e.index) for e in self.events if e.name == name), None)
 
     def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Curve:
-        """This curve in other units, values multiplied by the factors given [new unit / old unit]."""
+        """This curve in other units.
+
+        Values are multiplied by the factors given [new unit / old unit].
+        """
         return replace(
             self, displacement=self.displacement * displacement, load=self.load * load,
             displacement_unit=displacement_unit, load_unit=load_unit,

@@ -58,7 +58,10 @@ class FlowRule(StrEnum):
 
 
 class ContactModel(StrEnum):
-    """Where an interface transmits forces: the corners of its polygon, or a lattice, even or dense at the edges."""
+    """Where an interface transmits forces.
+
+    The corners of its polygon, or a lattice, even or dense at the edges.
+    """
 
     VERTICES = "vertices"
     GRID = "grid"
@@ -87,14 +90,20 @@ class Bound(str):
 
     @classmethod
     def from_text(cls, text: str) -> Bound:
-        """Bound of a file that holds its words only (files of 0.1): they begin with the kind."""
+        """Bound of a file that holds its words only (files of 0.1).
+
+        They begin with the kind.
+        """
         first = text.replace(":", " ").replace(";", " ").split()
         known = first and first[0] in tuple(BoundKind)
         return cls(BoundKind(first[0]) if known else BoundKind.ESTIMATE if text else BoundKind.NONE, text)
 
 
 class Range(NamedTuple):
-    """Low and high end about a multiplier [-], NaN where there is none, and what they are."""
+    """Low and high end about a multiplier [-], and what they are.
+
+    NaN where there is none.
+    """
 
     low: float = math.nan
     high: float = math.nan
@@ -129,7 +138,9 @@ def flags(moved: Mapping[str, Array], joints: Sequence[str], least: float) -> di
 
 @dataclass(frozen=True, eq=False)
 class Mechanism(ReadOnly):
-    """Collapse mechanism: rigid velocities, scaled so that the mean velocity along the live loads is one.
+    """Collapse mechanism.
+
+    Rigid velocities, scaled so that the mean velocity along the live loads is one.
 
     Parameters
     ----------
@@ -144,7 +155,9 @@ class Mechanism(ReadOnly):
     sliding: Array
 
     def pattern(self, interface: Index, joints: Sequence[str], least: float = 0.02) -> dict[str, float]:
-        """What every joint does, as a test would write it down: "opened J" and "slid J" are 1 or 0, never both 1.
+        """What every joint does, as a test would write it down.
+
+        "opened J" and "slid J" are 1 or 0, never both 1.
 
         Parameters
         ----------
@@ -163,14 +176,16 @@ class Mechanism(ReadOnly):
         return f"<Mechanism of {len(self.twists)} blocks, {len(self.moving_blocks())} of them moving>"
 
     def moving_blocks(self, threshold: float = 1e-6) -> Index:
-        """Numbers of the blocks whose largest rate exceeds a fraction of the overall largest."""
+        """Numbers of the blocks whose largest rate exceeds a part of the largest of all."""
         rate = np.abs(self.twists).max(axis=1)
         return np.flatnonzero(rate > threshold * max(float(rate.max(initial=0.0)), 1e-300))
 
 
 @dataclass(frozen=True, eq=False)
 class Resultants(ReadOnly):
-    """Forces in the joints, compression positive, acting on block b (opposite on block a).
+    """Forces in the joints, compression positive, acting on block b.
+
+    They act on block a in the opposite sense.
 
     Parameters
     ----------
@@ -264,7 +279,9 @@ class Prediction(Displayed, Citable, ReadOnly):
 
     @property
     def quantities(self) -> dict[str, float]:
-        """What a test would write down, by name: "peak" (the multiplier), what its curve shows, and the pattern.
+        """What a test would write down, by name.
+
+        "peak" (the multiplier), what its curve shows, and the pattern.
 
         The pattern, "opened J" and "slid J" of every joint J, is that of the mechanism, where structure and contact
         points are known. A method that tells what is left of the load gives that as "residual".
@@ -280,7 +297,10 @@ class Prediction(Displayed, Citable, ReadOnly):
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Low and high end about the multiplier by the method's own error budget [-], or None where it has none."""
+        """Low and high end about the multiplier by the method's own error budget [-].
+
+        None where it has none.
+        """
         ends = self.details.get("interval")
         return None if ends is None else (float(ends[0]), float(ends[1]))
 
@@ -302,7 +322,10 @@ class Prediction(Displayed, Citable, ReadOnly):
 
     @property
     def answer(self) -> str:
-        """The number and its name: "lambda = ...", or of a support that settles its reaction."""
+        """The number and its name.
+
+        "lambda = ...", or of a support that settles its reaction.
+        """
         if "support_reaction" not in self.details:
             return f"lambda = {self.collapse_multiplier:.6g}"
         reaction = float(self.details["support_reaction"])

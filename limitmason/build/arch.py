@@ -37,7 +37,9 @@ def arch(
     joints: Mapping | None = None,
     tolerance: float | None = None,
 ) -> Assembly:
-    """Return an arch of voussoirs with radial joints, in the x-z plane, on held springings or on piers.
+    """Return an arch of voussoirs with radial joints, on held springings or on piers.
+
+    It lies in the x-z plane.
 
     Parameters
     ----------
@@ -112,7 +114,9 @@ def arch_from_curves(
     joints: Mapping | None = None,
     tolerance: float | None = None,
 ) -> Assembly:
-    """Return an arch whose joints connect corresponding points of two curves: any profile, any stereotomy.
+    """Return an arch whose joints connect corresponding points of two curves.
+
+    Any profile, any stereotomy.
 
     Parameters
     ----------

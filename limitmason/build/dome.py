@@ -33,7 +33,9 @@ def dome(
     joints: Mapping | None = None,
     tolerance: float | None = None,
 ) -> Assembly:
-    """Return a dome of voussoirs on a held ring: joints on cones about the axis and in meridian planes.
+    """Return a dome of voussoirs on a held ring.
+
+    Joints on cones about the axis and in meridian planes.
 
     Parameters
     ----------

@@ -23,7 +23,9 @@ def with_floor(
     thickness: float = 0.2,
     name: str = "floor",
 ) -> Assembly:
-    """This assembly with a floor, or a roof: a rigid block of a given mass that rests by friction where it bears.
+    """This assembly with a floor, or a roof.
+
+    It is a rigid block of a given mass that rests by friction where it bears.
 
     It is the last block. Make the loads after it: they then hold its weight, and its share of a horizontal load.
 

@@ -21,7 +21,9 @@ def arch_minimum_thickness(
     radius: float = 1.0,
     voussoir_shape: str = "chord",
 ) -> float:
-    """Return the smallest thickness at which a circular arch with radial joints carries its own weight.
+    """Return the least thickness at which a circular arch carries its own weight.
+
+    Its joints are radial.
 
     Joints carry no tension, do not slide and do not crush. With F_i = (H, V - sum W_k) the force across joint i and
     K_i its moment about the centre of the arch, the force meets the joint at the radius K_i / N_i, so the arch stands

@@ -38,7 +38,9 @@ def vault(
     joints: Mapping | None = None,
     tolerance: float | None = None,
 ) -> Assembly:
-    """Return a vault of voussoirs on held springers: a barrel along y, or two barrels that cross over a square bay.
+    """Return a vault of voussoirs on held springers.
+
+    It is a barrel along y, or two barrels that cross over a square bay.
 
     Parameters
     ----------

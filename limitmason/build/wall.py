@@ -52,7 +52,7 @@ def wall(
     unit_cracks: Joint | None = None,
     tolerance: float | None = None,
 ) -> Assembly:
-    """Return a masonry wall as an assembly of units in contact, without gaps and without overlaps.
+    """Return a masonry wall of units in contact, without gaps and without overlaps.
 
     The facade runs along x from 0 to `length`, its outer face at y = 0, its thickness towards +y, its foot at z = 0;
     returns leave it in the +y direction. Courses alternate: in the odd ones (the bottom one is the first) the facade

@@ -49,7 +49,7 @@ def calibrate(
     key: str | None = None,
     progress: Progress | None = None,
 ) -> Fit:
-    """Parameters at which a model meets what was measured, and what the measurements cannot tell.
+    """Parameters at which a model meets what was measured, and what is left open.
 
     min sum ((log model - log measured) / scatter)^2
 

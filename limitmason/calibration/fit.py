@@ -107,7 +107,9 @@ class Fit(ReadOnly):
 
     @property
     def deviation(self) -> dict[str, float]:
-        """Deviation by name from the slopes over one deviation, of the side that the data see less.
+        """Deviation by name from the slopes over one deviation.
+
+        Of the side that the data see less.
 
         Relative for a parameter on a log scale; infinite where the data do not see it.
         """
@@ -120,7 +122,10 @@ class Fit(ReadOnly):
 
     @property
     def open_sides(self) -> dict[str, tuple[str, ...]]:
-        """Sides, "below" and "above", on which the data set a parameter no end within its bounds, by name."""
+        """Sides on which the data set a parameter no end within its bounds, by name.
+
+        A side is "below" or "above".
+        """
         scale = self.objective.scale
         deviation = self.information.to_sides
         loose: Flags = ~np.isfinite(deviation)
@@ -156,7 +161,10 @@ class Fit(ReadOnly):
 
     @property
     def rows(self) -> tuple[tuple[str, str, float, float, float], ...]:
-        """Test, quantity, measured, fitted and residual in standard deviations of every number."""
+        """Test, quantity, measured, fitted and residual of every number.
+
+        Residuals are in standard deviations.
+        """
         p = self.objective
         fitted, residual = p.predicted([self.minimum.x])[0], p.residuals([self.minimum.x])[0]
         return tuple((e.test, e.label, e.measured, float(f), float(r))

@@ -160,7 +160,9 @@ class Candidate(NamedTuple):
 
 @dataclass(frozen=True)
 class NextTest:
-    """Candidates, the best first: by the number of parameters identified, then by gain.
+    """Candidates, the best first.
+
+    By the number of parameters identified, then by gain.
 
     Parameters
     ----------

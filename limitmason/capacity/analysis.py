@@ -82,7 +82,9 @@ def pushover(
     initial: Prediction | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> PushoverCurve:
-    """Capacity curve of blocks with elastic, unilateral, frictional joints: load against displacement.
+    """Capacity curve of blocks with elastic, unilateral, frictional joints.
+
+    Load against displacement.
 
     The joint law, the contact points and the stiffness are those of the DEM; rotations are finite. The dead load is
     applied first, to the unstressed structure.

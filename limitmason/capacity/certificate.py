@@ -69,7 +69,10 @@ class StepCertificate(NamedTuple):
 
     @property
     def accepted(self) -> bool:
-        """Equilibrium to 1e-6 of a block weight, law and flow rule to rounding, no energy made by slip or by jumps."""
+        """Whether equilibrium, law, flow rule and energy hold.
+
+        Equilibrium is asked to 1e-6 of a block weight, law and flow rule to rounding. Slip and jumps make no energy.
+        """
         return (
             self.equilibrium < 1e-6
             and self.excess < 1e-6

@@ -41,7 +41,9 @@ _SAME = 1e-9  # of a stiffness, of an area, and of the model's size
 
 
 class Onset(NamedTuple):
-    """An end of a range: multiplier, what the point fails by, its interface, its joint in words, and its place [m].
+    """An end of a range.
+
+    Multiplier, what the point fails by, its interface, its joint in words, and its place [m].
 
     Where a point is over its strength whatever the load, the multiplier is infinite: -inf as the upper end, inf as the
     lower.
@@ -152,7 +154,9 @@ class ElasticRange(ReadOnly):
         return f"own weight alone reaches a strength, which any load exceeds, by {high.where}"
 
     def with_strengths(self, assembly: Assembly) -> ElasticRange:
-        """These stresses against the strengths of another assembly's joints, which must be as stiff.
+        """These stresses against the strengths of another assembly's joints.
+
+        Its joints must be as stiff.
 
         Raises
         ------

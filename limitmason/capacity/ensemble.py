@@ -51,7 +51,9 @@ class Spread(NamedTuple):
 
 @dataclass(frozen=True)
 class Ensemble(ReadOnly):
-    """First loss of equilibrium and sustained load of paths from random gaps, or NaN where a path has none.
+    """First loss and sustained load of paths from random gaps.
+
+    NaN where a path has none.
 
     A path with a step that its certificate refuses has neither. ``curves`` are load multiplier against displacement.
     """

@@ -27,7 +27,9 @@ from limitmason.vibration.system import VibratingSystem
 
 
 class Break(NamedTuple):
-    """Joints that lose their strength at once: the sample after it, which joints by their blocks, points, energy [J].
+    """Joints that lose their strength at once.
+
+    The sample after it, which joints by their blocks, points, energy [J].
 
     The energy is what the structure gives off at the same displacement: to the joints and to motion.
     """
@@ -98,7 +100,7 @@ class PushoverCurve(Curve):
 
     @property
     def first_limit_point(self) -> CurvePoint | None:
-        """The first sample after which the load falls, or the first of a plateau at the end.
+        """The first sample after which the load falls, or the first of a last plateau.
 
         None while it rises.
         """
@@ -121,7 +123,9 @@ class PushoverCurve(Curve):
         return self.generations.structures[0]
 
     def displacement_of(self, block: int | str, at: ArrayLike | None = None) -> Array:
-        """Displacement of a block's centroid, or of another point of it, from the reference pose [m], shape (n, 3).
+        """Displacement of a point of a block from the reference pose [m], shape (n, 3).
+
+        By default of its centroid.
 
         Parameters
         ----------
@@ -143,7 +147,10 @@ class PushoverCurve(Curve):
 
     @property
     def tie_force(self) -> Array:
-        """Tension in every tie of the assembly [N], shape (n, t), as :attr:`dem.History.tie_force`."""
+        """Tension in every tie of the assembly [N].
+
+        Shape (n, t), as :attr:`dem.History.tie_force`.
+        """
         assert self.generations is not None
         made = self.generations
         rows = [tensions(made.structures[n.generation], made.state(n))[0] for n in self.nodes]
@@ -155,7 +162,7 @@ class PushoverCurve(Curve):
         return len(a.interfaces) + np.arange(len(a.ties))
 
     def vibration(self, *, sample: int = -1, sliding: str = "sticks") -> VibratingSystem:
-        """Blocks on the joints that a sample has left closed, for :func:`limitmason.modes`.
+        """Blocks on the joints that a sample leaves closed, for :func:`limitmason.modes`.
 
         See there.
 

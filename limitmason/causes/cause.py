@@ -82,7 +82,10 @@ class Cause:
 
     @property
     def sides(self) -> tuple[float, ...]:
-        """The bounds that differ from the baseline: one for a one-sided cause, two for a two-sided one."""
+        """The bounds that differ from the baseline.
+
+        One for a one-sided cause, two for a two-sided one.
+        """
         return tuple(b for b in self.bounds if b != self.baseline)
 
     @property

@@ -25,7 +25,7 @@ def elastic_displacements(
     shear_ratio: float = 0.4,
     head_joints: bool = False,
 ) -> tuple[Array, Array]:
-    """Displacements of rigid blocks whose joints are linear springs, and the joint forces.
+    """Displacements of rigid blocks on linear springs, and the joint forces.
 
     A k A' u = w, with k the stiffness of the joint areas: kn A, ks A, kn I and ks J of every face.
 
@@ -86,7 +86,9 @@ def elastic_displacements(
 
 
 def dead_load_stress(assembly: Assembly, loads: Loads) -> Array:
-    """Mean normal stress of every interface under dead load by elastic joints of uniform stiffness [Pa], shape (k,).
+    """Mean normal stress of every interface under dead load [Pa], shape (k,).
+
+    By elastic joints of uniform stiffness.
 
     The stiffness itself cancels. Joints between two held blocks get 0.
     """

@@ -18,7 +18,9 @@ from limitmason.model import Assembly, Loads
 def edge_rounding(
     size: float, assembly: Assembly, loads: Loads, *, plane_normal: Direction | None = None
 ) -> tuple[Assembly, Loads]:
-    """Worn or rounded edges: every contact polygon pulled in from its edges by the size [mm].
+    """Worn or rounded edges.
+
+    Every contact polygon pulled in from its edges by the size [mm].
 
     Parameters
     ----------
@@ -41,7 +43,9 @@ def edge_rounding(
 def effective_thickness(
     share: float, assembly: Assembly, loads: Loads, *, direction: Direction = (0.0, 1.0, 0.0)
 ) -> tuple[Assembly, Loads]:
-    """Faces that touch over the middle part of the thickness only: width in contact = size x thickness [-].
+    """Faces that touch over the middle part of the thickness only.
+
+    Width in contact = size x thickness [-].
 
     Parameters
     ----------
@@ -59,7 +63,10 @@ def effective_thickness(
     hidden_when="failure at the base or at free ends; near twin of torsion strength, and of edge rounding in plane",
 )  # fmt: skip
 def lost_overlap(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-    """Units shorter than drawn: bed joints end half the size [mm] before every head joint, overlaps lose the size."""
+    """Units shorter than drawn.
+
+    Bed joints end half the size [mm] before every head joint, overlaps lose the size.
+    """
     return with_head_joints_gaping(assembly, 1e-3 * size), loads
 
 
@@ -71,7 +78,9 @@ def lost_overlap(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembl
     hidden_when="the mechanism opens the head joints anyway",
 )  # fmt: skip
 def open_head_joints(share: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-    """A share of the head joints [-] that carries nothing, spread over the wall, the same ones every time.
+    """A share of the head joints [-] that carries nothing, spread over the wall.
+
+    The same ones every time.
 
     The prediction is a staircase of the size: give the study few levels. It holds for small displacements: blocks that
     move towards each other would touch again.
@@ -89,7 +98,9 @@ def open_head_joints(share: float, assembly: Assembly, loads: Loads) -> tuple[As
     by_simulator=True,
 )  # fmt: skip
 def torsion_strength(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-    """Faces that twist off more easily: size is the torsion of uniform pressure over the torsion strength [-].
+    """Faces that twist off more easily.
+
+    Size is the torsion of uniform pressure over the torsion strength [-].
 
     0 leaves the pressure free (0.7071 mu N a on a square), 1 limits torsion to that of uniform pressure (0.3826 mu N
     a), 2 to half of it; below about 0.5 nothing is cut on a square. It is no edit of the model: it is passed on to

@@ -42,7 +42,10 @@ def with_friction_factor(joint: Joint, factor: float) -> Joint:
     hidden_when="no specimen slides on its base, or the base slides as the bed joints would (one course)",
 )  # fmt: skip
 def weak_base_joint(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-    """Joints to the support with less friction than the others: tan(phi_base) = size x tan(phi) [-]."""
+    """Joints to the support with less friction than the others.
+
+    tan(phi_base) = size x tan(phi) [-].
+    """
     return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=("base",)), loads
 
 
@@ -53,7 +56,10 @@ def weak_base_joint(factor: float, assembly: Assembly, loads: Loads) -> tuple[As
     isolate="the same wall built with gaps in its head joints", hidden_when="the mechanism presses no head joint",
 )  # fmt: skip
 def head_joint_friction(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-    """Head joints that carry less shear than bed joints: tan(phi_head) = size x tan(phi) [-]."""
+    """Head joints that carry less shear than bed joints.
+
+    tan(phi_head) = size x tan(phi) [-].
+    """
     return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=("head",)), loads
 
 
@@ -74,7 +80,9 @@ def _positive_stresses(*, reference_stress: float, least_stress: float) -> Mappi
 def stress_dependent_friction(
     exponent: float, assembly: Assembly, loads: Loads, *, reference_stress: float = 1e5, least_stress: float = 0.01
 ) -> tuple[Assembly, Loads]:
-    """Friction that falls with the normal stress: tan(phi) = tan(phi_ref) (sigma / sigma_ref)^-size.
+    """Friction that falls with the normal stress.
+
+    tan(phi) = tan(phi_ref) (sigma / sigma_ref)^-size.
 
     The stress of a joint is its mean normal stress under dead load, by elastic joints of uniform stiffness between
     rigid blocks; it is not changed by the live load. Head joints keep their friction.
@@ -124,7 +132,10 @@ def cohesion(
 def tension(
     size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS
 ) -> tuple[Assembly, Loads]:  # fmt: skip
-    """Joints that hold in tension: ft raised by the size [kPa], c to ft tan(phi) at least (the cone's apex)."""
+    """Joints that hold in tension.
+
+    ft raised by the size [kPa], c to ft tan(phi) at least (the cone's apex).
+    """
 
     def stronger(joint: Joint) -> Joint:
         ft = joint.tensile_strength + 1e3 * size
@@ -192,7 +203,9 @@ def finite_compressive_strength(size: float, assembly: Assembly, loads: Loads) -
 def wear(
     rate: float, assembly: Assembly, loads: Loads, specimen: Any = None, *, order: str = "order"
 ) -> tuple[Assembly, Loads]:
-    """Friction that falls from test to test with the same blocks: tan(phi) exp(-size (order - 1)).
+    """Friction that falls from test to test with the same blocks.
+
+    tan(phi) exp(-size (order - 1)).
 
     Parameters
     ----------
@@ -215,7 +228,9 @@ def wear(
 def joint_softness(
     size: float, assembly: Assembly, loads: Loads, *, shear_ratio: float = 0.4
 ) -> tuple[Assembly, Loads]:  # fmt: skip
-    """Joints softer than assumed, for the DEM: 1 / kn raised by the size [mm/MPa], 1 / ks by size / shear_ratio.
+    """Joints softer than assumed, for the DEM.
+
+    1 / kn raised by the size [mm/MPa], 1 / ks by size / shear_ratio.
 
     Joints without stiffness (the DEM's own default, nearly rigid) get kn = 1 / size.
     """
@@ -251,7 +266,10 @@ def _of_batch(*, covariate: str, label: Any) -> Mapping[str, Any]:
 def batch_friction(
     factor: float, assembly: Assembly, loads: Loads, specimen: Any = None, *, covariate: str = "batch", label: Any = "B"
 ) -> tuple[Assembly, Loads]:
-    """Specimens of one batch with another friction: tan(phi) x size [-] where covariate == label."""
+    """Specimens of one batch with another friction.
+
+    tan(phi) x size [-] where covariate == label.
+    """
     if entry(specimen, covariate, "batch friction") != label:
         return assembly, loads
     return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=KINDS), loads
@@ -281,7 +299,9 @@ def _stiffness_of(*, kinds: Iterable[str], joint: Sequence[str] | None) -> Mappi
 def joint_stiffness(
     factor: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS, joint: Sequence[str] | None = None
 ) -> tuple[Assembly, Loads]:
-    """Joints of another stiffness: kn and ks times the size [-], of some kinds or between two blocks alone.
+    """Joints of another stiffness.
+
+    kn and ks times the size [-], of some kinds or between two blocks alone.
 
     Parameters
     ----------
@@ -329,7 +349,10 @@ def _softening(assembly: Assembly, change: Callable[[Joint], Joint]) -> Assembly
     hidden_when="limit analysis, which is perfectly plastic; the residual and the first crack do not feel it",
 )  # fmt: skip
 def fracture_energy(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-    """Joints that soften faster or slower: fracture energies in tension and shear times the size [-]."""
+    """Joints that soften faster or slower.
+
+    Fracture energies in tension and shear times the size [-].
+    """
 
     def tougher(joint: Joint) -> Joint:
         first, second = joint.fracture_energy_tension, joint.fracture_energy_shear

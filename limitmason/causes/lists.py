@@ -137,7 +137,10 @@ def each_joint(
 
 
 def table() -> list[dict[str, str]]:
-    """One row per cause: name, parameter, unit, baseline, bounds, methods, physics, isolating test, when hidden."""
+    """One row per cause.
+
+    Name, parameter, unit, baseline, bounds, methods, physics, isolating test, when hidden.
+    """
     rows, methods = [], {name: get_method(name) for name in METHODS}
     for name, declared in ALL.items():
         cause = declared()

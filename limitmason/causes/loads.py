@@ -22,7 +22,9 @@ from limitmason.model import Assembly, Loads
 def eccentric_overload(
     size: float, assembly: Assembly, loads: Loads, *, direction: Direction | None = None
 ) -> tuple[Assembly, Loads]:
-    """Dead load beyond self weight that acts off its place by the size [mm], positive along the live load.
+    """Dead load beyond self weight that acts off its place by the size [mm].
+
+    Positive along the live load.
 
     Parameters
     ----------
@@ -44,7 +46,9 @@ def eccentric_overload(
 def overload_magnitude(
     factor: float, assembly: Assembly, loads: Loads, *, inertial: bool = False
 ) -> tuple[Assembly, Loads]:
-    """Dead load beyond self weight that is not what was written down: overload x size [-].
+    """Dead load beyond self weight that is not what was written down.
+
+    Overload x size [-].
 
     Parameters
     ----------

@@ -38,7 +38,9 @@ def entry(specimen: Any, name: str, cause: str) -> Any:
     "out-of-plumb",
 )  # fmt: skip
 def angle_offset(size: float, prediction: float, specimen: Any) -> float:
-    """Zero of the inclinometer off by the size [deg]: read lambda = tan(atan lambda + size).
+    """Zero of the inclinometer off by the size [deg].
+
+    Read lambda = tan(atan lambda + size).
 
     For tilting tests.
     """
@@ -78,7 +80,10 @@ def _shifted(*, covariate: str, label: Any) -> Mapping[str, Any]:
 def batch_shift(
     size: float, prediction: float, specimen: Any, *, covariate: str = "batch", label: Any = "B"
 ) -> float:  # fmt: skip
-    """Specimens of one batch, sensor or operator read by another gain: value x size [-] where covariate == label."""
+    """Specimens of one batch, sensor or operator read by another gain.
+
+    Value x size [-] where covariate == label.
+    """
     return size * prediction if entry(specimen, covariate, "batch shift") == label else prediction
 
 
@@ -97,7 +102,9 @@ def _taken(*, per: str | None, unit: str) -> Mapping[str, str]:
 def rig_friction(
     size: float, prediction: float, specimen: Any, *, per: str | None = None, unit: str = "-"
 ) -> float:  # fmt: skip
-    """Force that the loading rig takes before the specimen gets any: read value = value + size [unit of the value].
+    """Force that the loading rig takes before the specimen gets any.
+
+    Read value = value + size [unit of the value].
 
     Parameters
     ----------

@@ -29,7 +29,9 @@ ROUNDS = 30  # of the secant method for the multiplier at which blocks stand dis
 def out_of_plumb(
     size: float, assembly: Assembly, loads: Loads, *, direction: Direction | None = None
 ) -> tuple[Assembly, Loads]:
-    """A wall that leans as a whole before the test, by the size [deg], positive towards the live load.
+    """A wall that leans as a whole before the test, by the size [deg].
+
+    Positive towards the live load.
 
     The loads are turned by the opposite angle about the blocks' centroids, which is the same as turning the wall with
     its base joint under loads that keep their direction in space.
@@ -102,7 +104,10 @@ def block_density(
     hidden_when="joints give way far more than units: twin of joint stiffness where both are uniform; peaks alone",
 )  # fmt: skip
 def unit_modulus(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
-    """Units of another elastic modulus: E x size [-] of every block that has a material."""
+    """Units of another elastic modulus.
+
+    E x size [-] of every block that has a material.
+    """
     changed: dict[int | str, Material] = {
         b.name: replace(b.material, young_modulus=factor * b.material.young_modulus)
         for b in assembly.blocks if b.material is not None

@@ -39,7 +39,10 @@ class ElasticState(ReadOnly):
 
     @property
     def principal(self) -> Array:
-        """Principal stresses at the integration points, ascending, tension positive [Pa], shape (m, q, 3)."""
+        """Principal stresses at the integration points, ascending, tension positive [Pa].
+
+        Shape (m, q, 3).
+        """
         return np.asarray(np.linalg.eigvalsh(tensor(self.stress)), dtype=np.float64)
 
     @property

@@ -23,7 +23,10 @@ CORNERS = np.array([[1, 1, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1], [1, 0, 0], [0, 1
 
 
 class Box(NamedTuple):
-    """An axis-aligned box [m]: lowest and highest corner, shape (3,) each, and what it is made of."""
+    """An axis-aligned box [m].
+
+    Lowest and highest corner, shape (3,) each, and what it is made of.
+    """
 
     low: Array
     high: Array
@@ -70,7 +73,10 @@ class Mesh(ReadOnly):
 
     @property
     def boundary_corners(self) -> Array:
-        """Corners of the free faces, counter-clockwise seen from outside [m], shape (f, 4, 3)."""
+        """Corners of the free faces, counter-clockwise seen from outside [m].
+
+        Shape (f, 4, 3).
+        """
         return np.asarray(self.nodes[self.boundary_nodes])
 
     @cached_property
@@ -128,7 +134,10 @@ class Mesh(ReadOnly):
         return brick, weight
 
     def shape_at(self, brick: Index, points: Array) -> Array:
-        """Values of the 20 shape functions of a brick each at points in them [m], shape (k, 3): shape (k, 20)."""
+        """Values of the 20 shape functions of a brick each at points in them.
+
+        Points [m] have shape (k, 3), values shape (k, 20).
+        """
         return self._shape(_local(self.corners[brick], points))
 
     def _shape(self, local: Array) -> Array:
@@ -176,7 +185,9 @@ def box_of(solid: Solid, name: str) -> Box:
 def mesh_boxes(
     boxes: Sequence[Box], size: float | tuple[float, float, float], *, planes: Sequence[tuple[int, float]] = ()
 ) -> Mesh:
-    """Mesh the union of boxes by bricks of at most a size, along the planes of its outline, not those between boxes.
+    """Mesh the union of boxes by bricks of at most a size.
+
+    It follows the planes of the outline, not those between boxes.
 
     Parameters
     ----------

@@ -43,7 +43,9 @@ def push(
     checkpoint: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> SolidCurve:
-    """Push a cracking solid: dead loads first, then live ones by the displacement of a point.
+    """Push a cracking solid.
+
+    Dead loads first, then live ones by the displacement of a point.
 
     Parameters
     ----------

@@ -45,7 +45,10 @@ class SolidCurve(Curve):
 
     @property
     def residual(self) -> Array:
-        """Unbalanced nodal forces over the loads per sample, by their norms [-], shape (n,)."""
+        """Unbalanced nodal forces over the loads per sample, by their norms [-].
+
+        Shape (n,).
+        """
         return np.array([n.residual for n in self.nodes])
 
     @property
@@ -63,13 +66,19 @@ class SolidCurve(Curve):
         return self.nodes[sample].displacement.reshape(-1, 3)
 
     def stress(self, sample: int = -1) -> Array:
-        """Stresses (xx, yy, zz, xy, yz, zx) at the integration points, tension positive [Pa], shape (m, q, 6)."""
+        """Stresses at the integration points, tension positive [Pa], shape (m, q, 6).
+
+        In the order xx, yy, zz, xy, yz, zx.
+        """
         stress = self._full(sample).stress
         assert stress is not None
         return self._by_brick(stress)
 
     def crack_width(self, sample: int = -1) -> Array:
-        """Largest crack strain of every point times the crack band of its brick [m], shape (m, q)."""
+        """Largest crack strain of every point times the crack band of its brick [m].
+
+        Shape (m, q).
+        """
         assert self.model is not None
         crack = self._full(sample).crack
         assert crack is not None
@@ -84,7 +93,10 @@ class SolidCurve(Curve):
         return np.asarray(np.linalg.eigvalsh(s[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])[..., -1], dtype=np.float64)
 
     def vibration(self, *, sample: int = -1) -> VibratingSystem:
-        """Secant stiffness that cracks have left, for :func:`limitmason.modes`: small motions unload and reload."""
+        """Secant stiffness that cracks have left, for :func:`limitmason.modes`.
+
+        Small motions unload and reload.
+        """
         assert self.model is not None
         assert self.control is not None
         node = self._full(sample)

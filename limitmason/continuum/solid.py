@@ -182,7 +182,10 @@ class Continuum(ReadOnly):
 
     @property
     def moduli(self) -> Array:
-        """Elastic stiffness per material [Pa], shape (k, 6, 6), for (xx, yy, zz, xy, yz, zx), shears as angles."""
+        """Elastic stiffness per material [Pa].
+
+        Shape (k, 6, 6), for (xx, yy, zz, xy, yz, zx), shears as angles.
+        """
         return np.array([Elasticity.of(m.young_modulus, m.poisson_ratio, SOLID).matrix for m in self.materials])
 
     @property
@@ -208,7 +211,9 @@ class Continuum(ReadOnly):
     def with_patch_pressure(
         self, corners: ArrayLike, *, pressure: float | None = None, force: float | None = None, case: str = "live"
     ) -> Continuum:
-        """This model and a pressure on a flat convex patch of its free faces, like ``Loads.with_patch_pressure``.
+        """This model and a pressure on a flat convex patch of its free faces.
+
+        As ``Loads.with_patch_pressure``.
 
         Parameters
         ----------
@@ -224,13 +229,19 @@ class Continuum(ReadOnly):
         return self._plus(-size * nodal[:, None] * normal, case)
 
     def with_patch_mass(self, corners: ArrayLike, mass: float) -> Continuum:
-        """This model and a mass [kg] spread over a patch of its free faces: it weighs and vibrates with them."""
+        """This model and a mass [kg] spread over a patch of its free faces.
+
+        It weighs and vibrates with them.
+        """
         not_negative("mass on a patch", mass)
         nodal, area, _ = patch_forces(self.mesh, corners)
         return self._like(lumped=self.lumped + nodal * (mass / area))
 
     def with_body_force(self, direction: ArrayLike, *, case: str = "live") -> Continuum:
-        """This model and its own weight (with lumped masses) turned to a direction, whose length is a factor."""
+        """This model and its own weight turned to a direction.
+
+        Lumped masses count, and the length of the direction is a factor.
+        """
         d = read_vector("direction", direction)
         solid = self.discretisation.body_force(GRAVITY * self.densities[self.mesh.material][:, None] * d)
         return self._plus(solid.reshape(-1, 3) + GRAVITY * self.lumped[:, None] * d, case)
@@ -258,13 +269,19 @@ class Continuum(ReadOnly):
         return vibrating(self, self.elastic, f"elastic solid of {len(self.mesh)} bricks")
 
     def value_at(self, displacement: Array, points: ArrayLike) -> Array:
-        """Displacement at points of the solid [m], shape (k, 3), from that of the nodes, shape (3 n,)."""
+        """Displacement at points of the solid [m], shape (k, 3).
+
+        From that of the nodes, shape (3 n,).
+        """
         brick, weight = self.mesh.at(points)
         u = displacement.reshape(-1, 3)[self.mesh.connectivity[brick]]
         return np.asarray(np.einsum("ka,kai->ki", weight, u))
 
     def functional(self, point: ArrayLike, direction: ArrayLike) -> Array:
-        """Weights of the unknowns in the displacement of a point along a direction, shape (3 n,)."""
+        """Weights of the unknowns in the displacement of a point along a direction.
+
+        Shape (3 n,).
+        """
         d = read_vector("direction", direction)
         if not np.linalg.norm(d) > 0.0:
             raise InputError("direction of the control must not be zero")
@@ -274,7 +291,10 @@ class Continuum(ReadOnly):
         return out.ravel()
 
     def reactions(self, stress: Array, forces: Array) -> Reactions:
-        """Force and moment of the supports under stresses at the points, (m, q, 6), and nodal forces, (3 n,)."""
+        """Force and moment of the supports.
+
+        From stresses at the points, (m, q, 6), and nodal forces, (3 n,).
+        """
         f = np.where(self.discretisation.held, self.discretisation.forces(stress) - forces, 0.0).reshape(-1, 3)
         return Reactions(f.sum(axis=0), np.cross(self.mesh.nodes, f).sum(axis=0))
 

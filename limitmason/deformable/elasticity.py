@@ -19,7 +19,9 @@ STATES = (SOLID, PLANE_STRESS, PLANE_STRAIN)
 
 @dataclass(frozen=True)
 class Elasticity(ReadOnly):
-    """sigma = lambda tr(eps) P + 2 mu eps, tension positive, for strains that lie in the space that P projects onto.
+    """Isotropic elasticity, tension positive, in space or in a plane.
+
+    sigma = lambda tr(eps) P + 2 mu eps for strains that lie in the space that P projects onto.
 
     In space P is the unit tensor and lambda is Lame's. In a plane P = 1 - n n^T, and lambda is that of plane stress,
     2 lambda mu / (lambda + 2 mu) = E nu / (1 - nu^2), or of plane strain, Lame's.
@@ -73,12 +75,18 @@ class Elasticity(ReadOnly):
 
     @property
     def contraction(self) -> float:
-        """Lateral contraction over the strain along a bar free sideways in this state [-]: nu, or nu / (1 - nu)."""
+        """Lateral contraction over the strain along a bar free sideways in this state [-].
+
+        nu, or nu / (1 - nu).
+        """
         return self.lame / (self.lame + 2.0 * self.shear) if self.plane else 0.5 * self.lame / (self.lame + self.shear)
 
     @property
     def bar_modulus(self) -> float:
-        """Stress over strain along a bar that is free sideways in this state [Pa]: E, or E / (1 - nu^2)."""
+        """Stress over strain along a bar that is free sideways in this state [Pa].
+
+        E, or E / (1 - nu^2).
+        """
         return 2.0 * self.shear * (1.0 + self.contraction)
 
     @property
@@ -91,7 +99,9 @@ class Elasticity(ReadOnly):
 
     @property
     def matrix(self) -> Array:
-        r"""Stresses [Pa] of direct strains and of shear angles :math:`\gamma = 2 \varepsilon_{ij}`.
+        r"""Stresses [Pa] of direct strains and of shear angles.
+
+        A shear angle is :math:`\gamma = 2 \varepsilon_{ij}`.
 
         In space three and three, the shears in any one order, shape (6, 6). In a plane stresses along its two axes,
         their shear and the stress across the plane, from two strains and an angle, shape (4, 3).

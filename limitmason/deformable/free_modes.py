@@ -22,7 +22,9 @@ _SAME = 9  # digits of a block's largest coordinate to which equal blocks share 
 
 
 def polynomial_block(block: Block, elasticity: Elasticity, *, degree: int = DEGREE) -> Body:
-    """Ritz vectors of a convex block: K v = w^2 M v over all polynomials up to a degree, without the rigid motions.
+    """Ritz vectors of a convex block.
+
+    K v = w^2 M v over all polynomials up to a degree, without the rigid motions.
 
     They are orthogonal to each other in stiffness and in mass. The integral of phi . phi is the volume. The compliance
     comes from below, and meets that of the body as the degree grows; singular stresses, as under the edge of a joint,

@@ -24,7 +24,9 @@ _ALIKE = 0.6  # cosine from which equal ones set an axis together; of a square's
 
 @dataclass(frozen=True, eq=False)
 class Body(ReadOnly):
-    """Displacements of a block beside its rigid motion, u(X) = sum_k q_k phi_k(X), phi polynomials in its own axes.
+    """Displacements of a block beside its rigid motion.
+
+    u(X) = sum_k q_k phi_k(X), phi polynomials in its own axes.
 
     The means of every phi and of X x phi are zero: uniform body forces, and those that grow as in a rotation, act on no
     shape, and the kinetic energy is that of the rigid motion plus q' M q' / 2.
@@ -62,7 +64,10 @@ class Body(ReadOnly):
         return len(self.coefficients)
 
     def displacement(self, points: Array) -> Array:
-        """Displacement of every shape at points [m per unit of its coordinate], points (m, 3), shape (m, k, 3)."""
+        """Displacement of every shape at points (m, 3), shape (m, k, 3).
+
+        In [m] per unit of the shape's coordinate.
+        """
         value, _ = products(self._scaled(points), self.powers)
         return np.asarray(np.einsum("me,kce,ci->mki", value, self.coefficients, self.axes, optimize=True))
 
@@ -74,11 +79,17 @@ class Body(ReadOnly):
         return np.asarray(self.axes.T @ own @ self.axes)
 
     def stress(self, points: Array) -> Array:
-        """Stress of a unit of every shape at points [Pa], tension positive, shape (m, k, 3, 3)."""
+        """Stress of a unit of every shape at points [Pa], tension positive.
+
+        Shape (m, k, 3, 3).
+        """
         return self.elasticity.stress(self.strain(points))
 
     def linear_stress(self, block: Block) -> tuple[Array, Array]:
-        """Mean stress of every shape [Pa] and the gradient nearest to its stress [Pa/m], (k, 3, 3), (k, 3, 3, 3)."""
+        """Mean stress of every shape [Pa] and the gradient nearest to its stress [Pa/m].
+
+        Shapes (k, 3, 3) and (k, 3, 3, 3).
+        """
         x, w = volume_points(block.parts[0], block.centroid)
         stress = self.stress(x + block.centroid)
         moment = np.einsum("m,mkij,mp->kijp", w, stress, x, optimize=True)

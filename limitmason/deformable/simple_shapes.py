@@ -51,7 +51,9 @@ def simply_deformable_block(block: Block, elasticity: Elasticity) -> Body:
 
 
 def simply_deformable_blocks(assembly: Assembly, state: str, normal: ArrayLike | None = None) -> list[Body | None]:
-    """Shapes of simply deformable blocks, or None where a block has no material or is wholly held: it stays rigid.
+    """Shapes of simply deformable blocks.
+
+    None where a block has no material or is wholly held: it stays rigid.
 
     Parameters
     ----------

@@ -17,7 +17,10 @@ VALUE = "value"  # the quantity of a study that measured one number per specimen
 
 
 class EvidenceKind(StrEnum):
-    """Kinds of evidence: numbers of one kind may share an error of the instrument, of two kinds they do not."""
+    """Kinds of evidence.
+
+    Numbers of one kind may share an error of the instrument, of two kinds they do not.
+    """
 
     FORCE = "force"
     DEFORMATION = "deformation"
@@ -119,7 +122,9 @@ class Observation:
     def of_modes(
         cls, specimen: Any, test: ModalTest, *, frequency: float = 0.01, component: float = 0.03
     ) -> list[Observation]:  # fmt: skip
-        """Rows of frequencies and shapes, for a simulator that answers "modes" with the same test.
+        """Rows of frequencies and shapes of a modal test.
+
+        The simulator answers "modes" with the same test.
 
         Parameters
         ----------

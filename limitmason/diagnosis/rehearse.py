@@ -58,7 +58,10 @@ class Rehearsal:
         ]
 
     def rate(self, outcome: str, hidden: str | None = None) -> tuple[float, float, float]:
-        """Share of an outcome among trials with a hidden cause (or all with one), and its 95 % interval."""
+        """Share of an outcome among trials with a hidden cause, with 95 % interval.
+
+        Or among all trials with one.
+        """
         rows = [r for name, r in self.counts.items() if (name == hidden if hidden else name != NULL)]
         k, n = sum(r.get(outcome, 0) for r in rows), sum(sum(r.values()) for r in rows)
         return (k / n if n else float("nan"), *binomial_interval(k, n))

@@ -47,7 +47,9 @@ class Asked(Protocol):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Findings):
-    """Verdict of a study, conditional on its list of causes, beside the study that gave it.
+    """Verdict of a study, conditional on its list of causes.
+
+    The study that gave it stands beside it.
 
     Parameters
     ----------
@@ -147,14 +149,17 @@ class Diagnosis(Findings):
         return lines
 
     def state_of(self, names: tuple[str, ...]) -> str:
-        """Whether an explanation was kept, why it was rejected, or that there was no need to test it."""
+        """Whether an explanation was kept, why not, or that it needed no test."""
         tested = self.verdict.tested[names]
         if tested.kept:
             return "kept"
         return "rejected: " + _why(tested.p, self.rule) if tested.p else "not tested"
 
     def table(self) -> list[dict[str, Any]]:
-        """One row per cause of the list and per kept pair: size, interval, gain, p, and whether it is kept."""
+        """One row per cause of the list and per kept pair.
+
+        Size, interval, gain, p, and whether it is kept.
+        """
         verdict = self.verdict
         rows, by_name, held = [], self.by_name, self.identification
         shown = [(c.name,) for c in self.listed] + [n for n in self.pairs if len(n) == 2]
@@ -182,7 +187,7 @@ class Diagnosis(Findings):
         return rows
 
     def record(self) -> dict[str, Any]:
-        """Verdict, sizes, what stands behind a name, gain, rehearsal, shared noise and list, as JSON can hold them.
+        """Verdict, sizes, reasons, gain, rehearsal, noise and list as JSON can hold them.
 
         Sizes are in the unit of each cause; log-likelihoods are natural; shares lie between 0 and 1.
         """

@@ -107,7 +107,9 @@ class Study(Statement):
         return judges[causes, rule]
 
     def shares(self, causes: Iterable[Cause] | None = None, *, price: float | None = None) -> Shares:
-        """Shares of the noise within the labels of :attr:`shared`, estimated from the measured values.
+        """Shares of the noise within the labels of :attr:`shared`.
+
+        They are estimated from the measured values.
 
         Parameters
         ----------
@@ -197,7 +199,9 @@ class Study(Statement):
         return checked_by_group(answer)
 
     def log_likelihood(self, sizes: Mapping[Cause, float], z: Iterable[float] = ()) -> float:
-        """Log-likelihood of the measured values with causes at given sizes, for a sampler of posteriors.
+        """Log-likelihood of the measured values with causes at given sizes.
+
+        A sampler of posteriors takes it.
 
         -sum (r^2 / 2 + log sd) - sum z^2 / 2, with r the measured from the predicted values over their stated noise,
         Student errors where these are stated. Predictions come from the tables, in which the effects of several causes
@@ -236,7 +240,10 @@ class Study(Statement):
         return confusable(self.known_design(causes, sd))
 
     def known_design(self, causes: Iterable[Cause] | None = None, sd: float | None = None) -> Design:
-        """The design with a known noise: as stated, or ``sd``, or 4 % where nothing is stated."""
+        """The design with a known noise.
+
+        As stated, or ``sd``, or 4 % where nothing is stated.
+        """
         design = self.design(causes)
         if sd is None and self.noise.kind != "unknown":
             return design
@@ -294,11 +301,16 @@ class Study(Statement):
         return found
 
     def plan(self, causes: Iterable[Cause], pool: Sequence[Any], k: int = 4) -> NextTests:
-        """Specimens of a pool that would tell the causes of the list apart, before anything is measured."""
+        """Specimens of a pool that would tell the causes of the list apart.
+
+        Nothing need be measured yet.
+        """
         return self._suggested(self._listed(causes), pool, k, None)
 
     def next_tests(self, diagnosis: Findings, pool: Sequence[Any], k: int = 4) -> NextTests:
-        """Specimens of a pool that would tell the kept causes of a diagnosis apart best, or identify the one left.
+        """Specimens of a pool that would best tell the kept causes apart.
+
+        Or they would identify the one left.
 
         Parameters
         ----------

@@ -74,7 +74,9 @@ class MeasuredTable:
 
 
 def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
-    """Read a CSV file of specimens: names of the columns, a line of units, then one row per measured value.
+    """Read a CSV file of specimens.
+
+    Names of the columns, a line of units, then one row per measured value.
 
     The units stand in the comment line "# units: ..." or, as version 0.1 wrote them, in a row below the names. Other
     lines that begin with # are comments. A column holds numbers, or words where its unit is "-".

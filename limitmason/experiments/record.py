@@ -115,7 +115,9 @@ class TargetValue(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """A packaged specimen: parameters, how to build it, what was measured and what others computed.
+    """A packaged specimen.
+
+    Parameters, how to build it, what was measured and what others computed.
 
     Parameters
     ----------
@@ -182,7 +184,10 @@ class Experiment:
         return getattr(self, target.kind)[target.quantity]
 
     def standing(self, target: TargetValue) -> str:
-        """What a value is, to be shown beside it: its kind, or "derived" where no source prints the number itself."""
+        """What a value is, to be shown beside it.
+
+        Its kind, or "derived" where no source prints the number itself.
+        """
         return "derived" if self.value(target).note == "derived" else target.kind
 
     def assembly(self) -> Assembly:
@@ -215,7 +220,9 @@ class Experiment:
         return self.recipe.loads(self, assembly, 1.0 if direction == "+" else -1.0)
 
     def curve(self) -> Curve:
-        """Measured load-displacement curve, in the units of the source, which the curve names.
+        """Measured load-displacement curve, in the units of the source.
+
+        The curve names them.
 
         Raises
         ------

@@ -35,7 +35,7 @@ class Variant(NamedTuple):
 
 
 class Departure(NamedTuple):
-    """What experiments showed of an answer outside the range that theory leaves, or of no answer.
+    """What tests showed of an answer outside the range of theory, or of no answer.
 
     It belongs to the cases of its source whose name holds ``word`` and whose verdict or status begins with ``begins``.
     """
@@ -83,7 +83,10 @@ class Shown:
         return self.settings._replace(search="standard", proven=None if variant else self.proven.get(specimen))
 
     def reason_for(self, case: str, outcome: str) -> str:
-        """What is known of a case by its name whose verdict or status is ``outcome``, or empty where nothing is."""
+        """What is known of a case whose verdict or status is ``outcome``.
+
+        Empty where nothing is.
+        """
         for departure in self.departures:
             if departure.word in case and outcome.startswith(departure.begins):
                 return departure.reason

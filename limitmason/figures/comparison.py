@@ -65,7 +65,9 @@ def _with_range(value: Any, where: str) -> tuple[float, float, float]:
 
 
 def predicted_beside_references(rows: Iterable[Compared], **options: Any) -> Figure:
-    """Scatter of rows of ``limitmason.validation.table`` against their measured or published values.
+    """Scatter of rows of a table against their measured or published values.
+
+    The rows are those of ``limitmason.validation.table``.
 
     Parameters
     ----------
@@ -110,7 +112,9 @@ def predicted_against_published(
     title: str | None = None,
     ax: Axes | None = None,
 ) -> Figure:
-    """Scatter of predictions against published or measured values, with the 1:1 line and a band about it.
+    """Scatter of predictions against published or measured values.
+
+    With the 1:1 line and a band about it.
 
     Parameters
     ----------

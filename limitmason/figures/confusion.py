@@ -82,7 +82,9 @@ def distance_legend() -> list[Patch]:
 
 @style.in_print_style
 def confusable(result: Any, *, title: str | None = None) -> Figure:
-    """Which causes a design tells apart: squared distance d2 of each true cause to each refitted rival.
+    """Which causes a design tells apart.
+
+    Squared distance d2 of each true cause to each refitted rival.
 
     Parameters
     ----------
@@ -123,7 +125,7 @@ def confusable(result: Any, *, title: str | None = None) -> Figure:
 
 @style.in_print_style
 def rehearsal(result: Any, *, title: str | None = None) -> Figure:
-    """Confusion matrix of blind trials on a design, and how often each hidden cause was named.
+    """Confusion matrix of blind trials, and how often hidden causes were named.
 
     Parameters
     ----------

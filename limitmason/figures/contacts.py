@@ -33,7 +33,9 @@ def contact_report(
     azimuth_deg: float = -58.0,
     elevation_deg: float = 22.0,
 ) -> Figure:
-    """Contacts of an assembly (green), wedges kept (blue), near misses with gap and angle (vermilion), bare faces.
+    """Contacts of an assembly (green), wedges kept (blue) and bare faces.
+
+    Near misses stand with gap and angle (vermilion).
 
     Parameters
     ----------

@@ -33,7 +33,9 @@ def cracks(
     title: str | None = None,
     caption: str | None = None,
 ) -> Figure:
-    """Elevations of a driven structure with its cracked joints, as thick as they are wide.
+    """Elevations of a driven structure with its cracked joints.
+
+    They are as thick as they are wide.
 
     A joint is drawn where it has failed: vermilion where it has opened more than slid, blue where it slid, its line as
     thick as its movement is large beside the largest of the same picture; below a thirtieth of that it is a thin grey

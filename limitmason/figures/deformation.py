@@ -37,7 +37,9 @@ def deformed(
     azimuth_deg: float = -58.0,
     elevation_deg: float = 22.0,
 ) -> Figure:
-    """Blocks where a simulation has moved them, joints that have opened or slid marked.
+    """Blocks where a simulation has moved them.
+
+    Joints that have opened or slid are marked.
 
     x -> c + scale u + R(scale theta) (x - c): with scale 1 the true shape; otherwise displacements and rotation angles
     grow alike and blocks stay rigid.
@@ -98,7 +100,9 @@ def animate(
     azimuth_deg: float = -58.0,
     elevation_deg: float = 22.0,
 ) -> Path:
-    """Write the motion of a history as a film, .gif by pillow, other endings by ffmpeg where it is installed.
+    """Write the motion of a history as a film.
+
+    A .gif is made by pillow, other endings by ffmpeg where it is installed.
 
     Parameters
     ----------

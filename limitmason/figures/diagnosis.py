@@ -76,7 +76,9 @@ class _Sheet:
 def diagnosis(
     result: Any, *, units: Mapping[str, str] | None = None, quantity: str = "", title: str | None = None
 ) -> Figure:
-    """The picture of a verdict: residuals, sizes, distances between the causes, predicted against measured.
+    """The picture of a verdict.
+
+    Residuals, sizes, distances between the causes, predicted against measured.
 
     Parameters
     ----------

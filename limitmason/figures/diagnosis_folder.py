@@ -15,7 +15,9 @@ from limitmason.storage.files import save_figure, write_text
 
 
 def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> list[Path]:
-    """Write report.txt, diagnosis.html, pictures (of rehearsals where there are any), causes.csv and verdict.json.
+    """Write report.txt, diagnosis.html, pictures, causes.csv and verdict.json.
+
+    Pictures of rehearsals where there are any.
 
     Parameters
     ----------

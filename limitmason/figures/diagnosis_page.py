@@ -40,7 +40,7 @@ def diagnosis_page(
     checks: bool = True,
     figure: Figure | None = None,
 ) -> Path:
-    """Write a verdict with its figures and tables as one HTML file that needs nothing else.
+    """Write a verdict with its figures and tables as one self-contained HTML file.
 
     Parameters
     ----------

@@ -123,7 +123,9 @@ def contact_forces(
     azimuth_deg: float = -58.0,
     elevation_deg: float = 22.0,
 ) -> Figure:
-    """Joint forces: one segment per interface along its resultant, as thick as the force is large.
+    """Joint forces as one segment per interface along its resultant.
+
+    It is as thick as the force is large.
 
     Segments pass through the centres of pressure. Those of joints at their friction limit are blue. For arches and
     columns the line of thrust joins the centres of pressure.

@@ -36,7 +36,7 @@ def load_displacement(
     ylabel: str = FORCE,
     ax: Axes | None = None,
 ) -> Figure:
-    """Load-displacement curves with measured key points and predicted levels beside them.
+    """Load-displacement curves with measured key points and predicted levels.
 
     Parameters
     ----------

@@ -14,7 +14,9 @@ from limitmason.limit.load_region import LoadRegion
 
 @style.in_print_style
 def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None = None) -> Figure:
-    """Multipliers of two loads: filled where forces carry them, a line per half-plane of a mechanism.
+    """Multipliers of two loads.
+
+    Filled where forces carry them, a line per half-plane of a mechanism.
 
     Parameters
     ----------

@@ -71,7 +71,9 @@ def mechanism(
     azimuth_deg: float | None = None,
     elevation_deg: float = 22.0,
 ) -> Figure:
-    """Collapse mechanism: displaced blocks over the ghost of the original, opening and sliding joints marked.
+    """Collapse mechanism.
+
+    Displaced blocks over the ghost of the original, opening and sliding joints marked.
 
     Blocks move as rigid bodies by finite rotations, so they keep their size and shape in the picture. Rates are scaled
     so that the fastest vertex moves by ``scale`` times sqrt(height x length) of the structure.

@@ -38,7 +38,9 @@ def solid_map(
     elevation_deg: float = 22.0,
     ax: Axes | None = None,
 ) -> Figure:
-    """Free faces of a solid, coloured by a value per brick, where its nodes have moved to.
+    """Free faces of a solid, coloured by a value per brick.
+
+    They stand where the nodes have moved to.
 
     Parameters
     ----------

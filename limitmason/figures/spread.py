@@ -75,7 +75,9 @@ def histogram(
 def running_spread(
     table: Table, column: str, *, label: str | None = None, title: str | None = None, ax: Axes | None = None
 ) -> Figure:
-    """Mean and CoV over the number of runs, over their last values, with bands of one sampling error.
+    """Mean and CoV over the number of runs, over their last values.
+
+    Bands are of one sampling error.
 
     Parameters
     ----------
@@ -118,7 +120,9 @@ def curve_fan(
     table: Table, column: str = "curve", *, measured: Sequence[Curve] = (), title: str | None = None,
     ax: Axes | None = None,
 ) -> Figure:  # fmt: skip
-    """All curves of a study, with the median and the band of 90 % of the load at each displacement.
+    """All curves of a study, with median and 90 % band of the load.
+
+    Both at each displacement.
 
     Parameters
     ----------
@@ -202,7 +206,9 @@ def word_shares(
 def sensitivity_bars(
     table: Table, column: str, inputs: Sequence[str] | None = None, *, title: str | None = None, ax: Axes | None = None
 ) -> Figure:
-    """Rank correlation of a number with every random input, and the band in which chance alone lies.
+    """Rank correlation of a number with every random input.
+
+    The band in which chance alone lies stands beside it.
 
     Parameters
     ----------

@@ -45,7 +45,9 @@ def structure_report(
     title: str = "",
     assumed: Sequence[str] = (),
 ) -> Path:
-    """Write what was computed of a structure, its input, checks and figures as one HTML file that needs nothing else.
+    """Write what was computed of a structure as one self-contained HTML file.
+
+    With its input, checks and figures.
 
     Parameters
     ----------

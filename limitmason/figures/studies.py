@@ -130,7 +130,9 @@ def study_lines(
     caption: str = "",
     ax: Axes | None = None,
 ) -> Figure:
-    """One line per group of rows over a column: dilatancy, block size, contact points, or any sweep.
+    """One line per group of rows over a column.
+
+    Dilatancy, block size, contact points, or any sweep.
 
     Parameters
     ----------
@@ -262,7 +264,9 @@ def _group_name(by: Sequence[str], group: Sequence[Any]) -> str:
 
 @style.in_print_style
 def gap(result: Any, *, title: str | None = None, ax: Axes | None = None) -> Figure:
-    """The way from the associative multiplier down to the DEM's, one step per assumption.
+    """The way from the associative multiplier down to the DEM's.
+
+    One step per assumption.
 
     Parameters
     ----------

@@ -70,7 +70,7 @@ _width: ContextVar[float | None] = ContextVar("width", default=None)
 
 @contextmanager
 def print_style(width: float | None = None) -> Iterator[None]:
-    """Matplotlib settings of all figures of this package, for the time of a with-block.
+    """Matplotlib settings of all figures here, for the time of a with-block.
 
     Figures made here carry their sizes with them. Put ``savefig`` inside the block too when a PDF or SVG must keep its
     text as text (``pdf.fonttype`` is read while saving).

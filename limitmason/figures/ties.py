@@ -25,7 +25,9 @@ def before_and_after(
     names: tuple[str, str] = ("before", "after"),
     **options: Any,
 ) -> Figure:
-    """Mechanisms of a structure without and with its ties side by side, and what the multiplier gains.
+    """Mechanisms without and with the ties of a structure side by side.
+
+    It shows what the multiplier gains.
 
     Parameters
     ----------

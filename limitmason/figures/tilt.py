@@ -28,7 +28,9 @@ def tilt_test(
     title: str | None = None,
     caption: str | None = None,
 ) -> Figure:
-    """Path of the reactions Rh / Rv0 over Rv / Rv0, and Rh / Rv against steps, of one or several tilting tests.
+    """Path of the reactions of tilting tests, Rh / Rv0 over Rv / Rv0.
+
+    And Rh / Rv against steps.
 
     The dashed lines are what the table imposes, a circle on the left and tan(alpha) on the right; the dotted lines are
     the multiplier lambda, a ray on the left; the point is the collapse. Left of it the wall follows the table.

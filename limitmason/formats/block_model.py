@@ -69,7 +69,9 @@ def from_block_model(model: Any, joint: Joint, *, density: float | None = None) 
 
 
 def to_block_model(assembly: Assembly) -> Any:
-    """The blocks of an assembly as a ``compas_dem.models.BlockModel``, with densities and supports.
+    """The blocks of an assembly as a ``compas_dem.models.BlockModel``.
+
+    With densities and supports.
 
     Joints, ties and loads are left out: there they belong to a problem. Contacts are computed by the model itself.
 
@@ -177,7 +179,9 @@ def solve_problem(
     density: float | None = None,
     **options: Any,
 ) -> Any:
-    """Solve a COMPAS problem by a method of this package, as its own solvers do: results with forces and motion.
+    """Solve a COMPAS problem by a method of this package, as its own solvers do.
+
+    Results with forces and motion.
 
     Parameters
     ----------

@@ -37,7 +37,10 @@ DIRECTIONS = {"x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0)
 
 
 class DrawingModel(NamedTuple):
-    """A drawing ready to be solved: assembly, loads, what was assumed, and what was moved to close gaps."""
+    """A drawing ready to be solved.
+
+    Assembly, loads, what was assumed, and what was moved to close gaps.
+    """
 
     assembly: Assembly
     loads: Loads
@@ -91,7 +94,9 @@ def model_of_drawing(
     gap: float | None = None,
     mortar: float | None = None,
 ) -> DrawingModel:
-    """A drawing with supports and loads: own weight, and the same weights sideways as live load.
+    """A drawing with supports and loads.
+
+    Own weight, and the same weights sideways as live load.
 
     Parameters
     ----------

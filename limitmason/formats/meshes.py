@@ -30,7 +30,9 @@ class MeshBody(NamedTuple):
 
 
 def read_solids(path: str | Path | Sequence[str | Path], *, scale: float = 1.0, up: str = "z") -> Solids:
-    """Read blocks exactly as they are drawn: one from every file, or from every body where one file holds all.
+    """Read blocks exactly as they are drawn.
+
+    One from every file, or from every body where one file holds all.
 
     For blocks that meet, as a modelling program exports them. Notches and openings stay: ``Assembly.from_polyhedra``
     divides what is not convex into convex parts of one rigid body. For scans with mortar between, :func:`read_stones`.

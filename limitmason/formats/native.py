@@ -90,7 +90,10 @@ _KEYS = (
 
 
 class Model(NamedTuple):
-    """What a model file holds: the assembly and its loads (self weight alone where the file gives none)."""
+    """What a model file holds.
+
+    The assembly and its loads (self weight alone where the file gives none).
+    """
 
     assembly: Assembly
     loads: Loads
@@ -225,7 +228,9 @@ def _with_found_contacts(assembly: Assembly) -> Assembly:
 
 
 def read_json(path: str | Path) -> Model:
-    """Read a model file, written by :func:`write_json` or by hand (see the module's text for the keys).
+    """Read a model file, written by :func:`write_json` or by hand.
+
+    See the module's text for the keys.
 
     Parameters
     ----------

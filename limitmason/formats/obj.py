@@ -27,7 +27,10 @@ _IGNORED = frozenset(
 
 
 class Solids(NamedTuple):
-    """Blocks of a file: convex pieces [m] of each, ready for ``Assembly.from_polyhedra``, and their names."""
+    """Blocks of a file.
+
+    Convex pieces [m] of each, ready for ``Assembly.from_polyhedra``, and their names.
+    """
 
     solids: list[list[Solid]]
     names: list[str]
@@ -39,7 +42,9 @@ class _ObjFace(NamedTuple):
 
 
 def write_obj(path: str | Path, assembly: Assembly | Solids) -> None:
-    """Write the blocks as objects with polygon faces, numbers with every bit, one group per convex piece if several.
+    """Write the blocks as objects with polygon faces, numbers with every bit.
+
+    One group per convex piece if several.
 
     Parameters
     ----------

@@ -20,14 +20,19 @@ _DEGREES = 0.5  # faces that were made to meet are parallel to rounding; others 
 
 
 class Stones(NamedTuple):
-    """Stones of scans: points of each [m], shape (n, 3), their names, and volume over that of the convex hull."""
+    """Stones of scans.
+
+    Points of each [m], shape (n, 3), their names, and volume over that of the convex hull.
+    """
 
     points: list[Array]
     names: list[str]
     convexity: list[float]
 
     def grown(self, reach: float, against: Mapping[str, Solid] | None = None) -> MetStones:
-        """Stones that meet where the gap between them is at most a reach [m]: mortar counted to the stones, half each.
+        """Stones that meet where the gap between them is at most a reach [m].
+
+        Mortar counted to the stones, half each.
 
         Parameters
         ----------
@@ -102,7 +107,9 @@ class MetStones(NamedTuple):
 def read_stones(
     path: str | Path | Sequence[str | Path], *, scale: float = 1.0, up: str = "z", convexity: float = 0.85
 ) -> Stones:
-    """Read scanned stones, one from every file, or from every separate body where one file holds all.
+    """Read scanned stones, one from every file.
+
+    One from every separate body where one file holds all.
 
     Parameters
     ----------

@@ -40,7 +40,9 @@ def read_svg(
     flatness: float = 1e-3,
     gap: float = 1e-3,
 ) -> Outlines:
-    """Read the outlines of blocks: paths, polygons, rectangles, circles and ellipses, and lines where they form loops.
+    """Read the outlines of blocks.
+
+    Paths, polygons, rectangles, circles and ellipses, and lines where they form loops.
 
     The drawing's x is x, its y, which points down, becomes -z; the lowest point drawn has z = 0. Transformations and
     copies (``use``) are applied; hidden shapes, texts and images are left out. Curves become chords. A layer is one of

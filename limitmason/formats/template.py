@@ -27,7 +27,9 @@ OUTLINES
 
 
 def write_model_template(path: str | Path) -> None:
-    """Write a wall of six courses in running bond as a model file, one line per block, to be edited by hand.
+    """Write a wall of six courses as a model file, to be edited by hand.
+
+    Running bond, one line per block.
 
     Parameters
     ----------

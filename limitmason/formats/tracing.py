@@ -71,7 +71,9 @@ class Cleaned(NamedTuple):
 def clean(
     outlines: Sequence[ArrayLike], gap: float = 0.005, *, mortar: float = 0.0, names: Sequence[str] | None = None
 ) -> Cleaned:
-    """Close the small gaps and overlaps of traced outlines: corners move to corners, then to edges, within ``gap``.
+    """Close the small gaps and overlaps of traced outlines.
+
+    Corners move to corners, then to edges, within ``gap``.
 
     Corners of different outlines within ``gap`` of each other meet in their middle; a corner that is still within
     ``gap`` of another outline's edge and that edge approach each other. What moves does so by at most ``gap``.

@@ -48,7 +48,7 @@ def write_vtu(
     amplitude: float | None = None,
     encoding: str = "base64",
 ) -> tuple[Path, ...]:
-    """Write blocks as polyhedra to a VTU file, and interfaces as polygons to a second one beside it.
+    """Write blocks as polyhedra to a VTU file, interfaces as polygons beside it.
 
     Parameters
     ----------

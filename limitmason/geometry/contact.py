@@ -90,7 +90,10 @@ KEPT = ("closed", "in part")
 
 
 class ContactPatches(NamedTuple):
-    """Patches found: owners a < b, convex polygon [m] (n, 3) each, unit normal from a to b; overlaps and doubts."""
+    """Contact patches found, with overlaps and doubts.
+
+    Owners a < b, convex polygon [m] (n, 3) each, unit normal from a to b.
+    """
 
     a: Index
     b: Index
@@ -119,7 +122,7 @@ def find_contacts(
     rules: ContactRules | None = None,
     reach: ArrayLike | None = None,
 ) -> ContactPatches:
-    """Plane patches where faces of different owners meet, with gaps or overlaps up to a tolerance.
+    """Plane patches where faces of owners meet, with gaps or overlaps in tolerance.
 
     Parameters
     ----------

@@ -87,7 +87,7 @@ def _crossing_edges(p: Array) -> tuple[int, int] | None:
 
 
 def convex_pieces(polygon: ArrayLike) -> list[Array]:
-    """Split a simple counter-clockwise polygon into convex pieces that tile it exactly.
+    """Split a simple counter-clockwise polygon into convex pieces that tile it.
 
     Ears are clipped, then triangles are joined across every diagonal whose removal keeps both ends convex
     (at most four times the smallest possible number of pieces).
@@ -202,7 +202,9 @@ def clip_convex(subject: ArrayLike, window: ArrayLike) -> Array:
 
 
 def polar_mean_radius(polygon: ArrayLike, pole: ArrayLike) -> float:
-    """Mean distance of the points of a polygon from a pole, r_m = (1/A) integral |x - pole| dA.
+    """Mean distance of the points of a polygon from a pole.
+
+    r_m = (1/A) integral |x - pole| dA.
 
     The torque a face can carry under uniform pressure is mu N r_m. Every edge and the pole span a triangle whose
     integral is closed: h^3/6 [u sqrt(1 + u^2) + asinh u] between the edge's ends, u measured along the edge in

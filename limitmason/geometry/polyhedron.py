@@ -46,7 +46,10 @@ def box(low: ArrayLike, high: ArrayLike) -> Solid:
 
 
 def prism(outline: ArrayLike, y0: float, y1: float) -> Solid:
-    """Prism over a convex counter-clockwise outline in x-z [m], shape (n, 2), between y0 and y1 [m]."""
+    """Prism over a convex counter-clockwise outline in x-z [m], shape (n, 2).
+
+    It lies between y0 and y1 [m].
+    """
     p = np.asarray(outline, dtype=float)
     n = len(p)
     front = np.column_stack([p[:, 0], np.full(n, y0), p[:, 1]])
@@ -72,7 +75,9 @@ def _triangles(faces: Faces) -> Index:
 
 
 def mass_properties(solids: Sequence[Solid]) -> MassProperties:
-    """Exact volume, centroid and inertia of closed polyhedra by the divergence theorem.
+    """Exact volume, centroid and inertia of closed polyhedra.
+
+    They follow from the divergence theorem.
 
     Tetrahedra from the vertex mean to every triangle of the surface: V = sum det/6, and the second moments of a
     tetrahedron with apex at the origin, integral x x^T dV = det/120 (sum_k v_k v_k^T + s s^T), s = v_1 + v_2 + v_3.

@@ -44,7 +44,7 @@ def limit_analysis(
     verbose: bool = False,
     **options: Any,
 ) -> Prediction:
-    """Collapse multiplier of an assembly by limit analysis, with mechanism, joint forces and certificate.
+    """Collapse multiplier by limit analysis, with mechanism, forces and certificate.
 
     Maximise lambda subject to A f + w_dead + lambda w_live = 0 and the joint law (static theorem).
 

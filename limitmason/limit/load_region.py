@@ -56,7 +56,7 @@ class HalfPlane(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LoadRegion:
-    """Set of multipliers that a structure carries at once, from inside and from outside.
+    """Set of multipliers that a structure carries at once, from inside and outside.
 
     Parameters
     ----------
@@ -87,7 +87,10 @@ class LoadRegion:
     certain: LoadRegion | None = None
 
     def contains(self, multipliers: Sequence[float]) -> bool | None:
-        """True where forces carry them, False where a mechanism moves, None between the two sets."""
+        """True where forces carry them, False where a mechanism moves.
+
+        None between the two sets.
+        """
         y = np.asarray(multipliers, dtype=float)
         if any(p.normal @ y > p.offset for p in self.outside):
             return False
@@ -125,7 +128,9 @@ def load_region(
     grid: Any = None,
     in_plane: bool | None = None,
 ) -> LoadRegion:
-    r"""Multipliers of two or three loads that a structure carries at once, closed from inside and outside.
+    r"""Multipliers of two or three loads that a structure carries at once.
+
+    The set is closed from inside and outside.
 
     .. math:: R = \{ \lambda : A f + w + \sum_k \lambda_k w_k = 0,\ f \in K \}, \qquad
         \lambda \in R \Rightarrow \sum_k (w_k \cdot v) \lambda_k \le D(v) - w \cdot v \ \text{for every } v

@@ -37,7 +37,7 @@ GROUND = {"+x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0), 
 
 @dataclass(frozen=True, eq=False)
 class Stability:
-    """Whether a structure can stand, and how far it is from the state in which it no longer can.
+    """Whether a structure can stand, and how far it is from where it cannot.
 
     Parameters
     ----------

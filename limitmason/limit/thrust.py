@@ -54,7 +54,7 @@ def thrust(
     loads: Loads | None = None,
     **options: Any,
 ) -> Thrust:
-    r"""Least and greatest thrust on a support or a group of supports, or through a cut of joints.
+    r"""Least and greatest thrust on supports, or through a cut of joints.
 
     .. math:: H_{\min}, H_{\max} = \min, \max\ d \cdot \sum_s f_s \quad \text{over}\quad A f + w = 0,\ f \in K
 

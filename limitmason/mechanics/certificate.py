@@ -153,7 +153,7 @@ def _opening_fields(assembly: Assembly, label: Index) -> Iterator[Array]:
 def certify(
     assembly: Assembly, loads: Loads, prediction: Prediction, *, candidates: tuple[Array, ...] = (), convex: bool = True
 ) -> Certificate:
-    """Certificate of a prediction, from the assembly, the loads and the prediction alone.
+    """Certificate of a prediction, from assembly, loads and prediction alone.
 
     Parameters
     ----------

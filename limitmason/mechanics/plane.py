@@ -14,7 +14,10 @@ __all__ = ["Plane", "find_plane"]
 
 
 class Plane(NamedTuple):
-    """Plane of a two-dimensional problem: horizontal axis, second axis in the plane, and the normal all turn about."""
+    """Plane of a two-dimensional problem.
+
+    Horizontal axis, second axis in the plane, and the normal all turn about.
+    """
 
     axis_1: Array
     axis_2: Array
@@ -23,7 +26,9 @@ class Plane(NamedTuple):
 
 
 def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) -> Plane | None:
-    """The plane of symmetry in which the whole problem takes place, or None for a 3-D problem.
+    """The plane of symmetry in which the whole problem takes place.
+
+    None for a 3-D problem.
 
     Blocks, rectangular interfaces and loads must be symmetric about one plane and every normal and force parallel to
     it. The mean of a stress state and its mirror image is then also admissible, so two points per interface on the

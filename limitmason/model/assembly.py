@@ -171,7 +171,9 @@ class Assembly(Blockwork, Displayed):
         wedge_tolerance_deg: float = ContactRules.wedge_deg,
         smallest_contact: float | None = None,
     ) -> Assembly:
-        """Assembly of prisms over outlines in the x-z plane, between y = 0 and y = thickness.
+        """Assembly of prisms over outlines in the x-z plane.
+
+        They lie between y = 0 and y = thickness.
 
         Parameters
         ----------
@@ -322,11 +324,16 @@ class Assembly(Blockwork, Displayed):
         return replace(self, blocks=tuple(laid))
 
     def with_interfaces(self, interfaces: Iterable[Interface]) -> Assembly:
-        """This assembly with other interfaces, for example without some joints or with changed polygons."""
+        """This assembly with other interfaces.
+
+        Some joints may be missing, or polygons be changed.
+        """
         return replace(self, interfaces=tuple(interfaces))
 
     def with_ties(self, ties: Iterable[Tie]) -> Assembly:
-        """This assembly with these ties in place of those it had, or none for the assembly without.
+        """This assembly with these ties in place of those it had.
+
+        None gives the assembly without ties.
 
         Raises
         ------
@@ -337,7 +344,9 @@ class Assembly(Blockwork, Displayed):
         return replace(self, ties=fitted(self, tuple(ties)))
 
     def with_contact_ends_pulled_in(self, inset: float, *, direction: ArrayLike | None = None) -> Assembly:
-        """This assembly with every interface shortened at its ends, as by rounded block edges.
+        """This assembly with every interface shortened at its ends.
+
+        Rounded block edges do so.
 
         Parameters
         ----------
@@ -370,13 +379,18 @@ class Assembly(Blockwork, Displayed):
         return transformed(self, matrix, translation)
 
     def renumbered(self, order: Sequence[int]) -> Assembly:
-        """This assembly with its blocks in another order: new block k is old block ``order[k]``."""
+        """This assembly with its blocks in another order.
+
+        New block k is old block ``order[k]``.
+        """
         return renumbered(self, order)
 
     # ---- contacts -------------------------------------------------------------------------------------------------
 
     def check_connected(self) -> None:
-        """Refuse an assembly in which nothing is held or a block has no path of contacts to a held one.
+        """Refuse an assembly of which a block has no path of contacts to a held one.
+
+        One in which nothing is held is refused too.
 
         Raises
         ------

@@ -19,7 +19,7 @@ from limitmason.model.plausibility import PlausibilityWarning, warn
 
 
 class ContactWarning(PlausibilityWarning):
-    """Faces that nearly touch and are no contact, or that were made one although they open like a wedge."""
+    """Faces that nearly touch and are no contact, or contacts that open like a wedge."""
 
 
 class BlockPieces(NamedTuple):

@@ -184,7 +184,7 @@ class Joint:
 
     @property
     def softens(self) -> bool:
-        """Whether it names a residual value or a fracture energy, and something takes it there."""
+        """Whether a joint names a residual value or fracture energy that something takes."""
         named = (
             self.residual_friction_angle_deg, self.residual_cohesion, self.residual_tensile_strength,
             self.fracture_energy_tension, self.fracture_energy_shear,
@@ -193,6 +193,9 @@ class Joint:
 
     @property
     def is_cohesionless(self) -> bool:
-        """True for a dry joint with unlimited compression: the multiplier then does not depend on the scale."""
+        """True for a dry joint with unlimited compression.
+
+        The multiplier then does not depend on the scale.
+        """
         strong = self.cohesion > 0.0 or self.tensile_strength > 0.0 or math.isfinite(self.compressive_strength)
         return not strong and not self.terms

@@ -81,14 +81,17 @@ class Loads(ReadOnly):
 
     @classmethod
     def weight(cls, assembly: Assembly) -> Loads:
-        """Self weight as dead load, nothing live yet: add live loads with the ``with_`` methods."""
+        """Self weight as dead load, nothing live yet.
+
+        Add live loads with the ``with_`` methods.
+        """
         dead = np.zeros((assembly.n_blocks, 6))
         dead[:, 2] = -assembly.weights
         return cls(dead, np.zeros_like(dead), "self weight")
 
     @classmethod
     def body_force(cls, assembly: Assembly, direction: ArrayLike) -> Loads:
-        """Self weight dead, and the weight of every block turned to a direction as live load.
+        """Self weight dead, and every block's weight turned to a direction as live load.
 
         Parameters
         ----------
@@ -127,7 +130,9 @@ class Loads(ReadOnly):
 
     @classmethod
     def tilting(cls, assembly: Assembly, axis: ArrayLike = (0.0, 1.0, 0.0)) -> Loads:
-        """Loads of a tilting table: lambda = tan(tilt angle) for joints without cohesion, tension and crushing.
+        """Loads of a tilting table.
+
+        lambda = tan(tilt angle) for joints without cohesion, tension and crushing.
 
         The table turns by alpha about a horizontal axis (right-hand rule). Seen from the table the weight W turns the
         other way: W (-cos(alpha) z + sin(alpha) d) with d = axis x z, that is cos(alpha) (dead + tan(alpha) live).
@@ -251,7 +256,7 @@ class Loads(ReadOnly):
         force: float | None = None,
         case: str = "live",
     ) -> Loads:
-        """These loads and an even pressure on a flat patch across several blocks, such as an airbag.
+        """These loads and an even pressure on a flat patch across blocks, as of an airbag.
 
         Faces in the plane of the patch are loaded wherever they lie within it, those that another block covers too:
         draw the patch over what is exposed.
@@ -288,7 +293,9 @@ class Loads(ReadOnly):
         blocks: Iterable[int | str] | None = None,
         case: str = "dead",
     ) -> Loads:
-        """These loads and the weight of fill on every bare face that looks up, as over the haunches of a vault.
+        """These loads and the weight of fill on every bare face that looks up.
+
+        Such fill lies over the haunches of a vault.
 
         Parameters
         ----------
@@ -330,7 +337,9 @@ class Loads(ReadOnly):
         blocks: Iterable[int | str] | None = None,
         case: str = "live",
     ) -> Loads:
-        """These loads and the weight of the named blocks (all by default) turned to a direction.
+        """These loads and the weight of named blocks turned to a direction.
+
+        All blocks by default.
 
         Parameters
         ----------

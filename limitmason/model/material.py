@@ -14,7 +14,9 @@ FRACTURE = ("tensile_energy", "compressive_strength", "compressive_energy")
 
 @dataclass(frozen=True)
 class Material:
-    r"""Isotropic material: elastic, yielding by Mohr and Coulomb, or losing strength over fracture energies.
+    r"""Isotropic material.
+
+    Elastic, yielding by Mohr and Coulomb, or losing strength over fracture energies.
 
     A unit yields where :math:`|\tau| = c - \sigma \tan\varphi` or :math:`\sigma = f_t`, tension positive; without
     cohesion and friction angle it never does. A solid cracks at :math:`f_t` and crushes at :math:`f_c`, over the
@@ -120,7 +122,9 @@ class Material:
         tensile_energy: float = 12.0,
         name: str = "masonry",
     ) -> Material:
-        """Masonry as a solid from Young's modulus: fc = E / alpha, ft = fc / 10, Gfc = d fc, Gf = 12 N/m.
+        """Masonry as a solid from Young's modulus.
+
+        fc = E / alpha, ft = fc / 10, Gfc = d fc, Gf = 12 N/m.
 
         Parameters
         ----------

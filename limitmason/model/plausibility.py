@@ -26,7 +26,7 @@ _given_as_coefficient: ContextVar[bool] = ContextVar("given_as_coefficient", def
 
 
 class PlausibilityWarning(UserWarning):
-    """An allowed input that looks like radians, mm, MPa, kN/m3 or a load beside its block."""
+    """An allowed input that looks like radians, mm, MPa or kN/m3, or an odd load."""
 
 
 def warn(text: str, category: type[Warning] = PlausibilityWarning) -> None:

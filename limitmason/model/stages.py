@@ -168,7 +168,9 @@ class Ramp(Stage):
 
 @dataclass(frozen=True)
 class Tilt(Stage):
-    """Turn the weight of all blocks as on a tilting table: W (-cos(alpha) z + sin(alpha) d), d = axis x z.
+    """Turn the weight of all blocks as on a tilting table.
+
+    W (-cos(alpha) z + sin(alpha) d), d = axis x z.
 
     Other dead loads and live loads stay as they are in the table's axes.
 
@@ -191,7 +193,9 @@ class Tilt(Stage):
 
 @dataclass(frozen=True)
 class Drive(Stage):
-    """Move degrees of freedom of blocks with given velocities and record the reaction (load-displacement curves).
+    """Move degrees of freedom of blocks with given velocities.
+
+    The reaction is recorded (load-displacement curves).
 
     Parameters
     ----------
@@ -312,13 +316,19 @@ class BaseMotion(Stage):
         return d / np.linalg.norm(d)
 
     def left_over(self) -> tuple[float, bool]:
-        """Velocity at the end of the record [m/s], and whether it is more than a hundredth of the largest."""
+        """Velocity at the end of the record [m/s], and whether it is noticeable.
+
+        That is more than a hundredth of the largest.
+        """
         a = np.asarray(self.acceleration, dtype=float)
         v = np.cumsum(0.5 * self.sample_step * (a[1:] + a[:-1]))
         return float(v[-1]), bool(abs(v[-1]) > AT_REST * np.abs(v).max())
 
     def velocity(self, times: Array) -> Array:
-        """Ground velocity at times since the stage began [m/s]: exact integral of the piecewise linear record."""
+        """Ground velocity at times since the stage began [m/s].
+
+        Exact integral of the piecewise linear record.
+        """
         a = np.asarray(self.acceleration, dtype=float)
         h = self.sample_step
         nodes = np.concatenate([[0.0], np.cumsum(0.5 * h * (a[1:] + a[:-1]))])

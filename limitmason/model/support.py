@@ -10,7 +10,9 @@ DEGREES_OF_FREEDOM = ("x", "y", "z", "rx", "ry", "rz")
 
 @dataclass(frozen=True)
 class Support:
-    """Degrees of freedom of one block that are held, about its centroid and along the global axes.
+    """Held degrees of freedom of one block.
+
+    They are about its centroid and along the global axes.
 
     Parameters
     ----------

@@ -19,7 +19,9 @@ Group = int | str | Sequence[int | str]
 
 @dataclass(frozen=True)
 class SupportMotion:
-    r"""Displacement of a group of held blocks that move as one: a translation and a turn about a point.
+    r"""Displacement of a group of held blocks that move as one.
+
+    It is a translation and a turn about a point.
 
     .. math:: u(x) = \tau + \omega \times (x - p)
 
@@ -57,7 +59,10 @@ class SupportMotion:
         return np.concatenate([self.translation + np.cross(self.rotation, arm), self.rotation])
 
     def displacements(self, assembly: Blockwork, support: Group) -> dict[str, dict[str, float]]:
-        """Displacement of every block of a group about its centroid, as ``dem.Drive`` takes it [m, rad]."""
+        """Displacement of every block of a group about its centroid [m, rad].
+
+        ``dem.Drive`` takes it so.
+        """
         return {
             assembly.blocks[i].name: dict(zip(DEGREES_OF_FREEDOM, self.twist(centre).tolist(), strict=True))
             for i, centre in ((i, assembly.centroids[i]) for i in group_of(assembly, support))

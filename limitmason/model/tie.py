@@ -17,7 +17,9 @@ STRENGTHS = {"yield_force": "yield", "bond_force": "bond", "anchor_force": "anch
 
 @dataclass(frozen=True, eq=False)
 class Tie(ReadOnly):
-    """A tie between a point of block a and a point of block b, or of the ground: 0 <= T <= strength, tension only.
+    """A tie between a point of block a and one of block b, or of the ground.
+
+    0 <= T <= strength, tension only.
 
     T = k (L - L0 - plastic elongation), not below zero and not above the strength, which is the least of yield, bond
     and anchor plate. It yields without limit and without hardening; it has no weight and no bending stiffness.

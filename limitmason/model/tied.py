@@ -56,7 +56,9 @@ def ring_beam(
     assembly: Blockwork, points: Sequence[ArrayLike], *, closed: bool = False, name: str = "ring beam",
     **options: Any,
 ) -> tuple[Tie, ...]:  # fmt: skip
-    """Ties along a line of points, each fastened to the block that it lies in or on: a ring beam as it pulls.
+    """Ties along a line of points, fastened to the blocks they lie in or on.
+
+    They are a ring beam as it pulls.
 
     Pieces whose both ends are on one block, or on held blocks, are left out.
 

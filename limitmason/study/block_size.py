@@ -50,7 +50,9 @@ def block_size_study(
     store: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Table:
-    """Collapse multiplier against the size of the blocks, the wall's length and height kept.
+    """Collapse multiplier against the size of the blocks.
+
+    The wall's length and height are kept.
 
     Parameters
     ----------

@@ -24,7 +24,9 @@ _PYTHON = frozenset(sys.stdlib_module_names) - {"types", "collections"} | frozen
 
 
 def fingerprint(*parts: Any) -> str:
-    """Hash of models, loads, functions and plain values: equal for equal content, whatever the process or the machine.
+    """Hash of models, loads, functions and plain values.
+
+    Equal for equal content, whatever the process or the machine.
 
     Parameters
     ----------

@@ -117,7 +117,9 @@ def contact_point_study(
     store: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Table:
-    """DEM multiplier against the number of contact points across the thickness, with and without dilatancy.
+    """DEM multiplier against the number of contact points across the thickness.
+
+    With and without dilatancy.
 
     Parameters
     ----------

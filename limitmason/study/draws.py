@@ -112,7 +112,10 @@ class Random:
             raise InputError("correlation_length must not be negative, and needs per='interface' or 'block'")
 
     def value(self, share: Array | float, bounds: tuple[float, float] = (-math.inf, math.inf)) -> Array:
-        """Value at a share of the probability [-] between the bounds: F^-1(F(low) + u (F(high) - F(low)))."""
+        """Value at a share of the probability [-] between the bounds.
+
+        F^-1(F(low) + u (F(high) - F(low))).
+        """
         low, high = max(self.low, bounds[0]), min(self.high, bounds[1])
         below, above = float(self.distribution.cdf(low)), float(self.distribution.cdf(high))
         if not above > below:

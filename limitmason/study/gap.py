@@ -98,7 +98,10 @@ class GapAttribution(ReadOnly):
 
     @property
     def remainder(self) -> float:
-        """What no assumption explains: program less DEM under the program's assumptions [-]."""
+        """What no assumption explains.
+
+        Program less DEM under the program's assumptions [-].
+        """
         return self.associative - self.corner
 
     def __str__(self) -> str:
@@ -131,7 +134,9 @@ def attribute_gap(
     store: str | Path | None = None,
     progress: Progress | None = None,
 ) -> GapAttribution:
-    """Split the gap between associative limit analysis and the DEM over the assumptions in which they differ.
+    """Split the gap between limit analysis and the DEM over their assumptions.
+
+    Limit analysis is associative.
 
     lambda_assoc - lambda_DEM = sum of shares + remainder; each share is the fall of the DEM's multiplier when one
     assumption changes, along the chain of all five and along the reversed chain.

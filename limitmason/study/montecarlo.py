@@ -65,7 +65,7 @@ def monte_carlo(
     store: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Table:
-    """Collapse multipliers, or any answers, of a structure with random joints and blocks.
+    """Collapse multipliers, or any answers, with random joints and blocks.
 
     Parameters
     ----------
@@ -307,7 +307,9 @@ def sobol(
     store: str | Path | None = None,
     progress: Progress | None = None,
 ) -> SobolIndices:
-    """Sobol indices of the collapse multiplier: which random input its scatter comes from.
+    """Sobol indices of the collapse multiplier.
+
+    Which random input its scatter comes from.
 
     Parameters
     ----------

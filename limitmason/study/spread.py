@@ -46,7 +46,10 @@ class Running(ReadOnly):
 
     @property
     def variation_error(self) -> Array:
-        """Standard error of the CoV over it, sqrt((1 + 2 CoV^2) / (2 n)) if normal [-], shape (k,)."""
+        """Standard error of the CoV over it, sqrt((1 + 2 CoV^2) / (2 n)) if normal [-].
+
+        Shape (k,).
+        """
         return np.asarray(np.sqrt((1.0 + 2.0 * self.variation**2) / (2.0 * self.n)))
 
     def __str__(self) -> str:
@@ -81,7 +84,9 @@ def running(table: Table, column: str) -> Running:
 
 @dataclass(frozen=True)
 class Stop:
-    """Rule by which a Monte Carlo study has enough samples: both sampling errors are small.
+    """Rule by which a Monte Carlo study has enough samples.
+
+    Both sampling errors are small.
 
     Parameters
     ----------
@@ -168,7 +173,9 @@ class Sensitivity(NamedTuple):
 
 
 def sensitivity(table: Table, column: str, inputs: Sequence[str] | None = None) -> tuple[Sensitivity, ...]:
-    """Rank correlation and log-slope of a column over the drawn values, the largest rank first.
+    """Rank correlation and log-slope of a column over the drawn values.
+
+    The largest rank comes first.
 
     Parameters
     ----------

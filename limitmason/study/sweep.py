@@ -34,7 +34,7 @@ def sweep(
     batch: int | None = None,
     enough: Callable[[Table], bool] | None = None,
 ) -> Table:
-    """Call a function at every point of a grid, or of a list, and return the table of results.
+    """Call a function at every point of a grid, or of a list, and return a table.
 
     Parameters
     ----------

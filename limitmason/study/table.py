@@ -75,7 +75,10 @@ class Table:
         return Table(kept, self.units, self.notes)
 
     def write_csv(self, path: str | Path) -> None:
-        """Write names, a comment line of units, and the rows: ``pandas.read_csv(path, comment="#")`` reads it."""
+        """Write names, a comment line of units, and the rows.
+
+        ``pandas.read_csv(path, comment="#")`` reads it.
+        """
         rows = ([repr(v) if isinstance(v, float) else v for v in map(row.get, self.columns)] for row in self.rows)
         write_table(path, {c: self.units.get(c, "-") for c in self.columns}, rows)
 

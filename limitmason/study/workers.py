@@ -36,7 +36,10 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEX
 
 
 class Unfinished(Exception):
-    """Raised by a function that stops before its answer, out of time: the run is left out and done the next time."""
+    """Raised by a function that stops before its answer, out of time.
+
+    The run is left out and done the next time.
+    """
 
 
 class _Done:

@@ -110,7 +110,9 @@ class SideBySide(Displayed):
         return "\n".join(markdown(self._lines()))
 
     def findings(self) -> tuple[str, ...]:
-        """What theory demands of the answers: each line begins with "holds", "open", "BROKEN" or "not checked".
+        """What theory demands of the answers.
+
+        Each line begins with "holds", "open", "BROKEN" or "not checked".
 
         Notes
         -----
@@ -129,7 +131,9 @@ class SideBySide(Displayed):
         ]  # fmt: skip
 
     def loads_of_self_stress(self) -> tuple[str, ...]:
-        """What the smallest admissible, the sustained and the associative load mean beside each other, a line for each.
+        """What the smallest admissible, the sustained and the associative load mean.
+
+        A line for each.
 
         Empty without a sustained load; the first limit point of a capacity curve stands with them where there is one.
         """
@@ -168,7 +172,7 @@ def compare(
     title: str = "",
     **options: Mapping[str, Any],
 ) -> SideBySide:
-    """Collapse multiplier of one structure by several methods, with what is known of the error of each.
+    """Collapse multiplier by several methods, with what is known of their errors.
 
     Parameters
     ----------
@@ -263,7 +267,10 @@ def _settings(methods: Sequence[str], options: Mapping[str, Mapping[str, Any]]) 
 
 
 def measured_range(measured: float | Sequence[float] | None) -> tuple[float, float, float] | None:
-    """Low, value and high of a measured multiplier given as a number, (low, high) or (low, value, high)."""
+    """Low, value and high of a measured multiplier.
+
+    It is given as a number, (low, high) or (low, value, high).
+    """
     if measured is None:
         return None
     numbers = [float(v) for v in measured] if isinstance(measured, Sequence) else [float(measured)]

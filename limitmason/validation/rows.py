@@ -76,7 +76,7 @@ class Row:
 
     @classmethod
     def unanswered(cls, method: str, reason: object, seconds: float = 0.0) -> Row:
-        """The row of a method that takes the structure and found no answer that could be certified."""
+        """The row of a method that takes the structure and found no certified answer."""
         return cls(method, status=f"{NO_ANSWER}: {reason}", seconds=seconds)
 
     @property
@@ -104,7 +104,10 @@ class Row:
 
     @property
     def beside(self) -> str:
-        """What stands beside the multiplier and must not be taken for it: the smallest estimate below a bound."""
+        """What stands beside the multiplier and must not be taken for it.
+
+        The smallest estimate below a bound.
+        """
         return get_method(self.method).beside(self.details)
 
     @property

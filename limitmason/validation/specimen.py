@@ -166,7 +166,10 @@ def table(
 
 
 def write_rows(rows: Iterable[Row], path: str | Path) -> None:
-    """Write rows of :func:`table` to a CSV file, one line each, with a comment line of units below the names."""
+    """Write rows of :func:`table` to a CSV file.
+
+    One line each, with a comment line of units below the names.
+    """
     units = {
         "source": "-", "specimen": "-", "quantity": "-", "kind": "-", "unit": "unit of reference and predicted",
         "reference": "unit", "predicted": "unit", "ratio": "-", "method": "-", "flow_rule": "-", "status": "-",

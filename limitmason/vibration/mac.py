@@ -57,13 +57,18 @@ class Mac(ReadOnly):
 
     @property
     def pairs(self) -> list[tuple[int, int, float]]:
-        """For every mode of the first the mode of the second that is most like it, and the criterion of the pair."""
+        """For every mode of the first the mode of the second that is most like it.
+
+        The criterion of the pair stands beside it.
+        """
         best = self.values.argmax(axis=1)
         return [(i, int(j), float(self.values[i, j])) for i, j in enumerate(best)]
 
     @property
     def groups(self) -> list[Alike]:
-        """Groups of the first, modes within 1 % in frequency, and those of the second that span the same motions.
+        """Groups of the first, and those modes of the second that span the same motions.
+
+        A group lies within 1 % in frequency.
 
         Shapes of equal or close frequencies are any that span the same motions: one by one they need not be alike.
         """
@@ -187,11 +192,14 @@ class ModalTest(ReadOnly):
 
     @property
     def quantities(self) -> dict[str, float]:
-        """Measured "frequency 1" [Hz] and "mode 1 sensor 1" [-], the largest component of each shape 1."""
+        """Measured "frequency 1" [Hz], "mode 1 sensor 1" [-] and so on.
+
+        The largest component of each shape is 1.
+        """
         return self._named(self.frequency, self.shape)
 
     def predicted(self, found: Modes) -> dict[str, float]:
-        """What the modes of a model predict of these measured quantities, by the same names.
+        """What the modes of a model predict of these quantities, by the same names.
 
         Raises
         ------
@@ -232,7 +240,9 @@ def mac(
     masses: ArrayLike | None = None,
     frequencies: ArrayLike | None = None,
 ) -> Mac:
-    """Modal assurance criterion |a^H W b|^2 / ((a^H W a) (b^H W b)) of two sets of shapes.
+    """Modal assurance criterion of two sets of shapes.
+
+    It is |a^H W b|^2 / ((a^H W a) (b^H W b)).
 
     Parameters
     ----------

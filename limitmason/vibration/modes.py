@@ -75,7 +75,10 @@ class Modes(Displayed, ReadOnly):
         return self.system.warnings
 
     def at(self, points: ArrayLike) -> Array:
-        """Displacement of chosen points per mode, shape (k, p, 3), points [m], shape (p, 3)."""
+        """Displacement of chosen points per mode, shape (k, p, 3).
+
+        Points [m] have shape (p, 3).
+        """
         p = np.atleast_2d(np.asarray(points, dtype=float))
         return np.array([self.system.carrier.at(shape, p) for shape in self.shape])
 

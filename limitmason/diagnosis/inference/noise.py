@@ -16,7 +16,9 @@ DRAWS = 1999  # of the bootstrap; 399 cannot resolve a threshold of 0.005
 
 @dataclass(frozen=True)
 class Measured:
-    """A nuisance input with its own measurement: a datum with an error, never a free knob.
+    """A nuisance input with its own measurement.
+
+    A datum with an error, never a free knob.
 
     Parameters
     ----------
@@ -101,7 +103,9 @@ class Noise:
 
     @classmethod
     def from_replicates(cls, values: Sequence[float], configurations: Sequence) -> Noise:
-        """Noise from repeated tests of one configuration: sd^2 = sum over repeats of (log v - mean)^2 / dof.
+        """Noise from repeated tests of one configuration.
+
+        sd^2 = sum over repeats of (log v - mean)^2 / dof.
 
         Parameters
         ----------
@@ -156,13 +160,19 @@ class Noise:
         return np.broadcast_to(sd, (n,)).copy()
 
     def for_others(self) -> Noise:
-        """This statement for other specimens: its mean where it differs from one to the other."""
+        """This statement for other specimens.
+
+        Its mean where it differs from one to the other.
+        """
         if not isinstance(self.sd, tuple):
             return self
         return Noise(float(np.mean(self.sd)), self.dof, self.tails, self.by_row)
 
     def about(self, predicted: np.ndarray) -> Noise:
-        """The statement with the sign of every rate of misreading: negative where 1 is predicted, shape (n,)."""
+        """The statement with the sign of every rate of misreading.
+
+        Negative where 1 is predicted, shape (n,).
+        """
         if self.misread is None:
             return self
         return replace(self, misread=tuple(np.where(predicted > 0.5, -1.0, 1.0) * np.abs(self.misread)))

@@ -22,7 +22,9 @@ NINE_IN_TEN = 1.2816  # standard normal quantile
 
 @dataclass(frozen=True)
 class Confusable:
-    """Squared distance d2 from every cause to every other, after the other and the measured inputs are refitted.
+    """Squared distance d2 from every cause to every other.
+
+    The other and the measured inputs are refitted.
 
     Parameters
     ----------
@@ -63,7 +65,10 @@ class Confusable:
         return self.names[best], float(row[best])
 
     def table(self) -> list[dict]:
-        """One row per cause: size compared, d2 from the baseline, nearest rival and its d2."""
+        """One row per cause.
+
+        Size compared, d2 from the baseline, nearest rival and its d2.
+        """
         rows = []
         for name in self.names:
             rival, d2 = self.nearest(name) if len(self.names) > 1 else ("", float("nan"))

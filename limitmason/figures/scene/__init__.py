@@ -54,7 +54,9 @@ def view(
     azimuth_deg: float = -58.0,
     elevation_deg: float = 22.0,
 ) -> Scene:
-    """Scene of a structure, with the motion and the joint forces of an answer, as one self-contained HTML file.
+    """Scene of a structure and an answer as one self-contained HTML file.
+
+    It shows the motion and the joint forces.
 
     Parameters
     ----------

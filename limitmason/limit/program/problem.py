@@ -29,7 +29,9 @@ ENDLESS = 1e8
 
 
 class Problem(NamedTuple):
-    """Find f, lambda with matrix f + dead + lambda live = 0 and f within the joint law; everything scaled.
+    """Find f, lambda with matrix f + dead + lambda live = 0 and f within the law.
+
+    Everything is scaled.
 
     Forces are divided by ``force_scale`` = total load / sqrt(number of free blocks) and live loads multiplied by
     ``live_scale`` so that both are of order one: unscaled, an interior-point solver stops at its tolerance while the
@@ -69,7 +71,10 @@ class Problem(NamedTuple):
 
     @property
     def crushing_points(self) -> Flags:
-        """Points of faces at which joints crush one by one, (m,); the yielding of a tie is none."""
+        """Points of faces at which joints crush one by one, (m,).
+
+        The yielding of a tie is none.
+        """
         return self.law.crushes & (self.points.interface < len(self.assembly.interfaces))
 
     @property
@@ -78,19 +83,28 @@ class Problem(NamedTuple):
         return self.points.interface[self.stress_block.ends[:, 0]]
 
     def forces(self, scaled: Array) -> Array:
-        """Contact forces on block b in global axes [N], shape (m, 3), from the scaled unknowns."""
+        """Contact forces on block b in global axes [N].
+
+        Shape (m, 3), from the scaled unknowns.
+        """
         f = scaled.reshape(-1, self.components) * self.point_scale[:, None]
         return self.force_scale * np.einsum("mc,mci->mi", f, self.points.directions)
 
     def twists(self, dual: Array) -> Array:
-        """Twists of all blocks, shape (n_blocks, 6), from the duals of the equilibrium rows."""
+        """Twists of all blocks.
+
+        Shape (n_blocks, 6), from the duals of the equilibrium rows.
+        """
         basis, _ = degrees_of_freedom(self.assembly, self.plane)
         flat = np.zeros(self.assembly.n_blocks * basis.shape[1])
         flat[self.row] = dual / self.row_radius
         return flat.reshape(self.assembly.n_blocks, -1) @ basis.T
 
     def with_free(self, multipliers: Array) -> Problem:
-        """The problem of which the free live loads, times their scaled multipliers, are part of the dead load."""
+        """The problem with its free live loads taken to the dead load.
+
+        They count times their scaled multipliers.
+        """
         if not len(multipliers):
             return self
         added = np.tensordot(multipliers * self.live_scale, self.cases, 1)

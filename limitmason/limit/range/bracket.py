@@ -38,7 +38,7 @@ class Bracket:
 
 @of_model
 def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
-    """Upper and lower bound of the collapse multiplier for any flow rule between psi and phi.
+    """Upper and lower bound of the multiplier for any flow rule between psi and phi.
 
     lambda_assoc(phi := psi) <= lambda <= lambda_assoc(phi).
 

@@ -135,7 +135,7 @@ def proven_range(
     search: str = "quick",
     seed: int = 0,
 ) -> ProvenRange:
-    """Smallest and largest multiplier at which the non-associative law admits a state, each with a proof.
+    """Smallest and largest multiplier that the non-associative law admits, with proof.
 
     min, max lambda subject to A f + w_dead + lambda w_live = 0, the joint law, its flow rule and complementarity, for
     0 <= lambda <= the associative value. The smallest value is bounded by the lifted linear program, and where that
