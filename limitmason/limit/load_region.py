@@ -186,7 +186,7 @@ def load_region(
         dry = region(assembly.with_joints(_endless), replace(dead, dead=0.0 * dead.dead), np.ones(len(cases)))
         size = np.linalg.norm(dry.corners, axis=1)
         rays = dry.corners[size > 1e-6] / size[size > 1e-6, None]
-        found = replace(found, cone=rays)
+        found = replace(found, cone=_extreme_rays(rays))
     if any(i.joint.tan_psi < i.joint.tan_phi for i in assembly.interfaces):
         reduced = assembly.with_joints(inside)
         same = found.within if np.isfinite(found.within).all() else limit
@@ -349,6 +349,16 @@ def _nearest(points: Array, w: Array) -> Array:
     rows = np.vstack([(points - w).T / scale, np.full(len(points), 1e3)])
     share = nnls(rows, np.append(np.zeros(len(w)), 1e3))[0]
     return np.asarray(share @ points / share.sum())
+
+
+def _extreme_rays(rays: Array) -> Array:
+    """Rays that are no sum of the others."""
+    kept = list(range(len(rays)))
+    for i in range(len(rays)):
+        rest = [j for j in kept if j != i]
+        if rest and nnls(rays[rest].T, rays[i])[1] < 1e-6:
+            kept = rest
+    return rays[kept]
 
 
 def _extreme(points: Array, extent: Array) -> list[int]:

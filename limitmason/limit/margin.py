@@ -19,6 +19,9 @@ from limitmason.model.load import Loads
 Margin = tuple[float, float]
 """Proven from below by forces, and from above by a motion [-]: it stands where the first is 0 or more."""
 
+SHARE_OF_LOAD = 0.37
+"""Even pressure in all joints over the load: no simple number, which may happen to balance a block."""
+
 ENOUGH = 1.0
 """Margin beyond which nothing is measured: the structure stands well."""
 
@@ -47,10 +50,11 @@ def standing_margin(assembly: Assembly, loads: Loads, **model: Any) -> Margin:
 
 
 def _pressed_evenly(problem: Problem) -> Array:
-    """Wrenches on the blocks of an even pressure in all joints that adds up to the load [N, N m], shape (n, 6)."""
+    """Wrenches on the blocks of an even pressure in all joints, no more than they bear [N, N m], shape (n, 6)."""
     p, x = problem.points, problem.assembly.arrays
     faces = p.interface < len(problem.assembly.interfaces)
-    pressure = total_load(problem.assembly, problem.loads) / x.area.sum()
+    pressure = SHARE_OF_LOAD * total_load(problem.assembly, problem.loads) / x.area.sum()
+    pressure = min(pressure, 0.3 * float(x.compressive_strength.min()))
     force = p.directions[:, 0] * np.where(faces, pressure * p.area, 0.0)[:, None]
     wrench = np.zeros((problem.assembly.n_blocks, 6))
     for block, sign in ((p.block_a, -1.0), (p.block_b, 1.0)):
@@ -84,9 +88,24 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
             at = ends[True] + 0.5 * gap
         low, high = margin(at)
         if not (low >= 0.0 or high < 0.0):
-            break  # neither end is proven nearer than this
+            _close_in(margin, at, ends, accuracy * unit)
+            break
         stands = low >= 0.0
         if stands == last:
             values[not stands] *= 0.5
         ends[stands], values[stands], last = at, max(low, 1e-14) if stands else high, stands
     return Range(ends[True], ends[False])
+
+
+def _close_in(margin: Callable[[float], Margin], at: float, ends: dict[bool, float], step: float) -> None:
+    """Bring both ends as near as can be proven to a value at which neither forces nor a motion is found."""
+    for stands in (True, False):
+        far = ends[stands]
+        for k in range(12):
+            trial = at + math.copysign(step * 4.0**k, far - at)
+            if not abs(trial - at) < abs(far - at):
+                break
+            low, high = margin(trial)
+            if low >= 0.0 if stands else high < 0.0:
+                ends[stands] = trial
+                break

@@ -83,6 +83,8 @@ def settlement_analysis(
     if loads.live.any():
         raise InputError("loads: the live part has no role in a settlement; give dead loads alone, case='dead'")
     single = moves.sum() == 1
+    if not single and {assembly.block_index(s.block) for s in assembly.supports} <= set(moved):
+        raise InputError(f"every support moves {named}: name those that move, others stay, or move all along one axis")
     guided = released(assembly, moved, tuple(np.flatnonzero(moves if single else np.ones(6, dtype=bool))))
     dead = np.array(loads.dead)
     dead[moved] = 0.0  # the weight of the support itself is no concern of the structure

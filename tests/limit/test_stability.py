@@ -84,6 +84,28 @@ def test_a_tilt_of_the_ground_is_the_multiplier_of_dry_joints():
     assert found.low == pytest.approx(lm.limit_analysis(arch, lm.Loads.horizontal(arch)).tilt_angle_deg, rel=1e-7)
 
 
+def test_a_tilt_with_tension_and_a_share_with_crushing():
+    """5 sin(a) = cos(a) + ft A / W of a column 5 times as high as wide; W / (fc A) is the share that bears it."""
+    law = {"dilatancy_angle_deg": 30.0, "cohesion": 2e4, "tensile_strength": 1e4}
+    glued = lm.build.column(width=0.3, depth=0.3, unit_height=0.5, courses=3, joint=lm.Joint(30.0, **law))
+    weight = glued.weights[~glued.fixed].sum()
+    tilt = lm.stability(glued, tilts="+x").tilt["+x"]
+    wanted = np.roots([26.0, -2 * 5 * 900.0 / weight, (900.0 / weight) ** 2 - 1.0]).max()  # of sin(a)
+    assert tilt.low - 1e-6 <= math.degrees(math.asin(wanted)) <= tilt.high + 1e-6
+    assert tilt.high - tilt.low < 1e-3
+    soft = lm.Joint(30.0, dilatancy_angle_deg=30.0, compressive_strength=2e5)
+    model = lm.build.column(width=0.3, depth=0.3, unit_height=1.5, courses=1, joint=soft)
+    share = lm.stability(model, tilts=()).share  # sides shrink by the share, the area by its square
+    assert share.high == pytest.approx(math.sqrt(weight / (2e5 * 0.09)), rel=1e-6)
+
+
+def test_every_measure_of_two_piers_is_that_of_the_weaker():
+    solids = [box((-1, 0, -1), (6, 1, 0)), box((0, 0, 0), (1, 1, 2)), box((3, 0, 0), (3.5, 1, 2))]
+    piers = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(40.0), fixed=[0])
+    tilt = lm.stability(piers, tilts="+x").tilt["+x"]
+    assert tilt.low == pytest.approx(math.degrees(math.atan(0.25)), rel=1e-7)
+
+
 def thrust_lines(arch, thickness, radius=1.0):
     """Least and greatest thrust of a semicircle over its weight: H, V and M at the crown, thrust within every joint."""
     voussoirs = arch.centroids[~arch.fixed]
