@@ -23,8 +23,8 @@ TUTORIALS = sorted((SITE / "tutorials").glob("[0-9]*.md"))
 MADE = {f"made/{name}" for name in (*site_sources.COPIED, "cite.md")}
 
 
-def test_there_are_five_tutorials_with_topics_time_and_files_on_top():
-    assert [p.name[0] for p in TUTORIALS] == ["1", "2", "3", "4", "5"]
+def test_there_are_six_tutorials_with_topics_time_and_files_on_top():
+    assert [p.name[0] for p in TUTORIALS] == ["1", "2", "3", "4", "5", "6"]
     for page in TUTORIALS:
         top = page.read_text(encoding="utf-8").partition("```")[0]
         for word in ("Topics", "Time needed", "Files"):
