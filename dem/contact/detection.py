@@ -314,7 +314,10 @@ def reaches(assembly: Assembly) -> Array:
 
 
 def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float]:
-    """Block that has moved most against the held ones, and how far its farthest corner has [m]; ``reach`` as below."""
+    """Block that has moved most against the held ones, and how far its farthest corner has [m].
+
+    ``reach`` as below.
+    """
     b = state.bodies
     ground = b.shift[assembly.fixed].mean(axis=0) if assembly.fixed.any() else np.zeros(3)
     moved = np.linalg.norm(b.shift - ground, axis=1)

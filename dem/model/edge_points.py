@@ -30,7 +30,9 @@ class _Outline(NamedTuple):
 
 
 def follow_edges(assembly: Assembly, state: State) -> None:
-    """Let the points of joints that have slipped follow the edges of their faces; changes ``state.points``.
+    """Let the points of joints that have slipped follow the edges of their faces.
+
+    Changes ``state.points``.
 
     With b slipped by u along an axis, an end that is an edge of b moves by u over the face of a, one of a by nothing,
     and one of both by what makes the contact smaller. Points between move in proportion. Areas stay until the joint is
@@ -95,7 +97,10 @@ def _ends_of(assembly: Assembly, state: State, k: int, mine: slice) -> Array:
 
 
 def _outline(assembly: Assembly, state: State, k: int, xy: Array, size: Array) -> _Outline:
-    """Outline of the points of a joint; of a row of points, both ends."""
+    """Outline of the points of a joint.
+
+    Of a row of points, both ends.
+    """
     if size.min() <= 1e-9 * size.max():
         # a row of points in a plane: a strip around it
         axis = int(size.argmax())

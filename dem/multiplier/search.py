@@ -31,7 +31,10 @@ SETTLING = Damping(local=0.8)
 
 @dataclass(frozen=True)
 class Controls:
-    """Numerical settings of a search; see :func:`dem.collapse` for those not explained here."""
+    """Numerical settings of a search.
+
+    See :func:`dem.collapse` for those not explained here.
+    """
 
     tolerance: float
     max_steps: int
@@ -172,7 +175,7 @@ class _Bracket:
         return self.c.tolerance * max(abs(self.stable), 1e-3 * self.c.unit)
 
     def next_load(self) -> float | None:
-        """Load to try next; None where the bracket is closed, infinite where every load is held."""
+        """Load to try next, or None where the bracket is closed, infinite where every load is held."""
         if np.isfinite(self.refused):
             if self.refused - self.stable > self.width * (1.0 + 1e-9):
                 return 0.5 * (self.stable + self.refused)
@@ -205,7 +208,7 @@ class _Bracket:
         self.refused, self.refused_from = new, self.stable
 
     def part(self, tried: int) -> float | None:
-        """Loads tried over those and the halvings of a bracket that are left [-]; None while nothing was refused."""
+        """Loads tried over those and the halvings of a bracket that are left [-], or None while nothing was refused."""
         gap = self.refused - self.stable
         return tried / (tried + np.log2(max(gap / self.width, 1.0)) + 1.0) if np.isfinite(gap) else None
 
@@ -216,7 +219,7 @@ class _Bracket:
 
 
 def _mechanism(assembly: Assembly, loads: Loads, state: State) -> Mechanism | None:
-    """Velocities of the moving state as a mechanism; None when it does not move along the live load."""
+    """Velocities of the moving state as a mechanism, or None when it does not move along the live load."""
     now = state.resultants(assembly)
     twists = np.concatenate([state.bodies.vel, state.bodies.spin], axis=1)
     if not twists.any():
@@ -226,7 +229,9 @@ def _mechanism(assembly: Assembly, loads: Loads, state: State) -> Mechanism | No
 
 @watched("search")
 def ramps(assembly: Assembly, loads: Loads, start: State, c: Controls, rate: float | None = None) -> Search:
-    """Ramps at falling speed; the multiplier at no speed, when another half of the speed changes it by less than 1 %.
+    """Ramps at falling speed.
+
+    The multiplier at no speed, when another half of the speed changes it by less than 1 %.
 
     The largest multiplier at the supports exceeds the static one by inertia, in proportion to the speed r at the end:
     lambda = l2 - r2 (l1 - l2) / (r1 - r2) from the last two ramps. ``moving`` is the largest one measured in the last.

@@ -226,7 +226,10 @@ def pushover(
 
 
 def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming: bool) -> bool:
-    """Whether contacts are found anew on the way; refuses what blocks that deform do not take."""
+    """Whether contacts are found anew on the way.
+
+    Refuses what blocks that deform do not take.
+    """
     choice("contacts", contacts, (ANEW, FIRST, None))
     if deforming:
         refuse_ties(assembly, f"a capacity curve of {blocks} blocks", "use blocks='rigid', or assembly.with_ties(())")
@@ -257,7 +260,10 @@ def _falls(generations: Generations, warnings: list[str]) -> PushoverCurve:
 def _equations(
     assembly: Assembly, s: Structure, *, plane: Plane | None, bent: CondensedShapes | None, **given: Any
 ) -> System:
-    """Equations of a structure; a function of the module, so that a curve goes to other processes."""
+    """Equations of a structure.
+
+    A function of the module, so that a curve goes to other processes.
+    """
     p = s.points
     return System(
         make_bodies(assembly, p, plane, bent), ElastoplasticLaw(p.law, p.kn, p.ks, p.softening),
@@ -280,7 +286,9 @@ def _as_one(assembly: Assembly, loads: Loads, control: Any) -> tuple[Assembly, L
 def _with_moving_support(
     assembly: Assembly, loads: Loads, control: Any, to: float | None
 ) -> tuple[Assembly, Loads, tuple[int, int] | None]:
-    """The model with a support freed that is to be moved, a live load on it, and its block and axis; None without one.
+    """The model with a support freed that is to be moved, a live load on it, and its block and axis.
+
+    None without one.
 
     The live load is the total dead load, along the axis.
     """

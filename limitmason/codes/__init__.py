@@ -1,4 +1,7 @@
-"""Verdicts of codes of practice on capacities of this package; every code is a file."""
+"""Verdicts of codes of practice on capacities of this package.
+
+Every code is a file.
+"""
 
 from limitmason.codes.circular_2019 import Assessment, assess
 from limitmason.codes.spectra import FloorSpectrum, GroundSpectrum, RecordSpectrum

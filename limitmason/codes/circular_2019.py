@@ -236,7 +236,7 @@ def _excess(spectrum: Spectrum, period: float, damping: float, displacement: flo
 
 
 def _reached(excess: Callable[[float], float]) -> float:
-    """Acceleration of the ground over g at which a demand is what is there; infinite from 2 g on."""
+    """Acceleration of the ground over g at which a demand is what is there, or infinite from 2 g on."""
     return float(brentq(excess, 1e-9, LARGEST_AG)) if excess(LARGEST_AG) > 0.0 else math.inf
 
 

@@ -23,7 +23,10 @@ _SOILS = {  # SS = upper - slope F0 ag / g between 1 (B on) and its largest; CC 
 
 
 def damping_factor(damping: float) -> float:
-    """Factor of the spectrum for a damping, eta = sqrt(10 / (5 + 100 xi)), 0.55 or more [-]; xi as a fraction."""
+    """Factor of the spectrum for a damping, eta = sqrt(10 / (5 + 100 xi)), 0.55 or more [-].
+
+    xi is a fraction.
+    """
     if not 0.0 < damping < 1.0:
         raise InputError(f"damping is a fraction, 0.05 for five per cent, got {damping!r}")
     return max(math.sqrt(10.0 / (5.0 + 100.0 * damping)), 0.55)
@@ -174,7 +177,10 @@ class RecordSpectrum:
         return replace(self, record=np.asarray(self.record) * (ag / self.ag), ag=ag)
 
     def displacement(self, period: float, damping: float = 0.05) -> float:
-        """Largest displacement of oscillators from ``least`` to a period, 40 of them [m]; linear between samples."""
+        """Largest displacement of oscillators from ``least`` to a period, 40 of them [m].
+
+        Linear between samples.
+        """
         periods = np.geomspace(min(self.least, period), period, 40)
         omega, h = 2.0 * np.pi / periods, self.sample_step
         steps = max(1, math.ceil(h / (0.02 * periods[0])))

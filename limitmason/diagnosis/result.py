@@ -99,12 +99,18 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @property
     def pairs(self) -> tuple[Names, ...]:
-        """Pairs of causes that are not rejected, best first; more than one means that the data cannot tell which."""
+        """Pairs of causes that are not rejected, best first.
+
+        More than one means that the data cannot tell which.
+        """
         return self.verdict.pairs
 
     @property
     def covariate(self) -> str | None:
-        """Covariate that the residuals of the baseline vary with most; a pointer, not a cause."""
+        """Covariate that the residuals of the baseline vary with most.
+
+        A pointer, not a cause.
+        """
         return self.verdict.covariate
 
     @property
@@ -129,7 +135,10 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @cached_property
     def estimates(self) -> dict[str, Estimate]:
-        """Size of each kept cause with a 95 % interval; for pairs those of the best pair."""
+        """Size of each kept cause with a 95 % interval.
+
+        For pairs those of the best pair.
+        """
         y = self.judged.turned(self.y)
         if self.pairs:
             return estimate(self.judged, self.verdict.tested[self.pairs[0]], y, self.draws)
@@ -146,12 +155,15 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @property
     def gain(self) -> Gain | None:
-        """Gain of the best kept explanation; None when nothing is named."""
+        """Gain of the best kept explanation, or None when nothing is named."""
         return self.gains[self.kept[0]] if self.kept else None
 
     @property
     def identification(self) -> Identification | None:
-        """What stands behind the one name, or the one pair, and what is missing for it; None where there is none."""
+        """What stands behind the one name, or the one pair, and what is missing for it.
+
+        None where there is none.
+        """
         return self.verdict.identification
 
     @property
@@ -161,7 +173,10 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @property
     def distinct(self) -> bool:
-        """Whether one explanation is left, told from every smooth discrepancy; identified or not."""
+        """Whether one explanation is left, told from every smooth discrepancy.
+
+        Identified or not.
+        """
         return self.verdict.distinct
 
     @property
@@ -175,7 +190,10 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @property
     def best(self) -> BestFit:
-        """Fit of the best kept explanation; of the baseline where none is kept."""
+        """Fit of the best kept explanation.
+
+        Of the baseline where none is kept.
+        """
         return self.verdict.tested[self.kept[0]].fit if self.kept else self.verdict.null
 
     @cached_property
@@ -225,7 +243,10 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @cached_property
     def detectable(self) -> dict[str, tuple[float | None, ...]]:
-        """Smallest size of each cause, per side, that would have been seen nine times in ten; None within no bound."""
+        """Smallest size of each cause, per side, that would have been seen nine times in ten.
+
+        None within no bound.
+        """
         known = self.known
         shared = (lambda curve: seen_if_shared(known, curve)) if self.unstated else None
         return detectable(known, self.verdict.critical_gain, shared)
@@ -250,7 +271,10 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @property
     def checks(self) -> Checks:
-        """What the verdict hangs on; some seconds for 16 causes and 24 specimens."""
+        """What the verdict hangs on.
+
+        Some seconds for 16 causes and 24 specimens.
+        """
         return self.judged_again()
 
     @cached_property

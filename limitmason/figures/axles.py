@@ -12,7 +12,9 @@ from limitmason.limit.axles import AxleEnvelope
 
 @style.in_print_style
 def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes | None = None) -> Figure:
-    """Multiplier over the place of the first axle; the point is the smallest.
+    """Multiplier over the place of the first axle.
+
+    The point is the smallest.
 
     Parameters
     ----------

@@ -52,7 +52,10 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
 
 
 def _outline(corners: np.ndarray) -> np.ndarray:
-    """Corners in order; of a set without area the two that are farthest apart."""
+    """Corners in order.
+
+    Of a set without area the two that are farthest apart.
+    """
     try:
         return np.asarray(corners[ConvexHull(corners).vertices])
     except (QhullError, ValueError):

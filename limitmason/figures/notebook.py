@@ -27,7 +27,10 @@ MANY = 400
 
 @singledispatch
 def plot(shown: Any, **options: Any) -> Figure:
-    """Figure of an object of this package; of a record, the diagram that it says of itself."""
+    """Figure of an object of this package.
+
+    Of a record, the diagram that it says of itself.
+    """
     if hasattr(shown, "diagram"):
         return history_curves(**shown.diagram(), **options)
     with_them = f" with {', '.join(options)}" if options else ""

@@ -176,7 +176,10 @@ def candidates(
     owner: Index, faces: Faces, start: Index, p: Index, q: Index, distance: Array,
     reach: Array, rules: ContactRules, looked_at_deg: float,
 ) -> Candidates:  # fmt: skip
-    """Faces of near solids that overlap in projection with a gap within reach; tolerances are given per owner."""
+    """Faces of near solids that overlap in projection with a gap within reach.
+
+    Tolerances are given per owner.
+    """
     pair_distance = np.minimum(distance[owner[p]], distance[owner[q]])
     pair_reach = np.minimum(reach[owner[p]], reach[owner[q]])
     pairs = facing_pairs(faces, start, owner, p, q, pair_reach, 1e-3 * pair_distance, looked_at_deg)
@@ -196,7 +199,10 @@ CONTACT_CODES = (MADE, _CLOSED, _IN_PART)
 
 
 def judged(found: Candidates, rules: ContactRules, *, times: float = 1.0) -> Index:
-    """What each pair of faces is under the rules, with the distance taken some times as large; codes of this module."""
+    """What each pair of faces is under the rules, with the distance taken some times as large.
+
+    Codes of this module.
+    """
     pairs, limit = found.pairs, times * found.distance
     low, high = pairs.gap.min(axis=1), pairs.gap.max(axis=1)
     wide, facing = pairs.width > found.width, pairs.angle_deg <= rules.angle_deg
@@ -295,7 +301,9 @@ def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: In
 
 
 def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None = None) -> list[DoubtfulContact]:
-    """Near misses and contacts by rule among some rows; the pieces of one pair of faces in one entry.
+    """Near misses and contacts by rule among some rows.
+
+    The pieces of one pair of faces in one entry.
 
     Parameters
     ----------

@@ -247,7 +247,7 @@ class _Support:
         return forces if max(found.block_residual, found.joint_excess) <= OWN_RESIDUAL else None
 
     def half_plane(self, p: Problem, velocity: Array) -> HalfPlane | None:
-        """What a motion proves of all loads, from the motion as repaired; None where it proves nothing.
+        """What a motion proves of all loads, from the motion as repaired, or None where it proves nothing.
 
         A motion on which no load works has a normal of zeros: a negative offset then proves that the set is empty.
         """

@@ -146,7 +146,9 @@ def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, i
 
 
 def released(assembly: Assembly, moved: list[int], freed: tuple[int, ...]) -> Assembly:
-    """The assembly with a support free in some ways; the first block of a group owns the joints and ties of all.
+    """The assembly with a support free in some ways.
+
+    The first block of a group owns the joints and ties of all.
 
     Parameters
     ----------

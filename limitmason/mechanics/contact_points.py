@@ -156,7 +156,9 @@ def contact_points(
 
 
 def chosen_grid(contact_model: str, grid: Chosen | None) -> Chosen | Grid:
-    """The grid; where none is given (5, 5), or ``LOBATTO_POINTS`` both ways.
+    """The grid.
+
+    Where none is given (5, 5), or ``LOBATTO_POINTS`` both ways.
 
     Raises
     ------
@@ -212,7 +214,10 @@ def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Gr
 
 
 def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> Index:
-    """Points along and across every interface, none farther apart than a spacing [m]; at least 2."""
+    """Points along and across every interface, none farther apart than a spacing [m].
+
+    At least 2.
+    """
     if isinstance(spacing, bool) or not 0.0 < spacing < np.inf:
         raise InputError(f"a spacing of contact points must be positive [m], got {spacing!r}")
     x = assembly.arrays
@@ -262,7 +267,9 @@ def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
 
 
 def _square_turned(assembly: Assembly, pair: tuple[int, int], e1: Array, e2: Array) -> bool:
-    """Whether the first side of a square face is not the one along the unit; its sides differ by rounding only.
+    """Whether the first side of a square face is not the one along the unit.
+
+    Its sides differ by rounding only.
 
     The unit runs along the longer extent of its block, that of a free block first. Of cubes the thickness is taken
     along y, and where neither side runs so, the unit along x.

@@ -1,4 +1,7 @@
-"""The nouns every method works on: blocks, joints, interfaces, supports, loads and their assembly; all frozen."""
+"""The nouns every method works on: blocks, joints, interfaces, supports, loads and their assembly.
+
+All frozen.
+"""
 
 from limitmason.model.arrays import AssemblyArrays
 from limitmason.model.assembly import Assembly, ContactError

@@ -88,7 +88,10 @@ class Joint:
     terms: tuple[JointTerm, ...] = ()
 
     def __new__(cls, *_: Any, **given: Any) -> Self:
-        """Refuse a field that a joint does not have; of a coefficient of friction, say the angle."""
+        """Refuse a field that a joint does not have.
+
+        Of a coefficient of friction, say the angle.
+        """
         known = [f.name for f in fields(cls)]
         for name in sorted(given.keys() - set(known)):
             near = get_close_matches(name, known, n=1) or [f"one of {', '.join(known)}"]

@@ -38,14 +38,17 @@ def of_model(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _given(args: tuple[Any, ...], kwargs: dict[str, Any], where: int, name: str) -> tuple[Any, ...]:
-    """The value of an argument, alone in a tuple; empty where none was given."""
+    """The value of an argument, alone in a tuple, or empty where none was given."""
     return args[where : where + 1] or ((kwargs[name],) if name in kwargs else ())
 
 
 def _refuse(
     args: tuple[Any, ...], kwargs: dict[str, Any], where: int, name: str, kind: type, wanted: str, call: str
 ) -> None:
-    """Refuse an argument of another class; one that is missing is left to Python, which names it."""
+    """Refuse an argument of another class.
+
+    One that is missing is left to Python, which names it.
+    """
     for value in _given(args, kwargs, where, name):
         if not isinstance(value, kind):
             raise InputError(f"{name} must be {wanted}; got {type(value).__name__}. Write {call}")

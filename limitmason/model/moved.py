@@ -17,7 +17,10 @@ Laid = TypeVar("Laid", bound=Blockwork)
 
 
 def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> Laid:
-    """The assembly turned, mirrored, scaled or moved: x -> matrix x + translation; see ``Assembly.transformed``."""
+    """The assembly turned, mirrored, scaled or moved: x -> matrix x + translation.
+
+    See ``Assembly.transformed``.
+    """
     m, t = np.asarray(matrix, dtype=float), np.asarray(translation, dtype=float)
     scale = abs(np.linalg.det(m)) ** (1.0 / 3.0)
     if m.shape != (3, 3) or scale == 0 or not np.allclose(m @ m.T, scale**2 * np.eye(3), atol=1e-9 * scale**2):

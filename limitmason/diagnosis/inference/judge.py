@@ -64,7 +64,9 @@ class Judge:
     _missing: dict[float, Missing] = field(default_factory=dict, init=False)
 
     def missing(self, sd: float = 1.0) -> Missing:
-        """What happens here when the true cause is not on the list, and the margins against it; worked out once.
+        """What happens here when the true cause is not on the list, and the margins against it.
+
+        Worked out once.
 
         Parameters
         ----------
@@ -87,7 +89,7 @@ class Judge:
         return self._rivals[sd]
 
     def noise(self, verdict: Verdict) -> float:
-        """Noise of the best explanation of a verdict in stated units, to two digits; 1 where it is stated."""
+        """Noise of the best explanation of a verdict in stated units, to two digits, or 1 where it is stated."""
         if self.design.noise.kind != "unknown":
             return 1.0
         names = verdict.kept[0] if verdict.kept else ()
@@ -95,7 +97,10 @@ class Judge:
         return float(f"{self.design.noise_of(names, fit):.2g}")
 
     def carrying(self, shares: Shares) -> Judge:
-        """What judges with some shares of the noise; margins are those of independent noise."""
+        """What judges with some shares of the noise.
+
+        Margins are those of independent noise.
+        """
         if not shares.shares:
             return self
         return replace(self, design=self.design.sharing(shares.correlation), rehearsed=self)
@@ -233,7 +238,10 @@ class Judge:
     def _second_look(
         self, decision: Decision, verdict: Verdict, record: Identification, y: np.ndarray, pairs: bool
     ) -> tuple[Verdict, Identification | None]:
-        """Withdraw a single name that leaves structure; try pairs before it is given where the residuals ask."""
+        """Withdraw a single name that leaves structure.
+
+        Try pairs before it is given where the residuals ask.
+        """
         names = record.names
         if record.structure >= self.rule.asks or (record.structure >= self.rule.structure and not pairs):
             return verdict, record

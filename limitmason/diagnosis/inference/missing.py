@@ -124,7 +124,10 @@ def position_of(grid: Grid, size: float | None, inputs: np.ndarray) -> np.ndarra
 
 
 def _planted(design: Design, known: Design, cause: Listed, chances: Draws, ratio: np.ndarray) -> np.ndarray:
-    """Data with one cause: visible sizes evenly spaced, on both sides in turn; noise and inputs as drawn."""
+    """Data with one cause: visible sizes evenly spaced, on both sides in turn.
+
+    Noise and inputs as drawn.
+    """
     grid, ranges = design.singles[cause.name], visible(known, cause)
     out = np.empty_like(chances.errors)
     for k, (error, inputs) in enumerate(zip(chances.errors, chances.inputs, strict=True)):

@@ -1,4 +1,7 @@
-"""Which static theorems this package's own solver covers; kept from the solver, which loads the compiler."""
+"""Which static theorems this package's own solver covers.
+
+Kept from the solver, which loads the compiler.
+"""
 
 import numpy as np
 

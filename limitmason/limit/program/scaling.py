@@ -23,12 +23,14 @@ def block_norms(problem: Problem, load: Array) -> Array:
 
 
 def unit_loads(problem: Problem) -> Array:
-    """Dead and live load of every block over ``force_scale``, shape (n_blocks,); zero for held blocks."""
+    """Dead and live load of every block over ``force_scale``, shape (n_blocks,), or zero for held blocks."""
     return block_norms(problem, problem.dead) + block_norms(problem, problem.live)
 
 
 def own_loads(problem: Problem) -> Array:
-    """Dead load of every block over ``force_scale``, shape (n_blocks,), zero for held blocks; live where there is none.
+    """Dead load of every block over ``force_scale``, shape (n_blocks,), zero for held blocks.
+
+    Live where there is none.
 
     A block without load takes the largest of its neighbours', from block to block.
     """
