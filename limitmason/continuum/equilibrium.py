@@ -109,7 +109,7 @@ class Solver:
                 self.dead = min(put_on + part, 1.0) * whole
                 new = self.solve(node, node.displacement, 0.0, None, 14)
                 if new is None and part <= _LEAST:
-                    new = self.break_on(node, None, 200, say)
+                    new = self.past_instability(node, None, 200, say)
                 if new is None:
                     if part <= _LEAST:
                         return None
@@ -168,7 +168,7 @@ class Solver:
                 return None
         return None
 
-    def break_on(
+    def past_instability(
         self, last: EquilibriumState, target: float | None, most: int, say: Callable[[str], None] = lambda _: None
     ) -> EquilibriumState | None:
         """Equilibrium past an instability: secant iterations whose damage stays, at a fixed control displacement.

@@ -226,6 +226,7 @@ class Factor:
         return out
 
     def _substituted(self, right: Array) -> Array:
+        """Solution for right-hand sides (r, c), by substitution forwards and back through the fronts."""
         if self._whole is not None:
             return np.asarray(self._whole(right))
         fronts = self.elimination.fronts

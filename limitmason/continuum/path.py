@@ -64,7 +64,7 @@ def push(
     Returns
     -------
     SolidCurve
-        ``status`` is "reached" or "stopped". Steps that no Newton iteration ends are jumps: see ``break_on``.
+        ``status`` is "reached" or "stopped". Steps that no Newton iteration ends are jumps: see ``past_instability``.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def _stepped(
         if new is None:
             failed += 1
             if length <= least or failed == _FAILS:
-                return solver.break_on(last, target, _BREAK, say)
+                return solver.past_instability(last, target, _BREAK, say)
             cut = _FAILED
         else:
             error = _energy_missed(solver, nodes[0], last, new)

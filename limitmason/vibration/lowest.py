@@ -69,11 +69,11 @@ def lowest(system: VibratingSystem, count: int) -> Lowest:
         value, vector = _found(solve, shift, system, block, count)
         last = float(value[count - 1])
         margin = max(_EQUAL * abs(last), REST * largest)
-        above = _counted(system, last + margin)
+        above = _eigenvalues_below(system, last + margin)
         if above is None:
             return Lowest(value[:count], vector[:, :count], None, last + margin)
         mine = int((value < last - margin).sum())
-        missed = 0 if above == count else (_counted(system, last - margin) or 0) - mine
+        missed = 0 if above == count else (_eigenvalues_below(system, last - margin) or 0) - mine
         if missed <= 0:
             return Lowest(value[:count], vector[:, :count], above, last + margin)
         more = np.random.default_rng(1).standard_normal((n, min(missed, n - vector.shape[1])))
@@ -162,7 +162,7 @@ def _orthonormal(x: Array, mass: sparse.csc_array) -> Array:
     return x
 
 
-def _counted(system: VibratingSystem, shift: float) -> int | None:
+def _eigenvalues_below(system: VibratingSystem, shift: float) -> int | None:
     """Eigenvalues below a shift, or None where the factor is no proof."""
     if system.below is not None:
         return system.below(shift)
