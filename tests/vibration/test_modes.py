@@ -149,7 +149,7 @@ def test_settled_column_vibrates_as_its_closed_joints_say():
     closed = lm.modes(column, 5, contact_points=(4, 4))
     assert lm.modes(history, 5).frequency == pytest.approx(closed.frequency, rel=1e-9)
     assert "0 of" in str(lm.modes(history, 5))
-    with pytest.raises(InputError, match="'sticks' or 'drops'"):
+    with pytest.raises(InputError, match="'sticks', 'drops'"):
         lm.modes(history, sliding="perhaps")
 
 
