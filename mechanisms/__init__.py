@@ -21,11 +21,12 @@ from mechanisms.light_damage import LightDamage, light_damage
 from mechanisms.out_of_plane import compound_rocking, simple_rocking
 from mechanisms.parameters import Facade
 from mechanisms.virtual_work import PowerBalance, check_contacts, flexure_power, rocking_power
-from mechanisms.wall_forces import WallForces, wall_forces
+from mechanisms.wall_forces import CircularPierForces, WallForces, circular_pier_forces, wall_forces
 
 __all__ = [
     "NAMES",
     "ArchLimit",
+    "CircularPierForces",
     "Facade",
     "FrictionSums",
     "LightDamage",
@@ -35,6 +36,7 @@ __all__ = [
     "bed_joint_friction",
     "catalogue",
     "check_contacts",
+    "circular_pier_forces",
     "compound_rocking",
     "crack_angle_reduction",
     "flexure_power",

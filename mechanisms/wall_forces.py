@@ -97,3 +97,61 @@ def wall_forces(
         area * diagonal_strength / slender * math.sqrt(1.0 + stress / diagonal_strength),
         (cohesion + friction * stress) * area / (1.0 + 2.0 * friction * unit[1] / unit[0]),
     )
+
+
+class CircularPierForces(NamedTuple):
+    """Shear of a pier by diagonal cracking, irregular and regular bond [N]; units that crack end the second."""
+
+    irregular: float
+    stepped: float
+    through_units: float
+
+    @property
+    def regular(self) -> float:
+        """Of regular bond: stepped cracks, unless the units crack before [N]."""
+        return min(self.stepped, self.through_units)
+
+
+def circular_pier_forces(
+    length: float, height: float, thickness: float, *, stress: float, shear_strength: float, cohesion: float,
+    friction: float, interlocking: float, unit_tension: float,
+) -> CircularPierForces:  # fmt: skip
+    """Return the shear of a pier in plane after the Italian Circular of 2019, C8.7.1.16 to C8.7.1.18.
+
+        irregular bond   l t 1.5 tau0 / b sqrt(1 + s0 / (1.5 tau0))
+        stepped crack    l t / b (fv0 + mu s0) / (1 + mu phi)
+        through units    l t fbt / (2.3 b) sqrt(1 + s0 / fbt)
+
+    with b = h / l, not below 1 nor above 1.5.
+
+    Parameters
+    ----------
+    length, height, thickness : l, h, t [m]
+    stress : s0, compression positive [Pa]
+    shear_strength : tau0 of irregular masonry [Pa]
+    cohesion, friction : fv0 [Pa], mu [-] of bed joints
+    interlocking : phi, height of a course over the lap of units in it [-]
+    unit_tension : fbt of a unit [Pa]
+
+    Raises
+    ------
+    InputError
+        Naming the number that is not positive.
+
+    Notes
+    -----
+    Design values are divided by their factors before. Wrong for walls with openings; no bound of limit analysis.
+    Source: Circolare 21 gennaio 2019 n. 7, C8.7.1.3.1.1.
+    """
+    numbers = {"length": length, "height": height, "thickness": thickness, "stress": stress,
+               "shear_strength": shear_strength, "friction": friction, "interlocking": interlocking,
+               "unit_tension": unit_tension}  # fmt: skip
+    for name, value in numbers.items():
+        positive(name, value)
+    not_negative("cohesion", cohesion)
+    area, slender = length * thickness, min(max(height / length, 1.0), 1.5)
+    return CircularPierForces(
+        area * 1.5 * shear_strength / slender * math.sqrt(1.0 + stress / (1.5 * shear_strength)),
+        area / slender * (cohesion + friction * stress) / (1.0 + friction * interlocking),
+        area * unit_tension / (2.3 * slender) * math.sqrt(1.0 + stress / unit_tension),
+    )

@@ -132,6 +132,7 @@ def assess(
 
     Notes
     -----
+    A spectrum is that of one limit state: each has its own a_g, F0 and Tc*, so ask once for each and read its share.
     Circolare 21 gennaio 2019 n. 7, C8.7.1.3 to C8.7.1.12. Calibrated for mechanisms that move parallel to a plane.
     """
     if not confidence_factor >= 1.0:
@@ -241,8 +242,10 @@ def _reached(excess: Callable[[float], float]) -> float:
 
 
 def _zero(along: Array, alpha: Array) -> float:
-    below = np.flatnonzero(alpha <= 0.0)
-    if not len(below) or not below[0]:
+    # a curve of elastic joints begins at zero too
+    peak = int(np.argmax(alpha))
+    below = peak + np.flatnonzero(alpha[peak:] <= 0.0)
+    if not len(below) or not alpha[peak] > 0.0:
         raise InputError(
             f"the curve ends at alpha = {alpha[-1] / alpha.max():.2f} of its largest: follow it to where it is zero"
         )

@@ -4,6 +4,7 @@ Every function returns a ``matplotlib.figure.Figure`` made without pyplot (``ani
 a page, ``view`` an interactive scene): no window opens, no global state changes.
 """
 
+from limitmason.figures.assessment import assessment
 from limitmason.figures.axles import axle_envelope
 from limitmason.figures.comparison import predicted_against_published, predicted_beside_references
 from limitmason.figures.confusion import confusable, rehearsal
@@ -32,6 +33,7 @@ __all__ = [
     "Scene",
     "animate",
     "assembly",
+    "assessment",
     "axle_envelope",
     "before_and_after",
     "confusable",

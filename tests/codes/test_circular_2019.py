@@ -139,3 +139,20 @@ def test_spectrum_of_a_record_is_the_largest_over_the_periods():
     wider = RecordSpectrum(record, 0.005, least=0.3)
     assert wider.displacement(0.9, xi) == pytest.approx(wanted, rel=0.02)  # 0.9 s alone would be far less
     assert wider.scaled(2.0 * wider.ag).displacement(0.9, xi) == pytest.approx(2 * wider.displacement(0.9, xi))
+
+
+@pytest.mark.slow
+def test_capacity_curves_of_elastic_joints_give_the_verdict_of_the_rigid_body():
+    """d0 of the rigid body by 1 %, whether the wall is one stone or three; and the page draws it."""
+    for courses in (1, 3):
+        joint = lm.Joint(40.0, normal_stiffness=1e10, shear_stiffness=1e10)
+        made = lm.build.column(width=THICK, depth=1.0, unit_height=HEIGHT / courses, courses=courses, joint=joint)
+        loads = lm.Loads.horizontal(made)
+        curve = lm.pushover(made, loads, to=0.5)
+        found = lm.assess(made, loads, SITE, curve=curve, confidence_factor=1.0)
+        assert found.bodies.d0 == pytest.approx(0.1489, rel=0.01)
+        assert found.bodies.ag["SLV"] == pytest.approx(0.2372, rel=0.02)
+    page = lm.figures.assessment(found, SITE, curve, title="Wall")
+    assert len(page.axes) == 2
+    with pytest.raises(InputError, match="q = 2 alone"):
+        lm.figures.assessment(lm.assess(made, loads, SITE), SITE)

@@ -73,3 +73,18 @@ def test_smallest_governs_and_says_which():
 def test_wrong_numbers_are_named(changed, said):
     with pytest.raises(InputError, match=said):
         forces(**changed)
+
+
+def test_piers_of_the_circular_meet_their_equations():
+    """Squat b = 1, slender b = 1.5; irregular bond is Turnsek and Cacovic with ft = 1.5 tau0."""
+    given = {"stress": 0.3e6, "shear_strength": 0.05e6, "cohesion": 0.1e6, "friction": 0.4, "interlocking": 0.5,
+             "unit_tension": 0.8e6}  # fmt: skip
+    squat = mechanisms.circular_pier_forces(2.0, 1.0, 0.4, **given)
+    assert squat.irregular == pytest.approx(0.8 * 0.075e6 * 5.0**0.5)
+    assert squat.stepped == pytest.approx(0.8 * 0.22e6 / 1.2)
+    assert squat.through_units == pytest.approx(0.8 * 0.8e6 / 2.3 * (1.0 + 3.0 / 8.0) ** 0.5)
+    assert squat.regular == squat.stepped
+    slender = mechanisms.circular_pier_forces(1.0, 3.0, 0.4, **given)
+    assert slender.irregular == pytest.approx(squat.irregular / 3.0)
+    with pytest.raises(InputError, match="interlocking"):
+        mechanisms.circular_pier_forces(1.0, 3.0, 0.4, **{**given, "interlocking": 0.0})
