@@ -21,7 +21,7 @@ from limitmason.answers.method import (
 )
 from limitmason.answers.results import ALMOST_SOLVED, SOLVED, FlowRule, Prediction
 from limitmason.errors import InputError, NotConverged
-from limitmason.mechanics.stated import with_statements
+from limitmason.mechanics.model_notes import with_model_notes
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
@@ -127,7 +127,7 @@ def predict(assembly: Assembly, loads: Loads, method: str = LIMIT, **options: An
         For an option that the method does not take.
     """
     chosen = get_method(method, options.pop("flow_rule", None))
-    return with_statements(chosen.predict(assembly, loads, **options), assembly, loads, chosen.name)
+    return with_model_notes(chosen.predict(assembly, loads, **options), assembly, loads, chosen.name)
 
 
 @dataclass(frozen=True, eq=False)

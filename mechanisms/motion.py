@@ -15,8 +15,8 @@ from limitmason.arrays import Array, Flags
 from limitmason.errors import NotApplicable
 from limitmason.mechanics.law_table import FIELDS, MECHANISMS, RESIDUAL, refuse, terms
 from limitmason.mechanics.law_table import notes as left_out
+from limitmason.mechanics.model_notes import why_no_tilt_angle
 from limitmason.mechanics.resultants import scaled_mechanism
-from limitmason.mechanics.stated import why_no_tilt_angle
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.parameters import Facade, load_direction, wall_recipe

@@ -15,8 +15,8 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
 from limitmason.mechanics.default_stiffness import default_stiffness, missing_stiffness
 from limitmason.mechanics.law import LOST, SUDDEN, PointLaw, peak_law, softening
+from limitmason.mechanics.model_notes import lost_in_failure
 from limitmason.mechanics.plane import Plane
-from limitmason.mechanics.stated import lost_in_failure
 from limitmason.model import Assembly, LostBy, Unloading
 from limitmason.model.joint_term import name_of
 

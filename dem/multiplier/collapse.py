@@ -30,7 +30,7 @@ from limitmason.deformable.levels import RIGID
 from limitmason.display.progress import reached, task
 from limitmason.errors import InputError
 from limitmason.mechanics.certificate import certify
-from limitmason.mechanics.stated import states
+from limitmason.mechanics.model_notes import adds_model_notes
 from limitmason.model import Assembly, Loads
 from limitmason.model.model_call import of_model
 from limitmason.model.stages import Damping
@@ -52,7 +52,7 @@ RAMPING = Damping(local=0.5)
 
 
 @of_model
-@states("dem", cites=lambda _: COLLAPSE)
+@adds_model_notes("dem", cites=lambda _: COLLAPSE)
 def collapse(
     assembly: Assembly, loads: Loads, settings: DemSettings | None = None, **options: Any
 ) -> Prediction:

@@ -48,8 +48,8 @@ from limitmason.mechanics.equilibrium import degrees_of_freedom, project
 from limitmason.mechanics.joint_shapes import told_of_soft_blocks
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import refuse_ties
+from limitmason.mechanics.model_notes import tension_above_apex
 from limitmason.mechanics.plane import Plane
-from limitmason.mechanics.stated import tension_above_apex
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model

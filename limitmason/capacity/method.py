@@ -14,7 +14,7 @@ from limitmason.capacity.spread import governing_point
 from limitmason.capacity.spread import spread as variants
 from limitmason.capacity.steps import Steps
 from limitmason.errors import NotApplicable
-from limitmason.mechanics.stated import lost_in_failure
+from limitmason.mechanics.model_notes import lost_in_failure
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 

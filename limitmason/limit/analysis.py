@@ -17,7 +17,7 @@ from limitmason.limit.parts import governed, independent_parts
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.mechanics.contact_points import Grid, chosen_grid
 from limitmason.mechanics.law_table import refuse
-from limitmason.mechanics.stated import states
+from limitmason.mechanics.model_notes import adds_model_notes
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
@@ -27,7 +27,7 @@ FLOW_RULES = ("associative", "non-associative")
 
 @of_model
 @watched("limit analysis")
-@states(cites=papers_behind)
+@adds_model_notes(cites=papers_behind)
 @with_contact_warnings
 def limit_analysis(
     assembly: Assembly,

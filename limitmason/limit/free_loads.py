@@ -13,14 +13,14 @@ from limitmason.limit.papers import papers_behind
 from limitmason.limit.program.problem import make_problem
 from limitmason.mechanics.contact_points import Grid, chosen_grid
 from limitmason.mechanics.law_table import refuse
+from limitmason.mechanics.model_notes import adds_model_notes
 from limitmason.mechanics.residuals import part_labels
-from limitmason.mechanics.stated import states
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.support import Support
 
 
-@states(cites=papers_behind)
+@adds_model_notes(cites=papers_behind)
 @with_contact_warnings
 def largest_multiplier(
     assembly: Assembly,

@@ -18,7 +18,7 @@ from limitmason.limit.associative import carry, contact_facts
 from limitmason.limit.margin import Margin, last_standing, standing_margin
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.mechanics.law_table import refuse
-from limitmason.mechanics.stated import with_statements
+from limitmason.mechanics.model_notes import with_model_notes
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_vector
 from limitmason.model.interface import Interface
@@ -121,7 +121,7 @@ def stability(
 
     model: dict[str, Any] = {"contact_model": contact_model, "in_plane": in_plane}
     stands, state = _state(make_problem(assembly, loads, live_required=False, **model))
-    state, notes = with_statements(state, assembly, loads), tuple(_notes(assembly, stands))
+    state, notes = with_model_notes(state, assembly, loads), tuple(_notes(assembly, stands))
     if not stands:
         return Stability(stands, state, notes=notes)
 

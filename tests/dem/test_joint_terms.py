@@ -76,7 +76,7 @@ from joint_terms import Wear, stack
 import dem
 law = lm.Joint(30.0, cohesion=5e4, normal_stiffness=1e9, shear_stiffness=1e9, terms=(Wear(4e-3, friction_over=8e-3),))
 wall = stack(law).with_material(lm.Material(young_modulus=1e10, poisson_ratio=0.2, density=2000.0), blocks=[1])
-assert "wears off (cohesion_over 0.004" in lm.mechanics.stated.lost_in_failure(wall)[0]
+assert "wears off (cohesion_over 0.004" in lm.mechanics.model_notes.lost_in_failure(wall)[0]
 moved = 2e-3
 for blocks, stress in (("rigid", None), ("simply deformable", "plane stress"), ("simply deformable", "solid")):
     given = {"blocks": blocks, "stress": stress} if stress else {}

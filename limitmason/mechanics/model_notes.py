@@ -91,14 +91,14 @@ def tension_above_apex(assembly: Assembly, taken: bool = False) -> str:
     )
 
 
-def states(
+def adds_model_notes(
     theory: str = "", cites: Callable[[Prediction], tuple[Cited, ...]] = lambda found: found.references
 ) -> Callable[[Callable[..., Prediction]], Callable[..., Prediction]]:
     """Let a method ``(assembly, loads, ...)`` say with its prediction what holds for every method.
 
     Parameters
     ----------
-    theory : as in :func:`with_statements`
+    theory : as in :func:`with_model_notes`
     cites : the papers behind a prediction of this method
     """
 
@@ -106,14 +106,14 @@ def states(
         @wraps(method)
         def stated(assembly: Assembly, loads: Loads, *arguments: Any, **options: Any) -> Prediction:
             found = method(assembly, loads, *arguments, **options)
-            return with_statements(replace(found, references=cites(found)), assembly, loads, theory)
+            return with_model_notes(replace(found, references=cites(found)), assembly, loads, theory)
 
         return stated
 
     return stating
 
 
-def with_statements(prediction: Prediction, assembly: Assembly, loads: Loads, theory: str = "") -> Prediction:
+def with_model_notes(prediction: Prediction, assembly: Assembly, loads: Loads, theory: str = "") -> Prediction:
     """The prediction with why it has no tilt angle, empty where it has one, and a warning of tension above the apex.
 
     The papers of packaged data that the assembly was built from join its own. Nothing is added that it says already.
