@@ -179,7 +179,8 @@ def _stepped(
         new = solver.solve(last, guess, factor, target, _NEWTON)
         if new is None:
             failed += 1
-            if length <= least or failed == _FAILS:
+            # behind a jump the cracks still run: a shorter step would only find the same state again
+            if length <= least or failed == _FAILS or last.jump:
                 return solver.past_instability(last, target, _BREAK, say)
             cut = _FAILED
         else:

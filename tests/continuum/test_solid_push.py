@@ -5,7 +5,7 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments, figures, formats
-from limitmason.continuum import Box, Continuum, load_curve, push
+from limitmason.continuum import Box, Continuum, load_curve, path, push
 from limitmason.errors import InputError
 from limitmason.experiments.murano_u_walls.macro import control_point, macro_model
 
@@ -165,3 +165,20 @@ def test_an_elastic_solid_stays_on_its_line_and_wrong_input_is_refused():
         push(bare, control=((1, 1, 1), (1, 0, 0)), to=1e-3)
     flat = pushed(column((0.2, 0.1, 0.05)), 5e-5)
     assert any("times as long as wide" in w for w in flat.warnings)
+
+
+def test_steps_grow_while_cracks_run_on(monkeypatch):
+    # where no Newton iteration ends a step, of any length, the path breaks on in steps that grow from the shortest
+    class Breaking(path.Solver):
+        def solve(self, last, *args, **options):
+            return super().solve(last, *args, **options) if last.control < 1e-4 else None
+
+        def past_instability(self, last, target, most, say=None):
+            return last._replace(control=target, jump=True)
+
+    monkeypatch.setattr(path, "Solver", Breaking)
+    curve = pushed(column(0.1), 1.2e-3)
+    assert curve.status == "reached"
+    jumps = sum(n.jump for n in curve.nodes)
+    # 4e-5 / 256 grows by 1.5 to 1.5e-4 in 17 steps, and 1.1e-3 / 1.5e-4 follow
+    assert 10 < jumps < 30
