@@ -127,7 +127,10 @@ class State:
 
     @property
     def space(self) -> bool | None:
-        """None where simply deformable blocks deform in a plane, which the kernel must know before it is compiled."""
+        """None where simply deformable blocks deform in a plane.
+
+        The kernel must know that before it is compiled.
+        """
         return None if self.deformation is None or self.deformation.plane else True
 
     def copy(self) -> State:
@@ -211,7 +214,10 @@ class State:
         return cls.from_arrays(read_archive(path), path)
 
     def energy_of_motion(self) -> float:
-        """Kinetic energy of the free degrees of freedom from the velocities and angular momenta as they are now [J]."""
+        """Kinetic energy of the free degrees of freedom now [J].
+
+        From the velocities and angular momenta.
+        """
         b = self.bodies
         rot = b.rot + np.eye(3)
         spin = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)
@@ -248,7 +254,9 @@ class State:
 
     @property
     def stresses(self) -> BlockStress:
-        """Stress of every block now: its mean and the gradient that bending gives, tension positive.
+        """Stress of every block now, tension positive.
+
+        Its mean and the gradient that bending gives.
 
         Raises
         ------
@@ -262,7 +270,10 @@ class State:
         return block_stresses(self.deformation, self.modes, self.bodies.rot + np.eye(3))
 
     def resultants(self, assembly: Assembly) -> Resultants:
-        """Resultants of interfaces from the contact forces, and of ties, at their places before displacement."""
+        """Resultants of interfaces from the contact forces, and of ties.
+
+        At their places before displacement.
+        """
         now = self.measured(assembly)
         x = assembly.links
         k = self.interface[now.owner]

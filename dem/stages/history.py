@@ -186,7 +186,10 @@ class History(Displayed, ReadOnly):
         return self.shift[:, self.assembly.block_index(block)]
 
     def rotation_of(self, block: int | str) -> Array:
-        """Rotation vector of a block [rad], shape (samples, 3): of a block that rocks about y, the second column."""
+        """Rotation vector of a block [rad], shape (samples, 3).
+
+        Of a block that rocks about y, the second column.
+        """
         return rotation_vectors(self.quaternion[:, self.assembly.block_index(block)])
 
     def curve(self, block: int | str, direction: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> Curve:
@@ -212,7 +215,10 @@ class History(Displayed, ReadOnly):
         )  # fmt: skip
 
     def diagram(self) -> dict[str, Any]:
-        """What ``plot()`` draws: displacement of the block that ends farthest from where it stood, over time [m]."""
+        """What ``plot()`` draws: displacement over time [m].
+
+        Of the block that ends farthest from where it stood.
+        """
         block = int(np.argmax(np.linalg.norm(self.shift[-1], axis=1)))
         along = self.displacement_of(block)
         columns = {"time": self["time"]} | {name: along[:, k] for k, name in enumerate("xyz")}

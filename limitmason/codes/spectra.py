@@ -148,7 +148,9 @@ class FloorSpectrum:
 
 @dataclass(frozen=True, eq=False)
 class RecordSpectrum:
-    """Displacement spectrum of a record, largest between two periods: C8.7.1.2.1 for records of a site.
+    """Displacement spectrum of a record, largest between two periods.
+
+    C8.7.1.2.1 takes it for records of a site.
 
     Parameters
     ----------

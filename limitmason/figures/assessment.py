@@ -17,7 +17,9 @@ from limitmason.figures import style
 def assessment(
     verdict: Assessment, spectrum: Spectrum, curve: Curve | None = None, *, title: str | None = None
 ) -> Figure:
-    """Capacity of a mechanism over the displacement spectrum, with the points of SLV and SLC.
+    """Capacity of a mechanism over the displacement spectrum.
+
+    With the points of SLV and SLC.
 
     Parameters
     ----------

@@ -38,8 +38,9 @@ def read_dxf(
     flatness: float = 1e-3,
     gap: float = 1e-3,
 ) -> Outlines:
-    """Read the outlines of blocks in the model space: closed polylines, circles, ellipses and splines, and open ones,
-    lines and arcs where they form loops.
+    """Read the outlines of blocks in the model space of a DXF drawing.
+
+    Closed polylines, circles, ellipses and splines are read. So are open ones, lines and arcs where they form loops.
 
     The drawing's x is x, its y becomes z (up). Inserted blocks of the drawing are taken apart; what lies on their layer
     0 takes the layer of the insert. Arcs become chords.

@@ -25,7 +25,7 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Strengthening:
-    """Ties in the order in which they were chosen, and how much the rest could still give.
+    """Ties in the order in which they were chosen, and what the rest could give.
 
     Parameters
     ----------
@@ -74,7 +74,9 @@ def strengthen(
     least_gain: float = 1e-6,
     **options: Any,
 ) -> Strengthening:
-    r"""Ties from candidates for the largest multiplier, or few of them for a target, chosen greedily.
+    r"""Ties from candidates for the largest multiplier, or few of them for a target.
+
+    They are chosen greedily.
 
     .. math:: S_{k+1} = S_k \cup \{\arg\max_t \lambda(S_k \cup \{t\})\}, \qquad
         \lambda(S) \le \lambda(\text{all candidates})

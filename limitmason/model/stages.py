@@ -275,7 +275,9 @@ class BaseMotion(Stage):
     def from_csv(
         cls, path: str | Path, *, units: str = "m/s2", scale: float = 1.0, column: int = 1, **settings: Any
     ) -> BaseMotion:
-        """A record from a CSV file: time in the first column, acceleration in another; lines of words are headings.
+        """A record from a CSV file.
+
+        Time stands in the first column, acceleration in another. Lines of words are headings.
 
         Parameters
         ----------
