@@ -74,8 +74,9 @@ class DemSettings:
     ----------
     contact_points : points along the unit and across the thickness of every interface, one pair, or one per kind
         ("bed", "head", "base") or per wall by how its blocks' names begin ({"facade": (2, 8), "return": (2, 2)}; a
-        joint between two walls takes the finer); at psi < phi torsion needs about 8 across
-    contact_model : "grid", or "vertices" for corners only
+        joint between two walls takes the finer); at psi < phi torsion needs about 8 across. (4, 8) by default, where
+        joints crush (15, 15) of "lobatto"
+    contact_model : "grid", "lobatto" for points that crowd towards the edges, or "vertices" for corners only
     contacts : "edges": points of joints that slide follow the edges of their faces. Pairs of blocks that meet later are
         not looked for, and a joint keeps its plane: loads under which blocks moved far are pointed out. "first" keeps
         every point where it was on its block, as ``lm.pushover(contacts="first")`` does: a bearing that slides along
@@ -112,8 +113,8 @@ class DemSettings:
         For an unknown loading or check, a tolerance that is not positive, and a setting that the loading does not use.
     """
 
-    contact_points: Grid | Mapping[str, Grid] = (4, 8)
-    contact_model: str = "grid"
+    contact_points: Grid | Mapping[str, Grid] | None = None
+    contact_model: str | None = None
     contacts: str = EDGES
     loading: Loading = Loading.INCREMENTS
     tolerance: float | None = None
@@ -185,7 +186,8 @@ class PushSettings:
         ones), "plane strain", or "solid", in space
     zone_size : largest edge of a zone [m]; of zoned blocks, where it must be given
     contact_points : as for :func:`dem.make_state`; by default spaced by half the smallest length of a joint, and where
-        zones meet. Brittle joints answer differently at other spacings, so that it stands in the answer
+        zones meet. Where joints crush there are 15 on a side, crowded towards the edges. Brittle joints answer
+        differently at other spacings, so that it stands in the answer
     joint_options : see :class:`dem.JointOptions`
     steps : of the faster run over the whole path; by default forty of the slowest motion's periods, and 6000 at least,
         40 000 and ten a sample of zoned blocks
@@ -194,7 +196,8 @@ class PushSettings:
     samples : per run, between which nothing is recorded
     longest : predicted run time above which the push is refused [s], with ``steps`` given that of settling alone
     damping : while driven; local 0.5 by default, combined where motion is steady
-    settle : how the own weight settles; to 1e-5 by default
+    settle : how the own weight settles; to 1e-5 by default. It acts at once. Where joints slide by that, it comes on
+        once more and evenly, over as many steps as it took to rest and 1000 at least
     detect_every : see :func:`dem.simulate`
     calm : stand still while the kinetic energy is above this part of the elastic one [-], as ``Drive(calm=...)``: what
         a brittle drop sets moving rests before more is asked of the structure, at 3e-4 for up to twice the steps. None

@@ -85,8 +85,7 @@ def elastic(test, assembly, loads, extend):
     kn = float(modulus) * 1e6 / (float(test.parameters["block height"]) * 1e-3)
     law = {"normal_stiffness": kn, "shear_stiffness": kn / (2.0 * (1.0 + NU))}
     wall = assembly.with_joints(lambda joint: replace(joint, **law))
-    options = {"error_budget": (), "contact_points": GRID, "moved_limit": MOVED, "contacts": "first"}
-    found = dem.collapse(*extend(wall, loads), **options)
+    found = dem.collapse(*extend(wall, loads), error_budget=(), contact_points=GRID, moved_limit=MOVED)
     return found.collapse_multiplier if found.status in ("solved", "almost solved") else np.nan
 
 

@@ -67,19 +67,19 @@ class BlockStructure(DrivenStructure):
         plane, strains = _plane(model, self.loads, self.unit), chosen.blocks == SIMPLY_DEFORMABLE
         stress = chosen.stress or (PLANE_STRESS if strains and plane is not None else SOLID)
         grid = chosen.contact_points
+        if grid is None and not np.isfinite(model.arrays.compressive_strength).any():
+            grid = default_spacing(model)
         self.state = make_state(
-            model, self.loads, contact_points=default_spacing(model) if grid is None else grid,
+            model, self.loads, contact_points=grid,
             joint_options=chosen.joint_options, blocks=SIMPLY_DEFORMABLE if strains else RIGID,
             plane=None if strains and stress == SOLID else plane, stress=stress, driven=self.unit,
         )  # fmt: skip
-        if grid is None:
+        if chosen.contact_points is None and grid is not None:
             finer = "give contact_points, the spacing [m], a twelfth of the thickness"
             self.state = replace(self.state, warnings=(*self.state.warnings, *on_few_points(model, finer)))
         self.settle = chosen.settle or Settle(tolerance=1e-5)
         if drive.servo:
-            self.settle = Settle(
-                self.settle.tolerance, self.settle.max_steps, damping=self.settle.damping, servo=drive.servo
-            )
+            self.settle = replace(self.settle, servo=drive.servo)
         b, p = self.state.bodies, self.state.points
         parts = {
             "scaled masses": (b.mass, b.inv_inertia), "strain shapes": (*(self.state.modes or ()),),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from dem import kernels
 from dem.kernels import BlockModes, Joints, Points, RigidBodies, Ties
 from dem.kernels.deformed import PLANE_MODES, SPACE_MODES
-from dem.model.joints import Grid, JointOptions, make_joints, make_points
+from dem.model.joints import DEFAULT_POINTS, Grid, JointOptions, chosen_points, make_joints, make_points
 from dem.model.stable_step import block_stiffness, owners, scaled_masses, stable_step
 from dem.model.strain_shapes import (
     BlockStress,
@@ -46,9 +46,6 @@ from limitmason.storage.files import read_archive, write_archive
 
 ENDS = 10
 """Columns of ``State.ends``, see :mod:`dem.edge_points`."""
-
-DEFAULT_POINTS = (4, 8)
-"""Contact points along the unit and across the thickness, unless told."""
 
 QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
 _PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "setback", "ends",
@@ -338,8 +335,8 @@ def make_state(
     assembly: Assembly,
     loads: Loads,
     *,
-    contact_points: Grid = DEFAULT_POINTS,
-    contact_model: str = "grid",
+    contact_points: Grid | None = None,
+    contact_model: str | None = None,
     joint_options: JointOptions | None = None,
     mode: str = QUASI_STATIC,
     dt: float | None = None,
@@ -355,8 +352,10 @@ def make_state(
     ----------
     loads : its dead loads set the default stiffness
     contact_points : points along the unit and across the thickness, one pair or one per kind of joint or per wall, or
-        their largest spacing [m]; see :func:`limitmason.mechanics.contact_points.contact_points`
-    contact_model : "grid", or "vertices" for the corners of every interface
+        their largest spacing [m]; see :func:`limitmason.mechanics.contact_points.contact_points`. (4, 8) by default,
+        where joints crush (15, 15) that crowd towards the edges
+    contact_model : "grid", "lobatto" for points that crowd towards the edges, or "vertices" for the corners of every
+        interface
     mode : "quasi-static" scales mass and inertia so that every block is as fast as the step allows; "dynamic" keeps
         the real ones
     dt : [s]; None chooses 1 (quasi-static, where time has no meaning) or the stable step (dynamic)
@@ -389,14 +388,15 @@ def make_state(
     held = assembly.held.copy()
     if plane is not None:
         held |= out_of_plane(plane)
-    contacts = make_points(assembly, contact_points, contact_model, plane)
+    grid, contact_model = chosen_points(assembly, contact_points, contact_model)
+    contacts = make_points(assembly, grid, contact_model, plane)
     if not contacts.count:
         raise InputError("no joint touches a free block: there is nothing to settle on")
     options = joint_options or JointOptions()
     points, joints, interface, laws, warnings = make_joints(assembly, loads.dead, contacts, options)
     ties, said = make_ties(assembly, options.stiffness_factor)
     warnings = (*warnings, *said)
-    if contact_model == "grid" and contact_points == DEFAULT_POINTS:
+    if contact_model == "grid" and grid == DEFAULT_POINTS:
         warnings += on_few_points(assembly, "give contact_model='lobatto' and contact_points=(15, 15)")
     stiffness = block_stiffness(points, joints, n, ties=ties)
     moves = np.ones(6, dtype=bool)

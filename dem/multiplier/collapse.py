@@ -11,11 +11,11 @@ import numpy as np
 from dem.contact.detection import SMALL, farthest, near_margin, reaches
 from dem.model.holding import EQUILIBRIUM, UNDECIDED, smallest_edge
 from dem.model.joint_marks import bond_yielded
-from dem.model.joints import JointOptions, losses
+from dem.model.joints import Grid, JointOptions, chosen_points, losses
 from dem.model.state import QUASI_STATIC, State, make_state
 from dem.multiplier.search import Controls, Search, increments, ramps
 from dem.papers import COLLAPSE
-from dem.settings import EDGES, DemSettings, Grid, Loading
+from dem.settings import EDGES, DemSettings, Loading
 from limitmason.answers.results import (
     ALMOST_SOLVED,
     NOT_CONVERGED,
@@ -103,6 +103,7 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
     """The search, and its repeats for the error budget."""
     held, begun = chosen.loading is Loading.INCREMENTS, time.perf_counter()
     unit = _unit(assembly, loads)
+    points, model = chosen_points(assembly, chosen.contact_points, chosen.contact_model)
     controls = Controls(
         5e-3 if chosen.tolerance is None else chosen.tolerance, chosen.max_steps,
         MOVED if chosen.moved_limit is None else chosen.moved_limit, chosen.equilibrium,
@@ -135,8 +136,8 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
         resultants=found.state.resultants(assembly) if answered else None,
         warnings=tuple(warnings),
         provenance={
-            "loading": str(chosen.loading), "contact points": chosen.contact_points,
-            "contact model": chosen.contact_model, "contacts": chosen.contacts, "tolerance": controls.tolerance,
+            "loading": str(chosen.loading), "contact points": points,
+            "contact model": model, "contacts": chosen.contacts, "tolerance": controls.tolerance,
             "steps": found.steps, "seconds": time.perf_counter() - begun, "damping": controls.damping,
             "moved limit": controls.moved_limit,
             **({} if chosen.blocks == RIGID else {"blocks": chosen.blocks, "stress": chosen.stress}),
@@ -147,7 +148,7 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
             "interval": _interval(found, budget, _unbalanced(assembly, loads, found)),
             "steps": found.steps, **found.details,
         },
-        contact_model=ContactModel(chosen.contact_model), error_budget=budget,
+        contact_model=ContactModel(model), error_budget=budget,
         lost_in_failure=losses(assembly, found.state.laws),
     )  # fmt: skip
     if prediction.resultants is not None and held:
@@ -157,7 +158,8 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
 
 def _start(assembly: Assembly, loads: Loads, chosen: DemSettings, check: str) -> State:
     """State that a search begins with, changed as a check of the error budget asks; "" for none."""
-    points, model, law = chosen.contact_points, chosen.contact_model, chosen.joint_options or JointOptions()
+    points, model = chosen_points(assembly, chosen.contact_points, chosen.contact_model)
+    law = chosen.joint_options or JointOptions()
     if check == "stiffness":
         law = replace(law, stiffness_factor=10.0 * law.stiffness_factor)
     elif check == "ks/kn":
@@ -365,7 +367,9 @@ def _unit(assembly: Assembly, loads: Loads) -> float:
     return float(dead / live) if dead > 0 else 1.0
 
 
-def _doubled(grid: Grid | Mapping[str, Grid]) -> Any:
+def _doubled(grid: Grid) -> Grid:
+    if isinstance(grid, int | float):
+        return 0.5 * grid
     if isinstance(grid, Mapping):
         return {k: (2 * a, 2 * b) for k, (a, b) in grid.items()}
     return (2 * grid[0], 2 * grid[1])

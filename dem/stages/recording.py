@@ -38,8 +38,21 @@ _SUMS = {
 
 _NEVER = 10**9
 
+LEAD = 0.05
+"""Displacement after a ramp, over the largest one, from which blocks that went ahead of it are pointed out [-]."""
+
+FALLEN = 2.0
+"""Displacement of a block that ends a Settle, over the size of the structure [-]."""
+
 SLID = 0.005
 """Slip over the largest displacement from which loads that came on at once are pointed out [-]."""
+
+
+def slid_and_moved(assembly: Assembly, state: State) -> tuple[float, float]:
+    """Largest plastic slip of a point that is pressed, and largest displacement of a block [m]."""
+    closed = np.linalg.norm(state.measured(assembly).force, axis=1) > 0.0
+    slid = float((np.hypot(state.points.slip_1, state.points.slip_2) * closed).max(initial=0.0))
+    return slid, float(np.linalg.norm(state.bodies.shift, axis=1).max())
 
 
 @dataclass
@@ -151,15 +164,38 @@ class Recorder:
         state = self.state
         if stage.gently or state.mode == DYNAMIC or state.total[kernels.E_STEPS] != done:
             return
-        closed = np.linalg.norm(state.measured(self.assembly).force, axis=1) > 0.0
-        slid = float((np.hypot(state.points.slip_1, state.points.slip_2) * closed).max(initial=0.0))
-        moved = float(np.linalg.norm(state.bodies.shift, axis=1).max())
+        slid, moved = slid_and_moved(self.assembly, state)
         if slid > SLID * moved:
             self.notes.append(
                 f"joints slid by up to {slid:.2g} m, {slid / moved:.0%} of the largest displacement, while the loads "
                 "came to rest: at once they overshoot, and how far joints slide hangs on the way; "
                 f"Settle(gently={4 * done}) puts them on evenly"
             )
+
+    def note_lead(self, ramp: Stage, shift: Array) -> None:
+        """Say how far blocks moved on since a place [m] while loads were held to which a ramp had led."""
+        if self.state.mode == DYNAMIC or not isinstance(ramp, Ramp | Tilt):
+            return
+        moved = float(np.linalg.norm(self.state.bodies.shift, axis=1).max())
+        on = float(np.linalg.norm(self.state.bodies.shift - shift, axis=1).max())
+        if on > LEAD * moved:
+            self.notes.append(
+                f"blocks moved on by {on:.2g} m, {on / moved:.0%} of the largest displacement, after the ramp had "
+                "ended: what slips ahead of its loads comes to rest where inertia leaves it; a ramp of "
+                f"{4 * (ramp.steps or 0)} steps shows how much hangs on that"
+            )
+
+    def fallen(self, shift: Array) -> bool:
+        """Whether a block has fallen since a place [m], by more than the structure is large; noted."""
+        gone = np.linalg.norm(self.state.bodies.shift - shift, axis=1)
+        block, size = int(gone.argmax()), float(np.linalg.norm(np.ptp(self.assembly.arrays.corners, axis=0)))
+        if gone[block] <= FALLEN * size:
+            return False
+        self.notes.append(
+            f"block {self.assembly.blocks[block].name!r} has fallen by {gone[block]:.2g} m, {FALLEN:g} times the size "
+            "of the structure: it does not come to rest"
+        )
+        return True
 
     def _beyond(self) -> bool:
         """True where the first contacts may no longer be all there are.

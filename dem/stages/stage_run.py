@@ -187,6 +187,8 @@ class StageRun:
         rec, state, at, stage = self.rec, self.rec.state, self.at, self.stage
         if isinstance(stage, Settle):
             rec.note_slip(stage, at.done)
+            if at.stage:
+                rec.note_lead(rec.stages[at.stage - 1], at.shift)
         if self.duration and np.isclose(
             state.dt * np.ceil(self.duration / at.dt - 1e-9), self.duration, rtol=1e-9
         ):
@@ -264,6 +266,7 @@ class StageRun:
             at.quiet = at.quiet + 1 if worst < stage.tolerance else 0
             over = at.quiet >= 4 and at.done >= stage.gently
             at.outcome = RunStatus.FINISHED if over else at.outcome
+            over = over or (rec.state.mode != DYNAMIC and rec.fallen(at.shift))
         if stage.stop_when_moved is not None:
             over = over or displacement_since(rec.state, at.shift, at.quat, rec.scale) > stage.stop_when_moved
         return over

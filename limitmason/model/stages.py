@@ -126,7 +126,7 @@ class Settle(Stage):
     gently : steps over which the loads come on evenly, in the first stage of a structure without load. At once they
         overshoot, by twice their elastic settlement undamped, and joints slide that would stick; how far hangs on the
         way, on the axes too, since damping acts by components: 24 of 60 small structures came to rest 2 to 31 %
-        elsewhere, over 1000 steps none by more than 1 %. A run says where they slid
+        elsewhere, over 1000 steps none by more than 1 %. A run says where they slid; a push does it again evenly
     """
 
     tolerance: float = 1e-6

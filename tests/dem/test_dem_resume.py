@@ -14,7 +14,7 @@ from walls import stack
 
 import dem
 import limitmason as lm
-from dem.stages.resuming import check_same_stages, spelled
+from dem.stages.resuming import check_same_stages, stage_as_text
 from limitmason.errors import InputError
 from limitmason.geometry import box
 
@@ -189,7 +189,7 @@ def test_an_interrupt_from_the_keyboard_leaves_a_state_that_goes_on_to_the_same_
 
 def test_every_field_of_a_stage_and_of_its_damping_counts():
     plain = dem.Drive({1: {"x": 1e-3}}, damping=dem.Damping(local=0.5))
-    old = spelled(plain)
+    old = stage_as_text(plain)
     check_same_stages([plain], [old])
     for other in (replace(plain, calm=1e-3), replace(plain, damping=dem.Damping(local=0.5, combined=True))):
         with pytest.raises(InputError, match="is not the one"):

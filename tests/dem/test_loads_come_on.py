@@ -12,6 +12,7 @@ from referee.statics import Statics
 import dem
 import limitmason as lm
 from limitmason.errors import InputError
+from limitmason.geometry import box
 
 FORCE, KN, KS, AREA = 0.4, 1e9, 4e8, 0.09  # sideways over the weight, at a friction of 0.5; [Pa/m], [m2]
 
@@ -49,6 +50,35 @@ def test_loads_at_once_overshoot_and_slide_by_what_the_axes_say_and_the_run_warn
     # damping acts by components: the same block, turned on its table, stops elsewhere
     assert min(moved) > 1.5
     assert max(moved) / min(moved) > 1.1
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5])
+def test_a_push_begins_where_statics_has_what_sticks(angle):
+    # on loads that act at once the block has slid by half as much again or more
+    wall, loads, exact = pulled(angle)
+    curve = dem.push(wall, dem.Drive({1: {"z": -1.0}}), to=1e-7, loads=loads, steps=400, rate_check=False)
+    assert curve.states[0][0][1] == pytest.approx(exact, rel=1e-3, abs=1e-5 * np.abs(exact).max())
+
+
+def test_what_goes_on_after_its_ramp_is_told():
+    # a block that breaks loose slides on as its loads stop: here at the limit, where it stops nowhere
+    wall, _, _ = pulled(0.0)
+    stages = [dem.Settle(), dem.Ramp(to=0.5001, steps=2000), dem.Settle(max_steps=2000)]
+    run = dem.simulate(wall, stages, loads=lm.Loads.horizontal(wall))
+    assert any("after the ramp had ended" in note for note in run.warnings)
+    stages[1:] = [dem.Ramp(to=0.3, steps=2000), dem.Settle()]
+    assert not dem.simulate(wall, stages, loads=lm.Loads.horizontal(wall)).warnings
+
+
+@pytest.mark.slow
+def test_a_block_that_has_fallen_ends_the_wait_for_rest():
+    # it fell on, with a search for contacts at every step, to the last of 50,000 steps
+    solids = [box((0.0, 0.0, -0.1), (0.2, 0.2, 0.0)), box((0.15, 0.0, 0.0), (0.45, 0.2, 0.2))]
+    wall = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0), fixed=[0])
+    run = dem.simulate(wall, dem.Settle())
+    assert run.status == "not settled"
+    assert any("has fallen by" in note for note in run.warnings)
+    assert run["step"][-1] < 25_000
 
 
 def test_weight_at_once_that_moves_an_answer_by_two_per_cent_is_told():

@@ -308,3 +308,15 @@ def test_corners_say_nothing_of_edges_where_nothing_is_lost_there():
     assert told(lm.predict(soft, loads, "pushover")) > 0.04
     for options in ({"grid": (9, 2)}, {"contact_model": "vertices"}):
         assert told(lm.pushover(soft, loads, **options)) == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", [0.1, 0.3, 0.45, 0.6])
+def test_a_crushing_section_bears_its_stress_block_on_the_points_that_distinct_elements_choose(part):
+    # b/h (1 - W / (fc A)); on 4 x 8 even points -13 to +11 % of it
+    for angle in (0.0, math.pi / 2):
+        wall = block({"compressive_strength": WEIGHT / AREA / part, **STIFF}, space=True, angle=angle)
+        for width, across in ((WIDTH, angle), (DEPTH, angle + math.pi / 2)):
+            loads = lm.Loads.horizontal(wall, (math.cos(across), math.sin(across), 0.0))
+            found = dem.collapse(wall, loads, error_budget=())
+            assert found.collapse_multiplier == pytest.approx(width / HEIGHT * (1.0 - part), rel=0.015)

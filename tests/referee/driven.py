@@ -6,7 +6,7 @@ import numpy as np
 
 from .engine import number
 from .laws import Answer
-from .model import Model, Quantity
+from .model import Frame, Model, Quantity
 from .statics import Statics
 
 ERROR = 0.02
@@ -19,13 +19,22 @@ PART = 0.4
 """Of the limit load, up to which structures are loaded in ``simulate``."""
 
 
+STIFFER = 30.0
+"""Factor on the stiffness in ``simulate``: displacements are then in inverse proportion to it."""
+
+
+def _associated(model: Model):
+    """Assembly and loads at psi = phi, for which the static theorem holds."""
+    assembly, loads = model.build()
+    return assembly.with_joints(lambda j: replace(j, dilatancy_angle_deg=j.friction_angle_deg)), loads
+
+
 def collapse(model: Model) -> Answer:
     """Multiplier at psi = phi, known to within its interval."""
 
     import dem
 
-    assembly, loads = model.build()
-    assembly = assembly.with_joints(lambda j: replace(j, dilatancy_angle_deg=j.friction_angle_deg))
+    assembly, loads = _associated(model)
     got = dem.collapse(assembly, loads)
     if got.interval is None:
         return {"status": str(got.status)}
@@ -84,7 +93,7 @@ def simulate(model: Model) -> Answer:
     """Displacements and reaction after own weight and a part of the limit load have come to rest."""
     import dem
 
-    assembly, loads = model.build()
+    assembly, loads = _associated(model.seen(Frame(stiff=STIFFER)))
     factor = PART * Statics(model).limit()
     stages = [dem.Settle(), dem.Ramp(to=factor, steps=4000), dem.Settle()]
     got = dem.simulate(assembly, stages, loads=loads)
@@ -92,7 +101,7 @@ def simulate(model: Model) -> Answer:
         # as the note says
         stages[0] = dem.Settle(gently=GENTLY)
         got = dem.simulate(assembly, stages, loads=loads)
-    shift = got.shift[-1]
+    shift = STIFFER * got.shift[-1]
     total = sum(got.reaction_of(i)[-1, :3] for i in model.fixed)
     size = float(np.abs(shift).max())
     return {
