@@ -90,11 +90,12 @@ class Source:
 
 
 class Option(NamedTuple):
-    """An option of a source's assemblies: default, unit and what it changes."""
+    """An option of a source's assemblies: default, unit, what it changes, and what may be chosen if not anything."""
 
     default: Any
     unit: str
     meaning: str
+    choices: tuple[Any, ...] = ()
 
 
 class TargetValue(NamedTuple):
@@ -297,12 +298,14 @@ def _lines(table: Mapping[str, Quantity | str]) -> list[str]:
 def chosen_options(table: Mapping[str, Option], given: Mapping[str, Any], source: str) -> dict[str, Any]:
     """Defaults overridden by what is given.
 
-    An unknown option is an error that lists the known ones.
+    An unknown option, or choice of one, is an error that lists the known ones.
     """
     for key in given:
         if key not in table:
             known = ", ".join(table) or "none"
             raise InputError(f"{source} has no option {key!r}; its options are: {known}")
+        if table[key].choices:
+            choice(f"{source}: {key}", given[key], table[key].choices)
     return {key: given.get(key, option.default) for key, option in table.items()}
 
 

@@ -288,7 +288,7 @@ def test_minho_ws_walls_rock_as_rigid_blocks_within_15_per_cent_and_sw_30_exceed
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"force_height": 0.9}, "above the wall's top"), ({"beam_rotation": "loose"}, "'free' or 'held'")],
+    [({"force_height": 0.9}, "above the wall's top"), ({"beam_rotation": "loose"}, "'free', 'held'")],
 )
 def test_minho_bad_options_are_refused(options, message):
     with pytest.raises(ValueError, match=message):

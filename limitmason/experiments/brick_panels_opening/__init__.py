@@ -39,7 +39,7 @@ OPTIONS = {
     "poisson_ratio": Option(0.15, "-", "of the bricks; Table 4 prints 0.14"),
     "density": Option(2000.0, "kg/m3", "of the bricks"),
     "loss": Option(LOSSES[0], "-", "what takes cohesion and tension from a joint: 'opening' (which the runs follow), "
-                   "'opening or slip' (the sentence of the paper) or 'nothing'"),
+                   "'opening or slip' (the sentence of the paper) or 'nothing'", LOSSES),
     "fracture_energy": Option(None, "J/m2", "GfI of a joint in tension, over which it loses both; None: at once"),
     "friction_deg": Option(None, "deg", "None: of the run, or of Table 4"),
     "cohesion": Option(None, "Pa", "None: of the run, or of Table 4"),
@@ -69,8 +69,6 @@ def load(specimen: str, **options: Any) -> Experiment:
     The assembly is inferred.
     """
     chosen = chosen_options(OPTIONS, options, NAME)
-    if chosen["loss"] not in LOSSES:
-        raise InputError(f"{NAME}: loss must be one of {', '.join(map(repr, LOSSES))}, got {chosen['loss']!r}")
     read_outline(chosen["outline"])
     run = specimen.startswith("udec-")
     table = read_table(NAME, "udec_runs.csv" if run else "panels.csv")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.checks import positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
@@ -40,7 +41,7 @@ OPTIONS = {
     "density": Option(None, "kg/m3", "None: no weight; a number: the wallette lies flat, its weight with the load"),
     "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, 0 in the source's validation"),
     "residual": Option(
-        "none", "-", "strength after failure: 'none' (c and ft drop to 0) or 'full' (perfectly plastic)"
+        "none", "-", "strength after failure: 'none' (c and ft drop to 0), 'full' (perfectly plastic)", ("none", "full")
     ),
 }
 
@@ -67,14 +68,11 @@ def load(specimen: str, **options: Any) -> Experiment:
         )
     if not 0.0 < bar < 0.5 * (chosen["support_span"] - chosen["load_span"]):
         raise InputError(f"bar_width must be positive and less than a shear span, got {bar!r} m")
-    if chosen["residual"] not in ("none", "full"):
-        raise InputError(f"residual must be 'none' or 'full', got {chosen['residual']!r}")
-    if not chosen["block_scale"] > 0.0:
-        raise InputError(f"block_scale must be positive, got {chosen['block_scale']!r}")
+    positive("block_scale", chosen["block_scale"])
     if not 0.0 <= chosen["bond_shift"] < 1.0:
         raise InputError(f"bond_shift must be a part of a course, from 0 up to 1, got {chosen['bond_shift']!r}")
-    if chosen["density"] is not None and not chosen["density"] > 0.0:
-        raise InputError(f"density must be positive, got {chosen['density']!r}; None leaves the weight out")
+    if chosen["density"] is not None:
+        positive("density (None leaves the weight out)", chosen["density"])
     closed_form = table.quantities(row, {"plastic tension": "fxt_plastic"})
     return Experiment(
         source=read_source(NAME),

@@ -33,7 +33,7 @@ OPTIONS = {
     "force_height": Option(None, "m", "height of the horizontal force; None: H0 of the database; SW by geometry: 0.95"),
     "crushing": Option(False, "-", "give the joints the prism strength fc of the masonry"),
     "first_course": Option("half", "-", "bottom course starts with a 'half' or a 'whole' block; WS: assumed as SW"),
-    "beam_rotation": Option("free", "-", "'free', or 'held': the loading beam stays level"),
+    "beam_rotation": Option("free", "-", "'free', or 'held': the loading beam stays level", ("free", "held")),
 }
 
 _MEASURED = {
@@ -121,8 +121,6 @@ def load(specimen: str, **options: Any) -> Experiment:
                 f"The force height {chosen['force_height']:g} m of the database is assumed; nine courses and a beam "
                 f"one course high put it at {other:g} m (option force_height)."
             )
-    if chosen["beam_rotation"] not in ("free", "held"):
-        raise InputError(f"beam_rotation must be 'free' or 'held', got {chosen['beam_rotation']!r}")
     if not chosen["force_height"] > float(row["H"]) / 1e3:
         raise InputError(f"force_height must be above the wall's top at {float(row['H']) / 1e3:g} m")
     if chosen["crushing"]:

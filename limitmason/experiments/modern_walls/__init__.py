@@ -45,7 +45,7 @@ OPTIONS = {
     "head_friction": Option(1.0, "-", "friction of filled head joints over mu"),
     "unfilled_friction": Option(1.0, "-", "friction of head joints that are not filled over mu"),
     "cracks": Option("unit strength", "-", "law of a potential crack across the middle of every unit: 'unit strength', "
-                     "'diagonal strength' or 'none'"),
+                     "'diagonal strength' or 'none'", ("unit strength", "diagonal strength", "none")),
     "crack_factor": Option(2.0, "-", "of the law by the diagonal strength"),
     "crack_share": Option(1.0, "-", "cohesion and tension of cracks over those of their law"),
     "shear_span": Option(None, "-", "height of zero moment over that of the wall; None: of the table"),
@@ -197,13 +197,11 @@ def crack_joint(test: Experiment) -> Joint:
     if o["cracks"] == "unit strength":
         fb = 1e6 * value(test, "fb")
         laws = 45.0, 0.06 * fb, 0.03 * fb
-    elif o["cracks"] == "diagonal strength":
+    else:
         ft, stress = 1e6 * value(test, "ft"), 1e6 * value(test, "sigma0")
         slender = min(max(float(test.row["H"]) / float(test.row["L"]), 1.0), 1.5)
         cohesion = o["crack_factor"] * ft / slender * math.sqrt(1.0 + stress / ft)
         laws = 30.0, cohesion, min(ft, cohesion / math.tan(math.radians(30.0)))
-    else:
-        raise InputError(f"{NAME}: cracks must be 'unit strength', 'diagonal strength' or 'none', got {o['cracks']!r}")
     phi, cohesion, tension = laws
     return Joint(phi, o["dilatancy_deg"], o["crack_share"] * cohesion, o["crack_share"] * tension,
                  compressive_strength=strength, name="crack in a unit")  # fmt: skip

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 from limitmason.build import wall as running_wall
-from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
@@ -28,13 +27,16 @@ OPTIONS = {
     "header_positions": Option(3, "-", "and there at every k-th position, in quincunx; assumed"),
     "return_length": Option(None, "m", "side wall, from the facade's outer face; None: 1.00, derived from the axis"),
     "roof_from": Option(0.3, "m", "where the load on the side walls begins, from the facade's outer face; assumed"),
-    "calibration": Option("final", "-", "joints of the source's 3DEC model: 'final', or its 'first' guess"),
+    "calibration": Option(
+        "final", "-", "joints of the source's 3DEC model: 'final', or its 'first' guess", ("final", "first")
+    ),
     "residual": Option(
-        "none", "-", "of failed mortar joints: 'none' (c and ft drop to 0), 'cohesion' (only ft does), 'full' (neither)"
+        "none", "-", "of failed mortar joints: 'none' (c and ft drop to 0), 'cohesion' (ft does), 'full' (neither)",
+        ("none", "cohesion", "full"),
     ),
     "ground": Option(
         "bonded", "-", "joint on the ground: 'bonded' (does not fail), a 'joint' like the others, one with "
-        "'no tension', or 'dry' (neither tension nor cohesion)"
+        "'no tension', or 'dry' (neither tension nor cohesion)", ("bonded", "joint", "no tension", "dry"),
     ),
     "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, 0 in the source"),
 }
@@ -88,12 +90,6 @@ def load(specimen: str, **options: Any) -> Experiment:
     table = read_table(NAME, "walls.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
-    for key, allowed in (
-        ("calibration", ("final", "first")),
-        ("residual", tuple(_AFTER_FAILURE)),
-        ("ground", tuple(_GROUND)),
-    ):
-        choice(key, chosen[key], allowed)
     if chosen["return_length"] is None:
         chosen["return_length"] = float(row["return_length"])
     if not 0.0 <= chosen["roof_from"] < chosen["return_length"]:

@@ -3,7 +3,6 @@
 from typing import Any
 
 from limitmason.build import layout
-from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, TargetValue, chosen_options, signed
 from limitmason.experiments.shown import Departure, Settings, Shown, Variant
@@ -17,7 +16,8 @@ NAME = "rondelet-wallette"
 
 OPTIONS = {
     "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, 0 or 35 in the source; used where psi < phi"),
-    "column": Option("translations", "-", "column blocks held against 'translations' (the source) or wholly 'fixed'"),
+    "column": Option("translations", "-", "column blocks held against 'translations' (the source) or wholly 'fixed'",
+                     ("translations", "fixed")),
     "density": Option(2000.0, "kg/m3", "density; assumed, the multiplier does not depend on it"),
 }
 
@@ -34,8 +34,6 @@ def load(specimen: str, **options: Any) -> Experiment:
     table = read_table(NAME, "variants.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
-    if chosen["column"] not in ("translations", "fixed"):
-        raise InputError(f"column must be 'translations' or 'fixed', got {chosen['column']!r}")
     given = read_parameters(NAME)
     results = ("3DEC dilatant", "3DEC zero dilatancy")
     window = ("window low", "window high")
