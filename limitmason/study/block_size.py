@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -15,8 +14,7 @@ from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, MECHANISMS, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.study.content import fingerprint
-from limitmason.study.sweep import Progress, sweep
+from limitmason.study.sweep import RunOptions, sweep
 from limitmason.study.table import Table
 
 Unit = tuple[float, float, float]
@@ -45,10 +43,7 @@ def block_size_study(
     vary: str = IN_PLANE,
     direction: tuple[float, float, float] = (0.0, 1.0, 0.0),
     options: Mapping[str, Mapping[str, Any]] | None = None,
-    executor: Any = None,
-    workers: int = 1,
-    store: str | Path | None = None,
-    progress: Progress | None = None,
+    **runs: Unpack[RunOptions],
 ) -> Table:
     """Collapse multiplier against the size of the blocks.
 
@@ -64,7 +59,7 @@ def block_size_study(
         too, and with it t / H of the wall
     direction : of the horizontal load, for walls given by their arguments
     options : settings by method
-    executor, workers, store, progress : as in :func:`limitmason.study.sweep`
+    runs : executor, workers, store and progress of :func:`limitmason.study.sweep`
 
     Returns
     -------
@@ -105,10 +100,10 @@ def block_size_study(
         scaled_unit(unit, size, vary)
     chosen = {m: dict((options or {}).get(m, {})) for m in methods}
     chosen[MONOLITH] = {"include": _PIECES}
-    key = None if store is None else fingerprint("block size", build, unit, jobs, chosen)
+    key = ("block size", build, unit, jobs, chosen)
     table = sweep(
-        functools.partial(_at_size, build, unit, chosen), jobs, executor=executor, workers=workers, store=store,
-        key=key, progress=progress, units=dict.fromkeys(("unit_length", "unit_height", "unit_thickness"), "m"),
+        functools.partial(_at_size, build, unit, chosen), jobs, key=key, **runs,
+        units=dict.fromkeys(("unit_length", "unit_height", "unit_thickness"), "m"),
     )  # fmt: skip
     rows = []
     for method in (*methods, MONOLITH):

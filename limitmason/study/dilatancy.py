@@ -5,8 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -15,8 +14,7 @@ from limitmason.methods import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
-from limitmason.study.content import fingerprint
-from limitmason.study.sweep import Progress, sweep
+from limitmason.study.sweep import RunOptions, sweep
 from limitmason.study.table import Table
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -39,10 +37,7 @@ def dilatancy_study(
     methods: Sequence[str] = (NON_ASSOCIATIVE, DEM),
     *,
     options: Mapping[str, Mapping[str, Any]] | None = None,
-    executor: Any = None,
-    workers: int = 1,
-    store: str | Path | None = None,
-    progress: Progress | None = None,
+    **runs: Unpack[RunOptions],
 ) -> Table:
     """Collapse multiplier against the dilatancy angle, from psi = 0 to psi = phi.
 
@@ -53,7 +48,7 @@ def dilatancy_study(
     shares : psi / phi [-]; 0 and 1 are needed for the ratios
     methods : "non-associative", "dem", or other names
     options : settings by method
-    executor, workers, store, progress : as in :func:`limitmason.study.sweep`
+    runs : executor, workers, store and progress of :func:`limitmason.study.sweep`
 
     Returns
     -------
@@ -77,10 +72,10 @@ def dilatancy_study(
     for share in shares:
         with_dilatancy(assembly, share)
     points = [{"method": m, "share": float(s), "psi": float(s) * phi} for m in methods for s in shares]
-    key = None if store is None else fingerprint("dilatancy", assembly, loads, points, chosen)
+    key = ("dilatancy", assembly, loads, points, chosen)
     table = sweep(
-        functools.partial(_at_dilatancy, assembly, loads, chosen), points, executor=executor, workers=workers,
-        store=store, key=key, progress=progress, units={"psi": "deg", "change": "%"},
+        functools.partial(_at_dilatancy, assembly, loads, chosen), points, key=key, **runs,
+        units={"psi": "deg", "change": "%"},
     )  # fmt: skip
     rows = []
     for row in table:
@@ -112,10 +107,7 @@ def contact_point_study(
     along: int = 2,
     reference: bool = True,
     options: Mapping[str, Any] | None = None,
-    executor: Any = None,
-    workers: int = 1,
-    store: str | Path | None = None,
-    progress: Progress | None = None,
+    **runs: Unpack[RunOptions],
 ) -> Table:
     """DEM multiplier against the number of contact points across the thickness.
 
@@ -128,7 +120,7 @@ def contact_point_study(
     along : points along the unit
     reference : also the associative program on the same points, which more points never lower
     options : of the DEM
-    executor, workers, store, progress : as in :func:`limitmason.study.sweep`
+    runs : executor, workers, store and progress of :func:`limitmason.study.sweep`
 
     Returns
     -------
@@ -148,10 +140,9 @@ def contact_point_study(
     if reference:
         jobs += [{"method": ASSOCIATIVE, "share": 1.0, "points": int(n)} for n in points]
     chosen = dict(options or {})
-    key = None if store is None else fingerprint("contact points", assembly, loads, jobs, along, chosen)
+    key = ("contact points", assembly, loads, jobs, along, chosen)
     return sweep(
-        functools.partial(_at_points, assembly, loads, along, chosen), jobs, executor=executor, workers=workers,
-        store=store, key=key, progress=progress,
+        functools.partial(_at_points, assembly, loads, along, chosen), jobs, key=key, **runs,
     )  # fmt: skip
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -19,9 +18,8 @@ from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 from limitmason.storage.frozen import ReadOnly
-from limitmason.study.content import fingerprint
 from limitmason.study.dilatancy import with_dilatancy
-from limitmason.study.sweep import Progress, sweep
+from limitmason.study.sweep import RunOptions, sweep
 from limitmason.study.table import Table
 
 FLOW, PRESSURE, GEOMETRY, SOFTNESS, RATE = ASSUMPTIONS = (
@@ -129,10 +127,7 @@ def attribute_gap(
     contact_points: tuple[int, int] = (4, 8),
     tolerance: float = 1e-3,
     options: Mapping[str, Any] | None = None,
-    executor: Any = None,
-    workers: int = 1,
-    store: str | Path | None = None,
-    progress: Progress | None = None,
+    **runs: Unpack[RunOptions],
 ) -> GapAttribution:
     """Split the gap between limit analysis and the DEM over their assumptions.
 
@@ -147,7 +142,7 @@ def attribute_gap(
     contact_points : along the unit and across the thickness, of the DEM as given
     tolerance : width of the bracket of every search over its multiplier [-]
     options : further settings of the DEM
-    executor, workers, store, progress : as in :func:`limitmason.study.sweep`; up to ten searches
+    runs : executor, workers, store and progress of :func:`limitmason.study.sweep`; up to ten searches
 
     Returns
     -------
@@ -180,8 +175,8 @@ def attribute_gap(
     states = list(dict.fromkeys([*chain, *back]))
     jobs = [dict(zip(_KEYS, state, strict=True)) for state in states]
     run = functools.partial(_at_state, given, loads, upper, contact_points, tolerance, dict(options or {}))
-    key = None if store is None else fingerprint("gap", given, loads, jobs, contact_points, tolerance, options)
-    table = sweep(run, jobs, executor=executor, workers=workers, store=store, key=key, progress=progress)
+    key = ("gap", given, loads, jobs, contact_points, tolerance, options)
+    table = sweep(run, jobs, key=key, **runs)
     value = {}
     for state, row in zip(states, table, strict=True):
         if row["status"] not in (SOLVED, ALMOST_SOLVED):

@@ -6,8 +6,7 @@ import functools
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from scipy import stats
@@ -22,7 +21,6 @@ from limitmason.methods import get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.storage.frozen import ReadOnly
-from limitmason.study.content import fingerprint
 from limitmason.study.draws import (
     BLOCK_BOUNDS,
     BOUNDS,
@@ -35,7 +33,7 @@ from limitmason.study.draws import (
     draw_joints,
 )
 from limitmason.study.spread import Stop
-from limitmason.study.sweep import Progress, sweep
+from limitmason.study.sweep import RunOptions, sweep
 from limitmason.study.table import Table
 from limitmason.study.ties import LinkedFormulas
 
@@ -60,10 +58,7 @@ def monte_carlo(
     scheme: str = "latin hypercube",
     seed: int = 0,
     options: Mapping[str, Any] | None = None,
-    executor: Any = None,
-    workers: int = 1,
-    store: str | Path | None = None,
-    progress: Progress | None = None,
+    **runs: Unpack[RunOptions],
 ) -> Table:
     """Collapse multipliers, or any answers, with random joints and blocks.
 
@@ -85,7 +80,7 @@ def monte_carlo(
     scheme : "latin hypercube" stratifies the values drawn per assembly, "random" draws them independently; values per
         kind, interface and block are always independent from sample to sample
     seed : equal seeds give equal tables
-    executor, workers, store, progress : as in :func:`limitmason.study.sweep`
+    runs : executor, workers, store and progress of :func:`limitmason.study.sweep`
 
     Returns
     -------
@@ -124,14 +119,11 @@ def monte_carlo(
     points = [{"sample": k, "shares": dict(zip(names, shares[k].tolist(), strict=True))} for k in range(samples)]
     drawn = RandomInputs(joints, blocks, ties, parameters, seed)
     one = functools.partial(_sample, build, run or _Multiplier(method, dict(options or {})), drawn)
-    key = None
-    if store is not None:
-        # the samples of a random run follow from the seed, so that a longer one goes on with the rows of a shorter
-        which = points if scheme == SCHEMES[0] else scheme
-        key = fingerprint("monte carlo", build, run or method, joints, blocks, ties.formulas, parameters, seed, options,
-                          which)  # fmt: skip
+    # the samples of a random run follow from the seed, so that a longer one goes on with the rows of a shorter
+    which = points if scheme == SCHEMES[0] else scheme
+    key = ("monte carlo", build, run or method, joints, blocks, ties.formulas, parameters, seed, options, which)
     found = sweep(
-        one, points, executor=executor, workers=workers, store=store, key=key, progress=progress,
+        one, points, key=key, **runs,
         units={k: unit for name, unit in UNITS.items() for k in (name, f"{name} mean", f"{name} deviation")},
         batch=None if stop is None else stop.every, enough=stop,
     )  # fmt: skip
@@ -302,10 +294,7 @@ def sobol(
     parameters: Mapping[str, Random] | None = None,
     seed: int = 0,
     options: Mapping[str, Any] | None = None,
-    executor: Any = None,
-    workers: int = 1,
-    store: str | Path | None = None,
-    progress: Progress | None = None,
+    **runs: Unpack[RunOptions],
 ) -> SobolIndices:
     """Sobol indices of the collapse multiplier.
 
@@ -314,7 +303,7 @@ def sobol(
     Parameters
     ----------
     samples : a power of two, n; n (d + 2) runs for d variables
-    build, method, joints, parameters, seed, options, executor, workers, store, progress : as in :func:`monte_carlo`;
+    build, method, joints, parameters, seed, options, runs : as in :func:`monte_carlo`;
         only values per assembly
 
     Returns
@@ -346,8 +335,8 @@ def sobol(
     points = [{"sample": k, "shares": dict(zip(names, row, strict=True))} for k, row in enumerate(shares.tolist())]
     drawn = RandomInputs(joints, {}, LinkedFormulas({}), parameters, seed)
     run = functools.partial(_sample, build, _Multiplier(method, dict(options or {})), drawn)
-    key = None if store is None else fingerprint("sobol", build, method, joints, parameters, seed, options, points)
-    table = sweep(run, points, executor=executor, workers=workers, store=store, key=key, progress=progress, units=UNITS)
+    key = ("sobol", build, method, joints, parameters, seed, options, points)
+    table = sweep(run, points, key=key, **runs, units=UNITS)
     value = table["multiplier"]
     if not np.isfinite(value).all():
         bad = int((~np.isfinite(value)).sum())

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
@@ -20,6 +20,15 @@ from limitmason.study.workers import as_row
 Progress = Callable[[str], object]
 
 
+class RunOptions(TypedDict, total=False):
+    """How the runs of a study are made, as :func:`sweep` takes it."""
+
+    executor: Any
+    workers: int
+    store: str | Path | None
+    progress: Progress | None
+
+
 @watched("study")
 def sweep(
     function: Callable[..., Any],
@@ -28,7 +37,7 @@ def sweep(
     executor: Any = None,
     workers: int = 1,
     store: str | Path | None = None,
-    key: str | None = None,
+    key: str | tuple[Any, ...] | None = None,
     progress: Progress | None = None,
     units: Mapping[str, str] | None = None,
     batch: int | None = None,
@@ -45,8 +54,8 @@ def sweep(
     workers : most processes, used where they save more time than starting them takes, in chunks where runs are short;
         1 runs in this process. Each has one thread for its linear algebra
     store : file that keeps finished rows; the same call with it does only what is missing, also after a kill
-    key : identifies the study in the store; by default the fingerprint of function and points. Give one where the
-        function closes over a model
+    key : identifies the study in the store, or what its fingerprint is made of; by default function and points. Give
+        one where the function closes over a model
     progress : called with one line per finished run
     units : by column
     batch, enough : points are run so many at a time, in order, and no more once ``enough`` says so of the table up to
@@ -66,7 +75,8 @@ def sweep(
         What ``function`` raises; the rows finished before are in the store.
     """
     points = _points(parameters)
-    memo = Memo(store, "" if store is None else key or fingerprint("sweep", function, points), kind=dict)
+    own = key or ("sweep", function, points)
+    memo = Memo(store, "" if store is None else own if isinstance(own, str) else fingerprint(*own), kind=dict)
     rows = {k: memo[k] for k in range(len(points)) if k in memo}
     if rows and progress is not None:
         progress(f"{len(rows)} of {len(points)} runs are in {store}")
