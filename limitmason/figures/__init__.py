@@ -4,8 +4,6 @@ Every function returns a ``matplotlib.figure.Figure`` made without pyplot (``ani
 a page, ``view`` an interactive scene): no window opens, no global state changes.
 """
 
-from limitmason.figures.assessment import assessment
-from limitmason.figures.axles import axle_envelope
 from limitmason.figures.comparison import predicted_against_published, predicted_beside_references
 from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.contacts import contact_report
@@ -16,10 +14,10 @@ from limitmason.figures.diagnosis_folder import diagnosis_folder
 from limitmason.figures.diagnosis_page import diagnosis_page
 from limitmason.figures.forces import contact_forces
 from limitmason.figures.history import history_curves, load_displacement
-from limitmason.figures.load_region import load_region
 from limitmason.figures.mechanism import assembly, mechanism
 from limitmason.figures.modes import mac_matrix, mode_film, mode_shape
 from limitmason.figures.plasticity import plasticity
+from limitmason.figures.safety import assessment, axle_envelope, load_region
 from limitmason.figures.scene import Scene, view
 from limitmason.figures.solids import solid_map
 from limitmason.figures.spread import curve_fan, histogram, running_spread, sensitivity_bars, word_shares

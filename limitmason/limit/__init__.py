@@ -7,9 +7,8 @@ from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.range.bracket import Bracket, limit_bracket
 from limitmason.limit.range.proven_range import ProvenRange, proven_range
 from limitmason.limit.settlement import settlement_analysis
-from limitmason.limit.stability import Stability, stability
+from limitmason.limit.stability import Standing, minimum_thickness, stability
 from limitmason.limit.strengthen import Strengthening, strengthen
-from limitmason.limit.thickness import minimum_thickness
 from limitmason.limit.thrust import Thrust, thrust
 
 __all__ = [
@@ -18,7 +17,7 @@ __all__ = [
     "LoadRegion",
     "Problem",
     "ProvenRange",
-    "Stability",
+    "Standing",
     "Strengthening",
     "Thrust",
     "axle_envelope",

@@ -1,4 +1,4 @@
-"""Whether a structure can stand, and how well: by its friction, by its joint faces and by a tilt of the ground."""
+"""Whether a structure can stand, and how well: by friction, joint faces, a tilt of the ground, and its thickness."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ GROUND = {"+x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0), 
 
 
 @dataclass(frozen=True, eq=False)
-class Stability:
+class Standing:
     """Whether a structure can stand, and how far it is from where it cannot.
 
     Parameters
@@ -73,7 +73,7 @@ def stability(
     accuracy: float = 1e-8,
     contact_model: str = "vertices",
     in_plane: bool | None = None,
-) -> Stability:
+) -> Standing:
     r"""Can the structure stand under its dead load, and how well.
 
     It can where some admissible forces carry the load; else a motion proves that none do:
@@ -94,7 +94,7 @@ def stability(
 
     Returns
     -------
-    Stability
+    Standing
         Both ends of every measure are proven: by forces at the standing end, by a motion at the other. An infinite end
         means that it was not found: the structure stands without friction, or on a thousandth of its faces.
 
@@ -123,7 +123,7 @@ def stability(
     stands, state = _state(make_problem(assembly, loads, live_required=False, **model))
     state, notes = with_model_notes(state, assembly, loads), tuple(_notes(assembly, stands))
     if not stands:
-        return Stability(stands, state, notes=notes)
+        return Standing(stands, state, notes=notes)
 
     def with_friction(divisor: float) -> Margin:
         return standing_margin(assembly.with_joints(lambda joint: _divided(joint, divisor)), loads, **model)
@@ -144,7 +144,7 @@ def stability(
         divisor = last_standing(with_friction, 1.0, LARGEST_DIVISOR, accuracy)
     share = last_standing(with_share, 1.0, SMALLEST_SHARE, accuracy)
     tilt = {name: np.degrees(last_standing(tilted(d), 0.0, 0.5 * math.pi, accuracy)[:2]) for name, d in ground.items()}
-    return Stability(
+    return Standing(
         True, state, divisor, Range(0.0 if math.isinf(share.high) else share.high, share.low),
         {name: Range(float(low), float(high)) for name, (low, high) in tilt.items()}, notes,
     )  # fmt: skip
@@ -196,3 +196,55 @@ def _notes(assembly: Assembly, stands: bool | None) -> list[str]:
             "psi < phi in some joints: 'can stand' is necessary, not sufficient; see lm.pushover or a DEM run beside it"
         ]
     return ["neither forces nor a motion was found"] if stands is None else []
+
+
+def minimum_thickness(
+    build: Callable[[float], Assembly],
+    *,
+    between: tuple[float, float],
+    loads: Callable[[Assembly], Loads] = Loads.weight,
+    accuracy: float = 1e-7,
+    contact_model: str = "vertices",
+    in_plane: bool | None = None,
+) -> Range:
+    """Least thickness of an arch, a dome or a vault that can stand under its load.
+
+    Parameters
+    ----------
+    build : the structure of a thickness [m], such as ``lambda t: lm.build.arch(radius=1, thickness=t, ...)``
+    between : a thickness at which it falls, and a larger one at which it stands [m]
+    loads : dead loads of a structure; its weight by default
+    accuracy : between the ends, over the larger thickness [-]
+    contact_model, in_plane : as for :func:`limitmason.limit.limit_analysis`
+
+    Returns
+    -------
+    Range
+        Low end at which it is proven to fall by a motion, and high end at which forces carry it [m]. The low end is 0
+        where it stands at the smaller thickness given.
+
+    Raises
+    ------
+    InputError
+        When it does not stand at the larger thickness.
+
+    Notes
+    -----
+    Joints slide by their friction, associative; rings of a dome press but do not pull. Of the semicircular arch t / R
+    is 0.1075 with radial and 0.1095 with vertical cuts (Makris and Alexakis), and a function of the angle of friction
+    below some 22 degrees. The number of voussoirs counts: a coarse arch is thinner by some 1e-4 at 30 voussoirs. Wrong
+    where a structure stands at one thickness and falls at a larger one.
+    """
+    thin, thick = (float(t) for t in between)
+    if not 0.0 < thin < thick:
+        raise InputError(f"between must be a small and a larger thickness [m], got {between!r}")
+
+    def margin(thickness: float) -> Margin:
+        assembly = build(thickness)
+        refuse("associative", assembly)
+        return standing_margin(assembly, loads(assembly), contact_model=contact_model, in_plane=in_plane)
+
+    if not margin(thick)[0] >= 0.0:
+        raise InputError(f"between: it does not stand at a thickness of {thick:g} m either; give a larger one")
+    found = last_standing(margin, thick, thin, accuracy * min(1.0, thick))
+    return Range(0.0 if found.high == float("inf") else found.high, found.low, "thickness [m]")

@@ -15,7 +15,7 @@ from limitmason.model.load import Loads
 from limitmason.model.tie import Tie
 
 
-class Step(NamedTuple):
+class AddedTie(NamedTuple):
     """A tie that was added: its name, the smallest multiplier with it, and what it adds to the steps before."""
 
     name: str
@@ -39,7 +39,7 @@ class Strengthening:
     """
 
     before: float
-    steps: tuple[Step, ...]
+    steps: tuple[AddedTie, ...]
     alone: dict[str, float]
     bound: float
     structure: Assembly
@@ -135,7 +135,7 @@ def strengthen(
     now, bound = values(()), values(list(ties))[0]
     before, alone = now[0], {name: values([name]) for name in ties}
     chosen: list[str] = []
-    steps: list[Step] = []
+    steps: list[AddedTie] = []
     while len(chosen) < most and not (target is not None and now[0] >= target):
         trials = {n: values([*chosen, n]) if chosen else alone[n] for n in ties if n not in chosen}
         # what differs by rounding is the same: the next smallest multiplier then tells
@@ -144,7 +144,7 @@ def strengthen(
             break
         chosen.append(best)
         gain = trials[best][0] - now[0] if math.isfinite(now[0]) else math.inf
-        steps.append(Step(best, trials[best][0], gain))
+        steps.append(AddedTie(best, trials[best][0], gain))
         now = trials[best]
     return Strengthening(
         before, tuple(steps), {n: v[0] for n, v in alone.items()}, bound,

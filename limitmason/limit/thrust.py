@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike
 from limitmason.answers.results import UNBOUNDED, Prediction
 from limitmason.arrays import Array
 from limitmason.errors import InputError
-from limitmason.limit.free_loads import largest_multiplier
-from limitmason.limit.settlement import guides_across, settlement_analysis
+from limitmason.limit.settlement import guides_across, largest_multiplier, settlement_analysis
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_vector
 from limitmason.model.load import Loads

@@ -1,0 +1,133 @@
+"""Safety drawn: loads that are safe at once, axles on a bridge, and the verdict of a code."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.spatial import ConvexHull, QhullError
+
+from limitmason.answers.curve import Curve
+from limitmason.arrays import Array
+from limitmason.codes import Assessment
+from limitmason.codes.circular_2019 import DAMPING, Spectrum
+from limitmason.constants import GRAVITY
+from limitmason.errors import InputError
+from limitmason.figures import style
+from limitmason.limit.axles import AxleEnvelope
+from limitmason.limit.load_region import LoadRegion
+
+
+@style.in_print_style
+def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None = None) -> Figure:
+    """Multipliers of two loads.
+
+    Filled where forces carry them, a line per half-plane of a mechanism.
+
+    Parameters
+    ----------
+    region : of two loads, from ``limitmason.load_region``; a region that is certain for psi < phi is filled darker
+    title : heading
+    ax : axes to draw in; its own by default
+
+    Raises
+    ------
+    InputError
+        For an empty region, and one of one or three loads.
+    """
+    if len(region.names) != 2 or not len(region.corners):
+        raise InputError(f"a region is drawn of two loads that can be carried, not: {region}")
+    figure, ax = style.paper(3.4, 3.0, ax)
+    for drawn, shade in ((region, "#d8d8d8"), (region.certain, "#a0a0a0")):
+        if drawn is not None and len(drawn.corners):
+            outline = _outline(drawn.corners)
+            ax.fill(*outline.T, color=shade, lw=0)
+            ax.plot(*np.vstack([outline, outline[:1]]).T, color="black", lw=0.8, marker="o", ms=2.5)
+    low, high = region.corners.min(axis=0), region.corners.max(axis=0)
+    room = 0.12 * np.maximum(high - low, 1e-3 * np.abs(region.corners).max())
+    ax.set_xlim(low[0] - room[0], high[0] + room[0])
+    ax.set_ylim(low[1] - room[1], high[1] + room[1])
+    for plane in region.outside:
+        foot, (x, y) = plane.offset * plane.normal, plane.normal
+        if plane.twists is not None:
+            ax.axline((foot[0], foot[1]), (foot[0] - y, foot[1] + x), color=style.ORANGE, lw=0.5)
+    ax.set_xlabel(f"multiplier of {region.names[0]} [-]")
+    ax.set_ylabel(f"multiplier of {region.names[1]} [-]")
+    style.frame(ax, title, str(region))
+    return figure
+
+
+def _outline(corners: Array) -> Array:
+    """Corners in order.
+
+    Of a set without area the two that are farthest apart.
+    """
+    try:
+        return np.asarray(corners[ConvexHull(corners).vertices])
+    except (QhullError, ValueError):
+        return np.asarray(corners[[np.argmin(corners.sum(axis=1)), np.argmax(corners.sum(axis=1))]])
+
+
+@style.in_print_style
+def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes | None = None) -> Figure:
+    """Multiplier over the place of the first axle.
+
+    The point is the smallest.
+
+    Parameters
+    ----------
+    envelope : from ``limitmason.axle_envelope``
+    title : heading
+    ax : axes to draw in; its own by default
+    """
+    figure, ax = style.paper(3.4, 2.2, ax)
+    least = float(envelope.multipliers.min())
+    shown = np.where(np.isfinite(envelope.multipliers), envelope.multipliers, np.nan)
+    ax.plot(envelope.positions, shown, color="black", lw=0.9)
+    ax.plot([envelope.governing], [least], "o", color=style.ORANGE, ms=4)
+    ax.set_ylim(0.0, min(float(np.nanmax(shown)), 6.0 * least) * 1.05)
+    ax.set_xlabel("first axle at x [m]")
+    ax.set_ylabel("multiplier of the axles [-]")
+    style.frame(ax, title, str(envelope))
+    return figure
+
+
+@style.in_print_style
+def assessment(
+    verdict: Assessment, spectrum: Spectrum, curve: Curve | None = None, *, title: str | None = None
+) -> Figure:
+    """Capacity of a mechanism over the displacement spectrum.
+
+    With the points of SLV and SLC.
+
+    Parameters
+    ----------
+    verdict : from ``limitmason.assess``
+    spectrum, curve : that it was made with
+    title : heading
+
+    Raises
+    ------
+    InputError
+        For a verdict without a curve, of which q = 2 is all there is.
+    """
+    c = verdict.bodies
+    if curve is None or not c.d:
+        raise InputError("a verdict by q = 2 alone has no capacity curve to draw")
+    figure, (left, right) = style.panels(style.FULL_WIDTH, 2.4, columns=2)
+    alpha = curve.load / float(getattr(curve, "unit", 1.0))
+    peak = int(np.argmax(alpha))
+    along = curve.displacement * (c.d0 / np.interp(0.0, -alpha[peak:], curve.displacement[peak:]))
+    left.plot(along, alpha * GRAVITY / (c.mass_share * verdict.confidence_factor), color="black", lw=0.9)
+    periods = np.linspace(0.02, 1.6 * max(c.period.values()), 200)
+    for state, colour in (("SLV", style.ORANGE), ("SLC", style.BLUE)):
+        demand = [spectrum.displacement(float(t), DAMPING[state]) for t in periods]
+        right.plot(periods, demand, color=colour, lw=0.9, label=state)
+        right.plot([c.period[state]], [c.d[state]], "o", color=colour, ms=4)
+        left.plot([c.d[state]], [c.a[state]], "o", color=colour, ms=4)
+    left.set(xlabel="displacement d [m]", ylabel="capacity a [m/s$^2$]", xlim=(0.0, 1.05 * c.d0), ylim=(0.0, None))
+    right.set(xlabel="period [s]", ylabel="displacement of the demand [m]", xlim=(0.0, None), ylim=(0.0, None))
+    right.legend(frameon=False)
+    share = ", ".join(f"{state} {s:.0%}" for state, s in verdict.safety.items())
+    text = f"{c.bodies} bodies, e* {c.mass_share:.3f}, FC {verdict.confidence_factor:.2f}; of the demand: {share}"
+    return style.finished(figure, title, text, [])
