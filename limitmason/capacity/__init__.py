@@ -5,7 +5,7 @@ from limitmason.capacity.analysis import pushover
 from limitmason.capacity.certificate import StepCertificate
 from limitmason.capacity.elastic_range import ElasticRange, Onset, elastic_range
 from limitmason.capacity.ensemble import Ensemble, imperfection_ensemble
-from limitmason.capacity.result import Break, PushoverCurve, Stability
+from limitmason.capacity.result import Break, PushoverCurve, SampleStability
 from limitmason.capacity.steps import Steps
 
 __all__ = [
@@ -15,7 +15,7 @@ __all__ = [
     "Ensemble",
     "Onset",
     "PushoverCurve",
-    "Stability",
+    "SampleStability",
     "StepCertificate",
     "Steps",
     "elastic_range",

@@ -48,7 +48,7 @@ class Cost(NamedTuple):
     iterations: int
 
 
-class Stability(StrEnum):
+class SampleStability(StrEnum):
     """What a state would do if it were left alone."""
 
     STABLE = "stable"
@@ -250,7 +250,7 @@ class PushoverCurve(Curve):
             np.concatenate([force[mine], tensions(s, self.generations.state(node))[0][:, None] * x.normal[ties]]),
         )  # fmt: skip
 
-    def stability(self, step: int) -> Stability:
+    def stability(self, step: int) -> SampleStability:
         """Whether a sample would stand under its load alone, or is held by the control.
 
         By the sign of the determinant of the tangent (sliding points slide on, open ones stay open) against that of
@@ -266,8 +266,8 @@ class PushoverCurve(Curve):
         first = self.generations.senses(self.nodes[0], None)
         now = self.generations.senses(self.nodes[k], self.nodes[k - 1] if k else None)
         if now[1] != first[1]:
-            return Stability.UNSTABLE
-        return Stability.STABLE if now[0] == first[0] else Stability.HELD
+            return SampleStability.UNSTABLE
+        return SampleStability.STABLE if now[0] == first[0] else SampleStability.HELD
 
     def _sample(self, step: int) -> int:
         if not -len(self) <= step < len(self):

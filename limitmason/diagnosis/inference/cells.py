@@ -122,7 +122,7 @@ class Looked:
 
 
 @dataclass(frozen=True)
-class Step:
+class GridStep:
     """One linear step from the node of every data set, data sets along the last axis.
 
     Parameters
@@ -180,7 +180,7 @@ class CellSums:
     sides: Array | None = None
 
 
-def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: Around, inner: Sequence[Array] = ()) -> Step:
+def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: Around, inner: Sequence[Array] = ()) -> GridStep:
     """One linear step in every cell: which way by the mean of the changes on both sides, how far by that side's.
 
     Parameters
@@ -218,12 +218,12 @@ def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: Around, inn
     off = off - move[first:] * z_step
     if cell.residuals is not None and cell.sides is not None:
         chosen = np.where(after.T[:, :, None], cell.sides[:, d:], cell.sides[:, :d])
-        return Step(looked.index, move, off, loss, cell.residuals - np.einsum("db,bdn->bn", move, chosen))
+        return GridStep(looked.index, move, off, loss, cell.residuals - np.einsum("db,bdn->bn", move, chosen))
     for i in range(d):
         loss = loss - 2.0 * move[i] * slope[i]
         for j in range(d):
             loss = loss + move[i] * move[j] * side[i][j]
-    return Step(looked.index, move, off, np.maximum(loss, 0.0), None)
+    return GridStep(looked.index, move, off, np.maximum(loss, 0.0), None)
 
 
 def _cell(
