@@ -83,7 +83,7 @@ def _solve(options: argparse.Namespace) -> int:
     if options.output:
         formats.write_prediction(options.output, prediction, assembly=assembly)
         say(f"wrote {options.output}")
-    if options.forces and prediction.resultants is not None:
+    if options.forces:
         force_table(prediction, assembly).to_csv(options.forces)
         say(f"wrote {options.forces}")
     if options.vtu:

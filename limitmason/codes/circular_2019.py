@@ -167,7 +167,7 @@ def assess(
         )  # fmt: skip
     return Assessment(
         float(found.collapse_multiplier), readings[0], readings[1], _ag(spectrum), confidence_factor,
-        _warnings(assembly, twists, readings),
+        _warnings(twists, readings),
     )  # fmt: skip
 
 
@@ -272,7 +272,7 @@ def _ag(spectrum: Spectrum) -> float:
     return spectrum.ground.ag if isinstance(spectrum, FloorSpectrum) else spectrum.ag
 
 
-def _warnings(assembly: Assembly, twists: Array, readings: Sequence[Capacity]) -> tuple[str, ...]:
+def _warnings(twists: Array, readings: Sequence[Capacity]) -> tuple[str, ...]:
     out = []
     bodies, stones = readings
     if abs(stones.mass_share / bodies.mass_share - 1.0) > 0.01:

@@ -95,6 +95,8 @@ BASES = {
     "figure assembly": ["figure", "assembly", "wall.json"],
     "figure mechanism": ["figure", "mechanism", "wall.json"],
     "figure forces": ["figure", "forces", "wall.json"],
+    "stability": ["stability", "arch.json"],
+    "axles": ["axles", "arch.json", "--axle", "0", "1e4", "--level", "0.9"],
     "template": ["template", "new.json"],
     "check": ["check", "wall.json"],
     "compare": ["compare", "wall.json"],
@@ -128,6 +130,8 @@ VALUES = {
     "--spacing": ["20mm"], "--steps": ["500"], "--once": [], "--option": ["outline=675/8/5"],
     "--checkpoint": ["kept.npz"], "--cracks": ["c.png"], "--zone-size": ["20mm"], "--search": ["quick"],
     "--stress": ["solid"], "--time-limit": ["0.5"], "--no-interval": [],
+    "--support": ["base-left"], "--forces": ["forces.csv"], "--axle": ["0.5", "2e4"], "--level": ["1.0"],
+    "--fill": ["1800"], "--spread": ["10"],
 }  # fmt: skip
 OTHER = {("predict", "--method"): ["first"], ("report", "-o"): ["other.html"],
          ("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
@@ -234,12 +238,14 @@ def run(canned, tmp_path, monkeypatch, capsys):
         lambda model, loads, table, path, **o: note("report", model.n_blocks, loads.name, str(path), o),
     )  # fmt: skip
     count = iter(range(10_000))
+    arch = lm.build.arch(radius=1.0, thickness=0.15, width=0.5, voussoirs=5, joint=lm.Joint(45.0), angle_deg=150.0)
 
     def go(arguments):
         folder = tmp_path / f"run-{next(count)}"
         folder.mkdir()
         monkeypatch.chdir(folder)
         lm.formats.write_json(folder / "wall.json", wall, loads)
+        lm.formats.write_json(folder / "arch.json", arch, lm.Loads.weight(arch))
         (folder / "own_model.py").write_text(OWN_MODEL)
         write_data(folder / "data.csv")
         write_data(folder / "pool.csv", specimens=4)
