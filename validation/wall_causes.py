@@ -18,7 +18,16 @@ from limitmason.answers.results import FlowRule
 from limitmason.causes.cause import Cause
 from limitmason.errors import InputError
 from limitmason.experiments import registry
-from limitmason.experiments.modern_walls import FILLED, MODELS, NAME, axial_force, shear_span, units_per_course, value
+from limitmason.experiments.modern_walls import (
+    FILLED,
+    MODELS,
+    NAME,
+    axial_force,
+    moduli,
+    shear_span,
+    units_per_course,
+    value,
+)
 from limitmason.experiments.modern_walls.inputs import CODE, inputs_of
 from limitmason.experiments.record import Experiment
 from limitmason.experiments.tables import read_table
@@ -44,9 +53,6 @@ MODULUS_AT = 1.0 / 3.0  # of fc, stress at which E is read: EN 1052-1
 
 STATIONS = 400  # along the height
 
-CODE_MODULI = 1000.0, 0.4
-"""E / fc and G / E where they are not printed: EN 1996-1-1, 3.7.2 and 3.7.3."""
-
 
 @cache
 def first_alike(wall: str) -> str:
@@ -71,9 +77,7 @@ def stiffness(test: Experiment, moduli_share: float = 1.0, opens: float = 0.0) -
     """
     row = test.row
     length, height, thickness = (float(row[k]) for k in ("L", "H", "t"))
-    over_strength, shear_share = CODE_MODULI
-    modulus = 1e6 * (float(row["E"]) if row["E"] else over_strength * inputs_of(row)["fc"].value)
-    shear = 1e6 * float(row["G"]) if row["G"] else shear_share * modulus
+    modulus, shear = moduli(test)
     span, axial = shear_span(test), axial_force(test)
     bending = height**3 / (modulus * thickness * length**3 / 12.0) * (span / 2.0 - 1.0 / 6.0)
     sliding = SHEAR_FACTOR * height / (shear * thickness * length)

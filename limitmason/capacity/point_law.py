@@ -99,20 +99,23 @@ def return_map(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) 
     rows = np.flatnonzero(_demanded(law, before, old.lift, tried, before) > before)
     if not len(rows):
         return found
-    part, was, at = law.at(rows), old.at(rows), displacement[rows]
-    assert part.softening is not None
-    new, damage = _softened(part, was, at)
-    before[rows] = damage
+    assert law.softening is not None
+    # the point and all probes of its difference quotients at once: of few points, calls cost more than numbers
+    k, c = len(rows), displacement.shape[1]
+    sides = np.concatenate([np.zeros((1, c)), np.eye(c), -np.eye(c)])
+    probe = _PROBE / np.maximum(*law.softening.at(rows).gradual)
+    at = displacement[rows] + sides[:, None, :] * probe[:, None]
+    many = np.tile(rows, len(sides))
+    new, damage = _softened(law.at(many), old.at(many), at.reshape(-1, c))
+    before[rows] = damage[:k]
     stress, slip, lift, tangent = found.stress, found.history.slip, found.history.lift, found.tangent
-    stress[rows] = new.stress
-    slip[rows], lift[rows] = was.slip - new.slip[:, None] * new.along, new.lift
-    rates = np.maximum(*part.softening.gradual)
-    for k in range(displacement.shape[1]):
-        probe = np.zeros_like(at)
-        probe[:, k] = _PROBE / rates
-        ahead, behind = (_softened(part, was, at + sign * probe)[0].stress for sign in (1.0, -1.0))
-        tangent[rows, :, k] = -0.5 * (ahead - behind) / probe[:, None, k]
-        tangent[rows, k, k] += _OPEN_TANGENT * np.minimum(part.kn, part.ks)
+    stresses = new.stress.reshape(len(sides), k, c)
+    stress[rows], lift[rows] = stresses[0], new.lift[:k]
+    slip[rows] = old.slip[rows] - new.slip[:k, None] * new.along[:k]
+    ahead, behind = stresses[1 : c + 1], stresses[c + 1 :]
+    tangent[rows] = -0.5 * (ahead - behind).transpose(1, 2, 0) / probe[:, None, None]
+    for j in range(c):
+        tangent[rows, j, j] += _OPEN_TANGENT * np.minimum(law.kn, law.ks)[rows]
     return Returned(stress, PlasticHistory(slip, lift, before), tangent)
 
 

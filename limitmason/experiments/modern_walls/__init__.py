@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -51,8 +52,22 @@ OPTIONS = {
     "shear_span": Option(None, "-", "height of zero moment over that of the wall; None: of the table"),
     "overlap": Option(0.5, "-", "shorter overlap of a unit over the one below, of its length"),
     "coarse": Option(1, "-", "units that one block stands for, along a course and up: for effects, not for forces"),
+    "energy_share": Option(None, "-", "fracture energies of joints and cracks over those of ENERGIES; None: strength is "
+                           "never lost"),
+    "modulus_share": Option(None, "-", "elastic moduli of the joints' stiffness over those of the wall; None: no "
+                            "stiffness, or all of them where strength is lost"),
     "dilatancy_deg": Option(0.0, "deg", "dilatancy of all joints, used by non-associative limit analysis"),
 }
+
+ENERGIES: Mapping[str, tuple[float, float]] = {"mortar": (0.02e-3, 0.12e-3), "crack": (0.04e-3, 0.4e-3)}
+"""GfI / ft and GfII / c [m]: the middle of what Lourenço (1996), chapter 2, gives from tests of van der Pluijm for bond
+and units; ten times GfI / ft for shear of a crack, where nothing was tested, is assumed."""
+
+LEAST_ENERGY = 1.5
+"""Fracture energy over what the elastic joint has stored at its strength, at least: below 1 its curve runs back."""
+
+CODE_MODULI = 1000.0, 0.4
+"""E / fc and G / E where they are not printed: EN 1996-1-1, 3.7.2 and 3.7.3."""
 
 MODELS: Mapping[str, Mapping[str, Any]] = {
     "first": {},
@@ -169,13 +184,47 @@ def assembly(test: Experiment) -> Assembly:
         units = max(1.0, round(2.0 * units / o["coarse"]) / 2.0)
         courses = max(2, round(courses / o["coarse"]))
     length = float(row["L"])
+    unit = length / units, float(row["H"]) / courses, float(row["t"])
+    cracks = None if o["cracks"] == "none" else elastic(test, crack_joint(test), 0.5 * unit[0], "crack")
     wall = running_wall(
-        length=length, courses=courses, unit=(length / units, float(row["H"]) / courses, float(row["t"])),
-        joint=_mortar(test, 1.0, 1.0), joints={"head": head_joint(test)}, density=DENSITY, top_beam=BEAM_HEIGHT,
-        staggering=None if o["overlap"] == 0.5 else o["overlap"] * length / units,
-        beam_density=0.0, unit_cracks=None if o["cracks"] == "none" else crack_joint(test),
+        length=length, courses=courses, unit=unit, joint=elastic(test, _mortar(test, 1.0, 1.0), unit[1], "mortar"),
+        joints={"head": elastic(test, head_joint(test), 0.5 * unit[0], "mortar")}, density=DENSITY,
+        top_beam=BEAM_HEIGHT, staggering=None if o["overlap"] == 0.5 else o["overlap"] * unit[0],
+        beam_density=0.0, unit_cracks=cracks,
     )  # fmt: skip
     return signed(wall, test)
+
+
+def elastic(test: Experiment, joint: Joint, spacing: float, kind: str) -> Joint:
+    """The joint with the stiffness of a wall of rigid blocks, and the strength it loses, where options ask for them.
+
+    kn = E / spacing, ks = 2 G / spacing: bed joints and vertical planes each give half of the shear of a wall.
+
+    Parameters
+    ----------
+    spacing : of such joints across their plane [m]
+    kind : of ``ENERGIES``
+    """
+    energy, share = test.options["energy_share"], test.options["modulus_share"]
+    if energy is None and share is None:
+        return joint
+    normal, shear = (v * (1.0 if share is None else share) / spacing for v in moduli(test))
+    found = replace(joint, normal_stiffness=normal, shear_stiffness=2.0 * shear)
+    if energy is None:
+        return found
+    opening, sliding = (energy * length for length in ENERGIES[kind])
+    ft, c = joint.tensile_strength, joint.cohesion
+    by_opening = max(opening * ft, LEAST_ENERGY * ft**2 / (2.0 * normal)) if ft else None
+    by_slip = max(sliding * c, LEAST_ENERGY * c**2 / (4.0 * shear)) if c else None
+    return replace(found, fracture_energy_tension=by_opening, fracture_energy_shear=by_slip)
+
+
+def moduli(test: Experiment) -> tuple[float, float]:
+    """E and G of the wall [Pa], printed or of ``CODE_MODULI``."""
+    over_strength, shear_share = CODE_MODULI
+    row = test.row
+    modulus = 1e6 * (float(row["E"]) if row["E"] else over_strength * inputs_of(row)["fc"].value)
+    return modulus, 1e6 * float(row["G"]) if row["G"] else shear_share * modulus
 
 
 def head_joint(test: Experiment) -> Joint:
