@@ -13,7 +13,7 @@ from limitmason.capacity import descent, newton
 from limitmason.capacity.certificate import SHORTEST, WITHIN
 from limitmason.capacity.kinematics import Pose, motion_between, moved
 from limitmason.capacity.point_law import PlasticHistory
-from limitmason.capacity.stepping import Node, by_programs, is_large, node_of, quieted, step
+from limitmason.capacity.stepping import Node, by_programs, descent_first, node_of, quieted, step
 from limitmason.capacity.system import Evaluated, System
 
 _CUTS = 25  # tries to end a step where the first point breaks
@@ -150,7 +150,7 @@ def _solved(
     ratio: float,
 ) -> tuple[newton.Solved, int] | None:
     """What Newton's method leaves: by descent and by programs, in the order of :func:`stepping.step`."""
-    for by_descent in (True, False) if is_large(system) else (False, True):
+    for by_descent in (True, False) if descent_first(system) else (False, True):
         if by_descent:
             solved = descent.solve(system, pose, multiplier, history, target)
             found = None if solved is None else (solved, 0)

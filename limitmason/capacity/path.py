@@ -192,7 +192,7 @@ class _Path:
         self.advance = min(self.advance, self.longest, self.bound)
         move = left if left < 1.2 * self.advance else self.advance
         guess = extrapolated(system, self.nodes, self.begin, self.sense * move)
-        patient = self.failures >= (_PATIENT if stepping.is_large(system) else 2)
+        patient = self.failures >= (_PATIENT if stepping.descent_first(system) else 2)
         target = last.control + self.sense * move
         new = stepping.step(system, last, target, guess, self.ratio, patient=patient)
         if new is None and patient:

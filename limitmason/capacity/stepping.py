@@ -91,7 +91,7 @@ def step(
     """The state at the control displacement ``target`` [m], or None where it is not found.
 
     Newton's method has the first word. What it leaves is solved by programs, and by descent where they find nothing;
-    from ``MANY`` points on by descent, and by programs only if ``patient``: a program costs more than descent there.
+    from ``MANY`` points on, and where strength falls over a length, by descent, and by programs only if ``patient``.
 
     Parameters
     ----------
@@ -102,21 +102,26 @@ def step(
     solved = None if guess is None else newton.solve(system, start, load, node.history, target)
     if solved is not None:
         return node_of(system, solved)
-    large = is_large(system)
-    if large:
+    early = descent_first(system)
+    if early:
         solved = descent.solve(system, start, load, node.history, target)
         if solved is not None or not patient:
             return None if solved is None else node_of(system, solved)
     found = by_programs(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio)
     if found is not None:
         return node_of(system, found[0], programs=found[1])
-    solved = None if large else descent.solve(system, start, load, node.history, target)
+    solved = None if early else descent.solve(system, start, load, node.history, target)
     return None if solved is None else node_of(system, solved)
 
 
-def is_large(system: System) -> bool:
-    """Whether a step is left to descent before any program is solved for it."""
-    return len(system.bodies.area) >= MANY
+def descent_first(system: System) -> bool:
+    """Whether a step is left to descent before any program is solved for it.
+
+    Programs hold strengths as they are: where these fall over a length, their fixed point swings to and fro.
+    """
+    softening = system.law.softening
+    falls = softening is not None and any(bool((rate > 0.0).any()) for rate in softening.gradual)
+    return falls or len(system.bodies.area) >= MANY
 
 
 def by_programs(
@@ -174,7 +179,7 @@ def quieted(
     total, begin = 0, pose.shift
     for _ in range(60):
         found = None
-        if is_large(system):
+        if descent_first(system):
             solved = descent.solve(system, pose, multiplier, history, target, viscosity=eta)
             found = None if solved is None else (solved, 0)
         if found is None:

@@ -146,6 +146,25 @@ def test_units_of_a_vertical_section_carry_the_formula_of_diagonal_cracking(wall
     assert cracks[0].joint.tensile_strength <= 1e6 * i["ft"].value
 
 
+def test_joints_that_soften_have_the_moduli_of_the_wall_and_published_energies():
+    test = experiments.load(NAME, "189", cracks="diagonal strength", energy_share=1.0)
+    modulus, shear = 1e6 * float(test.row["E"]), 1e6 * float(test.row["G"])
+    of = {k.kind: k.joint for k in test.assembly().interfaces}
+    bed, crack = of["bed"], of["crack"]
+    # a course under a stress s shortens by s h / E, and half a unit beside a vertical plane by s l / 2 E
+    course, unit = float(test.row["H"]) / int(test.row["courses"]), float(test.row["L"]) / units_per_course(test.row)[0]
+    assert bed.normal_stiffness == pytest.approx(modulus / course)
+    assert crack.normal_stiffness == pytest.approx(modulus / (0.5 * unit))
+    # pure shear s: bed joints give s / (ks h), vertical planes s / (ks l / 2), together s / G
+    gives = 1.0 / (bed.shear_stiffness * course) + 1.0 / (crack.shear_stiffness * 0.5 * unit)
+    assert gives == pytest.approx(1.0 / shear)
+    for joint, (opening, sliding) in ((bed, (0.02e-3, 0.12e-3)), (crack, (0.04e-3, 0.4e-3))):
+        least = 1.5 * joint.tensile_strength**2 / (2.0 * joint.normal_stiffness)
+        assert joint.fracture_energy_tension == pytest.approx(max(opening * joint.tensile_strength, least))
+        least = 1.5 * joint.cohesion**2 / (2.0 * joint.shear_stiffness)
+        assert joint.fracture_energy_shear == pytest.approx(max(sliding * joint.cohesion, least))
+
+
 def test_unknown_law_of_cracks_is_named():
     with pytest.raises(InputError, match="cracks must be"):
         experiments.load(NAME, "11", cracks="all").assembly()

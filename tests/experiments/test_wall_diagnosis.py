@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from validation.wall_diagnosis import FORCE, MODE, STIFFNESS, Trial, observations, scatter_of, trial_lines
+from validation.wall_curves import peak_of
 from validation.wall_figures import drift_at
 from validation.wall_stiffness import Stiff, fitted_exponent, fitted_left_out, within
 
@@ -65,3 +66,7 @@ def test_observations_hold_what_is_printed_and_its_scatter():
     assert rows["22", FORCE].scatter == pytest.approx(np.sqrt(0.075**2 + 0.1**2 + 0.1**2))
     assert (rows["22", MODE].value, rows["22", MODE].link, rows["22", MODE].kind) == (0.0, "identity", "pattern")
     assert observations(["22"], (STIFFNESS,), None)[0].scatter is None
+
+
+def test_peak_of_a_curve_and_what_is_left_of_it():
+    assert peak_of([0.0, 0.1, 0.2, 0.4], [0.0, 80.0, 100.0, 60.0]) == (100.0, 0.2, 0.6)

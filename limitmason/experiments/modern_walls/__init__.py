@@ -52,16 +52,16 @@ OPTIONS = {
     "shear_span": Option(None, "-", "height of zero moment over that of the wall; None: of the table"),
     "overlap": Option(0.5, "-", "shorter overlap of a unit over the one below, of its length"),
     "coarse": Option(1, "-", "units that one block stands for, along a course and up: for effects, not for forces"),
-    "energy_share": Option(None, "-", "fracture energies of joints and cracks over those of ENERGIES; None: strength is "
-                           "never lost"),
+    "energy_share": Option(None, "-", "fracture energies of joints and cracks over those of ENERGIES; None: no "
+                           "strength is lost"),
     "modulus_share": Option(None, "-", "elastic moduli of the joints' stiffness over those of the wall; None: no "
                             "stiffness, or all of them where strength is lost"),
     "dilatancy_deg": Option(0.0, "deg", "dilatancy of all joints, used by non-associative limit analysis"),
 }
 
 ENERGIES: Mapping[str, tuple[float, float]] = {"mortar": (0.02e-3, 0.12e-3), "crack": (0.04e-3, 0.4e-3)}
-"""GfI / ft and GfII / c [m]: the middle of what Lourenço (1996), chapter 2, gives from tests of van der Pluijm for bond
-and units; ten times GfI / ft for shear of a crack, where nothing was tested, is assumed."""
+"""GfI / ft and GfII / c [m], assumed: about the middle of what tests of bond and units by van der Pluijm are reported
+to give (Lourenço 1996), which was not looked up again. Shear of a crack takes ten times GfI / ft."""
 
 LEAST_ENERGY = 1.5
 """Fracture energy over what the elastic joint has stored at its strength, at least: below 1 its curve runs back."""
