@@ -69,7 +69,7 @@ def load_displacement(
     if measured is None and not points and not levels and all(_is_multiplier(c) for _, c in named):
         # drawn as they are, in the place of kN
         named = [(label, Curve(c.displacement, c.load, c.displacement_unit, "kN")) for label, c in named]
-        ylabel = "load multiplier [-]" if ylabel == FORCE else ylabel
+        ylabel = "multiplier λ [-]" if ylabel == FORCE else ylabel
     own, (_, ax) = ax is None, style.paper(style.page_width(_WIDTH), _HEIGHT, ax)
     ax.axhline(0.0, color=style.FAINT, linewidth=0.5, zorder=0.5)
     for (label, curve), look in zip(named, _looks(), strict=False):

@@ -235,7 +235,7 @@ def test_a_capacity_curve_is_drawn_as_multiplier_or_beside_forces():
     loads = lm.Loads.horizontal(COLUMN)
     curve = lm.pushover(COLUMN, loads, to=0.01)
     alone = figures.load_displacement(curve)
-    assert alone.axes[0].get_ylabel() == "load multiplier [-]"
+    assert alone.axes[0].get_ylabel() == "multiplier λ [-]"
     assert np.allclose(artist(alone, f"curve {curve.label}").get_ydata(), curve.load)
     beside = figures.load_displacement(curve, measured=lm.Curve([0.0, 0.01], [0.0, 500.0], label="test"))
     weight = float(loads.live[:, 0].sum())
