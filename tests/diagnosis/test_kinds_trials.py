@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from blind import kinds
+from blind import kinds, kinds_designs
 
 import limitmason as lm
 from limitmason.diagnosis import Cause, Observation, Study, curves
@@ -15,7 +15,11 @@ FEW, MOST = 0.2, 0.75  # gates of 5 and 90 %, loosened by the spread of 16 sets
 
 @pytest.fixture(scope="module")
 def healthy():
-    return kinds.monument_trial("healthy", SETS, 1616, judged=True)
+    made, out = kinds_designs.Monument(), []
+    for k in range(SETS):
+        rng = np.random.default_rng([1616, k])
+        out.append(made.judged(made.nothing(k, rng)[0], rng))
+    return out
 
 
 def alarms(found):
@@ -24,10 +28,9 @@ def alarms(found):
 
 def test_a_loose_joint_is_in_the_set_and_a_healthy_tower_raises_no_alarm(healthy):
     assert alarms(healthy) <= FEW
-    counts = kinds.monument_trial("one joint", SETS, 1617)
-    right = counts["behaves like it"] + counts["set with it"] + counts["identified"]
-    assert right / SETS >= MOST, counts
-    assert counts["identified wrongly"] + counts["behaves like another"] + counts["set without it"] <= 0.15 * SETS
+    said = [r["said"] for r in kinds.trial(kinds_designs.Monument(), "one joint loose", SETS, [1617])]
+    assert sum(word in kinds.IN_SET for word in said) / SETS >= MOST, said
+    assert sum(word in kinds.OTHER for word in said) <= 0.15 * SETS, said
 
 
 def test_without_look_elsewhere_a_healthy_tower_has_a_loose_joint(healthy):

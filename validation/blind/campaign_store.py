@@ -136,11 +136,11 @@ def make(codes=(LIMIT, DEM)):
             sys.stderr.write(f"\r{len(values)} values        ")
 
     by_name = {c.name: c for c in CAUSES}
+    planted = [((c, x),) for c in (*SIMULATED, *NEVER_LISTED) if not c.transforms for x in planted_sizes(c)]
     if LIMIT in codes:
         limit = Simulator(LIMIT, values, save)
         blank("24", limit).design(CAUSES)
         write(values)
-        planted = [((c, x),) for c in (*SIMULATED, *NEVER_LISTED) if not c.transforms for x in planted_sizes(c)]
         planted += [((by_name[a], x), (by_name[b], y)) for a, x, b, y in TWO]
         for z in FRICTIONS:
             for number in EVERY:
@@ -153,8 +153,9 @@ def make(codes=(LIMIT, DEM)):
         write(values)
     if DEM in codes:
         slow = Simulator(DEM, values, save)
-        for number in SMALL:
-            slow(SPECIMENS[number])
+        for steps in ((), *(p for p in planted if p[0][0] in SIMULATED)):
+            for number in SMALL:
+                slow(SPECIMENS[number], extend=Extension(steps))
         for effect in EFFECTS:
             for number in SMALL if effect.change else ():
                 slow.effect(effect.name, effect.sizes[1], number, FRICTION)

@@ -51,7 +51,8 @@ def estimated_shares(
     """Shares with the largest likelihood of the residuals, at the baseline or beside what explains the data best.
 
     With r the data from the explanation, G its change with the size of each cause, J the change of the baseline per
-    standard deviation of each measured input, and same_f one where two specimens have one label of column f::
+    standard deviation of each measured input, and same_f one where two specimens have one label of column f (and, for
+    several quantities, also where in addition they are of one quantity)::
 
         C = (1 - sum rho_f) I + sum rho_f same_f,    W = (C + J J')^-1
         -log L = min over a of (r - G a)' W (r - G a) / 2 + log det(C) / 2
@@ -79,10 +80,15 @@ def estimated_shares(
         shared = [k for k in circumstances(design.columns) if k not in taken]
     if not shared:
         return Shares({}, np.eye(design.n))
-    components = Components(design, {name: same(design.columns[name]) for name in shared})
+    blocks = {name: same(design.columns[name]) for name in shared}
+    if "quantity" in design.columns:  # what each was measured with
+        each = same(design.columns["quantity"])
+        within = {f"{name} of each quantity": each * block for name, block in blocks.items()}
+        blocks |= {name: block for name, block in within.items() if block.sum() > design.n}
+    components = Components(design, blocks)
     best, shares = components.likeliest(y, np.zeros((design.n, 0)))
     if price is not None:
-        none = dict.fromkeys(shared, 0.0)
+        none = dict.fromkeys(blocks, 0.0)
         about = {c.name: _about_its_fit(design, c, y) for c in design.causes}
         tried = {name: components.likeliest(r, g)[0] for name, (r, g) in about.items()}
         first = min(tried, key=lambda name: tried[name])
