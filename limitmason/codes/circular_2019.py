@@ -69,7 +69,10 @@ class Assessment:
 
     @property
     def safety(self) -> dict[str, float]:
-        """Acceleration that is reached over the demand, by limit state [-]. "SLV" is by q = 2 without a curve."""
+        """Acceleration that is reached over the demand, by limit state [-].
+
+        "SLV" is by q = 2 without a curve.
+        """
         reached = dict(self.bodies.ag)
         reached.setdefault("SLV", self.bodies.ag_simplified)
         return {state: ag / self.demand for state, ag in reached.items()}
@@ -102,7 +105,9 @@ def assess(
     control: str | tuple[int | str, str] = "live",
     confidence_factor: float = 1.35,
 ) -> Assessment:
-    r"""Acceleration of the ground that a local mechanism reaches, by limit state, after the Italian Circular of 2019.
+    r"""Verdict on a local mechanism after the Italian Circular of 2019.
+
+    It is the acceleration of the ground that is reached, by limit state.
 
     .. math:: e^* = \frac{(\sum P \delta)^2}{\sum P \sum P \delta^2}, \qquad a = \frac{\alpha g}{e^* F_C}, \qquad
         d = d_C \frac{\sum P \delta^2}{\delta_C \sum P \delta}
@@ -172,7 +177,9 @@ def assess(
 
 
 def bodies_of(assembly: Assembly, twists: Array, tolerance: float = 1e-4) -> list[list[int]]:
-    """Blocks that move, in groups without relative motion: their fields of velocity are one rigid field.
+    """Blocks that move, in groups without relative motion.
+
+    The velocities of a group are one rigid field.
 
     Parameters
     ----------
@@ -203,7 +210,7 @@ def capacity_of(
     spectrum: Spectrum,
     confidence_factor: float = 1.0,
 ) -> Capacity:
-    """Capacity of a chain of bodies from their weights, virtual displacements and the curve of the control point.
+    """Capacity of a chain of bodies from weights, virtual displacements and a curve.
 
     Parameters
     ----------

@@ -23,7 +23,9 @@ _SOILS = {  # SS = upper - slope F0 ag / g between 1 (B on) and its largest; CC 
 
 
 def damping_factor(damping: float) -> float:
-    """Factor of the spectrum for a damping, eta = sqrt(10 / (5 + 100 xi)), 0.55 or more [-].
+    """Factor of the spectrum for a damping [-].
+
+    eta = sqrt(10 / (5 + 100 xi)), 0.55 or more.
 
     xi is a fraction.
     """

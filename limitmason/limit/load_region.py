@@ -47,7 +47,10 @@ FLAT = 1e-3
 
 
 class HalfPlane(NamedTuple):
-    """Loads beyond which a mechanism moves: normal . multipliers <= offset, for a unit normal."""
+    """Loads that a mechanism does not let pass.
+
+    normal . multipliers <= offset, for a unit normal.
+    """
 
     normal: Array
     offset: float
@@ -247,7 +250,9 @@ class _Support:
         return forces if max(found.block_residual, found.joint_excess) <= OWN_RESIDUAL else None
 
     def half_plane(self, p: Problem, velocity: Array) -> HalfPlane | None:
-        """What a motion proves of all loads, from the motion as repaired, or None where it proves nothing.
+        """What a motion, as repaired, proves of all loads.
+
+        None where it proves nothing.
 
         A motion on which no load works has a normal of zeros: a negative offset then proves that the set is empty.
         """

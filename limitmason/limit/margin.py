@@ -30,7 +30,9 @@ MOST_TRIALS = 60
 
 
 def standing_margin(assembly: Assembly, loads: Loads, **model: Any) -> Margin:
-    """How much further than to its dead load a structure goes from forces that press all its joints evenly.
+    """How much further than to its dead load a structure goes, as a multiplier.
+
+    It starts from forces that press all joints evenly.
 
     The multiplier of w_dead + lambda (w_dead + A f_even) is -1 or more, because f_even is admissible. The dead load is
     carried where it is 0 or more.
@@ -64,7 +66,7 @@ def _pressed_evenly(problem: Problem) -> Array:
 
 
 def last_standing(margin: Callable[[float], Margin], safe: float, far: float, accuracy: float) -> Range:
-    """Value at which the margin comes to nothing, between one that is proven to stand and one that is not to.
+    """Value at which the margin comes to nothing, between two proven ends.
 
     The margin is the multiplier towards which forces that press all joints evenly are left: lambda = -1 stands with
     them, and zero too where a larger one does. The secant is halved at an end that stays (Illinois).

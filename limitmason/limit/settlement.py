@@ -139,7 +139,9 @@ def settlement_analysis(
 
 
 def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, in_plane: bool) -> Array:
-    """Wrenches on some blocks that do no work together on motions ``seen`` of them, (k, b, 6): what still guides them.
+    """Wrenches that still guide blocks which are freed along one motion, (k, b, 6).
+
+    Together they do no work on the motions ``seen``.
 
     Parameters
     ----------
@@ -182,7 +184,7 @@ def largest_multiplier(
     solver: str = "auto",
     tolerance: float = 1e-10,
 ) -> Prediction:
-    r"""Largest multiplier of the live load while other loads take any multiplier that helps it.
+    r"""Largest multiplier of the live load beside loads of any multiplier.
 
     .. math:: \max \lambda \quad A f + w_d + \lambda w_l + \sum_k u_k c_k = 0, \qquad f \in K
 

@@ -16,7 +16,10 @@ from limitmason.model.tie import Tie
 
 
 class AddedTie(NamedTuple):
-    """A tie that was added: its name, the smallest multiplier with it, and what it adds to the steps before."""
+    """A tie that was added.
+
+    Its name, the smallest multiplier with it, and what it adds to those before.
+    """
 
     name: str
     multiplier: float

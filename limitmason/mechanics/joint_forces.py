@@ -24,7 +24,10 @@ COLUMNS: Mapping[str, str] = {
 
 
 class JointForces(NamedTuple):
-    """Resultant on block b [N], (k, 3), the point it passes through [m], (k, 3), and which interfaces carry any."""
+    """Resultants of interfaces.
+
+    On block b [N], (k, 3), the point it passes through [m], (k, 3), and which interfaces carry any.
+    """
 
     force: Array
     centre: Array
@@ -33,7 +36,9 @@ class JointForces(NamedTuple):
 
 
 def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
-    """Resultant and centre of pressure of every interface, x_c = sum N x / sum N over its contact points.
+    """Resultant and centre of pressure of every interface.
+
+    x_c = sum N x / sum N over its contact points.
 
     Parameters
     ----------
@@ -78,7 +83,9 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
 
 @dataclass(frozen=True, eq=False)
 class ForceTable:
-    """Joint forces and support reactions of an answer, a row each, ordered as joints, ties and supports.
+    """Joint forces and support reactions of an answer, a row each.
+
+    Ordered as joints, ties and supports.
 
     Parameters
     ----------

@@ -19,7 +19,10 @@ _NEAR = 1e-6  # of a face's size: joints this near to its plane cover it
 
 
 class Strip(NamedTuple):
-    """A bare face that looks up: block, span in x, height z + slope (x - start), width and middle in y."""
+    """A bare face that looks up.
+
+    Its block, span in x, height z + slope (x - start), width and middle in y.
+    """
 
     block: int
     start: float
@@ -70,9 +73,11 @@ def axle_wrenches(
     assembly: Assembly, at: float, force: float, *, level: float, spread_deg: float = 30.0, contact: float = 0.3,
     strips: list[Strip] | None = None,
 ) -> Array:  # fmt: skip
-    r"""Wrenches of an axle that presses on the fill, even over the length to which it has spread at the extrados.
+    r"""Wrenches of an axle that presses on the fill.
 
-    .. math:: |x - x_a| \le b / 2 + (z_f - z(x)) \tan(\beta)
+    Even over the length to which it has spread at the extrados below it:
+
+    .. math:: |x - x_a| \le b / 2 + (z_f - z(x_a)) \tan(\beta)
 
     Parameters
     ----------
@@ -94,7 +99,8 @@ def axle_wrenches(
 
     Notes
     -----
-    Fill passes the load on and does nothing else; its lateral pressure, which resists, is left out.
+    The resultant stays below the axle. Fill passes the load on and does nothing else; its lateral pressure, which
+    resists, is left out. A face that a joint covers in part counts as covered.
     """
     strips = extrados(assembly) if strips is None else strips
     if not strips:
@@ -104,36 +110,18 @@ def axle_wrenches(
         raise InputError(f"level of the fill {level!r} m is below the extrados at {top:g} m")
     if not (0.0 <= spread_deg < 80.0 and contact > 0.0):
         raise InputError(f"spread_deg must be at least 0 and below 80, contact positive: {spread_deg!r}, {contact!r}")
-    tangent = math.tan(math.radians(spread_deg))
-    first, last = strips[0], max(strips, key=lambda s: s.end)
-    wide = sum(s.width for s in strips if s.start <= 0.5 * (last.start + last.end) <= s.end)
-    ends = last.z + last.slope * (last.end - last.start)
-    beside = [
-        Strip(-1, -math.inf, first.start, first.z, 0.0, wide, 0.0), Strip(-1, last.end, math.inf, ends, 0.0, wide, 0.0)
-    ]  # fmt: skip
-    loaded = [(s, *_loaded(s, at, 0.5 * contact, level, tangent)) for s in (*strips, *beside)]
-    area = sum(max(b - a, 0.0) * s.width for s, a, b in loaded)
+    below = min(strips, key=lambda s: max(s.start - at, at - s.end, 0.0))
+    z = below.z + below.slope * (min(max(at, below.start), below.end) - below.start)
+    half = 0.5 * contact + (level - z) * math.tan(math.radians(spread_deg))
+    loaded = [(s, max(s.start, at - half), min(s.end, at + half)) for s in strips]
+    wide = sum(s.width for s in strips if s.start <= 0.5 * (below.start + below.end) <= s.end)
+    area = 2.0 * half * wide
     wrench = np.zeros((assembly.n_blocks, 6))
     for s, a, b in loaded:
-        if s.block < 0 or b <= a:
+        if b <= a:
             continue
         down = np.array([0.0, 0.0, -force * (b - a) * s.width / area])
         arm = np.array([0.5 * (a + b), s.y, 0.0]) - assembly.centroids[s.block]
         wrench[s.block] += np.concatenate([down, np.cross(arm, down)])
     return wrench
 
-
-def _loaded(s: Strip, at: float, half: float, level: float, tangent: float) -> tuple[float, float]:
-    """Part of a strip's span that an axle loads."""
-    low, high = s.start, s.end
-    origin = s.start if math.isfinite(s.start) else s.end
-    reach = half + (level - s.z + s.slope * origin) * tangent
-    for sense in (1.0, -1.0):
-        factor, right = sense + s.slope * tangent, sense * at + reach
-        if factor > 0.0:
-            high = min(high, right / factor)
-        elif factor < 0.0:
-            low = max(low, right / factor)
-        elif right < 0.0:
-            return low, low
-    return low, high

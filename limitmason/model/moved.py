@@ -77,7 +77,9 @@ def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
 
 
 def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False) -> Laid:
-    """The assembly in which the first of several held blocks owns the joints and ties of all.
+    """The assembly with held blocks made one.
+
+    The first of them owns the joints and ties of all.
 
     Joints between held blocks are left out: the ground bears both sides of them.
 

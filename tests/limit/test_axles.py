@@ -46,6 +46,8 @@ def test_an_arch_bears_what_falls_on_it_at_its_place():
         wrench = axle_wrenches(arch, x, 1e4, level=1.2, spread_deg=0.0, contact=0.2)
         assert -wrench[:, 2].sum() == pytest.approx(1e4)
         assert moment(arch, wrench) == pytest.approx(x * 1e4, abs=1e-8)
+    sloping = axle_wrenches(arch, 0.35, 1e4, level=1.0, spread_deg=30.0)  # also where the extrados falls away
+    assert moment(arch, sloping) == pytest.approx(3.5e3)
     assert not axle_wrenches(arch, 5.0, 1e4, level=LEVEL).any()
 
 
