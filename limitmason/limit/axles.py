@@ -106,7 +106,7 @@ def axle_envelope(
     values = np.array([np.inf if p is None else p.collapse_multiplier for p in found])
     if not np.isfinite(values).any():
         raise InputError("axles: at no position do they load the structure to a limit")
-    k = int(np.argmin(values))
+    k = int(np.argmax(values <= values.min() * (1.0 + 1e-7)))  # of mirrored places the first, whatever rounding says
     worst = found[k]
     assert worst is not None
     return AxleEnvelope(places, values, float(places[k]), worst)
