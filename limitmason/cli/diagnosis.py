@@ -142,7 +142,8 @@ def _run(options: argparse.Namespace) -> int:
     if not options.no_checks:
         say("judging again under other statements of the noise and without each specimen")
     files = figures.diagnosis_folder(found, options.out, checks=not options.no_checks)
-    show_text(files[0].read_text(encoding="utf-8").rstrip("\n"))
+    record = found.answer.record()
+    show_text("\n".join([record["headline"][0].upper() + record["headline"][1:] + ".", *record["in words"][:2]]))
     for file in files:
         say(f"wrote {file}")
     return 0
