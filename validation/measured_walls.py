@@ -266,6 +266,23 @@ def without_them(walls: Sequence[Measured], found: Mapping[str, list[WallPredict
     return markdown(["model", "walls", "median", "sd of ln", "90 %"], lines)
 
 
+def carriers(walls: Sequence[Measured], loop: LeftOut, by_loop: ThresholdsLeftOut, number: int = 12) -> tuple[str, str]:
+    """Walls that carry most of the scatter of the extended model, campaigns left out; walls whose mode is wrong."""
+    share = (loop.logs - loop.logs.mean()) ** 2
+    share /= share.sum()
+
+    def line(k: int) -> list[str]:
+        m = walls[k]
+        return [m.wall, m.campaign, ROWS[m.wall]["unit_type"], ROWS[m.wall]["head_joints"],
+                f"{np.exp(loop.logs[k]):.2f}", f"{share[k]:.0%}", f"{m.force / rigid_bound(m.wall):.2f}", m.mode,
+                by_loop.modes[k]]  # fmt: skip
+
+    head = ["wall", "campaign", "units", "heads", "ratio", "share of the variance", "over rigid bound", "mode", "ours"]
+    wrong = [k for k, m in enumerate(walls) if by_loop.modes[k] != first_mode(m.mode)]
+    most = np.argsort(-share)[:number]
+    return markdown(head, [line(k) for k in most]), markdown(head, [line(k) for k in wrong])
+
+
 def worst(walls: Sequence[Measured], found: list[WallPrediction], number: int = 10) -> tuple[list[str], str]:
     """The walls furthest off, and their table."""
     far = np.abs(logs(found, walls))
@@ -324,6 +341,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     four = four_forces(whole)
     table, chosen, loop = ladder(whole, {name: logs(answers, whole) for name, answers in causes.items()}, four)
     by_loop = modes_by_loop(whole, causes, loop.chosen)
+    carry, wrong = carriers(whole, loop, by_loop)
     far, worst_table = worst(all_walls, found["extended"])
     drawn = dict.fromkeys(r["specimen"] for r in read_table(NAME, "envelopes.csv").rows)
     curves = {wall: plastic_curve(wall) for wall in drawn}
@@ -331,7 +349,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parts = {
         "[curves]": markdown(curve_table[0], curve_table[1:]),
         "[ladder]": table, "[chosen]": chosen, "[modes]": modes(whole, found, by_loop, four),
-        "[coverage]": coverage(all_walls, found),
+        "[carriers]": carry, "[wrong]": wrong, "[coverage]": coverage(all_walls, found),
         "[impossible]": impossible(all_walls), "[doubtful]": doubtful(all_walls),
         "[without]": without_them(all_walls, found), "[worst]": worst_table,
         "[model]": ", ".join(f"{k} {v}" for k, v in MODELS["extended"].items()),

@@ -38,6 +38,21 @@ It lets cracks keep their strength.
 
 **Better than the formulas?** Not shown: the interval of the difference, campaigns drawn anew, contains zero.
 
+### Which walls carry the scatter
+
+Two pairs carry most of it. Without walls 22 and 24 the sd is 0.143, without 108 and 109 it is 0.138. Without all four
+it is 0.122. Nothing was left out in the table above: these numbers say where to look.
+
+[carriers]
+
+- 21 to 24 are one campaign. 22 and 24 are at 1.4 times the rigid bound; 21 and 23, at three times the load, are
+  predicted 19 and 38 % too high. A load that rises in the first pair would mend one half. *Needed:* the axial load
+  recorded during the test.
+- 108 and 109 are walls of aerated concrete with thin joints, and fail at half of the rigid bound. Perhaps their units
+  crack at less than the diagonal strength says; the data do not show it. *Needed:* a diagonal test of these units.
+- 140 and 141 are 21 and 27 % too low because of what the other campaigns choose. Without Morandi et al. (2013) the loop
+  gives filled head joints no friction. With 0.5 they are 6 and 4 % too low. *Needed:* shear of one filled head joint.
+
 ## Failure modes, 53 walls
 
 A wall that reaches [rocks] of the force at which it rocks in one piece is F: what gives way inside costs it little.
@@ -48,6 +63,14 @@ the model *and* the share that the other nine choose; [rocks] is what all of the
 [modes]
 
 Walls 187 and 188 are twins by their inputs; one is printed S, the other SL.
+
+Wrong by the last table:
+
+[wrong]
+
+- 22 and 24 cannot be right by any model that keeps the rigid bound: they are printed S at 1.4 times it.
+- 140 and 141 are G by the loop's choice again: with friction 0.5 in filled head joints both are S. That choice costs
+  two of the nine. It is not mended here, since it would be chosen with their modes in sight.
 
 ## All walls, missing inputs at their medians
 
@@ -100,12 +123,30 @@ at the peak to compare. The rise is compared instead.
 
 ![envelopes](measured-walls-envelopes.png)
 
+## Curves that fall
+
+Five of the six walls with envelopes, pushed to 0.4 % of drift; 194 is missing. Computed over measured, positive sense:
+
+| wall | peak | drift at the peak [%] | ratio | within 1.5 | left at 0.4 % | left at the end, measured | time [s] |
+| --- | --- | --- | --- | --- | --- | --- | --- |
+| 189 | 0.97 | 0.104, measured 0.165 | 0.63 | no | 0.80 | 0.16 at 0.54 % | 4 |
+| 190 | 1.10 | 0.129, measured 0.095 | 1.36 | yes | 0.81 | 0.64 at 0.42 % | 15 |
+| 191 | 0.90 | 0.088, measured 0.155 | 0.57 | no | 0.84 | 0.40 at 0.44 % | 3 |
+| 192 | 0.90 | 0.108, measured 0.133 | 0.81 | yes | 0.72 | 0.69 at 0.31 % | 65 |
+| 193 | 0.92 | 0.076, measured 0.146 | 0.52 | no | 0.89 | 0.39 at 0.30 % | 2 |
+
+- The force falls, but less than measured. At about 0.4 % a wall keeps 0.72 to 0.89 of its peak; measured are 0.16 to
+  0.69 at the end of the tests. Cycles and crushing that goes on are not in the model.
+- The drift at the peak is within a factor 1.5 in two of five. In four it is too small. Stiffness is the
+  printed E, which the diagnosis finds too high.
+- Wall 189 took 43 s with other strengths before descent replaced programs where strength falls, then 10 s.
+- On one campaign this says nothing of forces or modes in the loop: most of the 53 walls have no curve yet.
+
 ## What is not here
 
-- A capacity curve that falls. Joints were given that lose cohesion at once, or over 150 N/m (cracks 80 and 1000 N/m).
-  Wall 124 then reached 67 and 106 kN at 0.4 and 0.6 % of drift, still rising. Limit analysis gives 155, measured are
-  161 kN. Wall 189 has 51 blocks. There cracks that lose strength over 80 and 1000 to 1000 and 10 000 N/m did not end
-  within a minute.
+- Capacity curves of all walls. `python -m validation.wall_curves --store FILE` makes them: every strength as printed,
+  units that crack by the diagonal strength, all lost over assumed fracture energies. No number is fitted. The options
+  were chosen among six after the curves of wall 189 had been seen. See the next section.
 - Non-associative limit analysis of all walls (`limitmason predict modern-walls --method non-associative`) and the DEM.
   Without dilatancy six walls carried 0.83 to 0.91 of what they carry with it; solid brick walls take minutes each.
 
