@@ -32,7 +32,7 @@ from limitmason.limit.program.face_cells import Cells, refined, spread_cohesion
 from limitmason.limit.program.idle_joints import without_rounding
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.program.scaling import balanced, spread
-from limitmason.limit.program.static import Solution, carries_any, opening_motion, stands_under_dead_load
+from limitmason.limit.program.static import Solution, carries_any, in_balance, opening_motion, stands_under_dead_load
 from limitmason.limit.solvers import solve_program
 from limitmason.limit.torsion import with_torsion_limit
 from limitmason.mechanics.certificate import certify, kinematic_multiplier
@@ -352,7 +352,8 @@ def prediction_from(
         ), 0.0  # fmt: skip
     value = solution.multiplier * problem.live_scale
     own = load_on_blocks(assembly, loads, value)
-    force = without_rounding(assembly, own, points.interface, problem.forces(solution.force))
+    force = problem.forces(in_balance(problem, solution.force, solution.multiplier))
+    force = without_rounding(assembly, own, points.interface, force)
     resultants = resultants_from_points(assembly, points.position, points.interface, points.area, force)
     mechanism = scaled_mechanism(assembly, loads, problem.twists(solution.velocity), points.position, points.interface)
     prediction = Prediction(

@@ -87,11 +87,14 @@ def kinematic_multiplier(
     first, at_points, g = value(twists)
     size = max(float(np.abs(state.opening).max(initial=0.0)), float(np.abs(state.sliding).max(initial=0.0)), 1e-300)
     worst = float(np.where(rigid, -g, 0.0).max(initial=0.0))
-    if worst <= 0.0:
-        return Kinematics(first, at_points, 0.0, twists=twists)
     near = prediction.collapse_multiplier + 0.1 * GAP * abs(prediction.collapse_multiplier)
+    admissible = worst <= 0.0
+    if admissible and (first <= near or rigid.all()):
+        return Kinematics(first, at_points, 0.0, twists=twists)
+    # points that close by next to nothing crush by rounding alone, which at a high strength is much power
+    firm = rigid if rigid.all() else rigid | (g > -AT_REST * size)
     rate = np.abs(twists[:, :3]).max(axis=1) + np.abs(twists[:, 3:]).max(axis=1) * np.cbrt(assembly.volumes)
-    best = best_at_points = float("nan")
+    best, best_at_points = (first, at_points) if admissible else (float("nan"), float("nan"))
     best_twists = twists
     # what hardly moves is better left at rest: to lift a very large block by next to nothing may be too much work
     for still in (0.0, AT_REST):
@@ -105,15 +108,17 @@ def kinematic_multiplier(
         for field in (*_opening_fields(assembly, label), *candidates):
             field = np.where(moving[:, None], field, 0.0)
             opening, sliding = joints.rates(field)
-            margin = state.law.lift(opening, np.linalg.norm(sliding, axis=1))[rigid & touched]
-            if margin.min(initial=np.inf) <= 0.0:
-                continue
-            # g is concave in v, so adding t field raises every g by at least t times the field's own margin
-            need = np.max(np.maximum(-g[rigid & touched], 0.0) / margin, initial=0.0)
-            trial = motion + (1.0 + 1e-9) * need * field
-            repaired, repaired_at_points, after = value(trial)
-            if np.where(rigid, -after, 0.0).max(initial=0.0) <= 1e-14 * size and not repaired >= best:
-                best, best_at_points, best_twists = repaired, repaired_at_points, trial
+            lift = state.law.lift(opening, np.linalg.norm(sliding, axis=1))
+            for points in (rigid & touched, firm & touched)[: 1 if firm is rigid else 2]:
+                margin = lift[points]
+                if margin.min(initial=np.inf) <= 0.0:
+                    continue
+                # g is concave in v, so adding t field raises every g by at least t times the field's own margin
+                need = np.max(np.maximum(-g[points], 0.0) / margin, initial=0.0)
+                trial = motion + (1.0 + 1e-9) * need * field
+                repaired, repaired_at_points, after = value(trial)
+                if np.where(rigid, -after, 0.0).max(initial=0.0) <= 1e-14 * size and not repaired >= best:
+                    best, best_at_points, best_twists = repaired, repaired_at_points, trial
         if best <= near or (rate <= AT_REST * rate.max()).sum() == (rate == 0.0).sum():
             break
     if not np.isnan(best):

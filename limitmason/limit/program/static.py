@@ -6,12 +6,13 @@ from typing import Any, NamedTuple
 import clarabel
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import splu
 
 from limitmason.answers.acceptance import OWN_RESIDUAL
 from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Status
 from limitmason.arrays import Array
 from limitmason.limit.program.cones import Cones
-from limitmason.limit.program.idle_joints import without_rounding
+from limitmason.limit.program.idle_joints import ROUNDING, without_rounding
 from limitmason.limit.program.problem import Problem
 from limitmason.limit.program.scaling import block_norms, row_blocks, unit_loads
 from limitmason.mechanics.residuals import own_measures
@@ -174,6 +175,28 @@ def _balances(problem: Problem, force: Array, load: Array, own: Array) -> bool:
     return bool((rest <= OWN_RESIDUAL * own_measures(problem.assembly, own, largest)[block]).all())
 
 
+def in_balance(problem: Problem, force: Array, multiplier: float) -> Array:
+    """Contact forces that carry dead and live load on every block, each changed by as small a share as that takes.
+
+    A solver leaves a block that is light beside what it passes on out of balance by rounding of the latter. Forces that
+    balance, and those that no change by 1e-6 of themselves balances, come back as they are.
+    """
+    load = problem.dead + multiplier * problem.live
+    own = block_norms(problem, problem.dead) + abs(multiplier) * block_norms(problem, problem.live)
+    if _balances(problem, force, load, own) or not force.any():
+        return force
+    size = np.repeat(np.linalg.norm(force.reshape(-1, problem.components), axis=1), problem.components)
+    by_share = sparse.csr_array(problem.matrix @ sparse.diags_array(size))
+    normal = by_share @ by_share.T
+    diagonal = normal.diagonal()
+    factor = splu(sparse.csc_matrix(normal + sparse.diags_array(1e-12 * diagonal + 1e-30 * diagonal.max())))
+    changed = force
+    for _ in range(3):
+        changed = changed - size * (by_share.T @ factor.solve(problem.matrix @ changed + load))
+    small = bool((np.abs(changed - force) <= OWN_RESIDUAL * size).all())
+    return changed if small and _balances(problem, changed, load, own) else force
+
+
 def carries_any(problem: Problem, solution: Solution) -> bool:
     """Whether the forces of a solution grow with the live load without end: a ray that proves "unbounded".
 
@@ -192,7 +215,12 @@ def carries_any(problem: Problem, solution: Solution) -> bool:
     ray = np.column_stack([normal, force[:, 1:] * np.minimum(within, 1.0)[:, None]])
     live = problem.live + solution.free / solution.multiplier @ problem.free
     own = block_norms(problem, live)
-    return _balances(problem, _without_rounding(problem, ray.ravel(), own), live, own)
+    ray = _without_rounding(problem, ray.ravel(), own).reshape(ray.shape)
+    # blocks without live load, far from those with it, are left with rounding: the ray needs none of their joints
+    interface = problem.points.interface
+    joint = np.bincount(interface, np.linalg.norm(ray, axis=1) * problem.point_scale)
+    bare = np.where((joint <= ROUNDING * joint.max())[interface][:, None], 0.0, ray)
+    return any(_balances(problem, forces.ravel(), live, own) for forces in (ray, bare))
 
 
 def opening_motion(problem: Problem) -> tuple[Array | None, float]:
