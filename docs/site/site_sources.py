@@ -49,6 +49,7 @@ OURS = {name.partition(".")[0] for name in PACKAGES}
 
 COPIED = {
     "theories.md": "docs/theories.md",
+    "diagnosis.md": "docs/diagnosis.md",
     "predicted.md": "docs/predicted.md",
     "findings.md": "docs/findings.md",
     "limits.md": "docs/limits.md",
