@@ -317,7 +317,7 @@ class Monument:
 
     def judged(self, drawn, rng):
         """Verdict on measured modes."""
-        test = measured_modes(*drawn, rng)
+        test = measured_modes(*drawn, rng=rng)
         made = Study(
             [{"modal test": test}], monument, Observation.of_modes(0, test, **ROUGH), causes=JOINTS, shared=(), levels=9
         )
