@@ -140,7 +140,7 @@ def crack_angle_reduction(tangent: ArrayLike, steepest: float) -> Array | float:
 def torsion_radius(a: float, b: float) -> float:
     """Return d_0 = T_o / S_o of a rectangle under uniform pressure.
 
-    Its polar mean radius about its centre.
+    It is the polar mean radius of the rectangle about its centre.
 
         r_m = [2 a b d + a^3 asinh(b/a) + b^3 asinh(a/b)] / (12 a b),    d = sqrt(a^2 + b^2)
 

@@ -1,6 +1,6 @@
 """What to cite for the closed-form mechanisms.
 
-Which of their terms are taken from a source and which are derived: docs/mechanisms.md.
+The page docs/mechanisms.md says which of their terms are taken from a source and which are derived.
 """
 
 from limitmason.answers.references import THEORY, Cited, Reference

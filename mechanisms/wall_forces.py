@@ -29,7 +29,7 @@ class WallForces(NamedTuple):
     def governing(self) -> str:
         """Name of the formula that gives the smallest force.
 
-        Of equal ones the first.
+        Of equal ones it is the first.
         """
         return self._fields[self.index(self.smallest)].replace("_", " ")
 

@@ -43,9 +43,10 @@ def slowest_period(assembly: Assembly, state: State, loads: Loads) -> float:
 
 
 def tangent(assembly: Assembly, state: State) -> sparse.csc_array:
-    """Stiffness matrix of a state, joints closed and elastic, all motions of the blocks and then their modes.
+    """Stiffness matrix of a state with its joints closed and elastic.
 
-    Shape (6 n, 6 n), or (6 n + n m, 6 n + n m) of blocks with m modes.
+    All motions of the blocks come first, then their modes. The shape is (6 n, 6 n), or (6 n + n m, 6 n + n m) for
+    blocks with m modes.
     """
     p, j, x = state.points, state.joints, state.modes
     n, owner = 6 * assembly.n_blocks, owners(j)

@@ -103,11 +103,11 @@ class PushCurve(Curve):
     def first_failure(self) -> JointPoint | None:
         """Where the first point of a joint reached its strength while driven.
 
-        None where none did.
+        It is None where none did.
 
         Between two samples the strength in use is continued in a line, the load along the secant: exact for elastic
-        joints. Where it is reached before there are two samples, the first that shows it. Where own weight alone breaks
-        a joint, sample 0 and no load.
+        joints. Where it is reached before there are two samples, the first that shows it is returned. Where own weight
+        alone breaks a joint, that is sample 0 and no load.
         """
         failed = np.nan_to_num(self.failed) > 0.0
         if failed[0].any():
@@ -133,7 +133,7 @@ class PushCurve(Curve):
     def first_crack(self, width: float, kind: str | None = None) -> JointPoint | None:
         """Where an opening first reaches a width, in joints of one kind.
 
-        None where none does.
+        It is None where none does.
 
         Parameters
         ----------
@@ -186,11 +186,11 @@ class PushCurve(Curve):
     def first_unit_crack(self, width: float) -> JointPoint | None:
         """Where a zone that failed in tension is first stretched by a width.
 
-        None where none is.
+        It is None where none is.
 
-        Its accumulated plastic strain times its size (``mesh.zone_sizes``): a crack is smeared over a zone, whose first
-        touch of the tensile strength nobody could see; of its four points the most strained counts. Cracks that are
-        joints: ``first_crack(width, "crack")``.
+        The stretch is the zone's accumulated plastic strain times its size (``mesh.zone_sizes``), at the most strained
+        of its four points. A crack is smeared over a zone, whose first touch of the tensile strength nobody could see.
+        For cracks that are joints use ``first_crack(width, "crack")``.
 
         Parameters
         ----------

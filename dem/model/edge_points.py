@@ -73,9 +73,10 @@ def _moved(part: Array, lower: Array, upper: Array, slip: Array) -> Array:
 
 
 def _ends_of(assembly: Assembly, state: State, k: int, mine: slice) -> Array:
-    """Rows of ``State.ends`` of joint k: s, t and the gradient of the gap as it was made, then for each axis its ends.
+    """Rows of ``State.ends`` of joint k, one for each of its points.
 
-    Of an axis: the part of the way from the lower to the upper end, and whose edge either is.
+    A row holds s, t and the gradient of the gap as it was made, then for each axis its ends. Those are the part of the
+    way from the lower to the upper end, and whose edge either is.
     """
     points = state.points
     xy = np.column_stack([points.s[mine], points.t[mine]])
@@ -99,7 +100,7 @@ def _ends_of(assembly: Assembly, state: State, k: int, mine: slice) -> Array:
 def _outline(assembly: Assembly, state: State, k: int, xy: Array, size: Array) -> _Outline:
     """Outline of the points of a joint.
 
-    Of a row of points, both ends.
+    Where they lie in a row, it is a narrow strip around the row.
     """
     if size.min() <= 1e-9 * size.max():
         # a row of points in a plane: a strip around it

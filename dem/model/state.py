@@ -253,7 +253,7 @@ class State:
     def stresses(self) -> BlockStress:
         """Stress of every block now, tension positive.
 
-        Its mean and the gradient that bending gives.
+        It has a mean and the gradient that bending gives.
 
         Raises
         ------

@@ -188,7 +188,7 @@ class History(Displayed, ReadOnly):
     def rotation_of(self, block: int | str) -> Array:
         """Rotation vector of a block [rad], shape (samples, 3).
 
-        Of a block that rocks about y, the second column.
+        The second column is the rotation of a block that rocks about y.
         """
         return rotation_vectors(self.quaternion[:, self.assembly.block_index(block)])
 
@@ -217,7 +217,7 @@ class History(Displayed, ReadOnly):
     def diagram(self) -> dict[str, Any]:
         """What ``plot()`` draws: displacement over time [m].
 
-        Of the block that ends farthest from where it stood.
+        It is that of the block that ends farthest from where it stood.
         """
         block = int(np.argmax(np.linalg.norm(self.shift[-1], axis=1)))
         along = self.displacement_of(block)
@@ -242,7 +242,7 @@ class History(Displayed, ReadOnly):
     def first_crack(self, opening: float, kind: str | None = None) -> tuple[int, int] | None:
         """Sample and interface at which an opening [m] is first reached.
 
-        In joints of one kind, or None if never.
+        Only joints of ``kind`` count where one is given. The result is None if it never is.
         """
         kept = [k for k, i in enumerate(self.assembly.interfaces) if kind is None or i.kind == kind]
         with np.errstate(invalid="ignore"):
@@ -289,9 +289,7 @@ class History(Displayed, ReadOnly):
     def vibration(self, *, sliding: str = "sticks") -> VibratingSystem:
         """Blocks on the joints that the end of the run leaves closed.
 
-        For :func:`limitmason.modes`.
-
-        See there.
+        The system is meant for :func:`limitmason.modes`, see there.
         """
         return state_system(self.state, self.assembly, sliding)
 

@@ -118,9 +118,9 @@ def rigid_motion(model: ZonedModel) -> tuple[Array, Array]:
 
 
 def _motion_in_space(model: ZonedModel) -> tuple[Array, Array]:
-    """As :func:`rigid_motion`.
+    """Motion of every block in space, as :func:`rigid_motion` gives it.
 
-    Of a rigid block its own, of a zoned one the rotation nearest to its nodes' (Kabsch).
+    A rigid block has its own. For a zoned one the rotation is that nearest to its nodes' (Kabsch).
     """
     assert isinstance(model.rigid, RigidSolids)
     mesh, shift = model.mesh, model.nodes.shift

@@ -106,7 +106,7 @@ def read(model: ZonedModel) -> Reading:
 def unbalance(model: ZonedModel) -> float:
     """Largest unbalanced force at a free node over the mean applied one [-].
 
-    Of rigid blocks over their sum.
+    For rigid blocks it is taken over the sum of the applied forces.
     """
     nodes, rigid = model.nodes, model.rigid
     free = nodes.body < 0

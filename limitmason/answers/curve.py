@@ -155,7 +155,7 @@ class Curve(Displayed, Citable, ReadOnly):
     def ultimate(self, share: float = 0.8) -> CurvePoint | None:
         """First sample after the peak with at most ``share`` of its load [-].
 
-        None where it never falls so far.
+        It is None where the load never falls so far.
         """
         top = self.peak
         below = np.flatnonzero(self.load[top.index :] <= share * top.load)
@@ -214,9 +214,9 @@ class Curve(Displayed, Citable, ReadOnly):
 
     @property
     def work(self) -> Array:
-        """Work of the load from the first sample on, by trapezoids.
+        """Work of the load from the first sample on, by trapezoids, shape (n,).
 
-        In units of load times displacement, shape (n,).
+        Its unit is that of the load times that of the displacement.
         """
         steps = 0.5 * (self.load[1:] + self.load[:-1]) * np.diff(self.displacement)
         return np.concatenate([[0.0], np.cumsum(steps)])

@@ -299,7 +299,7 @@ class Prediction(Displayed, Citable, ReadOnly):
     def interval(self) -> tuple[float, float] | None:
         """Low and high end about the multiplier by the method's own error budget [-].
 
-        None where it has none.
+        It is None where the method gives none.
         """
         ends = self.details.get("interval")
         return None if ends is None else (float(ends[0]), float(ends[1]))

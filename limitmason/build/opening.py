@@ -61,7 +61,7 @@ class Placed:
     def soldier_boxes(self) -> list[Box]:
         """The units of its soldier course, from the left.
 
-        None under a lintel.
+        There are none under a lintel.
         """
         if self.lintel is None:
             return []

@@ -109,9 +109,8 @@ class Fit(ReadOnly):
     def deviation(self) -> dict[str, float]:
         """Deviation by name from the slopes over one deviation.
 
-        Of the side that the data see less.
-
-        Relative for a parameter on a log scale; infinite where the data do not see it.
+        It is that of the side that the data see less. For a parameter on a log scale it is relative. Where the data do
+        not see a parameter it is infinite.
         """
         return dict(zip(self.objective.scale.names, self.information.deviation.tolist(), strict=True))
 

@@ -162,7 +162,7 @@ class Candidate(NamedTuple):
 class NextTest:
     """Candidates, the best first.
 
-    By the number of parameters identified, then by gain.
+    They are ordered by the number of parameters identified, then by gain.
 
     Parameters
     ----------

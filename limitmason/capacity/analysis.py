@@ -286,11 +286,10 @@ def _as_one(assembly: Assembly, loads: Loads, control: Any) -> tuple[Assembly, L
 def _with_moving_support(
     assembly: Assembly, loads: Loads, control: Any, to: float | None
 ) -> tuple[Assembly, Loads, tuple[int, int] | None]:
-    """The model with a support freed that is to be moved, a live load on it, and its block and axis.
+    """The model and loads of a support that is to be moved, with its block and axis.
 
-    None without one.
-
-    The live load is the total dead load, along the axis.
+    The support is freed along the axis. Its live load there is the total dead load. Without a support that moves, model
+    and loads stay as they are and the third value is None.
     """
     if isinstance(control, str) or len(control) != 2 or control[1] not in _AXES:
         return assembly, loads, None

@@ -246,7 +246,7 @@ def damage_error(s: Structure, before: PathState, after: PathState) -> float:
 def certify(s: Structure, before: PathState, after: PathState, jump: bool = False) -> tuple[StepCertificate, Balance]:
     """Certificate and energy of the step from one state to the next.
 
-    Of a ``jump`` not everything is asked.
+    A ``jump`` need not meet every condition.
     """
     old, new = forces(s, before)[0], forces(s, after)[0]
     area = s.points.area

@@ -93,17 +93,17 @@ class ElasticRange(ReadOnly):
 
     @property
     def low(self) -> Onset | None:
-        """The lower end.
+        """The lower end, or None where there is none.
 
-        None where there is none. Above zero where the dead load alone is too much.
+        It is above zero where the dead load alone is too much.
         """
         return self.end(-1)
 
     @property
     def high(self) -> Onset | None:
-        """The upper end.
+        """The upper end, or None where there is none.
 
-        None where there is none. Below zero where the dead load alone is too much.
+        It is below zero where the dead load alone is too much.
         """
         return self.end(1)
 
@@ -156,7 +156,7 @@ class ElasticRange(ReadOnly):
     def with_strengths(self, assembly: Assembly) -> ElasticRange:
         """These stresses against the strengths of another assembly's joints.
 
-        Its joints must be as stiff.
+        The other joints must be as stiff as these.
 
         Raises
         ------

@@ -145,7 +145,7 @@ def imperfection_ensemble(
 def _lost(curve: PushoverCurve, within: float) -> float:
     """The first loss of a path.
 
-    Where nothing falls that of the plateau on which it ends.
+    Where nothing falls, it is the load of the plateau on which the path ends.
     """
     value, point = first_loss(curve.displacement, curve.load, within), curve.first_limit_point
     level = point is not None and curve.load[-1] >= point.load

@@ -128,9 +128,10 @@ class Generations:
         return f"{a!r} and {b!r}, by {found[2]:.2g} m"
 
     def until_landed(self, before: Node, after: Node) -> float:
-        """Share of a step in which nothing that was open comes to lie deep in a face, or 1.0 for all of it.
+        """Share of a step in which no open point comes to lie deep in a face [-].
 
-        In a longer one blocks would be through each other before it is looked for what touches.
+        It is 1.0 where the whole step is free of that. In a longer step blocks would pass through each other before
+        contacts are looked for.
         """
         shapes, s = self.shapes, self.structures[after.generation]
         if shapes is None:

@@ -31,9 +31,9 @@ _PROBE = 1e-6
 
 
 class ElastoplasticLaw(NamedTuple):
-    """Law of m contact points: peak strengths [Pa], stiffnesses [Pa/m], and how they soften.
+    """Law of m contact points: strengths, stiffnesses, and how they soften.
 
-    None where none does.
+    Strengths are the peak ones [Pa], stiffnesses are in [Pa/m]. ``softening`` is None where no point softens.
     """
 
     strength: PointLaw

@@ -79,7 +79,7 @@ class PushoverCurve(Curve):
     def multiplier(self) -> Array:
         """Load multiplier per sample [-].
 
-        Where a support moves, its force over the dead load.
+        Where a support moves, it is the force on that support over the dead load.
         """
         return self.load / self.unit
 
@@ -102,7 +102,7 @@ class PushoverCurve(Curve):
     def first_limit_point(self) -> CurvePoint | None:
         """The first sample after which the load falls, or the first of a last plateau.
 
-        None while it rises.
+        It is None while the load rises.
         """
         largest = float(np.abs(self.load).max())
         falls = np.flatnonzero(np.diff(self.load) < -LEVEL * largest)
@@ -125,7 +125,7 @@ class PushoverCurve(Curve):
     def displacement_of(self, block: int | str, at: ArrayLike | None = None) -> Array:
         """Displacement of a point of a block from the reference pose [m], shape (n, 3).
 
-        By default of its centroid.
+        By default the point is the centroid.
 
         Parameters
         ----------
@@ -147,9 +147,9 @@ class PushoverCurve(Curve):
 
     @property
     def tie_force(self) -> Array:
-        """Tension in every tie of the assembly [N].
+        """Tension in every tie of the assembly [N], shape (n, t).
 
-        Shape (n, t), as :attr:`dem.History.tie_force`.
+        It is laid out as :attr:`dem.History.tie_force`.
         """
         assert self.generations is not None
         made = self.generations
@@ -199,7 +199,7 @@ class PushoverCurve(Curve):
     def mechanism(self, step: int) -> Mechanism | None:
         """Motion from a sample to the next, scaled as a collapse mechanism.
 
-        Of the last, the motion that led to it.
+        For the last sample it is the motion that led to it.
 
         Raises
         ------

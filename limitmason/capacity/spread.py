@@ -87,7 +87,7 @@ def _sheared(
 def governing_point(curve: PushoverCurve, assembly: Assembly) -> CurvePoint | None:
     """The first limit point, or the largest load where joints soften.
 
-    None where the path still rises at its end.
+    It is None where the path still rises at its end.
     """
     point = curve.first_limit_point
     if point is not None and any(i.joint.softens for i in assembly.interfaces):

@@ -168,9 +168,10 @@ def quieted(
     system: System, pose: Pose, history: PlasticHistory, target: float | None, multiplier: float, normal: Array | None,
     ratio: float, eta: float, commit: Callable[[PlasticHistory, Evaluated], PlasticHistory] | None = None,
 ) -> Node | None:  # fmt: skip
-    """The state that viscous sub-steps come to, eta lowered from its first value until there is no force left in it.
+    """The state that viscous sub-steps come to, with no viscous force left in it.
 
-    None where blocks are still on their way after half a block: they fall.
+    The viscosity eta is lowered from its first value until there is no force left in it. The result is None where
+    blocks are still on their way after half a block: they fall.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ class Edit:
     def __call__(self, size: float, *model: Any, **specimen: Any) -> Any:
         """The model, or the reading, with the cause at a size.
 
-        As it was at the baseline.
+        At the size of the baseline it is as it was.
         """
         if size == self.declared.baseline:
             return model[0] if self.declared.lever == "reading" else model
@@ -117,7 +117,7 @@ class Declared:
         self.__signature__ = inspect.Signature([first, *rest], return_annotation=Cause)
 
     def __call__(self, bounds: Bounds | None = None, **options: Any) -> Cause:
-        """The cause.
+        """The declared cause with bounds and options of one's own.
 
         Parameters
         ----------

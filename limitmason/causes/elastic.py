@@ -88,9 +88,7 @@ def elastic_displacements(
 def dead_load_stress(assembly: Assembly, loads: Loads) -> Array:
     """Mean normal stress of every interface under dead load [Pa], shape (k,).
 
-    By elastic joints of uniform stiffness.
-
-    The stiffness itself cancels. Joints between two held blocks get 0.
+    The joints are elastic, and their uniform stiffness cancels. Joints between two held blocks get 0.
     """
     total = float(np.abs(loads.dead[:, :3]).sum()) or 1.0
     area = assembly.arrays.area

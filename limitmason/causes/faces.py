@@ -80,7 +80,7 @@ def lost_overlap(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembl
 def open_head_joints(share: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """A share of the head joints [-] that carries nothing, spread over the wall.
 
-    The same ones every time.
+    The same joints are opened every time.
 
     The prediction is a staircase of the size: give the study few levels. It holds for small displacements: blocks that
     move towards each other would touch again.

@@ -115,7 +115,7 @@ _TILTS = {"x": "x", "left": "-x", "y": "y", "front": "-y"}  # a shell takes -x f
 def drawing_options(parser: argparse.ArgumentParser) -> None:
     """Add what a drawing does not hold: thickness, joints, weight, loads, supports.
 
-    None unless typed.
+    An option is None unless it is typed.
     """
     group = parser.add_argument_group("drawings only (.dxf, .svg, .obj, .ply, .stl)")
     group.add_argument("--thickness", type=float, metavar="M", help="of the wall over outlines [m]")

@@ -39,9 +39,9 @@ class ElasticState(ReadOnly):
 
     @property
     def principal(self) -> Array:
-        """Principal stresses at the integration points, ascending, tension positive [Pa].
+        """Principal stresses at the integration points [Pa], shape (m, q, 3).
 
-        Shape (m, q, 3).
+        They are in ascending order, and tension is positive.
         """
         return np.asarray(np.linalg.eigvalsh(tensor(self.stress)), dtype=np.float64)
 

@@ -171,9 +171,9 @@ class Solver:
     def past_instability(
         self, last: EquilibriumState, target: float | None, most: int, say: Callable[[str], None] = lambda _: None
     ) -> EquilibriumState | None:
-        """Equilibrium past an instability: secant iterations whose damage stays, at a fixed control displacement.
+        """Equilibrium past an instability, by secant iterations whose damage stays.
 
-        Without a ``target`` the loads are fixed instead.
+        The control displacement is fixed. Without a ``target`` the loads are fixed instead.
 
         Every iteration is linear with the stiffness that cracks have left, and what it cracks more stays cracked: the
         load falls as it does while a crack runs through. That ends, since damage only grows, and where it ends is a

@@ -130,9 +130,9 @@ class Factor:
 
     @property
     def negative(self) -> int | None:
-        """Negative eigenvalues, those of all fronts' own blocks (Haynsworth 1968).
+        """Number of negative eigenvalues, None where exchanges were needed.
 
-        None where exchanges were needed.
+        They are those of all fronts' own blocks (Haynsworth 1968).
         """
         return None if self.exchanged else self._below
 

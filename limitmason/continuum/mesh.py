@@ -73,9 +73,9 @@ class Mesh(ReadOnly):
 
     @property
     def boundary_corners(self) -> Array:
-        """Corners of the free faces, counter-clockwise seen from outside [m].
+        """Corners of the free faces [m], shape (f, 4, 3).
 
-        Shape (f, 4, 3).
+        They run counter-clockwise seen from outside.
         """
         return np.asarray(self.nodes[self.boundary_nodes])
 

@@ -45,9 +45,9 @@ class SolidCurve(Curve):
 
     @property
     def residual(self) -> Array:
-        """Unbalanced nodal forces over the loads per sample, by their norms [-].
+        """Unbalanced nodal forces over the loads per sample [-], shape (n,).
 
-        Shape (n,).
+        Both are measured by their norms.
         """
         return np.array([n.residual for n in self.nodes])
 
@@ -68,16 +68,16 @@ class SolidCurve(Curve):
     def stress(self, sample: int = -1) -> Array:
         """Stresses at the integration points, tension positive [Pa], shape (m, q, 6).
 
-        In the order xx, yy, zz, xy, yz, zx.
+        Their order is xx, yy, zz, xy, yz, zx.
         """
         stress = self._full(sample).stress
         assert stress is not None
         return self._by_brick(stress)
 
     def crack_width(self, sample: int = -1) -> Array:
-        """Largest crack strain of every point times the crack band of its brick [m].
+        """Width of the cracks at every integration point [m], shape (m, q).
 
-        Shape (m, q).
+        It is the largest crack strain of the point times the crack band of its brick.
         """
         assert self.model is not None
         crack = self._full(sample).crack

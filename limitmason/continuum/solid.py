@@ -182,9 +182,9 @@ class Continuum(ReadOnly):
 
     @property
     def moduli(self) -> Array:
-        """Elastic stiffness per material [Pa].
+        """Elastic stiffness per material [Pa], shape (k, 6, 6).
 
-        Shape (k, 6, 6), for (xx, yy, zz, xy, yz, zx), shears as angles.
+        The order is (xx, yy, zz, xy, yz, zx), and shears are angles.
         """
         return np.array([Elasticity.of(m.young_modulus, m.poisson_ratio, SOLID).matrix for m in self.materials])
 
@@ -213,7 +213,7 @@ class Continuum(ReadOnly):
     ) -> Continuum:
         """This model and a pressure on a flat convex patch of its free faces.
 
-        As ``Loads.with_patch_pressure``.
+        The patch is read as by ``Loads.with_patch_pressure``.
 
         Parameters
         ----------
@@ -278,9 +278,9 @@ class Continuum(ReadOnly):
         return np.asarray(np.einsum("ka,kai->ki", weight, u))
 
     def functional(self, point: ArrayLike, direction: ArrayLike) -> Array:
-        """Weights of the unknowns in the displacement of a point along a direction.
+        """Weights of the unknowns in one displacement of a point, shape (3 n,).
 
-        Shape (3 n,).
+        It is the displacement along the direction, whatever the length of that vector.
         """
         d = read_vector("direction", direction)
         if not np.linalg.norm(d) > 0.0:

@@ -93,7 +93,7 @@ class Elasticity(ReadOnly):
     def confined_modulus(self) -> float:
         """Stress over strain along a bar that cannot strain sideways (in its plane) [Pa].
 
-        Of a pressure wave.
+        It is the modulus of a pressure wave.
         """
         return self.lame + 2.0 * self.shear
 

@@ -63,7 +63,7 @@ def polynomial_blocks(
 ) -> list[Body | None]:
     """Ritz vectors of the blocks of an assembly.
 
-    None where a block has no material or is wholly held: it stays rigid.
+    The entry is None where a block has no material or is wholly held: the block stays rigid.
 
     Parameters
     ----------

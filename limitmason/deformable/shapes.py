@@ -66,7 +66,7 @@ class Body(ReadOnly):
     def displacement(self, points: Array) -> Array:
         """Displacement of every shape at points (m, 3), shape (m, k, 3).
 
-        In [m] per unit of the shape's coordinate.
+        It is in [m] per unit of the shape's coordinate.
         """
         value, _ = products(self._scaled(points), self.powers)
         return np.asarray(np.einsum("me,kce,ci->mki", value, self.coefficients, self.axes, optimize=True))
@@ -79,9 +79,9 @@ class Body(ReadOnly):
         return np.asarray(self.axes.T @ own @ self.axes)
 
     def stress(self, points: Array) -> Array:
-        """Stress of a unit of every shape at points [Pa], tension positive.
+        """Stress of a unit of every shape at points [Pa], shape (m, k, 3, 3).
 
-        Shape (m, k, 3, 3).
+        Tension is positive.
         """
         return self.elasticity.stress(self.strain(points))
 
@@ -186,9 +186,10 @@ def materials_of(assembly: Assembly, state: str, normal: ArrayLike | None = None
 
 
 def block_axes(solid: Solid, normal: Array | None) -> Array:
-    """Axes of a block as rows, right-handed: longest side of the largest face, across it, and its normal.
+    """Axes of a block as the rows of a right-handed frame.
 
-    In a plane: along the longest side, the normal of the plane, and their cross product.
+    In space they are the longest side of the largest face, the direction across it, and its normal. In a plane they are
+    the longest side, the normal of the plane, and their cross product.
     """
     corners = [solid.vertices[list(face)] for face in solid.faces]
     sides = [np.roll(c, -1, axis=0) - c for c in corners]

@@ -53,7 +53,7 @@ def simply_deformable_block(block: Block, elasticity: Elasticity) -> Body:
 def simply_deformable_blocks(assembly: Assembly, state: str, normal: ArrayLike | None = None) -> list[Body | None]:
     """Shapes of simply deformable blocks.
 
-    None where a block has no material or is wholly held: it stays rigid.
+    The entry is None where a block has no material or is wholly held: the block stays rigid.
 
     Parameters
     ----------

@@ -158,9 +158,9 @@ def _of_curves(file: Path, names: Sequence[str], stated: Mapping[str, Mapping[st
 def _of_sensors(
     file: Path, specimens: list[dict[str, Any]], measured: MeasuredTable, stated: Mapping[str, Mapping[str, Any]]
 ) -> list[Observation]:
-    """Components of the shapes in a file, whose modal tests are put into the specimens.
+    """Components of the shapes in a file, whose modal tests join the specimens.
 
-    None where there is no file.
+    There are none where there is no file.
     """
     if not file.exists():
         return []

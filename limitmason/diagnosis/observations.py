@@ -294,7 +294,7 @@ class Rows:
     def columns(self, covariates: Mapping[str, Sequence[Any]], names: Sequence[str]) -> dict[str, Sequence[Any]]:
         """Columns that effects may go with: the covariates.
 
-        Of several quantities also each within its kind alone.
+        Of several quantities, each covariate also comes within each kind alone.
 
         Parameters
         ----------

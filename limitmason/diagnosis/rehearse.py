@@ -60,7 +60,7 @@ class Rehearsal:
     def rate(self, outcome: str, hidden: str | None = None) -> tuple[float, float, float]:
         """Share of an outcome among trials with a hidden cause, with 95 % interval.
 
-        Or among all trials with one.
+        Without ``hidden`` all trials with a cause count.
         """
         rows = [r for name, r in self.counts.items() if (name == hidden if hidden else name != NULL)]
         k, n = sum(r.get(outcome, 0) for r in rows), sum(sum(r.values()) for r in rows)

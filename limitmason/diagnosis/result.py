@@ -137,7 +137,7 @@ class Findings(Displayed, Citable, ReadOnly):
     def estimates(self) -> dict[str, Estimate]:
         """Size of each kept cause with a 95 % interval.
 
-        For pairs those of the best pair.
+        Where pairs are kept, the sizes are those of the best pair.
         """
         y = self.judged.turned(self.y)
         if self.pairs:
@@ -162,7 +162,7 @@ class Findings(Displayed, Citable, ReadOnly):
     def identification(self) -> Identification | None:
         """What stands behind the one name, or the one pair, and what is missing for it.
 
-        None where there is none.
+        It is None where there is no such name or pair.
         """
         return self.verdict.identification
 
@@ -192,7 +192,7 @@ class Findings(Displayed, Citable, ReadOnly):
     def best(self) -> BestFit:
         """Fit of the best kept explanation.
 
-        Of the baseline where none is kept.
+        Where none is kept, it is the fit of the baseline.
         """
         return self.verdict.tested[self.kept[0]].fit if self.kept else self.verdict.null
 
@@ -243,9 +243,9 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @cached_property
     def detectable(self) -> dict[str, tuple[float | None, ...]]:
-        """Smallest size of each cause, per side, that would have been seen nine times in ten.
+        """Smallest size of each cause, per side, to be seen nine times in ten.
 
-        None within no bound.
+        It is None where no size within the bound would have been.
         """
         known = self.known
         shared = (lambda curve: seen_if_shared(known, curve)) if self.unstated else None

@@ -61,6 +61,10 @@ class Statement(ReadOnly):
     _made: StudyCache = field(init=False)
 
     def __post_init__(self, made: StudyCache | None) -> None:
+        """Check the statement and derive its rows, noise scale, columns and tables.
+
+        ``made`` holds the tables of a variant to share; new ones are made where it is None.
+        """
         specimens = tuple(self.specimens)
         rows = rows_of(self.measured, self.rows, specimens)
         noise, n = self.noise, len(rows)

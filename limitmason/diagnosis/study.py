@@ -242,7 +242,7 @@ class Study(Statement):
     def known_design(self, causes: Iterable[Cause] | None = None, sd: float | None = None) -> Design:
         """The design with a known noise.
 
-        As stated, or ``sd``, or 4 % where nothing is stated.
+        The noise is ``sd`` where that is given, else as stated, else 4 %.
         """
         design = self.design(causes)
         if sd is None and self.noise.kind != "unknown":
@@ -310,7 +310,7 @@ class Study(Statement):
     def next_tests(self, diagnosis: Findings, pool: Sequence[Any], k: int = 4) -> NextTests:
         """Specimens of a pool that would best tell the kept causes apart.
 
-        Or they would identify the one left.
+        Where one cause is left, they are those that would identify it.
 
         Parameters
         ----------

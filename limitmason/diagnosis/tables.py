@@ -214,9 +214,9 @@ def placing_noise(noise: Noise, n: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class StudyCache:
-    """What a study has made so far, shared by its variants: tables.
+    """What a study has made so far, shared by its variants.
 
-    By list of causes designs, judges, rehearsals.
+    It holds the tables and, by list of causes, the designs, judges and rehearsals.
     """
 
     tables: CauseTables

@@ -55,9 +55,9 @@ class _Bar:
 
     @property
     def part(self) -> tuple[float | None, bool]:
-        """Part that is done of everything [-], None where the outermost task cannot tell.
+        """Part that is done of everything [-], and whether all levels can tell theirs.
 
-        Whether all levels can.
+        The part is None where the outermost task cannot tell.
         """
         done, width = 0.0, 1.0
         for level, task in enumerate(self.tasks):

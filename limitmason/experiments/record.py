@@ -187,7 +187,7 @@ class Experiment:
     def standing(self, target: TargetValue) -> str:
         """What a value is, to be shown beside it.
 
-        Its kind, or "derived" where no source prints the number itself.
+        It is the kind of the value, or "derived" where no source prints the number itself.
         """
         return "derived" if self.value(target).note == "derived" else target.kind
 

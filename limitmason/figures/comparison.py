@@ -114,7 +114,7 @@ def predicted_against_published(
 ) -> Figure:
     """Scatter of predictions against published or measured values.
 
-    With the 1:1 line and a band about it.
+    The 1:1 line and a band about it are drawn too.
 
     Parameters
     ----------

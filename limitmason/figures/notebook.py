@@ -29,7 +29,7 @@ MANY = 400
 def plot(shown: Any, **options: Any) -> Figure:
     """Figure of an object of this package.
 
-    Of a record, the diagram that it says of itself.
+    A record is drawn as its own ``diagram()`` says.
     """
     if hasattr(shown, "diagram"):
         return history_curves(**shown.diagram(), **options)

@@ -64,9 +64,9 @@ def bullets(sentences: Iterable[str]) -> str:
 
 
 def table(header: Sequence[str], rows: Iterable[tuple[str, Sequence[Any]]]) -> str:
-    """A table.
+    """HTML of a table from its header and its rows.
 
-    A row is its class and its cells, numbers as text in a one-tuple are set flush right.
+    A row is its class and its cells. Numbers as text in a one-tuple are set flush right.
     """
     lines = ["<tr>" + "".join(f"<th>{escape(h)}</th>" for h in header) + "</tr>"]
     for kind, cells in rows:

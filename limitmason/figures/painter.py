@@ -76,9 +76,10 @@ def back_to_front(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> l
 
 
 def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[Solid], view: Camera) -> list[int]:
-    """Where in the order to paint other pieces, which may overlap the sorted ones: before all that can hide them.
+    """Where in the order to paint other pieces, which may overlap the sorted ones.
 
-    Of two pieces that occupy the same space the sorted one hides the other.
+    They come before all pieces that can hide them. Of two pieces that occupy the same space the sorted one hides the
+    other.
 
     Parameters
     ----------
@@ -121,7 +122,7 @@ def _which_in_front(
 ) -> tuple[Index, Flags]:
     """+1 where piece j may hide piece i, -1 where i may hide j, 0 where neither can.
 
-    And whether the two overlap.
+    The second value says whether the two overlap.
     """
     gap_i = np.einsum("mfk,mvk->mfv", faces.normal[i], corners[j]).min(axis=2) - faces.offset[i]
     gap_j = np.einsum("mfk,mvk->mfv", faces.normal[j], corners[i]).min(axis=2) - faces.offset[j]

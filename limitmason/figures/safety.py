@@ -58,9 +58,9 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
 
 
 def _outline(corners: Array) -> Array:
-    """Corners in order.
+    """Corners of the outline of a set of points, in order.
 
-    Of a set without area the two that are farthest apart.
+    Of a set without area they are the two points that are farthest apart.
     """
     try:
         return np.asarray(corners[ConvexHull(corners).vertices])
@@ -98,7 +98,7 @@ def assessment(
 ) -> Figure:
     """Capacity of a mechanism over the displacement spectrum.
 
-    With the points of SLV and SLC.
+    The points of SLV and SLC are marked.
 
     Parameters
     ----------

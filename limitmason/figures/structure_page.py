@@ -47,7 +47,7 @@ def structure_report(
 ) -> Path:
     """Write what was computed of a structure as one self-contained HTML file.
 
-    With its input, checks and figures.
+    The page also shows the input, the checks and the figures.
 
     Parameters
     ----------

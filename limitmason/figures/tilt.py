@@ -30,7 +30,7 @@ def tilt_test(
 ) -> Figure:
     """Path of the reactions of tilting tests, Rh / Rv0 over Rv / Rv0.
 
-    And Rh / Rv against steps.
+    The diagram on the right is Rh / Rv against steps.
 
     The dashed lines are what the table imposes, a circle on the left and tan(alpha) on the right; the dotted lines are
     the multiplier lambda, a ray on the left; the point is the collapse. Left of it the wall follows the table.

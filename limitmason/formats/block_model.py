@@ -71,7 +71,7 @@ def from_block_model(model: Any, joint: Joint, *, density: float | None = None) 
 def to_block_model(assembly: Assembly) -> Any:
     """The blocks of an assembly as a ``compas_dem.models.BlockModel``.
 
-    With densities and supports.
+    Densities and supports are passed on.
 
     Joints, ties and loads are left out: there they belong to a problem. Contacts are computed by the model itself.
 

@@ -52,7 +52,7 @@ class Cleaned(NamedTuple):
     def __str__(self) -> str:
         """What was changed, a line for each stone.
 
-        Of many that were moved the farthest :data:`SHOWN`.
+        Of many stones that were moved only the farthest :data:`SHOWN` are listed.
         """
         head = f"{len(self.outlines)} outlines; largest move of a corner {1e3 * self.largest_move:.3g} mm"
         wider = [c.size for c in self.changes if c.what == "grown"]

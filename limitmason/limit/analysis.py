@@ -121,7 +121,7 @@ def limit_analysis(
 
 
 def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, Any]) -> Prediction:
-    """Associative prediction.
+    """Prediction of a problem by the associative law.
 
     With crushing on a grid it says what half the points would have given.
     """

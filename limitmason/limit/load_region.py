@@ -90,9 +90,9 @@ class LoadRegion:
     certain: LoadRegion | None = None
 
     def contains(self, multipliers: Sequence[float]) -> bool | None:
-        """True where forces carry them, False where a mechanism moves.
+        """Whether the structure carries these multipliers, None where neither is proven.
 
-        None between the two sets.
+        It is True where forces carry them and False where a mechanism moves. Between the two sets it is None.
         """
         y = np.asarray(multipliers, dtype=float)
         if any(p.normal @ y > p.offset for p in self.outside):
@@ -252,7 +252,7 @@ class _Support:
     def half_plane(self, p: Problem, velocity: Array) -> HalfPlane | None:
         """What a motion, as repaired, proves of all loads.
 
-        None where it proves nothing.
+        It is None where the motion proves nothing.
 
         A motion on which no load works has a normal of zeros: a negative offset then proves that the set is empty.
         """
@@ -285,6 +285,12 @@ class _Support:
 def _closed(
     support: _Support, names: tuple[str, ...], tolerance: float, within: Array | None, most: int
 ) -> LoadRegion:  # fmt: skip
+    """Region of the multipliers that are carried, from its extreme points.
+
+    It asks ``support`` for the farthest point and half-plane along directions from the inner set to corners of the
+    outer one. It ends when the gap over the size is at most ``tolerance``, no direction is new, or more than ``most``
+    programs would be needed.
+    """
     k = len(names)
     axes = [sign * np.eye(k)[i] for i in range(k) for sign in (1.0, -1.0)]
     first = [support(d, within) for d in axes]

@@ -68,9 +68,10 @@ _SOLVERS: Mapping[str, tuple[Reference, ...]] = {
 
 
 def solver_papers(names: str) -> tuple[Cited, ...]:
-    """What to cite for solvers named as in ``provenance["solver"]``, such as "clarabel, HiGHS" or "cvxpy:SCS".
+    """What to cite for solvers named as in ``provenance["solver"]``.
 
-    Of a solver behind cvxpy that is none of this package's own, cvxpy alone is known.
+    Such names are "clarabel, HiGHS" or "cvxpy:SCS". Of a solver behind cvxpy that is none of this package's own, cvxpy
+    alone is known.
     """
     parts = [p for name in names.split(",") for p in name.strip().lower().split(":")]
     return tuple(Cited(SOLVER, r) for p in parts for r in _SOLVERS.get(p, ()))

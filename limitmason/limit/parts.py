@@ -128,9 +128,9 @@ def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | Non
 def _carrying(
     part: Assembly, loads: Loads, multiplier: float, own: Prediction | None, model: Mapping[str, Any], check: bool
 ) -> tuple[Resultants | None, Prediction | None]:
-    """Forces in a part at a multiplier that it carries.
+    """Forces in a part at a multiplier that it carries, or None.
 
-    Or None, and the motion by which it falls if it is known.
+    The second value is the motion by which the part falls, if that is known.
     """
     top = own.collapse_multiplier if own is not None else np.inf
     if own is not None and own.resultants is not None and abs(top - multiplier) <= SAME * max(abs(top), 1e-12):

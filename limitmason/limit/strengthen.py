@@ -16,9 +16,9 @@ from limitmason.model.tie import Tie
 
 
 class AddedTie(NamedTuple):
-    """A tie that was added.
+    """A tie that was added: its name, multiplier and gain.
 
-    Its name, the smallest multiplier with it, and what it adds to those before.
+    ``multiplier`` is the smallest one with the tie, ``gain`` what it adds to those before.
     """
 
     name: str

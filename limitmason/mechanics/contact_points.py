@@ -156,9 +156,9 @@ def contact_points(
 
 
 def chosen_grid(contact_model: str, grid: Chosen | None) -> Chosen | Grid:
-    """The grid.
+    """The grid of contact points that an analysis uses.
 
-    Where none is given (5, 5), or ``LOBATTO_POINTS`` both ways.
+    Where none is given it is (5, 5), or ``LOBATTO_POINTS`` both ways.
 
     Raises
     ------

@@ -46,9 +46,10 @@ def point_state(assembly: Assembly, resultants: Resultants, twists: Array, *, co
 
 
 def point_dissipation(law: PointLaw, opening: Array, sliding: Array) -> tuple[Array, Array]:
-    """Power a point can dissipate under the associative law, and g = e_n - tan(phi) |e_t|, which must not be negative.
+    """Power a point can dissipate under the associative law, and its lift g.
 
-    Without crushing g < 0 is inadmissible, see :meth:`limitmason.mechanics.law.PointLaw.dissipation`.
+    The lift g = e_n - tan(phi) |e_t| must not be negative. Without crushing g < 0 is inadmissible, see
+    :meth:`limitmason.mechanics.law.PointLaw.dissipation`.
     """
     slip = np.linalg.norm(sliding, axis=1)
     return law.dissipation(opening, slip), law.lift(opening, slip)

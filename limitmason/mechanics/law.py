@@ -57,9 +57,9 @@ LOST = ("tan_phi", "tan_psi", "cohesion", "tension")
 
 
 class PointLaw(NamedTuple):
-    """The law at m contact points: strengths [Pa] per interface, or capacities [N] over tributary areas.
+    """The law at m contact points: strengths [Pa] or capacities [N], shape (m,).
 
-    Shape (m,).
+    Strengths are per interface, capacities over tributary areas.
     """
 
     tan_phi: Array

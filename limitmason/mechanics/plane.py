@@ -28,7 +28,7 @@ class Plane(NamedTuple):
 def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) -> Plane | None:
     """The plane of symmetry in which the whole problem takes place.
 
-    None for a 3-D problem.
+    It is None for a 3-D problem.
 
     Blocks, rectangular interfaces and loads must be symmetric about one plane and every normal and force parallel to
     it. The mean of a stress state and its mirror image is then also admissible, so two points per interface on the

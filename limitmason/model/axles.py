@@ -19,9 +19,9 @@ _NEAR = 1e-6  # of a face's size: joints this near to its plane cover it
 
 
 class Strip(NamedTuple):
-    """A bare face that looks up.
+    """A bare face that looks up, as a strip along x.
 
-    Its block, span in x, height z + slope (x - start), width and middle in y.
+    It has its block, its span in x, the height z + slope (x - start), and its width and middle in y.
     """
 
     block: int

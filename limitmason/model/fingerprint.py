@@ -186,9 +186,9 @@ def check_same_loads(
 def _columns(
     prefix: str, kind: type[Joint] | type[Material], rows: Sequence[Any], without: Sequence[str]
 ) -> dict[str, Table]:
-    """A column for every field of a law or material: NaN for None, choices by their number.
+    """A column for every field of a law or material, its label left out.
 
-    Its label is left out.
+    NaN stands for None, and choices are given by their number.
     """
     out = {}
     distinct = {id(row): row for row in rows}

@@ -58,9 +58,9 @@ def interface_kind(normal: Array, held_a: bool, held_b: bool) -> str:
 
 
 def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array | None:
-    """Polygon of an interface with its edges moved inwards [m], edges facing ``keep`` left.
+    """Polygon of an interface with its edges moved inwards [m].
 
-    None if nothing stays.
+    Edges that face ``keep`` stay. The result is None if nothing is left of the polygon.
     """
     n, p = interface.normal, interface.polygon
     t1 = p[1] - p[0]

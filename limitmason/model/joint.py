@@ -90,7 +90,7 @@ class Joint:
     def __new__(cls, *_: Any, **given: Any) -> Self:
         """Refuse a field that a joint does not have.
 
-        Of a coefficient of friction, say the angle.
+        For a coefficient of friction the message says the angle.
         """
         known = [f.name for f in fields(cls)]
         for name in sorted(given.keys() - set(known)):

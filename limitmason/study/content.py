@@ -53,9 +53,10 @@ def fingerprint(*parts: Any) -> str:
 
 
 def fingerprint_of_code(*parts: Any) -> str:
-    """Fingerprint without lists, mappings and sets that functions and objects hold: their own state, such as counters.
+    """Fingerprint without the lists, mappings and sets that parts hold as state.
 
-    For functions whose author says when they change, see :func:`fingerprint`.
+    Such state of functions and objects is, for example, a counter. For functions whose author says when they change,
+    see :func:`fingerprint`.
     """
     return _fingerprint(parts, state=False)
 

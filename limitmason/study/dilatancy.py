@@ -111,7 +111,7 @@ def contact_point_study(
 ) -> Table:
     """DEM multiplier against the number of contact points across the thickness.
 
-    With and without dilatancy.
+    Each number is run at every ratio psi / phi in ``shares``.
 
     Parameters
     ----------

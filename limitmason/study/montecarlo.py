@@ -298,7 +298,7 @@ def sobol(
 ) -> SobolIndices:
     """Sobol indices of the collapse multiplier.
 
-    Which random input its scatter comes from.
+    They tell which random input its scatter comes from.
 
     Parameters
     ----------

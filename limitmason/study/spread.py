@@ -46,9 +46,9 @@ class Running(ReadOnly):
 
     @property
     def variation_error(self) -> Array:
-        """Standard error of the CoV over it, sqrt((1 + 2 CoV^2) / (2 n)) if normal [-].
+        """Standard error of the CoV over the CoV itself [-], shape (k,).
 
-        Shape (k,).
+        It is sqrt((1 + 2 CoV^2) / (2 n)) if the values are normal.
         """
         return np.asarray(np.sqrt((1.0 + 2.0 * self.variation**2) / (2.0 * self.n)))
 

@@ -122,7 +122,7 @@ def _unpacked(futures: Sequence[Future]) -> Iterator[tuple[int, Any]]:
 def _here_and_in_workers(
     function: Callable[..., Any], jobs: Sequence[Job], workers: int
 ) -> Iterator[tuple[int, Any]]:
-    """Begin here.
+    """Results of calls that begin here and go on in workers where that pays.
 
     A second thread looks now and then whether workers pay, and then gives them all that is left.
     """
@@ -213,9 +213,9 @@ def _as_executor(executor: Any) -> Any:
 
 
 def _on_executor(function: Callable[..., Any], jobs: Sequence[Job], executor: Any) -> Iterator[tuple[int, Any]]:
-    """The first call alone tells how long one is.
+    """Results of calls on an executor, in chunks where the calls are short.
 
-    Where it is not back soon, calls are long and go one by one.
+    The first call alone tells how long one is. Where it is not back soon, calls are long and go one by one.
     """
     if not jobs:
         return

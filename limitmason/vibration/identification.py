@@ -139,6 +139,11 @@ def _spectra(y: Array, step: float, lines: int) -> tuple[Array, Array, Complex]:
 def _peaks(
     f: Array, first: Array, vectors: Complex, inside: Flags, count: int, shown: Array
 ) -> Identified:
+    """Modes at the most prominent peaks of the first singular value.
+
+    At most ``count`` peaks are taken. Each rises by at least 0.7 in the natural logarithm, a factor of two. The
+    frequency [Hz] is that of a parabola through three lines.
+    """
     from scipy.signal import find_peaks
 
     level = np.log(np.maximum(first, first.max() * 1e-12))

@@ -107,9 +107,9 @@ class Mac(ReadOnly):
 
 
 def _groups(frequency: Array) -> list[list[int]]:
-    """Modes whose frequencies follow each other closely.
+    """Groups of modes whose frequencies follow each other closely.
 
-    Without frequencies each for itself.
+    Without frequencies every mode is a group of its own.
     """
     out: list[list[int]] = []
     for i in np.argsort(frequency, kind="stable"):
@@ -362,6 +362,11 @@ def _free_vectors(m: Modes) -> Array:
 def _where(
     a: Shapes, b: Shapes, points: ArrayLike | None, masses: ArrayLike | None, weighted: bool
 ) -> tuple[Array | None, Array | None]:
+    """Points [m] at which shapes are compared, and the masses they stand for.
+
+    Without ``points`` they are the blocks that move in the coarser model, with its masses if ``weighted``. Without any
+    model the points are None.
+    """
     given = None if masses is None else np.asarray(masses, dtype=float)
     if points is not None:
         where = np.atleast_2d(np.asarray(points, dtype=float))

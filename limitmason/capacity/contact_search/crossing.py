@@ -34,9 +34,10 @@ _PARALLEL = 0.02
 
 
 class Crossings(NamedTuple):
-    """Sides of two faces that cross in a pose, the first of the block with the lower number.
+    """Sides of two faces that cross in a pose.
 
-    Shape (k,) and (k, 3).
+    The first side is of the block with the lower number. Arrays of numbers have the shape (k,), those of points and
+    directions (k, 3).
 
     ``side`` are the corners at which both sides begin, ``place`` the points of both in the reference pose [m];
     ``gap`` [m] is along the normal of the first face, negative where they overlap, ``inside`` the least distance from

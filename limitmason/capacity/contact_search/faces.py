@@ -177,7 +177,7 @@ class Near(NamedTuple):
 def _outlines(assembly: Assembly, contacts: PathContacts, plane: Plane | None) -> list[tuple[int, Array, Array]]:
     """Block, corners and outward normal of every face, blocks in order.
 
-    In plane the two ends of a line.
+    In plane the corners are the two ends of a line.
     """
     out = []
     level = 0.0 if plane is None else float(np.median(contacts.place_b @ plane.normal))

@@ -17,12 +17,12 @@ DEEP = 0.02
 def deepest(
     assembly: Assembly, c: PathContacts, pose: Pose, force: Array, slack: float
 ) -> tuple[int, int, float] | None:
-    """Two blocks that overlap in a pose by more than their springs are pressed, and by how much [m].
+    """Two blocks that overlap in a pose more than their springs are pressed.
 
-    None if none do.
+    The third value is by how much they do [m]. The result is None if no two do.
 
-    Blocks are taken as rigid, in convex pieces; in plane only those count that have no point at all. Of several pairs
-    the one that overlaps most.
+    Blocks are taken as rigid, in convex pieces. In plane only those pairs count that have no point at all. Of several
+    pairs it is the one that overlaps most.
 
     Parameters
     ----------

@@ -349,7 +349,11 @@ class Decision:
         return add_draws(tally, draw, lambda t: t.settled("deficit"), self.count)
 
     def _near(self, names: Names, fit: BestFit, rivals: Iterable[Names]) -> list[Names]:
-        """Rivals that can pass for an explanation, nearest first, by how well they fit what it predicts exactly."""
+        """Rivals that can pass for an explanation, nearest first, up to ``rule.far``.
+
+        Their distance is 0.5 (loss / sd^2 + penalty) of the fit to what the explanation predicts exactly. Where the
+        noise has tails it is 0.25 (loss + penalty).
+        """
         design, others = self.design, [r for r in rivals if r != names]
         if not others:
             return []

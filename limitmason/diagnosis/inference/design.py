@@ -217,7 +217,7 @@ class Design:
     def with_noise(self, noise: Noise) -> Design:
         """These tables under another statement of independent noise.
 
-        Its scale is kept where it states none.
+        The scale is kept where the statement gives none.
         """
         scale = self.scale if noise.kind == "unknown" else noise.scale(self.n)
         ratio = self.scale / scale

@@ -93,9 +93,10 @@ class Discrepancy:
         return like.loglik(squares, 0.0, float(n), replicate) - self.prices
 
     def left_out(self, number: int, y: np.ndarray, folds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residual and variance of every value of one data set, predicted by a bias without its fold, shape (n,).
+        """Residual and variance of every value predicted without its fold, shape (n,).
 
-        With Q the weights, the fold F is missed by (Q_FF)^-1 (Q y)_F with covariance (Q_FF)^-1.
+        The values are those of one data set, and a bias predicts them. With Q the weights, the fold F is missed by
+        (Q_FF)^-1 (Q y)_F with covariance (Q_FF)^-1.
         """
         q = self.weights[number]
         pull = q @ y

@@ -119,9 +119,9 @@ class Likelihood:
 
 
 def student_terms(y: Array, used: Array, nodes: Array, tails: float) -> NDArray[np.float32]:
-    """Sum of log(1 + r^2 / tau) over the values used, shape (b, g), by one logarithm for several.
+    """Sum of log(1 + r^2 / tau) over the values used, shape (b, g).
 
-    To rank nodes.
+    One logarithm serves several values. The sums are meant for ranking nodes.
     """
     short, scaled, columns = y.astype(np.float32), (used / tails).astype(np.float32), nodes.T.astype(np.float32)
     out = np.zeros((len(y), columns.shape[1]), dtype=np.float32)

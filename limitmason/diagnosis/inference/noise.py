@@ -162,7 +162,7 @@ class Noise:
     def for_others(self) -> Noise:
         """This statement for other specimens.
 
-        Its mean where it differs from one to the other.
+        Where the standard deviation differs from one specimen to the other, it becomes their mean.
         """
         if not isinstance(self.sd, tuple):
             return self

@@ -1,6 +1,6 @@
-"""Noise that tests share: by a recorded batch, day or set-up, estimated and carried.
+"""Noise that tests share by a batch, day or set-up: estimated and carried.
 
-Or by one nobody wrote down.
+The batch, day or set-up is recorded, or nobody wrote it down.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -44,6 +44,12 @@ class Trends:
     """
 
     def __init__(self, covariates: Mapping[str, Sequence], scale: np.ndarray, mix: np.ndarray | None = None):
+        """Find the basis of every trend that leaves two degrees of freedom or more.
+
+        The weights are 1 / scale over their mean, mixed by ``mix`` where noise is shared. The level is what a constant
+        becomes by them; ``mean`` is its unit vector, to which every basis is orthogonal. A quadratic trend needs k = 2
+        columns: with one it is no more than a line.
+        """
         self.n = len(scale)
         weight = 1.0 / np.asarray(scale, dtype=float)
         weight = weight / weight.mean()

@@ -106,7 +106,7 @@ def has_shear_span(row: Mapping[str, str]) -> bool:
 def draws(row: Mapping[str, str], number: int, seed: int = 0) -> list[dict[str, float]]:
     """Values of the inputs drawn independently, by their names.
 
-    The same for a wall whenever it is asked for.
+    A wall gets the same values whenever it is asked for.
     """
     inputs = inputs_of(row)
     normal = np.random.default_rng([seed, int(row["specimen"])]).standard_normal((number, len(inputs)))

@@ -224,9 +224,10 @@ def _iterate(
 
 
 def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool | None:
-    """Whether the dead load alone can be carried: the same method without a live load, stopped at the first proof.
+    """Whether the dead load alone can be carried, None where that is not settled.
 
-    With nothing to maximise the iterates head for the middle of the admissible forces, where one or two suffice.
+    It is the same method without a live load, stopped at the first proof. With nothing to maximise the iterates head
+    for the middle of the admissible forces, where one or two suffice.
     """
     program = program._replace(live=np.zeros_like(program.live))
     s = np.zeros_like(first.s)

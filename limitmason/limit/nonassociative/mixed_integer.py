@@ -163,6 +163,11 @@ class BoundedProgram:
         return np.concatenate([-law.dead / law.live_size, slip, slip])
 
     def _model(self, maximise: bool) -> tuple[highspy.Highs, dict[str, slice]]:
+        """Mixed-integer program of the smallest or largest lambda, and its columns.
+
+        A binary chooses in each complementary pair of the law: 0 <= slack <= limit (1 - binary), 0 <= rate <= limit
+        binary.
+        """
         p, law, m, n, g = self.programs, self.programs.law, self.programs.m, self.programs.n, len(self.first)
         limits, spread = self.limits, self.spread
         sizes = {"N": m, "T": m, "lambda": 1, "v": n, "z+": g, "z-": g, "open": m, "slide+": g, "slide-": g}

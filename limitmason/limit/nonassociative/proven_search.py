@@ -63,9 +63,10 @@ def search_and_prove(
     problem: Problem, law: JointLaw, effort: Effort, seconds: float, deadline: float, verbose: bool,
     bracket: tuple[float, float], **options: Any,
 ) -> tuple[Numbering, JointLaw, SearchOutcome, Extreme | None]:  # fmt: skip
-    """Search.
+    """Search the smallest multiplier, and prove it where there is time for a proof.
 
-    With time for a proof a quick search, the proof, and the rest of the search if that is not complete.
+    With such time a quick search comes first, then the proof. The rest of the search follows if the proof is not
+    complete.
 
     Parameters
     ----------

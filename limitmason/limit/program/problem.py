@@ -83,17 +83,17 @@ class Problem(NamedTuple):
         return self.points.interface[self.stress_block.ends[:, 0]]
 
     def forces(self, scaled: Array) -> Array:
-        """Contact forces on block b in global axes [N].
+        """Contact forces on block b in global axes [N], shape (m, 3).
 
-        Shape (m, 3), from the scaled unknowns.
+        They are made from the scaled unknowns.
         """
         f = scaled.reshape(-1, self.components) * self.point_scale[:, None]
         return self.force_scale * np.einsum("mc,mci->mi", f, self.points.directions)
 
     def twists(self, dual: Array) -> Array:
-        """Twists of all blocks.
+        """Twists of all blocks, shape (n_blocks, 6).
 
-        Shape (n_blocks, 6), from the duals of the equilibrium rows.
+        They are made from the duals of the equilibrium rows.
         """
         basis, _ = degrees_of_freedom(self.assembly, self.plane)
         flat = np.zeros(self.assembly.n_blocks * basis.shape[1])
