@@ -1,6 +1,6 @@
 """All mechanisms that fit a structure and its load.
 
-The smallest bound among them and the smallest estimate.
+The smallest bound and the smallest estimate among them are given.
 """
 
 from __future__ import annotations

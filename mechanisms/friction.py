@@ -16,9 +16,7 @@ from limitmason.geometry.polygon import polar_mean_radius
 class FrictionSums(NamedTuple):
     """Largest friction of the crossed bed joints, and its heights.
 
-    From self weight (F_g) and overload (F_q).
-
-    Forces [N], heights above the hinge [m].
+    They come from self weight (F_g) and overload (F_q). Forces are in [N], heights above the hinge in [m].
     """
 
     weight: float

@@ -92,7 +92,7 @@ class PushCurve(Curve):
     def rate_error(self) -> float:
         """Difference of the peaks at the two speeds over the slower one's [-].
 
-        NaN after one run.
+        It is NaN after one run.
         """
         if self.faster is None:
             return float("nan")

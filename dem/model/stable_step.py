@@ -128,7 +128,7 @@ def stable_step(
 ) -> float:
     """Time step [s] for real masses: safety 2 / w_max (sqrt(1 + z^2) - z), z = dashpot w_max / 2.
 
-    Else infinite.
+    It is infinite where no motion has a stiffness.
 
     ``top`` is half of w_max^2 that other motions have, as of blocks that deform.
     """

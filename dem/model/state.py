@@ -213,7 +213,7 @@ class State:
     def energy_of_motion(self) -> float:
         """Kinetic energy of the free degrees of freedom now [J].
 
-        From the velocities and angular momenta.
+        It is that of the velocities and angular momenta.
         """
         b = self.bodies
         rot = b.rot + np.eye(3)
@@ -269,7 +269,7 @@ class State:
     def resultants(self, assembly: Assembly) -> Resultants:
         """Resultants of interfaces from the contact forces, and of ties.
 
-        At their places before displacement.
+        They act at their places before displacement.
         """
         now = self.measured(assembly)
         x = assembly.links

@@ -129,7 +129,7 @@ class BlockStress(NamedTuple):
 def block_stresses(deformation: StrainShapes, modes: BlockModes, rotation: Array) -> BlockStress:
     """Stress of every block.
 
-    ``rotation`` from the reference position, shape (n, 3, 3).
+    ``rotation`` is that from the reference position, shape (n, 3, 3).
     """
     mean = np.einsum("nk,nkij->nij", modes.value, deformation.mean)
     slope = np.einsum("nk,nkijp->nijp", modes.value, deformation.gradient)

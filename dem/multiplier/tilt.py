@@ -109,7 +109,7 @@ class TiltTest(ReadOnly):
     def rate_change(self) -> float:
         """Change of max(Rh / Rv) from the last run but one to the last [-].
 
-        NaN after a single run.
+        It is NaN after a single run.
         """
         return self.runs[-1][1] / self.runs[-2][1] - 1.0 if len(self.runs) > 1 else float("nan")
 

@@ -195,7 +195,7 @@ class History(Displayed, ReadOnly):
     def curve(self, block: int | str, direction: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> Curve:
         """Load-displacement curve of a driven block along a direction.
 
-        Displacement [m], force of the drive [N].
+        It is the force of the drive [N] over the displacement [m].
 
         It unpacks as displacement, force. Its errors are the energy from nowhere over the largest work of the loads and
         the kinetic energy over the work so far, both [-].
@@ -228,7 +228,7 @@ class History(Displayed, ReadOnly):
     def corners(self, sample: int = -1) -> list[Array]:
         """Corners of every block at a sample [m], for drawing the deformed shape.
 
-        One array (v, 3) per block.
+        Every block has one array (v, 3).
         """
         out = []
         for i, block in enumerate(self.assembly.blocks):

@@ -139,7 +139,7 @@ class Curve(Displayed, Citable, ReadOnly):
     def peak(self) -> CurvePoint:
         """Where the load is largest.
 
-        The first such sample.
+        Of several such samples it is the first.
         """
         return self.point(int(np.argmax(self.load)))
 
@@ -224,7 +224,7 @@ class Curve(Displayed, Citable, ReadOnly):
     def at(self, displacement: ArrayLike) -> Array:
         """Load at given displacements, interpolated.
 
-        NaN outside the curve.
+        It is NaN outside the curve.
 
         Raises
         ------

@@ -212,7 +212,7 @@ class Citable:
     def cite(self) -> Citation:
         """The papers behind this answer: theory, method, solver, data, and this program.
 
-        ``cite().bibtex`` for BibTeX.
+        ``cite().bibtex`` gives them as BibTeX.
 
         What is listed is what was declared by the method that ran, the solvers it named and the packaged experiment it
         was built from; a structure of one's own adds nothing.

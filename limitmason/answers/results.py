@@ -102,7 +102,7 @@ class Bound(str):
 class Range(NamedTuple):
     """Low and high end about a multiplier [-], and what they are.
 
-    NaN where there is none.
+    An end is NaN where there is none.
     """
 
     low: float = math.nan

@@ -116,7 +116,7 @@ def arch_from_curves(
 ) -> Assembly:
     """Return an arch whose joints connect corresponding points of two curves.
 
-    Any profile, any stereotomy.
+    The profile and the stereotomy are free.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ def arch_minimum_thickness(
 def thrust_margin(thickness: float, voussoirs: int, angle: float, *, chord: bool = False) -> float:
     """Return how far inside the arch the best line of thrust stays, over all joints.
 
-    Negative if none is inside.
+    It is negative if none is inside.
 
     Parameters
     ----------

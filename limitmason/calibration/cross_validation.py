@@ -53,7 +53,7 @@ class LeftOut:
     def error(self) -> float:
         """Root mean square of log(predicted / measured) [-].
 
-        Over all numbers that are compared by their ratio.
+        It is taken over all numbers that are compared by their ratio.
         """
         logs = [math.log(r.predicted / r.measured) for r in self.rows if r.predicted > 0.0 and r.measured > 0.0]
         return float(np.sqrt(np.mean(np.square(logs)))) if logs else math.nan

@@ -87,7 +87,7 @@ class Information(ReadOnly):
     def deviation(self) -> Array:
         """Fisher deviation on the scale of the fit, of the weaker side.
 
-        Infinite where the data see nothing there.
+        It is infinite where the data see nothing there.
         """
         return np.asarray(self.to_sides.max(axis=0))
 

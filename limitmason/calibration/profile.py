@@ -40,7 +40,7 @@ def profile(objective: Objective, best: Minimum, slopes: Slopes, rise: float) ->
 def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: int, rise: float) -> float:
     """End of the interval of one parameter: furthest point whose least sum of squares exceeds the best by ``rise``.
 
-    Infinite, with the sign, where the bound itself lies within.
+    It is infinite, with the sign, where the bound itself lies within.
     """
     scale, limit = objective.scale, best.chi2 + rise
     low, high, width = scale.low, scale.high, scale.high - scale.low

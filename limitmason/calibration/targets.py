@@ -153,7 +153,7 @@ class Entry(NamedTuple):
     def misfit(self, predicted: float) -> float:
         """log(predicted / measured), or the difference.
 
-        NaN for a prediction that cannot be compared [- or unit].
+        It is NaN for a prediction that cannot be compared [- or unit].
         """
         if not math.isfinite(predicted) or (self.relative and predicted <= 0.0):
             return math.nan

@@ -31,7 +31,7 @@ def brittle(system: System) -> bool:
 def overload(system: System, old: PlasticHistory, at: Evaluated) -> Array:
     """Opening or slip beyond the strength of points that would break, over the elastic one at the strength, (m,).
 
-    Negative below the strength; minus infinity where nothing can break.
+    It is negative below the strength, and minus infinity where nothing can break.
     """
     law, softening = system.law, system.law.softening
     assert softening is not None

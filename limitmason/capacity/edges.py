@@ -68,7 +68,7 @@ def told_of_sharing(generations: Generations, nodes: list[Node]) -> list[str]:
 def lost_at_edges(generations: Generations, nodes: list[Node]) -> float:
     """By what part the largest load would be lower if joints gave way at their edges [-].
 
-    0.0 without a limit point.
+    It is 0.0 without a limit point.
 
     It is wrong where blocks then move by another mechanism. On small structures in plane it was mostly within a
     quarter of the difference, once at a third of it; in space it was too high on 2 of 12.

@@ -53,7 +53,7 @@ class Spread(NamedTuple):
 class Ensemble(ReadOnly):
     """First loss and sustained load of paths from random gaps.
 
-    NaN where a path has none.
+    A value is NaN where a path has none.
 
     A path with a step that its certificate refuses has neither. ``curves`` are load multiplier against displacement.
     """

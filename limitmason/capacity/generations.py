@@ -148,7 +148,7 @@ class Generations:
     def until_off(self, before: Node, after: Node) -> float:
         """Share of a step in which no point that bears runs off its face by more than a few overshoots.
 
-        1.0 for all.
+        It is 1.0 where none does in the whole step.
 
         What it meets beyond the edge, and what it then carries, is found at the end of a step only.
         """

@@ -206,7 +206,7 @@ def cross_matrix(v: Array) -> Array:
 def motion_between(before: Pose, after: Pose) -> Array:
     """The motion of :func:`moved` that takes one pose to another, shape (n, 6 + k).
 
-    Below half a turn.
+    The turn between the two must be below half a turn.
     """
     step = (after.turn - before.turn) @ np.swapaxes(before.turn + np.eye(3), 1, 2)
     twist = 0.5 * np.stack(

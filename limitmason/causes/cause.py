@@ -84,7 +84,7 @@ class Cause:
     def sides(self) -> tuple[float, ...]:
         """The bounds that differ from the baseline.
 
-        One for a one-sided cause, two for a two-sided one.
+        A one-sided cause has one, a two-sided cause two.
         """
         return tuple(b for b in self.bounds if b != self.baseline)
 

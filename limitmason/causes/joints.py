@@ -134,7 +134,7 @@ def tension(
 ) -> tuple[Assembly, Loads]:  # fmt: skip
     """Joints that hold in tension.
 
-    ft raised by the size [kPa], c to ft tan(phi) at least (the cone's apex).
+    The tensile strength ft is raised by the size [kPa], and c to ft tan(phi) at least (the cone's apex).
     """
 
     def stronger(joint: Joint) -> Joint:

@@ -39,7 +39,7 @@ def self_weight(assembly: Assembly) -> Array:
 def shared_acceleration(assembly: Assembly, loads: Loads) -> Array:
     """Live force over weight that most blocks have in common, in units of g, shape (3,).
 
-    Zero where there is none.
+    It is zero where there is none.
 
     Only forces at the centroid count, as body forces act there. Of a single block under a force at its centroid nobody
     can tell whether it is a body force: it is taken as one.

@@ -271,7 +271,7 @@ class Continuum(ReadOnly):
     def value_at(self, displacement: Array, points: ArrayLike) -> Array:
         """Displacement at points of the solid [m], shape (k, 3).
 
-        From that of the nodes, shape (3 n,).
+        It is made from the displacement of the nodes, shape (3 n,).
         """
         brick, weight = self.mesh.at(points)
         u = displacement.reshape(-1, 3)[self.mesh.connectivity[brick]]
@@ -293,7 +293,7 @@ class Continuum(ReadOnly):
     def reactions(self, stress: Array, forces: Array) -> Reactions:
         """Force and moment of the supports.
 
-        From stresses at the points, (m, q, 6), and nodal forces, (3 n,).
+        They follow from stresses at the points, (m, q, 6), and nodal forces, (3 n,).
         """
         f = np.where(self.discretisation.held, self.discretisation.forces(stress) - forces, 0.0).reshape(-1, 3)
         return Reactions(f.sum(axis=0), np.cross(self.mesh.nodes, f).sum(axis=0))

@@ -269,7 +269,7 @@ class Rows:
     def linked(self, values: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
         """Predictions on the scale on which they are compared: cut, logarithms or as they are.
 
-        Rows along the last.
+        Rows run along the last axis.
         """
         rows = np.arange(len(self)) if rows is None else rows
         if self.low is not None and self.high is not None:

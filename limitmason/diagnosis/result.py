@@ -109,7 +109,7 @@ class Findings(Displayed, Citable, ReadOnly):
     def covariate(self) -> str | None:
         """Covariate that the residuals of the baseline vary with most.
 
-        A pointer, not a cause.
+        It is a pointer, not a cause.
         """
         return self.verdict.covariate
 
@@ -175,7 +175,7 @@ class Findings(Displayed, Citable, ReadOnly):
     def distinct(self) -> bool:
         """Whether one explanation is left, told from every smooth discrepancy.
 
-        Identified or not.
+        The one explanation need not be identified.
         """
         return self.verdict.distinct
 

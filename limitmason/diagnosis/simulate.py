@@ -47,7 +47,7 @@ class Collapse:
     def identity(self, specimen: Any) -> str | None:
         """Text that is the same for specimens with the same predictions whatever the parameters.
 
-        None: not known.
+        It is None where this is not known.
         """
         return None if self.same is None else self.same(specimen)
 

@@ -22,7 +22,7 @@ OWN = "in code given to the study: "  # begins the note on an error that code of
 def note_own(error: Exception, what: str) -> None:
     """Say with an error of the user's own function where it was called.
 
-    Type and traceback stay.
+    Type and traceback stay the same.
     """
     error.add_note(f"{OWN}{what}")
 

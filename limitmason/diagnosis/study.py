@@ -78,7 +78,7 @@ class Study(Statement):
     def design(self, causes: Iterable[Cause] | None = None) -> Design:
         """Tables of the design for a list of causes.
 
-        Made on the first call.
+        They are made on the first call.
         """
         return self._design(self._listed(causes))
 
@@ -125,7 +125,7 @@ class Study(Statement):
     def table(self, cause: Cause) -> Tabulation:
         """Table of one cause.
 
-        Made on the first call.
+        It is made on the first call.
         """
         return self.tables.single(cause)
 

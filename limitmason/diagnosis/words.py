@@ -100,7 +100,7 @@ def not_two_kinds(held: Identification) -> str:
 def off_the_list(diagnosis: Findings) -> str:
     """That none of a set need be true.
 
-    Empty where trials with the true cause missing say that sets rarely miss it.
+    It is empty where trials with the true cause missing say that sets rarely miss it.
     """
     found = diagnosis.rehearsal
     if found is not None and found.missing and found.rate("set without it")[2] <= OPEN:
@@ -111,7 +111,7 @@ def off_the_list(diagnosis: Findings) -> str:
 def by_kind_words(diagnosis: Findings) -> list[str]:
     """What every kind of data says of the best explanation, or where the baseline misses.
 
-    Empty for one kind.
+    It is empty for one kind.
     """
     kinds = diagnosis.by_kind
     if len(kinds) < 2:
@@ -202,7 +202,7 @@ def meaning(diagnosis: Findings) -> list[str]:
 def identification_words(diagnosis: Findings) -> list[str]:
     """Why a cause is identified, or what is missing and which test would identify it.
 
-    Empty where none is alone.
+    It is empty where none is alone.
     """
     record = diagnosis.identification
     if record is None:
@@ -305,7 +305,7 @@ def what_is_shared(diagnosis: Findings) -> list[str]:
 def what_is_unstated(diagnosis: Findings) -> list[str]:
     """An alarm held against noise that tests share unstated: it stands, or is withheld.
 
-    Empty where there is none.
+    It is empty where there is none.
     """
     doubt = diagnosis.verdict.doubt
     if doubt is None:

@@ -85,7 +85,7 @@ class Shown:
     def reason_for(self, case: str, outcome: str) -> str:
         """What is known of a case whose verdict or status is ``outcome``.
 
-        Empty where nothing is.
+        It is empty where nothing is.
         """
         for departure in self.departures:
             if departure.word in case and outcome.startswith(departure.begins):

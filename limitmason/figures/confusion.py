@@ -84,7 +84,7 @@ def distance_legend() -> list[Patch]:
 def confusable(result: Any, *, title: str | None = None) -> Figure:
     """Which causes a design tells apart.
 
-    Squared distance d2 of each true cause to each refitted rival.
+    It shows the squared distance d2 of each true cause to each refitted rival.
 
     Parameters
     ----------

@@ -122,7 +122,7 @@ def curve_fan(
 ) -> Figure:  # fmt: skip
     """All curves of a study, with median and 90 % band of the load.
 
-    Both at each displacement.
+    Both are taken at each displacement.
 
     Parameters
     ----------

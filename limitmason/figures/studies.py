@@ -266,7 +266,7 @@ def _group_name(by: Sequence[str], group: Sequence[Any]) -> str:
 def gap(result: Any, *, title: str | None = None, ax: Axes | None = None) -> Figure:
     """The way from the associative multiplier down to the DEM's.
 
-    One step per assumption.
+    Each assumption is one step.
 
     Parameters
     ----------

@@ -164,7 +164,7 @@ def tie_of(node: DocumentNode) -> Tie:
 def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
     """Loads of a document: wrenches, or self weight with the actions named in it.
 
-    Self weight alone without any.
+    Without any action it is self weight alone.
     """
     if "loads" not in node:
         return Loads.weight(assembly)

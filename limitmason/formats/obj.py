@@ -44,7 +44,7 @@ class _ObjFace(NamedTuple):
 def write_obj(path: str | Path, assembly: Assembly | Solids) -> None:
     """Write the blocks as objects with polygon faces, numbers with every bit.
 
-    One group per convex piece if several.
+    A block of several convex pieces has one group for each.
 
     Parameters
     ----------

@@ -216,7 +216,7 @@ def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Gr
 def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> Index:
     """Points along and across every interface, none farther apart than a spacing [m].
 
-    At least 2.
+    There are at least 2.
     """
     if isinstance(spacing, bool) or not 0.0 < spacing < np.inf:
         raise InputError(f"a spacing of contact points must be positive [m], got {spacing!r}")

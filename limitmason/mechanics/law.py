@@ -44,7 +44,7 @@ def tension_corner(tensile_strength: Array, cohesion: Array, tan_phi: Array) -> 
 def unit_tension(material: Material) -> float:
     """Largest tensile stress of a unit's zones, ft or the apex of its Mohr-Coulomb cone [Pa].
 
-    Infinite if elastic.
+    It is infinite if the unit is elastic.
     """
     if material.cohesion is None:
         return np.inf
@@ -131,7 +131,7 @@ class PointLaw(NamedTuple):
     def shear_strength(self, normal: Array) -> Array:
         """Largest shear under a normal force, c + tan(phi) N [N], shape (m,).
 
-        Negative beyond the apex.
+        It is negative beyond the apex.
         """
         return self.cohesion + self.tan_phi * normal
 
@@ -142,7 +142,7 @@ class PointLaw(NamedTuple):
     def excess(self, normal: Array, shear: Array) -> Array:
         """How far a force lies outside the law, the largest of its three conditions [N], shape (m,).
 
-        <= 0 inside.
+        It is <= 0 inside.
 
         Parameters
         ----------

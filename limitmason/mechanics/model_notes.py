@@ -62,7 +62,7 @@ def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
 def tension_above_apex(assembly: Assembly, taken: bool = False) -> str:
     """Which joints have more tensile strength than c / tan(phi), and what of it counts.
 
-    Empty where there are none.
+    The text is empty where there are none.
 
     The convex law ends at the apex of the Coulomb cone, so ft > c / tan(phi) is never reached. Codes that check ft
     apart from the cone do not cut it, nor does the DEM here: parameters calibrated in them lose tension elsewhere.

@@ -79,7 +79,7 @@ def part_labels(assembly: Assembly, free: Flags | None = None) -> Index:
 def unbalance(assembly: Assembly, loads: Loads, resultants: Resultants, multiplier: float) -> Array:
     """Unbalanced force, and moment over the block's size, of every block [N], shape (n_blocks, 6).
 
-    Zero where held.
+    It is zero where the block is held.
     """
     x = assembly.links
     k = resultants.point_interface

@@ -29,7 +29,7 @@ class StressBlock(NamedTuple):
     def excess(self, normal: Array) -> Array:
         """How far end forces (j, 2) lie outside the section's law [N], shape (j,).
 
-        <= 0 inside.
+        It is <= 0 inside.
         """
         n1, n2 = (normal[:, k] + 0.5 * self.tension for k in (0, 1))
         return (n1 + n2) ** 2 / (2.0 * self.capacity) - np.minimum(n1, n2)

@@ -91,7 +91,7 @@ def stretched(ties: TieSprings, shift: Array, turn: Array) -> Stretched:
 def tension(ties: TieSprings, elongation: Array, plastic: Array) -> tuple[Array, Array, Array]:
     """Tension [N], plastic elongation after it [m], and dT/dL [N/m], at an elongation [m].
 
-    All (t,).
+    All have the shape (t,).
     """
     tried = ties.stiffness * (elongation - plastic)
     yields = tried > ties.strength

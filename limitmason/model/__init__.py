@@ -1,6 +1,6 @@
 """The nouns every method works on: blocks, joints, interfaces, supports, loads and their assembly.
 
-All frozen.
+All of them are frozen.
 """
 
 from limitmason.model.arrays import AssemblyArrays

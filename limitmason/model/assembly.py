@@ -333,7 +333,7 @@ class Assembly(Blockwork, Displayed):
     def with_ties(self, ties: Iterable[Tie]) -> Assembly:
         """This assembly with these ties in place of those it had.
 
-        None gives the assembly without ties.
+        An empty sequence gives the assembly without ties.
 
         Raises
         ------

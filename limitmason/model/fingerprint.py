@@ -100,7 +100,7 @@ class Fingerprint(ReadOnly):
     def difference(self, then: Fingerprint) -> str:
         """First thing in which this model differs from another by more than rounding, in words.
 
-        Empty if none does.
+        It is empty if none does.
 
         Parameters
         ----------

@@ -242,7 +242,7 @@ _ACCELERATIONS = {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3, "g": GRAVITY}
 class BaseMotion(Stage):
     """Move all held blocks with a recorded ground acceleration.
 
-    Dynamic mode only.
+    The stage is for the dynamic mode only.
 
     Parameters
     ----------
@@ -329,7 +329,7 @@ class BaseMotion(Stage):
     def velocity(self, times: Array) -> Array:
         """Ground velocity at times since the stage began [m/s].
 
-        Exact integral of the piecewise linear record.
+        It is the exact integral of the piecewise linear record.
         """
         a = np.asarray(self.acceleration, dtype=float)
         h = self.sample_step

@@ -158,7 +158,7 @@ class _Digest:
     def feed_code(self, code: CodeType) -> None:
         """Add what a code does: instructions, constants (functions within it too), and names.
 
-        Not where it stands.
+        Where the code stands does not count.
         """
         self.tag("code", code.co_code.hex(), code.co_names, code.co_varnames, code.co_freevars)
         self.tag(code.co_exceptiontable.hex(), code.co_flags)

@@ -133,9 +133,8 @@ class SideBySide(Displayed):
     def loads_of_self_stress(self) -> tuple[str, ...]:
         """What the smallest admissible, the sustained and the associative load mean.
 
-        A line for each.
-
-        Empty without a sustained load; the first limit point of a capacity curve stands with them where there is one.
+        There is a line for each. Without a sustained load there is none. The first limit point of a capacity curve
+        stands with them where there is one.
         """
         if "sustained" not in self or not self["sustained"].solved:
             return ()

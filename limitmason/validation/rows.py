@@ -88,7 +88,7 @@ class Row:
     def unit(self) -> str:
         """Unit of the predicted value and of the reference.
 
-        "-" for a multiplier.
+        It is "-" for a multiplier.
         """
         return "-" if self.reference is None else self.reference.unit
 

@@ -65,7 +65,7 @@ class WallPrediction(NamedTuple):
     def interval(self) -> tuple[float, float]:
         """Ends that hold 90 % [kN]: inputs, where they were moved, and model.
 
-        Lognormal.
+        The distribution is lognormal.
         """
         wide = float(np.exp(NINETY * np.hypot(np.nan_to_num(self.spread), MODEL_SPREAD[self.method])))
         return self.force / wide, self.force * wide

@@ -124,7 +124,7 @@ def _groups(frequency: Array) -> list[list[int]]:
 def _root(gram: Array) -> Array:
     """Columns that make vectors of these products orthonormal.
 
-    Fewer where they depend on each other.
+    There are fewer where the vectors depend on each other.
     """
     value, axes = np.linalg.eigh(gram)
     kept = value > 1e-10 * value.max()

@@ -77,7 +77,7 @@ class Shapes(NamedTuple):
     def placed(self, pose: Pose, block: Index, place: Array) -> Array:
         """Where material points of blocks are in a pose [m], shape (m, 3).
 
-        ``place`` in the reference pose.
+        ``place`` is in the reference pose.
         """
         x = self.assembly.centroids
         return x[block] + pose.shift[block] + turned(pose, block, place - x[block])

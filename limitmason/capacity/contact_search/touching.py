@@ -212,7 +212,7 @@ def _shares(shapes: Shapes, c: PathContacts, gone: Flags, now_b: Array, near: Ne
 def outside(shapes: Shapes, c: PathContacts, pose: Pose) -> Array:
     """How far the corners that are points lie outside the sides of their faces in a pose [m], shape (m,).
 
-    0 inside.
+    It is 0 inside.
     """
     inside = beside_faces(shapes, c, pose)
     return np.asarray(np.where(inside < np.inf, np.maximum(-inside, 0.0), 0.0))
@@ -221,7 +221,7 @@ def outside(shapes: Shapes, c: PathContacts, pose: Pose) -> Array:
 def beside_faces(shapes: Shapes, c: PathContacts, pose: Pose) -> Array:
     """How far points lie inside the sides of their faces in a pose [m], shape (m,).
 
-    Infinite for those without one.
+    It is infinite for those without a face.
 
     A point where sides cross counts as outside by what it lies off that place.
     """

@@ -244,7 +244,7 @@ class Decision:
     def _tested(self, names: Names, fit: BestFit, base: float, best: float) -> Tested:
         """A fit beside the baseline and the best of its kind.
 
-        Not tested yet, and so not kept.
+        It is not tested yet, and so not kept.
         """
         grid, value = self.design.grid(names), float(fit.loglik[0])
         sizes, z = (tuple(float(v) for v in at(fit.position)[0]) for at in (grid.sizes_at, grid.z_at))

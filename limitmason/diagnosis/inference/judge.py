@@ -66,7 +66,7 @@ class Judge:
     def missing(self, sd: float = 1.0) -> Missing:
         """What happens here when the true cause is not on the list, and the margins against it.
 
-        Worked out once.
+        It is worked out once.
 
         Parameters
         ----------

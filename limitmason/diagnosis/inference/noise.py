@@ -18,7 +18,7 @@ DRAWS = 1999  # of the bootstrap; 399 cannot resolve a threshold of 0.005
 class Measured:
     """A nuisance input with its own measurement.
 
-    A datum with an error, never a free knob.
+    It is a datum with an error, never a free knob.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ class Noise:
     def about(self, predicted: np.ndarray) -> Noise:
         """The statement with the sign of every rate of misreading.
 
-        Negative where 1 is predicted, shape (n,).
+        The sign is negative where 1 is predicted, shape (n,).
         """
         if self.misread is None:
             return self

@@ -217,7 +217,7 @@ class Verdict:
     def distinct(self) -> bool:
         """Whether one explanation is left, told from every smooth discrepancy.
 
-        Identified or not.
+        The one explanation need not be identified.
         """
         if len(self.kept) != 1:
             return False

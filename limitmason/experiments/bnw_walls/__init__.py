@@ -203,7 +203,7 @@ def drive(test: Experiment) -> Drive:
 def curve(test: Experiment) -> Curve:
     """The database's bilinear idealisation of the measured envelope, positive sense.
 
-    Displacement [mm], load [kN].
+    The displacement is in [mm], the load in [kN].
     """
     m, height = test.measured, 1e3 * float(test.parameters["height"])
     force = float(m["bilinear force+"])

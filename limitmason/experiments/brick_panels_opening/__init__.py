@@ -178,7 +178,7 @@ def drive(test: Experiment) -> Drive:
 def curve(test: Experiment) -> Curve:
     """Published points of a UDEC run, from own weight on: first failure and failure.
 
-    Displacement [mm], load [kN].
+    The displacement is in [mm], the load in [kN].
 
     Raises
     ------

@@ -106,7 +106,7 @@ def load(specimen: str, **options: Any) -> Experiment:
 def rows_of(specimen: str) -> list[str]:
     """Lengths of the units of each course from the bottom, in block lengths.
 
-    Negative for an opening.
+    The length is negative for an opening.
     """
     courses = [r for r in read_table(NAME, "layouts.csv").rows if r["specimen"] == specimen]
     return [r["pattern"] for r in sorted(courses, key=lambda r: int(r["course"]))]

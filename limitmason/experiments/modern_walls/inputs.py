@@ -57,7 +57,7 @@ class Input(NamedTuple):
     def drawn(self, normal: float) -> float:
         """The value at a standard normal number.
 
-        Lognormal.
+        The distribution is lognormal.
         """
         return self.value * math.exp(self.spread * normal)
 

@@ -255,7 +255,7 @@ def _at_small_dilatancy(
 ) -> float:
     """Extreme multiplier of a short search with a little dilatancy wherever there is none.
 
-    NaN when none is found.
+    It is NaN when none is found.
 
     Where the multiplier itself is proven this one must be too: a search that ends high would feign a jump.
     """

@@ -58,7 +58,7 @@ class ForceState(NamedTuple):
 class Violation(NamedTuple):
     """What a state violates: forces over the total load, rates at mean live velocity one.
 
-    Zero for an exact state.
+    It is zero for an exact state.
     """
 
     equilibrium: float

@@ -77,7 +77,7 @@ def make_model(
 def _maxima(model: highspy.Highs, rows: Array, *, smallest: bool = False) -> Array:
     """Largest, or smallest, value of every row over a model's polyhedron.
 
-    Infinite where there is none.
+    A value is infinite where there is none.
     """
     count = rows.shape[1]
     index = np.arange(count, dtype=np.int32)
