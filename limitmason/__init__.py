@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         calibration,
         causes,
         codes,
+        comparison,
         continuum,
         diagnosis,
         experiments,
@@ -45,12 +46,12 @@ if TYPE_CHECKING:
         mechanics,
         methods,
         study,
-        validation,
         vibration,
     )
     from limitmason.calibration import CurveTarget, Parameter, Target, calibrate
     from limitmason.capacity import elastic_range, pushover
     from limitmason.codes import assess
+    from limitmason.comparison import compare
     from limitmason.figures import view
     from limitmason.limit import (
         axle_envelope,
@@ -66,7 +67,6 @@ if TYPE_CHECKING:
     )
     from limitmason.mechanics.joint_forces import force_table
     from limitmason.methods import answer, predict, predict_cases
-    from limitmason.validation import compare
     from limitmason.vibration import mac, modes
 
 __version__ = VERSION
@@ -89,7 +89,7 @@ _MODULES = (
     "mechanics",
     "methods",
     "study",
-    "validation",
+    "comparison",
     "vibration",
 )
 _NAMES = {
@@ -107,7 +107,7 @@ _NAMES = {
     "answer": "limitmason.methods",
     "predict": "limitmason.methods",
     "predict_cases": "limitmason.methods",
-    "compare": "limitmason.validation",
+    "compare": "limitmason.comparison",
     "pushover": "limitmason.capacity",
     "elastic_range": "limitmason.capacity",
     "assess": "limitmason.codes",

@@ -51,7 +51,7 @@ METHODS: Mapping[str, str] = {
     DEM: "dem.method:DEM",
     MECHANISMS: "mechanisms.method:MECHANISMS",
     "pushover": "limitmason.capacity.method:PUSHOVER",
-    "sustained": "limitmason.validation.sustained:SUSTAINED",
+    "sustained": "limitmason.comparison.sustained:SUSTAINED",
 }
 """Method name to "module:object"; other packages add theirs through the entry-point group "limitmason.methods", as a
 :class:`limitmason.answers.method.Method` or as a plain function of assembly and loads."""

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mechanisms
+from limitmason.comparison.wall_ladder import MODEL_SPREAD, ROCKS, WallPrediction, predict_walls
 from limitmason.constants import VERSION
 from limitmason.display.text_table import markdown as markdown_lines
 from limitmason.experiments.modern_walls import MODELS, NAME, specimens
@@ -27,7 +28,6 @@ from limitmason.experiments.modern_walls.inputs import complete, inputs_of
 from limitmason.experiments.registry import load as load_wall
 from limitmason.experiments.tables import read_table
 from limitmason.storage.csv_table import write_table
-from limitmason.validation.wall_ladder import MODEL_SPREAD, ROCKS, WallPrediction, predict_walls
 from validation.measured_walls_text import TEXT
 from validation.wall_causes import HELD, STIFFNESS, responses, stiffness
 from validation.wall_figures import curve_lines, envelopes, plastic_curve, scatter_figure, worst_walls

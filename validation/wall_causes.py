@@ -16,6 +16,7 @@ import numpy as np
 
 from limitmason.answers.results import FlowRule
 from limitmason.causes.cause import Cause
+from limitmason.comparison.wall_ladder import formulas_force, rocking_force
 from limitmason.errors import InputError
 from limitmason.experiments import registry
 from limitmason.experiments.modern_walls import (
@@ -33,7 +34,6 @@ from limitmason.experiments.record import Experiment
 from limitmason.experiments.tables import read_table
 from limitmason.limit.analysis import limit_analysis
 from limitmason.study.memo import Memo
-from limitmason.validation.wall_ladder import formulas_force, rocking_force
 
 FORCE, MODE, STIFFNESS, CRACK = "peak", "failure mode: rocks", "stiffness", "drift at first crack"
 HOLLOW = ("HC",)

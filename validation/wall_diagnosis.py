@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from limitmason import causes
 from limitmason.causes import Cause
+from limitmason.comparison.wall_ladder import predict_walls
 from limitmason.diagnosis import Diagnosis, Observation, Rehearsal, Study
 from limitmason.display.progress import reached
 from limitmason.display.text_table import markdown as markdown_lines
@@ -27,7 +28,6 @@ from limitmason.experiments.modern_walls import NAME
 from limitmason.experiments.modern_walls.inputs import complete, has_shear_span
 from limitmason.experiments.tables import read_table
 from limitmason.study.memo import Memo
-from limitmason.validation.wall_ladder import predict_walls
 from validation.wall_causes import (
     COVARIATES,
     CRACK,

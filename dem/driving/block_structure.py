@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from dem.driving.own_weight import settled
 from dem.driving.pace import LEAST_STEPS, slowest_period, softest_note
 from dem.driving.path import widest_spacing
 from dem.driving.push_curve import PushCurve
-from dem.driving.settling import settled
 from dem.driving.structure import DrivenStructure
 from dem.kernels import E_STEPS
 from dem.model.joint_marks import JointMarks

@@ -30,7 +30,7 @@ PACKAGES = {
     "dem": "Distinct elements.",
     "mechanisms": "Closed-form mechanisms.",
     "limitmason.methods": "Methods by name.",
-    "limitmason.validation": "Predicted beside measured.",
+    "limitmason.comparison": "Predicted beside measured.",
     "limitmason.experiments": "Packaged experiments.",
     "limitmason.study": "Sweeps, random joints, attribution of gaps.",
     "limitmason.calibration": "Parameters of a model from measured values.",

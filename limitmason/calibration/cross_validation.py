@@ -12,8 +12,8 @@ from scipy.optimize import lsq_linear
 
 from limitmason.arrays import Array
 from limitmason.calibration.information import Information
+from limitmason.calibration.least_squares import descend
 from limitmason.calibration.objective import Minimum, Objective
-from limitmason.calibration.search import descend
 from limitmason.calibration.targets import Entry
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError

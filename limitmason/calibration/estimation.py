@@ -13,11 +13,11 @@ from limitmason.arrays import Array
 from limitmason.calibration.cross_validation import groups_of, left_out
 from limitmason.calibration.fit import Fit, fit_warnings
 from limitmason.calibration.information import Information
+from limitmason.calibration.least_squares import SAME, SearchSettings, Slopes, searched, settle
 from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.parameter import Parameter, ParameterScale
 from limitmason.calibration.profile import profile
 from limitmason.calibration.runs import Model, Runs
-from limitmason.calibration.search import SAME, SearchSettings, Slopes, searched, settle
 from limitmason.calibration.targets import CurveTarget, Entry, OutputValue, entries_of
 from limitmason.display.progress import watched
 from limitmason.errors import InputError

@@ -15,9 +15,9 @@ from limitmason.answers.curve import Curve
 from limitmason.arrays import Array, Flags
 from limitmason.calibration.cross_validation import LeftOut
 from limitmason.calibration.information import Information, NextTest, UnresolvedDirection, ranked, relative
+from limitmason.calibration.least_squares import SAME, Slopes
 from limitmason.calibration.objective import LOST, Minimum, Objective
 from limitmason.calibration.runs import Model, taken
-from limitmason.calibration.search import SAME, Slopes
 from limitmason.calibration.targets import outputs_of
 from limitmason.diagnosis import Cause, Diagnosis, Measured, Noise, Study
 from limitmason.display.text_table import aligned

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.calibration.least_squares import Slopes, secants, updated
 from limitmason.calibration.objective import LOST, Minimum, Objective
-from limitmason.calibration.search import Slopes, secants, updated
 
 SHARP = 0.02
 """An end is known to this part of its distance from the best."""

@@ -55,10 +55,10 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _predict(options: argparse.Namespace) -> int:
+    from limitmason.comparison.wall_ladder import predict_walls
     from limitmason.display.text_table import aligned
     from limitmason.experiments import registry
     from limitmason.storage.csv_table import write_table
-    from limitmason.validation.wall_ladder import predict_walls
 
     known = [s for s in registry.sources() if s not in registry.tabled()]
     if options.series not in known:
@@ -102,18 +102,18 @@ def _show(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from limitmason import validation
+    from limitmason import comparison
 
     if options.all == bool(options.source):
         raise InputError("name a source, or give --all; see `limitmason experiments list`")
     settings = settings_of(options)
     flow_rule = settings.pop("flow_rule", None)
-    rows = validation.table(
+    rows = comparison.table(
         _cases(options), method=method_of(options), flow_rule=flow_rule, progress=lines(), **settings
     )
-    show_text(validation.as_text(rows))
+    show_text(comparison.as_text(rows))
     if options.csv:
-        validation.write_rows(rows, options.csv)
+        comparison.write_rows(rows, options.csv)
         say(f"wrote {options.csv}")
     if options.figure:
         from limitmason import figures

@@ -53,7 +53,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 def _report(options: argparse.Namespace) -> int:
     from limitmason import figures
-    from limitmason.validation import compare
+    from limitmason.comparison import compare
 
     target = read_target(options.target, options)
     title = options.title or target.title
@@ -67,7 +67,7 @@ def _report(options: argparse.Namespace) -> int:
 
 
 def _compare(options: argparse.Namespace) -> int:
-    from limitmason.validation import compare
+    from limitmason.comparison import compare
 
     assembly, loads, title = load_target(options.target)
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces, {loads.name}")

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from limitmason.checks import choice
+from limitmason.comparison.rows import Row as Compared
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.validation.rows import Row as Compared
 
 LABELS = ("auto", "all", "outside", "none")
 _MANY = 12
@@ -67,7 +67,7 @@ def _with_range(value: Any, where: str) -> tuple[float, float, float]:
 def predicted_beside_references(rows: Iterable[Compared], **options: Any) -> Figure:
     """Scatter of rows of a table against their measured or published values.
 
-    The rows are those of ``limitmason.validation.table``.
+    The rows are those of ``limitmason.comparison.table``.
 
     Parameters
     ----------

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
+from limitmason.comparison import SideBySide
 from limitmason.diagnosis import Diagnosis
 from limitmason.errors import InputError
 from limitmason.figures.diagnosis import diagnosis
@@ -18,7 +19,6 @@ from limitmason.figures.mechanism import assembly, mechanism
 from limitmason.figures.modes import mode_shape
 from limitmason.figures.studies import side_by_side
 from limitmason.model import Assembly
-from limitmason.validation import SideBySide
 from limitmason.vibration.modes import Modes
 
 MANY = 400

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from limitmason.answers.results import BoundKind, Prediction
+from limitmason.comparison import SideBySide
 from limitmason.constants import VERSION
 from limitmason.figures.contacts import contact_report
 from limitmason.figures.forces import contact_forces
@@ -17,7 +18,6 @@ from limitmason.figures.mechanism import mechanism
 from limitmason.figures.page import bullets, image, table, write_page
 from limitmason.figures.studies import side_by_side
 from limitmason.model import Assembly, Joint, Loads
-from limitmason.validation import SideBySide
 
 _KINDS = {
     BoundKind.EXACT: "exact for the law it names",

@@ -1,7 +1,7 @@
 """Limit analysis of rigid-block assemblies as cone programs: associative, non-associative, and what bounds what."""
 
 from limitmason.limit.analysis import limit_analysis
-from limitmason.limit.axles import AxleEnvelope, axle_envelope
+from limitmason.limit.axle_envelope import AxleEnvelope, axle_envelope
 from limitmason.limit.load_region import LoadRegion, load_region
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.range.bracket import Bracket, limit_bracket

@@ -177,14 +177,14 @@ def test_a_session_does_what_the_command_does(tmp_path, capsys):
         lm.formats.write_model_template(by_call)
 
     said = []
-    rows = lm.validation.table(source="ferris-tin-loi-2001", flow_rule="associative", progress=said.append)
+    rows = lm.comparison.table(source="ferris-tin-loi-2001", flow_rule="associative", progress=said.append)
     assert said[0] == "[1/6] ferris-tin-loi-2001/wall-1"
     _, out, _ = run("experiments", "run", "ferris-tin-loi-2001", "--flow-rule", "associative",
                     "--csv", tmp_path / "command.csv", capsys=capsys)  # fmt: skip
     assert [line.split()[:5] for line in out.splitlines()[1:]] == [
-        line.split()[:5] for line in lm.validation.as_text(rows).splitlines()[1:]
+        line.split()[:5] for line in lm.comparison.as_text(rows).splitlines()[1:]
     ]
-    lm.validation.write_rows(rows, tmp_path / "call.csv")
+    lm.comparison.write_rows(rows, tmp_path / "call.csv")
     files = [list(csv.reader((tmp_path / f"{name}.csv").open())) for name in ("command", "call")]
     assert [row[:-1] for row in files[0]] == [row[:-1] for row in files[1]]  # the last column is the time it took
     assert lm.figures.predicted_beside_references(rows).axes

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limitmason import cli, experiments, validation
+from limitmason import cli, comparison, experiments
 from limitmason.diagnosis import Noise, Study
 from limitmason.diagnosis.simulator import Job, Simulator
 from limitmason.experiments.series import packaged_table
@@ -154,7 +154,7 @@ def test_a_packaged_series_with_our_simulator(tmp_path, capsys):
     assert value == repeat != other
     assert known.calls == 2
     assert " at 0x" not in repr(study.simulate)  # values on disk are found again by another process
-    (wanted,) = [r.predicted for r in validation.run(experiments.load("minho-dry-stone-2005-2009", "SW.100.1"))]
+    (wanted,) = [r.predicted for r in comparison.run(experiments.load("minho-dry-stone-2005-2009", "SW.100.1"))]
     assert value == pytest.approx(wanted, rel=1e-9)
 
 

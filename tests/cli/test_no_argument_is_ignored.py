@@ -20,10 +20,10 @@ from walls import running_bond
 
 import dem
 import limitmason as lm
-from limitmason import cli, diagnosis, experiments, methods, validation
+from limitmason import cli, comparison, diagnosis, experiments, methods
 from limitmason.cli import driven, models
+from limitmason.comparison import wall_ladder
 from limitmason.study import memo
-from limitmason.validation import wall_ladder
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("limitmason", "dem", "mechanisms")
@@ -220,11 +220,11 @@ def run(canned, tmp_path, monkeypatch, capsys):
     pushed = methods.Method("dem", None, drive=drive)
     monkeypatch.setattr(models, "predict", predict)
     # of a table only the runs are replaced: it is the table that hands every option on to them
-    row = recorder("run", validation.run(experiments.load("pavia-tilting", "S1")))
-    monkeypatch.setattr(sys.modules["limitmason.validation.specimen"], "run", row)
+    row = recorder("run", comparison.run(experiments.load("pavia-tilting", "S1")))
+    monkeypatch.setattr(sys.modules["limitmason.comparison.specimen"], "run", row)
     monkeypatch.setattr(experiments, "all_cases", lambda **_: [experiments.load("pavia-tilting", "S1")])
     monkeypatch.setattr(wall_ladder, "predict_walls", recorder("walls", wall_ladder.predict_walls("formulas", ["189"])))
-    monkeypatch.setattr(validation, "compare", recorder("compare", table))
+    monkeypatch.setattr(comparison, "compare", recorder("compare", table))
     monkeypatch.setattr(driven, "get_method", lambda name: methods.get_method(name) if name == "limit" else pushed)
     monkeypatch.setattr(driven, "_draw", lambda o, *_: note("draw", o.figure, o.cracks))
     monkeypatch.setattr(diagnosis, "investigate", investigate)
@@ -361,9 +361,9 @@ def test_forces_are_not_drawn_where_there_are_none_and_a_mechanism_is_where_ther
     (lambda w, p: lm.compare(w, p, "associative", dem={"tolerance": 0.1}), "dem"),
     (lambda w, p: lm.compare(w, p, "associative", associative={"search": "quick"}), "search"),
     (lambda w, p: lm.settlement_analysis(w, 0, loads=p), "loads"),
-    (lambda w, p: validation.run(experiments.load("ferris-tin-loi-2001", "wall-1"), "dem", flow_rule="associative"),
+    (lambda w, p: comparison.run(experiments.load("ferris-tin-loi-2001", "wall-1"), "dem", flow_rule="associative"),
      "flow_rule"),
-    (lambda w, p: validation.run(experiments.load("ferris-tin-loi-2001", "wall-1"), kinds="guessed"), "kinds"),
+    (lambda w, p: comparison.run(experiments.load("ferris-tin-loi-2001", "wall-1"), kinds="guessed"), "kinds"),
     (lambda w, p: experiments.load("mcmaster-bending", "theta-90").loads("-"), "direction '-'"),
 ])  # fmt: skip
 def test_keyword_of_another_mode_is_refused_by_name(call, name, canned):

@@ -10,7 +10,7 @@ import pytest
 import dem
 import limitmason as lm
 from dem import UnsettledError, UnstableError
-from dem.driving.settling import BEYOND, weaken
+from dem.driving.own_weight import BEYOND, weaken
 from dem.kernels import LAW
 from dem.stages.resuming import RunStatus
 from limitmason.constants import GRAVITY
@@ -114,14 +114,14 @@ def test_a_push_on_sound_joints_that_was_cut_off_goes_on_to_the_same_bits(tmp_pa
 
 def settling(monkeypatch, number, answer):
     """Replace what one of the runs of settling answers; the states that they begin with."""
-    begun, real = [], dem.driving.settling.simulate
+    begun, real = [], dem.driving.own_weight.simulate
 
     def run(*args, start, **options):
         begun.append(start)
         history = real(*args, start=start, **options)
         return answer(history) if len(begun) == number else history
 
-    monkeypatch.setattr(dem.driving.settling, "simulate", run)
+    monkeypatch.setattr(dem.driving.own_weight, "simulate", run)
     return begun
 
 

@@ -9,7 +9,7 @@ from scipy.special import chdtrc
 from scipy.stats import multivariate_normal
 
 from limitmason.diagnosis import Cause, Noise, Rule, Study
-from limitmason.diagnosis.inference.confidence_set import Decision
+from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, CONSTANT, Discrepancy
 from limitmason.diagnosis.inference.fit import Likelihood
 from limitmason.diagnosis.inference.noise import Draws
@@ -278,7 +278,7 @@ def test_an_alarm_is_held_against_its_own_specimens_as_generalised_least_squares
     made = study(data(GAIN, 1.05, seed=5), covariates=["height", "width"], nuisance={}, noise=Noise(0.04))
     design = made.design([GAIN])
     y = design.whiten(made.measured)
-    decision = Decision(design, Draws.make([0, 12], 12, 0, made.noise, 1999), Rule())
+    decision = ConfidenceSet(design, Draws.make([0, 12], 12, 0, made.noise, 1999), Rule())
     alarm = decision.gate(y)
     found = decision.alarm(y, ("batch",)).doubt
     assert alarm.p["gain"] < 0.005

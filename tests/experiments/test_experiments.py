@@ -9,11 +9,11 @@ import pickle
 import numpy as np
 import pytest
 
-from limitmason import experiments, validation
+from limitmason import comparison, experiments
+from limitmason.comparison import specimen
 from limitmason.experiments import Quantity, record, registry
 from limitmason.limit import limit_analysis
 from limitmason.model.assembly import Assembly
-from limitmason.validation import specimen
 
 FERRIS, MINHO, WALLETTE = "ferris-tin-loi-2001", "minho-dry-stone-2005-2009", "rondelet-wallette"
 BENDING, MURANO = "mcmaster-bending", "murano-u-walls"
@@ -28,7 +28,7 @@ def active_contacts(assembly: Assembly) -> int:
 
 
 def predicted(test: experiments.Experiment, **arguments) -> float:
-    rows = validation.run(test, kinds=record.KINDS, **arguments)
+    rows = comparison.run(test, kinds=record.KINDS, **arguments)
     return next(r.predicted for r in rows if r.prediction is not None)
 
 
@@ -141,7 +141,7 @@ def test_ferris_tin_loi_2001_every_bottom_block_has_one_base_contact(wall):
 @pytest.mark.parametrize("wall", WALLS)
 def test_ferris_tin_loi_2001_associative(wall):
     test = experiments.load(FERRIS, wall)
-    (row,) = validation.run(test, kinds="recomputed")
+    (row,) = comparison.run(test, kinds="recomputed")
     assert row.status == "solved"
     assert row.predicted == pytest.approx(float(row.reference), abs=1e-4)
     assert row.predicted == pytest.approx(float(test.published["associative"]), abs=1e-3)
@@ -238,7 +238,7 @@ def test_minho_more_friction_never_lowers_the_prediction_and_crushing_lowers_it(
 
 @pytest.mark.slow
 def test_minho_all_31_peaks_are_compared_in_their_own_direction():
-    rows = validation.table(source=MINHO, kinds="measured")
+    rows = comparison.table(source=MINHO, kinds="measured")
     assert len(rows) == 31
     assert {r.unit for r in rows} == {"kN"}
     assert {r.status for r in rows} == {"solved"}
@@ -251,17 +251,17 @@ def test_minho_all_31_peaks_are_compared_in_their_own_direction():
 
 
 def test_minho_ranges_cover_what_the_sources_leave_open():
-    (sw,) = validation.run(experiments.load(MINHO, "SW.100.1"), spread=True)
+    (sw,) = comparison.run(experiments.load(MINHO, "SW.100.1"), spread=True)
     assert experiments.load(MINHO, "SW.100.1").open_options == {"force_height": (0.95, 1.0)}
     assert sw.low == pytest.approx(sw.predicted)
     assert sw.high == pytest.approx(sw.predicted / 0.95, rel=1e-3)
     ws = experiments.load(MINHO, "WS.100")
     assert ws.open_options == {"friction": (0.5, 0.75), "first_course": ("half", "whole")}
-    (row,) = validation.run(ws, spread=True)
+    (row,) = comparison.run(ws, spread=True)
     ends = [predicted(ws.with_options(friction=mu)) for mu in (0.5, 0.75)]
     assert row.low <= ends[0] < row.predicted < ends[1] <= row.high
-    assert " to " in validation.as_text([row])
-    (plain,) = validation.run(ws)
+    assert " to " in comparison.as_text([row])
+    (plain,) = comparison.run(ws)
     assert math.isnan(plain.low)
 
 
@@ -273,14 +273,14 @@ def test_minho_negative_peaks_are_predicted_with_the_reversed_load(monkeypatch):
         return limit_analysis(assembly, loads, **settings)
 
     monkeypatch.setattr(specimen, "predict", spy)
-    rows = validation.run(experiments.load(MINHO, "WS1.100"))
+    rows = comparison.run(experiments.load(MINHO, "WS1.100"))
     assert [r.quantity for r in rows] == ["Vmax+", "Vmax-"]
     assert seen == [1.0, -1.0]
 
 
 @pytest.mark.slow
 def test_minho_ws_walls_rock_as_rigid_blocks_within_15_per_cent_and_sw_30_exceeds_them():
-    ratio = {(r.specimen, r.quantity): r.ratio for r in validation.table(source=MINHO, kinds="measured")}
+    ratio = {(r.specimen, r.quantity): r.ratio for r in comparison.table(source=MINHO, kinds="measured")}
     assert all(0.85 < x < 1.15 for (name, _), x in ratio.items() if name.startswith("WS"))
     assert all(x < 0.75 for (name, _), x in ratio.items() if name.startswith("SW.30"))
     assert all(x > 1.0 for (name, _), x in ratio.items() if name.startswith(("SW.100", "SW.200", "SW.250")))
@@ -321,7 +321,7 @@ def test_rondelet_wallette_geometry_and_supports(bond):
 @pytest.mark.parametrize("bond", experiments.specimens(WALLETTE))
 def test_rondelet_wallette_associative_lies_in_the_window_of_godio_2017(bond):
     test = experiments.load(WALLETTE, bond)
-    rows = validation.run(test, flow_rule="associative", kinds=("published", "recomputed"))
+    rows = comparison.run(test, flow_rule="associative", kinds=("published", "recomputed"))
     assert [r.quantity for r in rows] == ["3DEC dilatant", "associative"]
     for row in rows:
         assert row.status == "solved"
@@ -350,7 +350,7 @@ def test_missing_plans_are_an_error_that_says_what_is_missing(case):
     else:
         with pytest.raises(ValueError, match=r"has no assembly: .*(not published|not found|not in the sources)"):
             case.assembly()
-    rows = validation.run(case)
+    rows = comparison.run(case)
     assert rows
     assert all(math.isnan(r.predicted) and r.status == specimen.NO_MODEL for r in rows)
     assert case.measured or case.published
@@ -371,7 +371,7 @@ def test_bnw_with_high_friction_fails_by_rocking_with_crushing_in_closed_form(na
 
 
 def test_rows_keep_reference_prediction_and_ratio_and_share_one_solution():
-    rows = validation.run(experiments.load(FERRIS, "wall-1"), flow_rule="associative", kinds=record.KINDS)
+    rows = comparison.run(experiments.load(FERRIS, "wall-1"), flow_rule="associative", kinds=record.KINDS)
     assert [(r.quantity, r.kind) for r in rows] == [
         ("associative", "published"),
         ("HybriDFEM associative", "published"),
@@ -386,7 +386,7 @@ def test_rows_keep_reference_prediction_and_ratio_and_share_one_solution():
 
 def test_asked_flow_rule_leaves_out_what_was_computed_with_another():
     def quantities(**arguments):
-        return {r.quantity for r in validation.run(experiments.load(FERRIS, "wall-1"), **arguments)}
+        return {r.quantity for r in comparison.run(experiments.load(FERRIS, "wall-1"), **arguments)}
 
     associative = quantities(flow_rule="associative")
     assert associative == {"associative", "HybriDFEM associative"}
@@ -395,10 +395,10 @@ def test_asked_flow_rule_leaves_out_what_was_computed_with_another():
 
 
 def test_text_table_has_one_aligned_line_per_row():
-    rows = validation.table(
+    rows = comparison.table(
         [experiments.load(MINHO, "WS1.100"), experiments.load("pavia-tilting", "S1")], kinds="measured"
     )
-    lines = validation.as_text(rows).splitlines()
+    lines = comparison.as_text(rows).splitlines()
     assert len(lines) == 1 + len(rows) == 4
     assert lines[0].split()[0] == "experiment"
     assert "39 kN" in lines[1]
@@ -409,6 +409,6 @@ def test_text_table_has_one_aligned_line_per_row():
 
 def test_table_takes_cases_or_a_source():
     with pytest.raises(ValueError, match="either cases or source"):
-        validation.table([experiments.load(FERRIS, "wall-1")], source=FERRIS)
-    assert validation.table(source="pavia-tilting") == ()
-    assert len(validation.table(source="pavia-tilting", with_model=None)) == 36
+        comparison.table([experiments.load(FERRIS, "wall-1")], source=FERRIS)
+    assert comparison.table(source="pavia-tilting") == ()
+    assert len(comparison.table(source="pavia-tilting", with_model=None)) == 36

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from u_wall_blocks import printed_mechanisms as tables
+from u_wall_blocks import murano_table_10 as tables
 from walls import on_slab, running_bond
 
 import dem

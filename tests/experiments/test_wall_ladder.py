@@ -5,10 +5,7 @@ import pytest
 
 from limitmason import experiments
 from limitmason.cli import main
-from limitmason.errors import InputError
-from limitmason.experiments.modern_walls.inputs import inputs_of
-from limitmason.limit import limit_analysis
-from limitmason.validation.wall_ladder import (
+from limitmason.comparison.wall_ladder import (
     LADDER,
     MODEL_SPREAD,
     ROCKS,
@@ -17,6 +14,9 @@ from limitmason.validation.wall_ladder import (
     predict_walls,
     rocking_force,
 )
+from limitmason.errors import InputError
+from limitmason.experiments.modern_walls.inputs import inputs_of
+from limitmason.limit import limit_analysis
 
 NAME = "modern-walls"
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from u_wall_blocks import printed_mechanisms as murano
+from u_wall_blocks import murano_table_10 as murano
 
 import mechanisms as me
 from limitmason.mechanics import stiffness_from_moduli as stiffness

@@ -10,8 +10,8 @@ from walls import on_slab, running_bond
 
 import limitmason as lm
 from limitmason import cli
+from limitmason.comparison import comparing
 from limitmason.study import Memo
-from limitmason.validation import comparing
 
 FAST = {"dem": {"contact_points": (2, 2), "error_budget": ()}, "non_associative": {"search": "quick"}}
 

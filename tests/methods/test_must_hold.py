@@ -13,7 +13,7 @@ from walls import corner, running_bond
 
 import limitmason as lm
 import mechanisms
-from limitmason.validation.findings import Answers
+from limitmason.comparison.findings import Answers
 
 DRY = lm.Joint(33.82)
 PLANS = {

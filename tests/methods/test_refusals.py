@@ -9,8 +9,8 @@ import pytest
 import dem
 import limitmason as lm
 import mechanisms
+from limitmason.comparison import compare
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.validation import compare
 
 PACKAGES = ("limitmason", "dem", "mechanisms")
 
@@ -81,7 +81,7 @@ def test_a_mistake_inside_a_proven_range_comes_through(monkeypatch):
     def broken(*_, **__):
         raise ValueError("operands")
 
-    monkeypatch.setattr("limitmason.validation.comparing.proven_range", broken)
+    monkeypatch.setattr("limitmason.comparison.comparing.proven_range", broken)
     structure = wall()
     with pytest.raises(ValueError, match="operands"):
         compare(structure, lm.Loads.horizontal(structure), ("non-associative",), proven=1.0,
@@ -139,10 +139,10 @@ def test_a_refused_experiment_is_a_row_of_the_table_and_a_mistake_is_not(monkeyp
     this = sys.modules[__name__]
     monkeypatch.setitem(lm.methods.METHODS, "other", f"{__name__}:OTHER")
     monkeypatch.setattr(this, "OTHER", refusing, raising=False)
-    rows = lm.validation.table(source="ferris-tin-loi-2001", method="other")
+    rows = lm.comparison.table(source="ferris-tin-loi-2001", method="other")
     assert rows
     assert {row.refusal for row in rows} == {"no walls"}
-    assert "does not apply: no walls" in lm.validation.as_text(rows)
+    assert "does not apply: no walls" in lm.comparison.as_text(rows)
     monkeypatch.setattr(this, "OTHER", broken)
     with pytest.raises(ValueError, match="operands"):
-        lm.validation.table(source="ferris-tin-loi-2001", method="other")
+        lm.comparison.table(source="ferris-tin-loi-2001", method="other")

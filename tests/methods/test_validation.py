@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import limitmason as lm
-from limitmason import experiments, validation
+from limitmason import comparison, experiments
 from limitmason.answers.curve import Curve
+from limitmason.comparison.rows import STORED, Row
 from limitmason.display.text_table import aligned, markdown
 from limitmason.errors import InputError
 from limitmason.experiments import registry
 from limitmason.geometry import box
-from limitmason.validation.rows import STORED, Row
 
 ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = Path(lm.__file__).parent
@@ -34,7 +34,7 @@ def test_no_source_is_named_outside_its_folder():
         # examples in docstrings and help may name one
         code = re.sub(r'"""[\s\S]*?"""', "", text)
         own = path.parent.name if path.parent.parent == ROOT / "limitmason" / "experiments" else ""
-        if path.parent == ROOT / "limitmason" / "validation":
+        if path.parent == ROOT / "limitmason" / "comparison":
             # what needs stores of runs stands above a series: a module may be of one, whose NAME it takes from there
             of = re.findall(r"^from limitmason\.experiments\.(\w+) import .*\bNAME\b", code, re.MULTILINE)
             own = of[0] if len(of) == 1 else own
@@ -120,7 +120,7 @@ def test_a_folder_is_a_full_source(one_block):
     assert one_block in experiments.sources()
     assert experiments.specimens(one_block) == ("tall", "flat")
     test = experiments.load(one_block, "tall")
-    assert [r.ratio for r in validation.run(test)] == pytest.approx([1.0])
+    assert [r.ratio for r in comparison.run(test)] == pytest.approx([1.0])
     assert test.with_options(friction=0.1).options["friction"] == 0.1
     assert test.curve().peak.load == 2.0
     cases = every_case.cases(one_block)
@@ -159,7 +159,7 @@ def test_values_of_a_copy_of_the_same_model_are_no_references():
 
 def test_every_table_is_made_of_the_same_rows(one_block):
     test = experiments.load(one_block, "tall")
-    (row,) = validation.run(test, "associative")
+    (row,) = comparison.run(test, "associative")
     (answer,) = lm.compare(test.assembly(), test.loads(), "associative", measured=0.25).rows
     assert type(row) is type(answer) is Row
     assert (row.multiplier, row.ratio, row.bound, row.unit) == (

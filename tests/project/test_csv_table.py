@@ -83,8 +83,8 @@ def test_every_writer_of_the_package_is_read_by_numpy(tmp_path):
     write_measured(tmp_path / "measured.csv", {"peak": "kN"}, [{"peak": 41.5}, {"peak": 22.9}], note="made up")
     _write(tmp_path / "curve.csv", lm.Curve([0.0, 1e-3], [0.0, 2e3]))
     wall = experiments.load("ferris-tin-loi-2001", "wall-1")
-    rows = lm.validation.run(wall, "associative", quantities=["associative", "non-associative"])
-    lm.validation.write_rows([r for r in rows for _ in range(2)], tmp_path / "rows.csv")
+    rows = lm.comparison.run(wall, "associative", quantities=["associative", "non-associative"])
+    lm.comparison.write_rows([r for r in rows for _ in range(2)], tmp_path / "rows.csv")
     for name, column in (("study", "x"), ("measured", "peak"), ("curve", "load"), ("rows", "predicted")):
         path = tmp_path / f"{name}.csv"
         assert read_by_numpy(path)[column].dtype.kind in "fi", name

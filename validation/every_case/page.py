@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 
+from limitmason.comparison.comparing import SideBySide
+from limitmason.comparison.findings import BROKEN, HOLDS, INSIDE, NOT_CHECKED, Answers
+from limitmason.comparison.rows import REFUSED, Row
 from limitmason.display.text_table import markdown
 from limitmason.methods import ASSOCIATIVE, COMPARED_METHODS, DEM, MECHANISMS, get_method
 from limitmason.storage.csv_table import write_table
-from limitmason.validation.comparing import SideBySide
-from limitmason.validation.findings import BROKEN, HOLDS, INSIDE, NOT_CHECKED, Answers
-from limitmason.validation.rows import REFUSED, Row
 
 from .cases import Case, ReferenceValue, settings_of
 from .solving import dem_verdict

@@ -8,13 +8,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from limitmason.comparison.comparing import SideBySide, compare
+from limitmason.comparison.findings import INSIDE, Answers
+from limitmason.comparison.rows import Row
 from limitmason.display.progress import reached, task
 from limitmason.errors import InputError
 from limitmason.experiments.shown import Settings
 from limitmason.methods import ASSOCIATIVE, COMPARED_METHODS, DEM, MECHANISMS, NON_ASSOCIATIVE, get_method
-from limitmason.validation.comparing import SideBySide, compare
-from limitmason.validation.findings import INSIDE, Answers
-from limitmason.validation.rows import Row
 
 from .cases import Case, settings_of
 

@@ -3,12 +3,12 @@
 from collections.abc import Callable, Iterable
 from itertools import groupby
 
+from limitmason.comparison.rows import Row
+from limitmason.comparison.specimen import run
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import markdown, markdown_line
 from limitmason.experiments.record import Experiment
 from limitmason.experiments.registry import all_cases
-from limitmason.validation.rows import Row
-from limitmason.validation.specimen import run
 
 from .page import names_of, span
 

@@ -9,7 +9,7 @@ import limitmason as lm
 from limitmason.display.text_table import filled, markdown
 from limitmason.experiments.murano_u_walls import macro, micro
 
-from . import identification, onset, printed_mechanisms, pushed
+from . import identification, murano_table_10, onset, pushed
 from .identification import CASES, Found, Run
 
 Array = NDArray[np.float64]
@@ -273,8 +273,8 @@ def table_10() -> list[str]:
     """Table of mechanisms A, B and D."""
     rows = [["wall", "mechanism", "factor, printed", "at stated inputs", "at the optimum", "load, printed [kN]",
              "at stated inputs", "at the optimum"]]  # fmt: skip
-    for r in printed_mechanisms.table_10():
-        weight = printed_mechanisms.murano_facade(r.wall).weight
+    for r in murano_table_10.table_10():
+        weight = murano_table_10.murano_facade(r.wall).weight
         rows.append([
             r.wall, r.mechanism, f"{r.printed_factor:g}", f"{r.as_stated:.3f}", f"{r.recomputed:.3f}",
             f"{r.printed_load / 1e3:.2f}", f"{r.as_stated * weight / 1e3:.2f}", f"{r.recomputed * weight / 1e3:.2f}",

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from limitmason.diagnosis.inference.confidence_set import Decision
+from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.noise import Draws, Noise
 from limitmason.diagnosis.inference.shared import Shares, alike, assumed
@@ -76,7 +76,7 @@ def judge_again(
     """
 
     def judged(design: Design, y: np.ndarray, draws: Draws, pairs: bool, shared: np.ndarray | None) -> CheckedVerdict:
-        decision = Decision(design if shared is None else design.sharing(shared), draws, rule)
+        decision = ConfidenceSet(design if shared is None else design.sharing(shared), draws, rule)
         verdict = decision.explained(y, decision.alarm(y, unstated), pairs)
         return CheckedVerdict(verdict.kind, verdict.causes)
 

@@ -85,7 +85,7 @@ def add_draws(
     return tally
 
 
-class Decision:
+class ConfidenceSet:
     """Explanations of one design held against data by the bootstrap.
 
     Parameters
@@ -153,7 +153,7 @@ class Decision:
         effect = design.effect(names, verdict.tested[names].fit)
         groups = same(much_and_little(design.apart(effect) * design.scale))
         correlation = (1.0 - PLAUSIBLE) * design.correlation + PLAUSIBLE * groups
-        p = dict(Decision(design.sharing(correlation), self.draws, rule).gate(y).p)
+        p = dict(ConfidenceSet(design.sharing(correlation), self.draws, rule).gate(y).p)
         if "scatter" in verdict.p:
             p["scatter"] = self._scatter_within(verdict.null, groups)
         limits = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter}

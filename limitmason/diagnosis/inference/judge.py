@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import chdtri
 
-from limitmason.diagnosis.inference.confidence_set import Decision, share_of
+from limitmason.diagnosis.inference.confidence_set import ConfidenceSet, share_of
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy, Rivals, as_gaussian
 from limitmason.diagnosis.inference.fit import Likelihood
@@ -119,22 +119,24 @@ class Judge:
         renewed : checks the tables of pairs that a verdict hangs on, and says whether one was replaced
         """
         shares = estimated_shares(self.design, y, shared)
-        alarm = Decision(self.carrying(shares).design, draws, self.rule).alarm(y, self.unstated)
+        alarm = ConfidenceSet(self.carrying(shares).design, draws, self.rule).alarm(y, self.unstated)
         if alarm.kind == VerdictKind.UNEXPLAINED and shares.looked_at:  # beside the best explanation
             shares = estimated_shares(self.design, y, shared, price=alarm.critical_gain)
         judge = self.carrying(shares)
-        verdict = judge.verdict(y, draws, pairs, alarm)
+        verdict = judge.judge_independent(y, draws, pairs, alarm)
         for _ in range(ROUNDS):
             if not renewed(judge.design, verdict):
                 break
             if judge is not self:
                 self.design.forget_pairs()
-            verdict = judge.verdict(y, draws, pairs, alarm)
+            verdict = judge.judge_independent(y, draws, pairs, alarm)
         for names in verdict.pairs:
             self.design.grid(names)
         return Judged(verdict, judge.design.closed(), shares)
 
-    def verdict(self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None) -> Verdict:
+    def judge_independent(
+        self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None
+    ) -> Verdict:
         """The verdict on one data set.
 
         Parameters
@@ -144,7 +146,7 @@ class Judge:
         pairs : whether pairs of causes are tried where no single one is left, or the residuals ask for them
         alarm : what a gate said of the same data, which may have carried other shares of the noise; None asks its own
         """
-        decision = Decision(self.design, draws, self.rule)
+        decision = ConfidenceSet(self.design, draws, self.rule)
         alarm = decision.alarm(y, self.unstated) if alarm is None else alarm
         verdict = decision.explained(y, alarm, pairs)
         if not self.rule.identify:
@@ -153,7 +155,7 @@ class Judge:
         sd = self.noise(verdict)
         return replace(verdict, rehearsed=self.missing(sd))
 
-    def _with_identification(self, decision: Decision, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
+    def _with_identification(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
         """The verdict with its one name identified.
 
         "Behaves like" where the record does not hold; withdrawn where residuals keep a trend or a kind of data
@@ -172,7 +174,7 @@ class Judge:
         kind = verdict.kind if record.holds else VerdictKind.BEHAVES_LIKE
         return replace(verdict, kind=kind, identification=record)
 
-    def held(self, decision: Decision, verdict: Verdict, y: np.ndarray) -> Identification:
+    def held(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray) -> Identification:
         """The one explanation of a verdict held against every model discrepancy."""
         design, rule, names = self.design, self.rule, verdict.kept[0]
         of_noise, folds = self.noise(verdict), self.folds
@@ -236,7 +238,7 @@ class Judge:
         )
 
     def _second_look(
-        self, decision: Decision, verdict: Verdict, record: Identification, y: np.ndarray, pairs: bool
+        self, decision: ConfidenceSet, verdict: Verdict, record: Identification, y: np.ndarray, pairs: bool
     ) -> tuple[Verdict, Identification | None]:
         """Withdraw a single name that leaves structure.
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.answers.results import Prediction
+from limitmason.comparison.rows import NAN, Row
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError, NotApplicable, NotConverged
@@ -15,7 +16,6 @@ from limitmason.experiments.record import KINDS, Experiment, TargetValue
 from limitmason.experiments.registry import all_cases, tabled
 from limitmason.methods import LIMIT, get_method, predict
 from limitmason.storage.csv_table import write_table
-from limitmason.validation.rows import NAN, Row
 
 NO_MODEL = "no assembly"
 OPEN = "what the sources leave open"

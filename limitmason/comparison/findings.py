@@ -9,8 +9,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from limitmason.comparison.rows import NAN, Row
 from limitmason.methods import get_method
-from limitmason.validation.rows import NAN, Row
 
 HOLDS, OPEN, BROKEN, NOT_CHECKED = "holds", "open", "BROKEN", "not checked"
 INSIDE = "inside"

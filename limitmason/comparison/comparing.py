@@ -12,6 +12,8 @@ from typing import Any
 
 from limitmason.answers.references import LIMITMASON, Citation
 from limitmason.answers.results import Bound, Prediction
+from limitmason.comparison.findings import Answers
+from limitmason.comparison.rows import Row
 from limitmason.display.notebook import Displayed
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import aligned, markdown
@@ -24,8 +26,6 @@ from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 from limitmason.study.content import fingerprint
 from limitmason.study.memo import Memo
-from limitmason.validation.findings import Answers
-from limitmason.validation.rows import Row
 
 ANSWERS = "answers.jsonl"
 """File of a store's folder."""
