@@ -23,6 +23,7 @@ _GROWN = 1.5  # times as long as the step before
 _FAILED = 0.25  # part of a step that is tried where no Newton iteration ends it
 _IDLE = 0.01  # of the energy so far: work of a step below which its error does not count
 _FAILS = 3  # steps cut for that before a path is taken to break off
+_AS_MUCH, _NO_HELP = 0.8, 2  # of the error of the longer step; cuts that leave as much, after which a step is taken
 _CUTS = 256  # first step over the shortest one
 _FLAT = 1.8  # longest over shortest edge of a brick from which a warning names it
 _BREAK = 400  # secant iterations of a jump
@@ -166,8 +167,11 @@ def _stepped(
     A step that runs past the strength of a brick finds states where its neighbours crack too, or one row of points of
     the brick alone: both are in equilibrium, with more or less energy than one crack. The energy that a straight line
     between both ends of the step misses tells: cut until that is small, the step ends just past the strength.
+    Where cutting leaves as much of it, the step is taken whole.
     """
     last, failed = nodes[-1], 0
+    longest: EquilibriumState | None = None
+    missed, same = np.inf, 0
     while True:
         length = target - last.control
         guess, factor = last.displacement, last.multiplier
@@ -185,9 +189,14 @@ def _stepped(
             cut = _FAILED
         else:
             error = _energy_missed(solver, nodes[0], last, new)
-            if error <= budget or length <= least:
+            if error <= budget:
                 return new
-            cut = min(max(budget / error, 0.1), 0.7)
+            # an error that stays as it is in steps ever shorter is none of the step's: cracks that turn have it
+            same = same + 1 if error > _AS_MUCH * missed else 0
+            longest, missed = (longest if same and longest is not None else new), error
+            if same == _NO_HELP or length <= least:
+                return longest
+            cut = min(max(budget / error, 0.1), 0.25 if same else 0.7)
         target = last.control + max(cut * length, least)
 
 
