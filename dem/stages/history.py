@@ -300,6 +300,10 @@ class History(Displayed, ReadOnly):
         return np.linalg.norm(total[:, :2], axis=1) / np.maximum(np.abs(total[:, 2]), 1e-300)
 
     def __str__(self) -> str:
+        """Status, length, how well energy is balanced, and what to know before trusting it."""
+        return repr(self) + "".join(f"\n  note: {w}" for w in self.warnings)
+
+    def __repr__(self) -> str:
         """Status, length, and how well energy is balanced."""
         n = len(self.scalars["time"])
         if not n:
@@ -307,7 +311,4 @@ class History(Displayed, ReadOnly):
         return (
             f"history: {self.status}, {n} samples, {self.scalars['step'][-1]:.0f} steps, "
             f"energy error {np.abs(self.energy_error).max() / self._work:.1e} of the work of the loads"
-            + "".join(f"\n  note: {w}" for w in self.warnings)
         )
-
-    __repr__ = __str__

@@ -11,6 +11,7 @@ import hashlib
 import json
 import re
 import sys
+import types
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -196,7 +197,8 @@ def run(canned, tmp_path, monkeypatch, capsys):
         note("study", study.about, study.specimens, read, study.n_jobs, [(c.name, c.unit) for c in study.causes])
         note("by", getattr(study.simulate, "method", None), getattr(study.simulate, "options", None))
         note("investigate", known)
-        return study
+        said = types.SimpleNamespace(record=lambda: {"headline": "none", "in words": []})
+        return types.SimpleNamespace(answer=said, n=study.n)
 
     def written(study, folder, *, checks):
         note("written", study.n, str(folder), checks)
