@@ -42,13 +42,16 @@ def deepest(
     apart = ~(assembly.fixed[of[p]] & assembly.fixed[of[q]])
     p, q = p[apart], q[apart]
     n = assembly.n_blocks
-    pressed = np.zeros(n * n)
-    pairs = np.minimum(c.block_a, c.block_b) * n + np.maximum(c.block_a, c.block_b)
-    np.maximum.at(pressed, pairs, force[:, 0] / (c.kn * c.area))
+    pairs, of_point = np.unique(
+        np.minimum(c.block_a, c.block_b) * n + np.maximum(c.block_a, c.block_b), return_inverse=True
+    )
+    pressed = np.zeros(len(pairs) + 1)  # the last one: of pairs without a point
+    np.maximum.at(pressed, of_point, force[:, 0] / (c.kn * c.area))
+    near = np.minimum(of[p], of[q]) * n + np.maximum(of[p], of[q])
+    joined = np.isin(near, pairs)
     if c.components == 2:
-        joined = np.isin(np.minimum(of[p], of[q]) * n + np.maximum(of[p], of[q]), pairs)
-        p, q = p[~joined], q[~joined]
-    tolerance = slack + pressed[np.minimum(of[p], of[q]) * n + np.maximum(of[p], of[q])]
+        p, q, near, joined = p[~joined], q[~joined], near[~joined], joined[~joined]
+    tolerance = slack + pressed[np.where(joined, np.searchsorted(pairs, near), len(pairs))]
     faces, start = all_faces(solids)
     found = penetrations(solids, of, faces, start, p, q, tolerance)
     return max(found, key=lambda row: row[2]) if found else None
