@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from dem.model.joints import losses
-from dem.model.state import State
+from dem.model.state import DYNAMIC, State
 from dem.model.vibration import state_system
 from dem.papers import PAPERS
 from dem.stages.resuming import Position, RunStatus, check_continues
@@ -215,15 +215,15 @@ class History(Displayed, ReadOnly):
         )  # fmt: skip
 
     def diagram(self) -> dict[str, Any]:
-        """What ``plot()`` draws: displacement over time [m].
+        """What ``plot()`` draws: displacement of the block that ends farthest from where it stood [mm].
 
-        It is that of the block that ends farthest from where it stood.
+        It stands over time, or over steps in quasi-static mode, whose time counts steps.
         """
         block = int(np.argmax(np.linalg.norm(self.shift[-1], axis=1)))
-        along = self.displacement_of(block)
-        columns = {"time": self["time"]} | {name: along[:, k] for k, name in enumerate("xyz")}
-        label = f"displacement of {self.assembly.blocks[block].name} [m]"
-        return {"history": columns, "names": list("xyz"), "against": "time", "units": {"time": "s"}, "ylabel": label}
+        against, unit = ("time", "s") if self.state.mode == DYNAMIC else ("step", "")
+        columns = {against: self[against]} | dict(zip("xyz", 1e3 * self.displacement_of(block).T, strict=True))
+        label = f"displacement of {self.assembly.blocks[block].name} [mm]"
+        return {"history": columns, "names": list("xyz"), "against": against, "units": {against: unit}, "ylabel": label}
 
     def corners(self, sample: int = -1) -> list[Array]:
         """Corners of every block at a sample [m], for drawing the deformed shape.

@@ -20,6 +20,7 @@ from limitmason.errors import InputError
 from limitmason.limit import limit_analysis
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 
 Spectrum = GroundSpectrum | FloorSpectrum | RecordSpectrum
 
@@ -95,6 +96,7 @@ class Assessment:
         return "\n".join([*lines, *(f"  warning: {w}" for w in self.warnings)])
 
 
+@of_model
 def assess(
     assembly: Assembly,
     loads: Loads,

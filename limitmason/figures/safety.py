@@ -14,8 +14,8 @@ from limitmason.codes.circular_2019 import DAMPING, Spectrum
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.limit.axle_envelope import AxleEnvelope
-from limitmason.limit.load_region import LoadRegion
+from limitmason.limit.axles import AxleEnvelope
+from limitmason.limit.load_regions import LoadRegion
 
 
 @style.in_print_style

@@ -1,15 +1,15 @@
 """Limit analysis of rigid-block assemblies as cone programs: associative, non-associative, and what bounds what."""
 
 from limitmason.limit.analysis import limit_analysis
-from limitmason.limit.axle_envelope import AxleEnvelope, axle_envelope
-from limitmason.limit.load_region import LoadRegion, load_region
+from limitmason.limit.axles import AxleEnvelope, axle_envelope
+from limitmason.limit.load_regions import LoadRegion, load_region
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.range.bracket import Bracket, limit_bracket
 from limitmason.limit.range.proven_range import ProvenRange, proven_range
 from limitmason.limit.settlement import settlement_analysis
-from limitmason.limit.stability import Standing, minimum_thickness, stability
-from limitmason.limit.strengthen import Strengthening, strengthen
-from limitmason.limit.thrust import Thrust, thrust
+from limitmason.limit.standing import Standing, minimum_thickness, stability
+from limitmason.limit.strengthening import Strengthening, strengthen
+from limitmason.limit.thrusts import Thrust, thrust
 
 __all__ = [
     "AxleEnvelope",

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import wraps
 from inspect import signature
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
@@ -21,34 +21,22 @@ def of_model(function: Callable[P, R]) -> Callable[P, R]:
     InputError
         For anything else; it says what was given, and in which order the two are written.
     """
-    names = tuple(signature(function).parameters)
-    parameters = signature(function).parameters
-    where = names.index("loads") if "loads" in names else None
-    optional = where is not None and parameters["loads"].default is None
-    call = f"{function.__name__}({', '.join(names[:2])})"
+    call = signature(function)
+    names = tuple(call.parameters)
+    wanted = {names[0]: (Assembly, "an Assembly"), "loads": (Loads, "Loads, for example Loads.horizontal(assembly)")}
 
     @wraps(function)
     def checked(*args: P.args, **kwargs: P.kwargs) -> R:
-        _refuse(args, kwargs, 0, names[0], Assembly, "an Assembly", call)
-        if where is not None and not (optional and _given(args, kwargs, where, "loads") in ((), (None,))):
-            _refuse(args, kwargs, where, "loads", Loads, "Loads, for example Loads.horizontal(assembly)", call)
+        try:
+            given = call.bind_partial(*args, **kwargs).arguments
+        except TypeError:
+            given = {}  # the call below says what is wrong with it
+        for name in [n for n in wanted if n in given]:
+            kind, text = wanted[name]
+            left_out = given[name] is None and call.parameters[name].default is None
+            if not (isinstance(given[name], kind) or left_out):
+                got = type(given[name]).__name__
+                raise InputError(f"{name} must be {text}; got {got}. Write {function.__name__}({', '.join(names[:2])})")
         return function(*args, **kwargs)
 
     return checked
-
-
-def _given(args: tuple[Any, ...], kwargs: dict[str, Any], where: int, name: str) -> tuple[Any, ...]:
-    """The value of an argument, alone in a tuple, or empty where none was given."""
-    return args[where : where + 1] or ((kwargs[name],) if name in kwargs else ())
-
-
-def _refuse(
-    args: tuple[Any, ...], kwargs: dict[str, Any], where: int, name: str, kind: type, wanted: str, call: str
-) -> None:
-    """Refuse an argument of another class.
-
-    One that is missing is left to Python, which names it.
-    """
-    for value in _given(args, kwargs, where, name):
-        if not isinstance(value, kind):
-            raise InputError(f"{name} must be {wanted}; got {type(value).__name__}. Write {call}")

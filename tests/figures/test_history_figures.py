@@ -255,7 +255,10 @@ def test_every_record_has_its_figure(pushed):
     assert len(lm.modes(COLUMN).plot(number=2).axes)
     shown = pushed.plot()
     top = artist(shown, "curve x").get_ydata()
-    assert np.allclose(top, pushed.displacement_of(TOP)[:, 0])
+    assert np.allclose(top, 1e3 * pushed.displacement_of(TOP)[:, 0])
+    assert shown.axes[0].get_xlabel() == "step"  # in quasi-static mode time counts steps
+    shaken = dem.simulate(COLUMN, dem.Hold(duration=0.01), mode="dynamic", sample=5)
+    assert shaken.plot().axes[0].get_xlabel() == "time [s]"
     assert "<svg" in pushed._repr_html_()
     assert "<svg" in lm.modes(COLUMN)._repr_html_()
 

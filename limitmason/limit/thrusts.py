@@ -17,6 +17,7 @@ from limitmason.limit.settlement import guides_across, largest_multiplier, settl
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_vector
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 from limitmason.model.support_motion import Group, SupportMotion, group_of
 
 
@@ -44,6 +45,7 @@ class Thrust:
         return f"thrust {self.least:.6g} N to {self.greatest:.6g} N along ({d})"
 
 
+@of_model
 def thrust(
     assembly: Assembly,
     support: Group | None = None,

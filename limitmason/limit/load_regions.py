@@ -40,6 +40,7 @@ from limitmason.mechanics.resultants import resultants_from_points
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 from limitmason.storage.files import write_text
 
 FLAT = 1e-3
@@ -119,6 +120,7 @@ class LoadRegion:
         return f"{text}, {len(self.corners)} corners, {len(self.outside)} half-planes, gap {self.gap:.1e}{unbounded}"
 
 
+@of_model
 def load_region(
     assembly: Assembly,
     dead: Loads,

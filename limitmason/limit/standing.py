@@ -24,6 +24,7 @@ from limitmason.model.input import read_vector
 from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 from limitmason.model.plausibility import PlausibilityWarning
 
 LARGEST_DIVISOR = 1e3
@@ -65,6 +66,7 @@ class Standing:
         return "\n".join([verdict, *("  " + line for line in lines), *("  note: " + n for n in self.notes)])
 
 
+@of_model
 def stability(
     assembly: Assembly,
     loads: Loads | None = None,

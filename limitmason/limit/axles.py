@@ -16,6 +16,7 @@ from limitmason.limit.analysis import limit_analysis
 from limitmason.model.assembly import Assembly
 from limitmason.model.axles import axle_wrenches, extrados
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +41,7 @@ class AxleEnvelope:
         return f"axles: smallest multiplier {self.multipliers.min():.6g} with the first at x = {self.governing:.4g} m"
 
 
+@of_model
 def axle_envelope(
     assembly: Assembly,
     loads: Loads,
