@@ -21,12 +21,12 @@ def of_model(function: Callable[P, R]) -> Callable[P, R]:
     InputError
         For anything else; it says what was given, and in which order the two are written.
     """
-    call = signature(function)
-    names = tuple(call.parameters)
+    names = tuple(signature(function).parameters)
     wanted = {names[0]: (Assembly, "an Assembly"), "loads": (Loads, "Loads, for example Loads.horizontal(assembly)")}
 
     @wraps(function)
     def checked(*args: P.args, **kwargs: P.kwargs) -> R:
+        call = signature(function)  # read here: what is closed over counts in a stored result, and this has no content
         try:
             given = call.bind_partial(*args, **kwargs).arguments
         except TypeError:

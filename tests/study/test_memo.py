@@ -154,6 +154,18 @@ def test_what_has_no_content_is_refused_by_the_name_of_what_uses_it(tmp_path):
 
 
 
+def test_every_public_call_of_the_package_can_be_used_by_what_is_stored():
+    calls = {name: getattr(lm, name) for name in lm.__all__ if callable(getattr(lm, name))}
+    refused = {}
+    for name, call in calls.items():
+        try:
+            fingerprint(made("def f(x): return call(x)", call=call))
+        except TypeError as error:
+            refused[name] = str(error)
+    assert not refused
+    assert calls.keys() >= {"limit_analysis", "pushover", "stability", "compare"}
+
+
 def test_an_edited_model_is_computed_anew_or_refused_and_the_same_one_is_found(tmp_path):
     one, two = (made(f"def f(a): return {{'p': float(np.{g}(a))}}") for g in ("sin", "cos"))
     sweep(one, {"a": [0.1, 0.2]}, store=tmp_path / "rows")
