@@ -58,15 +58,14 @@ if TYPE_CHECKING:
         limit_analysis,
         limit_bracket,
         load_region,
-        minimum_thickness,
         proven_range,
         settlement_analysis,
-        stability,
         strengthen,
         thrust,
     )
     from limitmason.mechanics.joint_forces import force_table
     from limitmason.methods import answer, predict, predict_cases
+    from limitmason.standing import minimum_thickness, stability
     from limitmason.vibration import mac, modes
 
 __version__ = VERSION
@@ -97,10 +96,10 @@ _NAMES = {
     "limit_analysis": "limitmason.limit",
     "limit_bracket": "limitmason.limit",
     "load_region": "limitmason.limit",
-    "minimum_thickness": "limitmason.limit",
+    "minimum_thickness": "limitmason.standing",
     "proven_range": "limitmason.limit",
     "settlement_analysis": "limitmason.limit",
-    "stability": "limitmason.limit",
+    "stability": "limitmason.standing",
     "strengthen": "limitmason.limit",
     "thrust": "limitmason.limit",
     "force_table": "limitmason.mechanics.joint_forces",

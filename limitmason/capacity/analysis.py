@@ -98,7 +98,8 @@ def pushover(
         along the axis with which the support acts on the structure [N]. A list of wholly held blocks moves as one, and
         is one block of the curve's structure, under the name of its first
     to : control displacement from the state under dead load [m]; negative for the other sense; None goes on until the
-        load has fallen 0.2 % below its first limit point, at most to half a block; a support needs a number
+        load has fallen 0.2 % below its first limit point, at most to half a block; a support needs a number; 0 without
+        live loads ends in the state under dead load, the curve's only sample
     blocks : "rigid"; "lumped", rigid with the compliance of the units' material in the joints
         (:func:`limitmason.mechanics.lumped_units.with_lumped_units`); "simply deformable", blocks that strain and bend,
         the shapes of :func:`dem.push`'s; "ritz", elastic bodies in polynomials, condensed to their joint points
@@ -171,6 +172,8 @@ def pushover(
         raise NotApplicable("initial forces go with rigid blocks: limit analysis knows no strains")
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
+    settles = to == 0.0 and not loads.live.any() and control == "live"
+    loads = replace(loads, live=loads.dead) if settles else loads  # of multiplier 0
     assembly, loads, control = _as_one(assembly, loads, control)
     assembly, loads, moving = _with_moving_support(assembly, loads, control, to)
     plane, stress = plane_of(assembly, loads, blocks, stress)
@@ -212,6 +215,8 @@ def pushover(
     system = generations.systems[0]
     if not nodes:
         return _falls(generations, warnings)
+    if settles:
+        return certified_curve(generations, nodes, origin, path.REACHED, warnings, 1.0)
     if to is not None and finite("to [m]", to) == 0.0:
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
 

@@ -22,10 +22,11 @@ from limitmason.cli.console import (
     writable,
 )
 from limitmason.errors import InputError
-from limitmason.limit import axle_envelope, stability, thrust
+from limitmason.limit import axle_envelope, thrust
 from limitmason.mechanics.joint_forces import force_table
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
+from limitmason.standing import stability
 from limitmason.storage.files import save_figure
 
 
@@ -103,7 +104,7 @@ def _stability(options: argparse.Namespace) -> int:
         show_text(str(thrust(assembly, options.support, loads=dead)))
     if options.figure:
         _draw(options.figure, "forces" if found.stands else "mechanism", assembly, found.state, title)
-    return 0 if found.stands else 3
+    return 0 if found.stands and found.stands_on_path is not False else 3
 
 
 def _axles(options: argparse.Namespace) -> int:

@@ -7,7 +7,6 @@ from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.range.bracket import Bracket, limit_bracket
 from limitmason.limit.range.proven_range import ProvenRange, proven_range
 from limitmason.limit.settlement import settlement_analysis
-from limitmason.limit.standing import Standing, minimum_thickness, stability
 from limitmason.limit.strengthening import Strengthening, strengthen
 from limitmason.limit.thrusts import Thrust, thrust
 
@@ -17,7 +16,6 @@ __all__ = [
     "LoadRegion",
     "Problem",
     "ProvenRange",
-    "Standing",
     "Strengthening",
     "Thrust",
     "axle_envelope",
@@ -25,10 +23,8 @@ __all__ = [
     "limit_bracket",
     "load_region",
     "make_problem",
-    "minimum_thickness",
     "proven_range",
     "settlement_analysis",
-    "stability",
     "strengthen",
     "thrust",
 ]

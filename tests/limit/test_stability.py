@@ -61,6 +61,47 @@ def test_what_falls_has_a_motion_and_no_measures():
 def test_can_stand_is_said_to_be_necessary_below_normality():
     found = lm.stability(on_a_slope(0.1, joint=lm.Joint(PHI, dilatancy_angle_deg=0.0)), tilts=())
     assert "necessary" in found.notes[0]
+    assert found.certain is None
+    assert found.stands_on_path
+    weight = found.path.structure.assembly.weights[1]
+    assert found.path.resultants(0).normal[0] == pytest.approx(weight * math.cos(0.1), rel=1e-4)
+    assert "it does on a path" in str(found)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_what_only_wedging_would_hold_falls_on_a_path(scale):
+    """A block between two rocks: dry faces bear it if pressed together, which nothing does but dilation."""
+    solids = [box((-1, 0, 0), (0, 1, 1)), box((1, 0, 0), (2, 1, 1)), box((0, 0, 0), (1, 1, 1))]
+
+    def between_rocks(dilatancy):
+        made = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(PHI, dilatancy_angle_deg=dilatancy), fixed=[0, 1])
+        return lm.stability(made.transformed(scale * np.eye(3)), tilts=())
+
+    falls = between_rocks(0.0)
+    assert falls.stands
+    assert falls.stands_on_path is False
+    assert falls.certain is None
+    assert "on a path it falls" in str(falls)
+    wedged = between_rocks(10.0)  # it slides, opens its joints by tan(psi), and presses: N = W / (2 tan(phi))
+    assert wedged.stands_on_path
+    assert wedged.certain
+    forces = wedged.path.resultants(0)
+    weight = wedged.path.structure.assembly.weights[2]
+    assert forces.normal == pytest.approx([0.5 * weight / math.tan(math.radians(PHI))] * 2, rel=1e-6)
+    normal = between_rocks(PHI)
+    assert normal.path is None
+    assert not normal.notes
+
+
+def test_a_path_that_cannot_be_followed_is_named_and_one_may_be_left_out():
+    secant = lm.Joint(PHI, 0.0, cohesion=1e3, residual_cohesion=0.0, unloading="secant")
+    found = lm.stability(on_a_slope(0.1, joint=secant), tilts=())
+    assert found.path is None
+    assert found.stands_on_path is None
+    assert "no path: " in found.notes[-1]
+    dry = lm.stability(on_a_slope(0.1, joint=lm.Joint(PHI, dilatancy_angle_deg=0.0)), tilts=(), path=False)
+    assert dry.path is None
+    assert dry.notes[-1] == "no path was asked for"
 
 
 @pytest.mark.slow

@@ -11,12 +11,14 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.answers.results import NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
+from limitmason.answers.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
 from limitmason.arrays import Array
-from limitmason.errors import InputError
+from limitmason.capacity import PushoverCurve, pushover
+from limitmason.errors import InputError, NotApplicable
 from limitmason.limit.associative import carry, contact_facts
 from limitmason.limit.margin import Margin, last_standing, standing_margin
 from limitmason.limit.program.problem import Problem, make_problem
+from limitmason.limit.range.bracket import inside
 from limitmason.mechanics.law_table import refuse
 from limitmason.mechanics.model_notes import with_model_notes
 from limitmason.model.assembly import Assembly
@@ -47,6 +49,10 @@ class Standing:
     friction : largest divisor of every tan(phi), between a proven low and high end [-]
     share : smallest part of every joint face, shrunk about its centroid [-]
     tilt : largest tilt of the ground, by the direction in which the ground falls [deg]
+    certain : for psi < phi: True where joints of friction psi carry the load too, which every flow rule between the two
+        then does (Radenkovic); else None
+    path : for psi < phi: the curve of elastic joints on which the dead load has come, one sample; None where it was not
+        asked for or no path could be followed
     notes : what a reader must know
     """
 
@@ -55,11 +61,20 @@ class Standing:
     friction: Range = field(default_factory=Range)
     share: Range = field(default_factory=Range)
     tilt: Mapping[str, Range] = field(default_factory=dict)
+    certain: bool | None = None
+    path: PushoverCurve | None = None
     notes: tuple[str, ...] = ()
+
+    @property
+    def stands_on_path(self) -> bool | None:
+        """Whether elastic joints of the real flow rule came to rest under the dead load; None without a path."""
+        return None if self.path is None else self.path.status != CANNOT_STAND
 
     def __str__(self) -> str:
         """Verdict, the measures with their brackets, and the notes."""
         verdict = {True: "can stand", False: "cannot stand", None: "undecided"}[self.stands]
+        verdict += " by every flow rule" * bool(self.certain)
+        verdict += {True: "; it does on a path", False: "; on a path it falls", None: ""}[self.stands_on_path]
         rows = [("tan(phi) divided by", self.friction, ""), ("joint faces shrunk to", self.share, "")]
         rows += [(f"ground falls towards {name}", tilt, " deg") for name, tilt in self.tilt.items()]
         lines = [f"{words:<28}{r.low:.6g} to {r.high:.6g}{unit}" for words, r, unit in rows if not math.isnan(r.low)]
@@ -73,6 +88,7 @@ def stability(
     *,
     tilts: Sequence[str] | Mapping[str, ArrayLike] = tuple(GROUND),
     accuracy: float = 1e-8,
+    path: bool = True,
     contact_model: str = "vertices",
     in_plane: bool | None = None,
 ) -> Standing:
@@ -92,6 +108,7 @@ def stability(
     loads : dead loads; self weight by default. A tilt turns the self weight and leaves other loads in the ground's axes
     tilts : directions in which the ground falls: of "+x", "-x", "+y", "-y", or horizontal vectors by name; none with ()
     accuracy : of divisor and share [-], and of the tilt [rad]
+    path : for psi < phi, bring the dead load on elastic joints of the real flow rule too, by :func:`lm.pushover`
     contact_model, in_plane : as for :func:`limitmason.limit.limit_analysis`
 
     Returns
@@ -109,9 +126,11 @@ def stability(
 
     Notes
     -----
-    Heyman's safe theorem. For psi < phi forces that can carry the load do not prove that it is carried: "can stand" is
-    then necessary only, and a capacity curve or a DEM run tells more. A structure that stands at one value is taken to
-    stand at all safer ones; with cohesion and a tilt that need not hold.
+    Heyman's safe theorem. For psi < phi forces that can carry the load do not prove that it is carried: "can stand" and
+    the measures are then necessary. Two answers stand beside it. Joints of friction psi that carry the load too are
+    sufficient (Radenkovic). The path brings the load on blocks without stress, and falls where only wedged blocks
+    would hold; it is that of one stiffness, no proof. A structure that stands at one value is taken to stand at all
+    safer ones; with cohesion and a tilt that need not hold.
     """
     refuse("associative", assembly)
     loads = Loads.weight(assembly) if loads is None else loads
@@ -123,9 +142,11 @@ def stability(
 
     model: dict[str, Any] = {"contact_model": contact_model, "in_plane": in_plane}
     stands, state = _state(make_problem(assembly, loads, live_required=False, **model))
-    state, notes = with_model_notes(state, assembly, loads), tuple(_notes(assembly, stands))
+    state = with_model_notes(state, assembly, loads)
     if not stands:
-        return Standing(stands, state, notes=notes)
+        unknown = ("neither forces nor a motion was found",) if stands is None else ()
+        return Standing(stands, state, notes=unknown)
+    certain, curve, notes = _below_normality(assembly, loads, path, model)
 
     def with_friction(divisor: float) -> Margin:
         return standing_margin(assembly.with_joints(lambda joint: _divided(joint, divisor)), loads, **model)
@@ -148,7 +169,7 @@ def stability(
     tilt = {name: np.degrees(last_standing(tilted(d), 0.0, 0.5 * math.pi, accuracy)[:2]) for name, d in ground.items()}
     return Standing(
         True, state, divisor, Range(0.0 if math.isinf(share.high) else share.high, share.low),
-        {name: Range(float(low), float(high)) for name, (low, high) in tilt.items()}, notes,
+        {name: Range(float(low), float(high)) for name, (low, high) in tilt.items()}, certain, curve, notes,
     )  # fmt: skip
 
 
@@ -191,13 +212,26 @@ def _horizontal(name: str, direction: ArrayLike) -> Array:
     return d / size
 
 
-def _notes(assembly: Assembly, stands: bool | None) -> list[str]:
-    dilatant = all(i.joint.tan_psi == i.joint.tan_phi for i in assembly.interfaces)
-    if stands and not dilatant:
-        return [
-            "psi < phi in some joints: 'can stand' is necessary, not sufficient; see lm.pushover or a DEM run beside it"
-        ]
-    return ["neither forces nor a motion was found"] if stands is None else []
+def _below_normality(
+    assembly: Assembly, loads: Loads, path: bool, model: dict[str, Any]
+) -> tuple[bool | None, PushoverCurve | None, tuple[str, ...]]:
+    """What is sufficient, and what a path says, where psi < phi, with sentences on both."""
+    if all(i.joint.tan_psi == i.joint.tan_phi for i in assembly.interfaces):
+        return None, None, ()
+    reduced = make_problem(assembly.with_joints(inside), loads, live_required=False, **model)
+    certain = True if carry(reduced)[0] is not None else None
+    notes = ["psi < phi in some joints: 'can stand' and the measures are necessary, not sufficient"]
+    if certain:
+        notes = ["psi < phi in some joints: friction psi carries the load too, so that it stands by every flow rule"]
+    if not path:
+        return certain, None, (*notes, "no path was asked for")
+    try:
+        curve = pushover(assembly, loads, to=0.0, contact_model=model["contact_model"])
+    except NotApplicable as refusal:
+        return certain, None, (*notes, f"no path: {refusal}")
+    came = "falls" if curve.status == CANNOT_STAND else "comes to rest"
+    notes.append(f"path: the load comes on blocks without stress on elastic joints (see path.warnings): it {came}")
+    return certain, curve, tuple(notes)
 
 
 def minimum_thickness(
