@@ -31,6 +31,7 @@ examples:
   limitmason solve ferris-tin-loi-2001/wall-3 --figure wall-3.png
   limitmason template wall.json                        a small wall to edit
   limitmason check wall.json --figure check.png        contacts, near misses, implausible input
+  limitmason check facade.dxf                          and what makes drawn stones meet: --gap, --mortar, --layers
   limitmason stability wall.json --figure stands.png   can it stand, and how well
   limitmason axles arch.json --axle 0 5e4 --axle 1.8 5e4 --level 3.4 --figure axles.png
   limitmason solve wall.json --flow-rule non-associative --output answer.json

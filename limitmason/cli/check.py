@@ -6,8 +6,17 @@ import argparse
 import warnings
 from pathlib import Path
 
-from limitmason.cli.console import figure_file, load_target, say, show_text
-from limitmason.errors import InputError
+from limitmason.cli.console import (
+    DRAWING,
+    figure_file,
+    length,
+    load_target,
+    outline_options,
+    outline_settings,
+    refuse,
+    say,
+    show_text,
+)
 from limitmason.model import Assembly, ContactError, ContactWarning, PlausibilityWarning
 from limitmason.storage.files import save_figure
 
@@ -19,15 +28,17 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
         description="Lists the contacts of a model and what may be wrong with them. Exit status 0 when there is "
         "nothing to decide, 1 when there is, 2 for input that cannot be read.",
     )  # fmt: skip
-    check.add_argument("target", metavar="TARGET", help="model file, experiment, or a drawing "
-                       "(.dxf, .svg, .obj, .ply, .stl)")
+    check.add_argument(
+        "target",
+        metavar="TARGET",
+        help="model file, experiment, or a drawing "
+        "(.dxf, .svg, .obj, .ply, .stl), for which it proposes the options that make stones meet",
+    )
     check.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the report (.png, .pdf, .svg)")
     check.add_argument("--distance", type=float, metavar="M", help="list near misses up to this gap [m]")
     check.add_argument("--angle", type=float, metavar="DEG", help="and up to this angle between faces [deg]")
-    drawing = check.add_argument_group("drawings only")
-    drawing.add_argument("--tolerance", type=float, metavar="M", help="gap or overlap up to which faces touch [m]")
-    drawing.add_argument("--thickness", type=float, metavar="M", help="of a .dxf outline's prism; default: 1 m")
-    drawing.add_argument("--scale", type=float, metavar="M", help="metres per unit of the drawing")
+    outline_options(check).add_argument("--tolerance", type=length, metavar="LENGTH",
+                                        help="gap or overlap up to which faces touch; default: --gap")  # fmt: skip
     check.set_defaults(run=_check)
 
 
@@ -41,7 +52,19 @@ def _check(options: argparse.Namespace) -> int:
             # the report says what is wrong, and about which blocks
             assembly, title = error.assembly, Path(options.target).stem
             said.append(str(error))
+    from limitmason import formats
+
+    path = Path(options.target)
+    open_ended = options.gap is None and options.mortar is None and options.tolerance is None
+    drawn = path.suffix.lower() in formats.PLANE_DRAWINGS
     report = assembly.contact_report(distance=options.distance, angle_deg=options.angle)
+    found = None
+    if drawn and open_ended and (report.floating or report.overlaps):
+        found = formats.proposal(path, scale=options.scale, thickness=options.thickness, layers=options.layers)
+    if found is not None:
+        left = "no block floats" if not found.floating else f"{found.floating} of {len(report.floating)} blocks float"
+        scale = f" --scale {options.scale:g}" if options.scale is not None else ""
+        show_text(f"{found.why}: try `limitmason check {path}{scale} {found.flags}`; then {left}")
     show_text(f"{title}: {report}")
     # what the report lists block by block needs no second mention
     said += dict.fromkeys(
@@ -64,10 +87,8 @@ def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
 
     path = Path(options.target)
     if path.suffix.lower() not in formats.DRAWINGS:
-        for name in ("tolerance", "thickness", "scale"):
-            if getattr(options, name) is not None:
-                raise InputError(f"--{name} is for drawings (.dxf, .svg, .obj, .ply, .stl); a model holds its own")
+        refuse(options, ("tolerance", *DRAWING), "by a model or an experiment, which holds its own")
         assembly, _, title = load_target(options.target, needs_live_load=False)
         return assembly, title
-    settings = {"tolerance": options.tolerance, "thickness": options.thickness, "scale": options.scale}
+    settings = {"tolerance": options.tolerance, "thickness": options.thickness, **outline_settings(options)}
     return formats.read_drawing(path, **settings), path.stem

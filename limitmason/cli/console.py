@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED, Prediction
 from limitmason.display.progress import wanted, write
@@ -103,33 +104,58 @@ def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs
     return Subject(test.assembly(), test.loads(), f"{source} {specimen}", tuple(test.assumptions))
 
 
-DRAWING = ("thickness", "friction", "density", "tilt", "held", "scale", "gap", "mortar")
+DRAWING = ("thickness", "friction", "density", "tilt", "held", "scale", "gap", "mortar", "layers")
 """Options that a drawing needs besides its outlines."""
 
 DRAWING_FILES = (".dxf", ".svg", ".obj", ".ply", ".stl", ".off")
 """As ``formats.DRAWINGS``, which takes long to load."""
 
+_LENGTHS = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 _TILTS = {"x": "x", "left": "-x", "y": "y", "front": "-y"}  # a shell takes -x for an option
 
 
-def drawing_options(parser: argparse.ArgumentParser) -> None:
+def drawing_options(parser: argparse.ArgumentParser, *, tilt: bool = True) -> None:
     """Add what a drawing does not hold: thickness, joints, weight, loads, supports.
 
-    An option is None unless it is typed.
+    An option is None unless it is typed. Commands without a live load take no ``tilt``.
     """
-    group = parser.add_argument_group("drawings only (.dxf, .svg, .obj, .ply, .stl)")
-    group.add_argument("--thickness", type=float, metavar="M", help="of the wall over outlines [m]")
+    group = outline_options(parser)
     group.add_argument("--friction", type=float, metavar="DEG", help="friction angle of every joint [deg]")
     group.add_argument("--density", type=float, metavar="KG_M3", help="of every block; default: 2000 kg/m3")
-    group.add_argument("--tilt", choices=tuple(_TILTS), help="direction of the live load: x (right), left (against x), "
-                       "y (away from the viewer), front; default: x")  # fmt: skip
     group.add_argument("--held", nargs="+", metavar="NAME", help="held blocks; default: a layer named support, base or "
                        "ground, else the stones that reach down to the lowest level")  # fmt: skip
+    if tilt:
+        group.add_argument("--tilt", choices=tuple(_TILTS), help="direction of the live load: x (right), left (against "
+                           "x), y (away from the viewer), front; default: x")  # fmt: skip
+
+
+def outline_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
+    """Add what says how the outlines of a drawing are read, and return the group of these options."""
+    group = parser.add_argument_group("drawings only (.dxf, .svg, .obj, .ply, .stl)")
+    group.add_argument("--thickness", type=length, metavar="LENGTH", help="of the wall over outlines")
     group.add_argument("--scale", type=float, metavar="M", help="metres per unit of the drawing; default: that of the "
                        "file, which an .svg does not have")
-    group.add_argument("--gap", type=float, metavar="M", help="close gaps between outlines up to this length first [m]")
-    group.add_argument("--mortar", type=float, metavar="M", help="thickness of mortar joints drawn as open space: "
-                       "stones grow by half of it [m]")  # fmt: skip
+    group.add_argument("--gap", type=length, metavar="LENGTH", help="close gaps between outlines up to this length, "
+                       "for example 3mm")  # fmt: skip
+    group.add_argument("--mortar", type=length, metavar="LENGTH", help="thickness of mortar joints drawn as open "
+                       "space: stones grow by half of it")  # fmt: skip
+    group.add_argument("--layers", nargs="+", metavar="NAME", help="layers to read; default: all but openings, "
+                       "windows, doors")  # fmt: skip
+    return group
+
+
+def length(text: str) -> float:
+    """A length with or without a unit [m]."""
+    found = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([a-z]*)\s*", text)
+    try:
+        return float(found[1]) * _LENGTHS[found[2]] if found else float(text)
+    except (ValueError, KeyError):
+        raise argparse.ArgumentTypeError(f"{text!r} is no length such as 2mm or 0.002") from None
+
+
+def outline_settings(options: argparse.Namespace) -> dict[str, Any]:
+    """What was typed of :func:`outline_options`, besides the thickness, as the readers of drawings take it."""
+    return {name: getattr(options, name) for name in ("scale", "gap", "mortar", "layers")}
 
 
 def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
@@ -138,11 +164,12 @@ def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
     if options is None or options.friction is None:
         raise InputError(
             f"{path} holds geometry alone: `limitmason solve {path.name} --thickness 0.4 --friction 33 --tilt x` "
-            "solves it; for more than one joint or load write a script (examples/traced_drawing.py)"
+            "solves it, other commands take the same options; for more than one joint or load write a script "
+            "(examples/traced_drawing.py)"
         )
     settings = {
-        "thickness": options.thickness, "density": options.density, "tilt": _TILTS.get(options.tilt),
-        "fixed": options.held, "scale": options.scale, "gap": options.gap, "mortar": options.mortar,
+        "thickness": options.thickness, "density": options.density,
+        "tilt": _TILTS.get(getattr(options, "tilt", None) or ""), "fixed": options.held, **outline_settings(options),
     }  # fmt: skip
     given = {k: v for k, v in settings.items() if v is not None}
     try:
@@ -151,8 +178,8 @@ def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
         if path.suffix.lower() not in formats.PLANE_DRAWINGS or options.gap is not None:
             raise
         raise InputError(
-            f"{error}; --gap 0.005 closes gaps and overlaps up to 5 mm and drops stones that are drawn twice; "
-            f"`limitmason check {path.name}` lists them"
+            f"{error}; --gap 5mm closes gaps and overlaps up to that and drops stones that are drawn twice; "
+            f"`limitmason check {path.name}` lists them and proposes what to type"
         ) from None
     if model.cleaned is not None:
         say(str(model.cleaned))
@@ -208,7 +235,7 @@ def refuse(options: argparse.Namespace, names: Iterable[str], because: str) -> N
         Naming the first of them.
     """
     for name in names:
-        value = getattr(options, name)
+        value = getattr(options, name, None)
         if value is not None and value is not False and value != []:
             shown = name.upper() if name == "data" else f"--{name.replace('_', '-')}"
             raise InputError(f"{shown} is not used {because}: leave it out")

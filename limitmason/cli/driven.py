@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import argparse
-import re
 from pathlib import Path
 from typing import Any
 
 from limitmason.answers.curve import Curve
-from limitmason.cli.console import figure_file, load_target, say, show_text, writable
+from limitmason.cli.console import (
+    DRAWING,
+    drawing_options,
+    figure_file,
+    length,
+    load_target,
+    refuse,
+    say,
+    show_text,
+    writable,
+)
 from limitmason.errors import InputError
 from limitmason.experiments.record import Experiment
 from limitmason.methods import DEM, get_method
@@ -17,8 +26,6 @@ from limitmason.model.load import Loads
 from limitmason.model.stages import Drive
 from limitmason.storage.csv_table import write_table
 from limitmason.storage.files import save_figure
-
-_LENGTHS = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -29,16 +36,16 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
         "may carry a unit: 2mm, 0.002, 37.5mm.",
     )  # fmt: skip
     command.add_argument("target", metavar="TARGET")
-    command.add_argument("--to", type=_length, nargs="+", metavar="LENGTH", required=True,
+    command.add_argument("--to", type=length, nargs="+", metavar="LENGTH", required=True,
                          help="displacement at the end; several are turning points of cycles")  # fmt: skip
     command.add_argument("--method", default=DEM, help=f"a method that follows driven structures; default: {DEM}")
     command.add_argument("--block", metavar="NAME", help="block to drive; default: what the experiment drives")
     command.add_argument("--direction", type=float, nargs=3, metavar=("X", "Y", "Z"), help="needs --block")
     kinds = "rigid (default), lumped (into the joints), 'simply deformable', zoned"
     command.add_argument("--blocks", help=f"how units deform: {kinds}")
-    command.add_argument("--zone-size", type=_length, metavar="LENGTH", help="largest edge of a zone, of zoned blocks")
+    command.add_argument("--zone-size", type=length, metavar="LENGTH", help="largest edge of a zone, of zoned blocks")
     command.add_argument("--stress", help="of zoned blocks: plane stress (default), plane strain or solid (in space)")
-    command.add_argument("--spacing", type=_length, metavar="LENGTH", help="largest distance between contact points")
+    command.add_argument("--spacing", type=length, metavar="LENGTH", help="largest distance between contact points")
     command.add_argument("--steps", type=int, help="of the faster of the two runs; default: by the slowest swing")
     command.add_argument("--once", action="store_true", help="one speed: no rate error, a quarter of the time")
     command.add_argument("--option", action="append", default=[], metavar="NAME=VALUE",
@@ -47,6 +54,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the curve (.png, .pdf, .svg)")
     command.add_argument("--cracks", type=figure_file, metavar="FILE", help="draw the cracks at first crack, peak, end")
     command.add_argument("--csv", type=writable, metavar="FILE", help="write displacement [m] and load [N]")
+    drawing_options(command, tilt=False)
     command.set_defaults(run=_push)
 
 
@@ -83,12 +91,13 @@ def _target(options: argparse.Namespace) -> tuple[Experiment | None, Assembly, L
     if slash and not Path(options.target).exists():
         from limitmason import experiments
 
+        refuse(options, DRAWING, "by an experiment, which holds its own")
         test = experiments.load(source, specimen, **_chosen(options.option))
         assembly = test.assembly()
         return test, assembly, test.loads(), f"{source} {specimen}"
     if options.option:
         raise InputError("--option is of a packaged experiment, and the target is a file: leave it out")
-    assembly, loads, title = load_target(options.target, needs_live_load=False)
+    assembly, loads, title = load_target(options.target, options, needs_live_load=False)
     return None, assembly, loads, title
 
 
@@ -115,16 +124,8 @@ def _drive(options: argparse.Namespace, test: Experiment | None) -> Drive:
     if options.direction is not None:
         raise InputError("--direction needs --block")
     if test is None:
-        raise InputError("a model file does not say what is driven: give --block NAME --direction X Y Z")
+        raise InputError("a model file or a drawing does not say what is driven: give --block NAME --direction X Y Z")
     return test.drive()
-
-
-def _length(text: str) -> float:
-    """A length with or without a unit [m]."""
-    found = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([a-z]*)\s*", text)
-    if not found or found[2] not in _LENGTHS:
-        raise argparse.ArgumentTypeError(f"{text!r} is no length such as 2mm or 0.002")
-    return float(found[1]) * _LENGTHS[found[2]]
 
 
 def _write(path: Path, curve: Curve) -> None:

@@ -46,6 +46,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     stands.add_argument("target", metavar="TARGET")
     stands.add_argument("--support", nargs="+", metavar="BLOCK", help="held blocks: least and greatest thrust on them")
     stands.add_argument("--figure", type=figure_file, metavar="FILE", help="draw its forces, or how it falls")
+    drawing_options(stands, tilt=False)
     stands.set_defaults(run=_stability)
 
     axles = commands.add_parser("axles", help="multiplier of axles over their positions on an arch bridge")
@@ -56,6 +57,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     axles.add_argument("--fill", type=float, metavar="DENSITY", help="its weight is dead load too [kg/m3]")
     axles.add_argument("--spread", type=float, default=30.0, help="angle of the spread from the vertical [deg]")
     axles.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the envelope")
+    drawing_options(axles, tilt=False)
     axles.set_defaults(run=_axles)
 
     figure = commands.add_parser("figure", help="draw an assembly, its mechanism or its contact forces")
@@ -96,7 +98,7 @@ def _solve(options: argparse.Namespace) -> int:
 
 
 def _stability(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target, needs_live_load=False)
+    assembly, loads, title = load_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
     found = stability(assembly, dead)
     show_text(str(found))
@@ -108,7 +110,7 @@ def _stability(options: argparse.Namespace) -> int:
 
 
 def _axles(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target, needs_live_load=False)
+    assembly, loads, title = load_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
     if options.fill is not None:
         dead = dead.with_backfill(assembly, options.level, options.fill)

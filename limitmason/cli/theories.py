@@ -38,6 +38,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--proven", type=float, metavar="SECONDS",
                          help="prove the ends of the non-associative range, so long each (small walls)")  # fmt: skip
     command.add_argument("--markdown", action="store_true", help="print the table as Markdown")
+    drawing_options(command)
     command.set_defaults(run=_compare)
 
     report = commands.add_parser("report", help="one page on a structure: input, all theories, checks, figures")
@@ -69,7 +70,7 @@ def _report(options: argparse.Namespace) -> int:
 def _compare(options: argparse.Namespace) -> int:
     from limitmason.comparison import compare
 
-    assembly, loads, title = load_target(options.target)
+    assembly, loads, title = load_target(options.target, options)
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces, {loads.name}")
     settings: dict[str, dict[str, Any]] = {}
     if "dem" in options.methods:

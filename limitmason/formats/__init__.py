@@ -15,6 +15,7 @@ from limitmason.experiments.measured_table import MeasuredTable, read_measured, 
 from limitmason.formats.answers import read_prediction, write_prediction
 from limitmason.formats.block_model import from_block_model, solve_problem, to_block_model
 from limitmason.formats.drawing import DRAWINGS, PLANE_DRAWINGS, DrawingModel, model_of_drawing, read_drawing
+from limitmason.formats.drawn_joints import Proposal, proposal
 from limitmason.formats.dxf import read_dxf
 from limitmason.formats.meshes import read_solids
 from limitmason.formats.native import Model, read_json, write_json
@@ -37,11 +38,13 @@ __all__ = [
     "MetStones",
     "Model",
     "Outlines",
+    "Proposal",
     "Solids",
     "Stones",
     "clean",
     "from_block_model",
     "model_of_drawing",
+    "proposal",
     "read",
     "read_drawing",
     "read_dxf",

@@ -14,6 +14,7 @@ from limitmason.errors import InputError
 from limitmason.formats.dxf import read_dxf
 from limitmason.formats.meshes import read_solids
 from limitmason.formats.obj import read_obj
+from limitmason.formats.outlines import Outlines
 from limitmason.formats.svg import read_svg
 from limitmason.formats.tracing import Cleaned, clean
 from limitmason.model import Assembly, Joint, Loads, Support
@@ -57,6 +58,8 @@ def read_drawing(
     scale: float | None = None,
     tolerance: float | None = None,
     gap: float | None = None,
+    mortar: float | None = None,
+    layers: str | Sequence[str] | None = None,
 ) -> Assembly:
     """Blocks of a drawing and their contacts.
 
@@ -69,16 +72,20 @@ def read_drawing(
     thickness : of the prisms over outlines [m]; 1 m where omitted
     density : of all blocks [kg/m3]
     scale : metres per unit of the drawing; that of a .dxf, or 1 for solids; has to be given for an .svg
-    tolerance : gap or overlap up to which faces touch [m]; see :meth:`limitmason.Assembly.from_polyhedra`
+    tolerance : gap or overlap up to which faces touch [m]; ``gap`` where that is given, so that what it cannot close
+        by moving corners still touches; else see :meth:`limitmason.Assembly.from_polyhedra`
     gap : close gaps of outlines up to this length first [m], see :func:`limitmason.formats.clean`; none where omitted
+    mortar : thickness of the joints that outlines leave open [m]; stones grow by half of it, see
+        :func:`limitmason.formats.clean`
+    layers : names of the layers to read, upper and lower case alike; all but :data:`OPENINGS` by default
 
     Raises
     ------
     InputError
-        For another kind of file, for a thickness or gap of solids, which have their own, and as the readers do.
+        For another kind of file, for a thickness, gap, mortar or layers of solids, and as the readers do.
     """
     law = Joint(30.0) if joint is None else joint
-    return _read(Path(path), law, thickness, density, scale, tolerance, gap)[0]
+    return _read(Path(path), law, thickness, density, scale, tolerance, gap, mortar, layers)[0]
 
 
 def model_of_drawing(
@@ -93,6 +100,7 @@ def model_of_drawing(
     tolerance: float | None = None,
     gap: float | None = None,
     mortar: float | None = None,
+    layers: str | Sequence[str] | None = None,
 ) -> DrawingModel:
     """A drawing with supports and loads.
 
@@ -100,9 +108,7 @@ def model_of_drawing(
 
     Parameters
     ----------
-    path, joint, density, scale, tolerance, gap : as for :func:`read_drawing`
-    mortar : thickness of the joints that outlines leave open [m]; stones grow by half of it, see
-        :func:`limitmason.formats.clean`
+    path, joint, density, scale, tolerance, gap, mortar, layers : as for :func:`read_drawing`
     thickness : of the prisms over outlines [m]; has to be given for them
     tilt : "x", "-x", "y" or "-y": direction of the live load
     fixed : names of the held blocks; "lowest" holds those of the layers :data:`SUPPORTS`, and where there are none the
@@ -117,7 +123,7 @@ def model_of_drawing(
     if path.suffix.lower() in PLANE_DRAWINGS and thickness is None:
         raise InputError(f"{path} holds outlines: give the thickness of the wall [m]")
     choice("tilt", tilt, DIRECTIONS)
-    assembly, cleaned = _read(path, joint, thickness, density, scale, tolerance, gap, mortar)
+    assembly, cleaned = _read(path, joint, thickness, density, scale, tolerance, gap, mortar, layers)
     assumed = [f"density {density:g} kg/m3 for all blocks", f"every joint: {joint}"]
     if fixed != LOWEST:
         assembly = assembly.with_supports(Support.fixed(n) for n in ([fixed] if isinstance(fixed, str) else fixed))
@@ -135,33 +141,28 @@ def model_of_drawing(
 
 def _read(
     path: Path, law: Joint, thickness: float | None, density: float, scale: float | None, tolerance: float | None,
-    gap: float | None, mortar: float | None = None,
+    gap: float | None, mortar: float | None, layers: str | Sequence[str] | None,
 ) -> tuple[Assembly, Cleaned | None]:  # fmt: skip
     suffix = path.suffix.lower()
     if suffix not in DRAWINGS:
         raise InputError(f"{path}: a drawing ends in {', '.join(DRAWINGS)}, this in {suffix or 'nothing'}")
     given: dict[str, Any] = {"joint": law, "density": density, "tolerance": tolerance}
     if suffix not in PLANE_DRAWINGS:
-        for name, value in (("thickness", thickness), ("gap", gap), ("mortar", mortar)):
+        for name, value in (("thickness", thickness), ("gap", gap), ("mortar", mortar), ("layers", layers)):
             if value is not None:
-                raise InputError(f"{path}: {name} is for outlines ({', '.join(PLANE_DRAWINGS)}); solids have their own")
+                raise InputError(f"{path}: {name} is for outlines ({', '.join(PLANE_DRAWINGS)}), not for solids")
         read = read_obj if suffix == ".obj" else read_solids
         solids, names = read(path) if scale is None else read(path, scale=scale)
         return Assembly.from_polyhedra(solids, names=names, **given), None
-    ends: dict[str, Any] = {} if gap is None else {"gap": gap}
-    read_outlines = read_dxf if suffix == ".dxf" else read_svg
-    outlines, names, layers = read_outlines(path, scale=scale, **ends)
-    rows = [i for i, layer in enumerate(layers) if layer.casefold() not in OPENINGS]
-    if not rows:
-        raise InputError(f"{path}: every outline lies on a layer that is no block ({', '.join(OPENINGS)})")
-    outlines, names = [outlines[i] for i in rows], [names[i] for i in rows]
+    outlines, names, _ = outlines_of(path, scale, gap, layers)
     cleaned = None
     if gap is not None or mortar is not None:
         # where only the mortar is given, a tenth of it counts as an error of drawing
         near = 0.1 * mortar if gap is None and mortar is not None else gap
         cleaned = clean(outlines, near or 0.0, mortar=mortar or 0.0, names=names)
-    if cleaned is not None:
         outlines, names = cleaned.outlines, cleaned.names
+    if gap is not None and tolerance is None:
+        given["tolerance"] = gap
     if mortar:
         # joints were made to meet side by side: those that go on from each other at a small angle are no wedges
         given |= {"angle_tolerance_deg": 0.05, "wedge_tolerance_deg": 0.0}
@@ -171,3 +172,14 @@ def _read(
         fixed=[n for n in names if n in on_support], **given,
     )  # fmt: skip
     return wall, cleaned
+
+
+def outlines_of(path: Path, scale: float | None, gap: float | None, layers: str | Sequence[str] | None) -> Outlines:
+    """Outlines of a .dxf or .svg on some layers, by default on all but :data:`OPENINGS`."""
+    read_outlines = read_dxf if path.suffix.lower() == ".dxf" else read_svg
+    ends: dict[str, Any] = {} if gap is None else {"gap": gap}
+    outlines, names, on = read_outlines(path, scale=scale, layers=layers, **ends)
+    rows = [i for i, layer in enumerate(on) if layers is not None or layer.casefold() not in OPENINGS]
+    if not rows:
+        raise InputError(f"{path}: every outline lies on a layer that is no block ({', '.join(OPENINGS)})")
+    return Outlines([outlines[i] for i in rows], [names[i] for i in rows], [on[i] for i in rows])

@@ -5,6 +5,8 @@ Needs the extra ``limitmason[dxf]``.
 
 from __future__ import annotations
 
+import warnings
+from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,7 @@ from limitmason.arrays import Array
 from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.formats.outlines import DrawnOutlines, Outlines
+from limitmason.model.plausibility import PlausibilityWarning
 
 # $INSUNITS: code -> (name, metres)
 _UNITS = {
@@ -23,7 +26,11 @@ _UNITS = {
 }  # fmt: skip
 
 _POLYLINES = ("LWPOLYLINE", "POLYLINE")
-_CURVES = (*_POLYLINES, "LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
+_FACES = ("SOLID", "TRACE", "3DFACE")
+_CURVES = (*_POLYLINES, *_FACES, "LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
+_FILLS = ("HATCH", "MPOLYGON")
+_UNREAD = ("REGION", "BODY", "3DSOLID", "SURFACE", "MESH", "MLINE", "IMAGE", "OLE2FRAME", "ACAD_PROXY_ENTITY")
+"""What may show stones and cannot be read: told, not passed over."""
 
 _OWN = "0"  # the layer that takes that of the insert
 
@@ -33,19 +40,21 @@ _FITTED = 2 | 4  # flags of a POLYLINE whose vertices were put there by curve or
 def read_dxf(
     path: str | Path,
     *,
-    layers: Iterable[str] | None = None,
+    layers: str | Iterable[str] | None = None,
     scale: float | None = None,
     flatness: float = 1e-3,
     gap: float = 1e-3,
 ) -> Outlines:
     """Read the outlines of blocks in the model space of a DXF drawing.
 
-    Closed polylines, circles, ellipses and splines are read. So are open ones, lines and arcs where they form loops.
+    Closed polylines, circles, ellipses, splines and filled faces are read. So are open ones, lines and arcs where they
+    form loops.
 
     The drawing's x is x, its y becomes z (up). Inserted blocks of the drawing are taken apart; what lies on their layer
     0 takes the layer of the insert. Arcs become chords.
     Lines of a layer form a loop where their ends meet within ``gap``; what encloses nothing is counted in a warning.
-    Texts, dimensions and hatches, which repeat the lines around them, are left out.
+    A hatch is a block where nothing else is drawn; mostly it repeats the lines around it, and is left out. So are texts
+    and dimensions.
 
     Parameters
     ----------
@@ -71,7 +80,8 @@ def read_dxf(
     Warns
     -----
     PlausibilityWarning
-        With the number of single lines, arcs and splines of each layer that enclose nothing.
+        With the number of single lines, arcs and splines of each layer that enclose nothing, of hatches that are taken
+        as blocks or have islands, and of regions, solids and images, which cannot be read.
     """
     try:
         from ezdxf import path as ezpath
@@ -92,7 +102,7 @@ def read_dxf(
         # a file that ends too early leaves the reader with what it did not expect
         raise InputError(f"{path}: not a whole DXF drawing ({type(error).__name__} {error}): written again?") from None
     metres = _metres_per_unit(drawing, path) if scale is None else positive("scale", scale, "m per drawing unit")
-    wanted = None if layers is None else {name.casefold() for name in layers}
+    wanted = None if layers is None else {name.casefold() for name in ([layers] if isinstance(layers, str) else layers)}
     if wanted is not None:
         known = {layer.dxf.name.casefold(): layer.dxf.name for layer in drawing.layers}
         known |= {layer.casefold(): layer for _, layer in _entities(drawing.modelspace())}
@@ -101,11 +111,25 @@ def read_dxf(
             there = ", ".join(sorted(known.values()))
             raise InputError(f"{path}: there is no layer {unknown[0]!r}; there are {there}")
     drawn = DrawnOutlines()
+    unread: Counter[tuple[str, str]] = Counter()
     for entity, layer in _entities(drawing.modelspace()):
-        if wanted is None or layer.casefold() in wanted:
-            where = f"{path}: layer {layer!r}, entity {entity.dxf.handle or 'of an inserted block'}"
+        if wanted is not None and layer.casefold() not in wanted:
+            continue
+        where = f"{path}: layer {layer!r}, entity {entity.dxf.handle or 'of an inserted block'}"
+        kind = entity.dxftype()
+        if kind in _UNREAD:
+            unread[kind, layer] += 1
+        elif kind in _FILLS:
+            rings = [_flat(p, metres, flatness, where) for p in ezpath.from_hatch(entity)]
+            drawn.fill(layer, [r for r in rings if len(r) > 2])
+        else:
             points, closed = _line(entity, ezpath, metres, flatness, where)
-            drawn.take(layer, points, closed, entity.dxftype(), where)
+            drawn.take(layer, points, closed, kind, where)
+    for (kind, layer), n in unread.items():
+        warnings.warn(
+            f"{path}: layer {layer!r}: {n} {kind} cannot be read and {'is' if n == 1 else 'are'} left out; explode "
+            "them to lines where they are blocks", PlausibilityWarning, stacklevel=2,
+        )  # fmt: skip
     found = drawn.outlines(gap, path, _POLYLINES)
     if not found.outlines:
         where = "" if wanted is None else " on the layers asked for"
@@ -117,8 +141,13 @@ def _line(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) 
     """Points x, z [m] of an entity, and whether it is drawn as closed."""
     if entity.dxftype() in _POLYLINES:
         return _polyline(entity, ezpath, metres, flatness, where)
-    points = np.array([tuple(p) for p in ezpath.make_path(entity).flattening(max(flatness / metres, 1e-12))])
-    return _in_plane(points, where) * metres, False
+    return _flat(ezpath.make_path(entity), metres, flatness, where), False
+
+
+def _flat(path: Any, metres: float, flatness: float, where: str) -> Array:
+    """Points x, z [m] of a path of the library."""
+    points = np.array([tuple(p) for p in path.flattening(max(flatness / metres, 1e-12))])
+    return _in_plane(points.reshape(-1, 3), where) * metres
 
 
 def _entities(space: Any, inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
@@ -131,7 +160,7 @@ def _entities(space: Any, inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
         if entity.dxftype() == "INSERT":
             for one in entity.multi_insert() if entity.mcount > 1 else (entity,):
                 yield from _entities(one.virtual_entities(), layer)
-        elif entity.dxftype() in _CURVES:
+        elif entity.dxftype() in (*_CURVES, *_FILLS, *_UNREAD):
             yield entity, layer
 
 

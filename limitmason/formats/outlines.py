@@ -13,8 +13,11 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.formats.svg_paths import LARGEST
-from limitmason.formats.tracing import loops
+from limitmason.formats.tracing import loops, need_shapely
 from limitmason.model.plausibility import PlausibilityWarning
+
+_OVER = 0.02
+"""Share of a filled area over outlines from which on it repeats them."""
 
 
 class Outlines(NamedTuple):
@@ -43,6 +46,7 @@ class DrawnOutlines:
         self.layers: list[str] = []
         self.closed: dict[str, list[Array]] = {}
         self.open: dict[str, list[_Stroke]] = {}
+        self.filled: dict[str, list[list[Array]]] = {}
 
     def take(self, layer: str, points: Array, closed: bool, kind: str, where: str) -> None:
         """Keep a line of a layer, as an outline where it is closed or ends where it began.
@@ -73,6 +77,10 @@ class DrawnOutlines:
         elif size > 0.0:
             self.open[layer].append(_Stroke(points, kind, where))
 
+    def fill(self, layer: str, rings: list[Array]) -> None:
+        """Keep the rings x, z [m], shape (n, 2) each, around one filled area of a layer."""
+        self.filled.setdefault(layer, []).append(rings)
+
     def outlines(self, gap: float, path: str | Path, must_close: Collection[str] = ()) -> Outlines:
         """Closed lines, then loops of the open ones, layer by layer.
 
@@ -98,7 +106,31 @@ class DrawnOutlines:
                 found.outlines.append(outline)
                 found.layers.append(layer)
                 found.names.append(f"{layer}-{found.layers.count(layer)}")
+        for layer, areas in self.filled.items():
+            self._add_filled(found, layer, areas, path)
         return found
+
+    @staticmethod
+    def _add_filled(found: Outlines, layer: str, areas: list[list[Array]], path: str | Path) -> None:
+        """Add filled areas where nothing else is drawn: elsewhere they repeat outlines."""
+        shapely = need_shapely()
+        drawn = shapely.union_all([shapely.make_valid(shapely.Polygon(o)) for o in found.outlines])
+        alone, islands = 0, 0
+        for rings in areas:
+            polygons = [shapely.make_valid(shapely.Polygon(r)) for r in rings]
+            if any(a is not b and a.covers(b) for a in polygons for b in polygons):
+                islands += 1
+                continue
+            for ring, polygon in zip(rings, polygons, strict=True):
+                if polygon.area > 0.0 and polygon.intersection(drawn).area < _OVER * polygon.area:
+                    alone += 1
+                    found.outlines.append(_open(ring))
+                    found.layers.append(layer)
+                    found.names.append(f"{layer}-{found.layers.count(layer)}")
+        for count, text in ((alone, "taken as blocks: nothing else is drawn there"),
+                            (islands, "left out: they have islands, and a block has one outline")):  # fmt: skip
+            if count:
+                warnings.warn(f"{path}: layer {layer!r}: {count} hatches are {text}", PlausibilityWarning, stacklevel=4)
 
     def _enclosed(self, layer: str, gap: float, path: str | Path, must_close: Collection[str]) -> list[Array]:
         """Loops of the open lines of a layer that repeat no closed outline.
@@ -120,6 +152,12 @@ class DrawnOutlines:
                 f"(their ends must meet within gap={gap:g} m)", PlausibilityWarning, stacklevel=5,
             )  # fmt: skip
         return [f for f in faces if not any(_same(f, c) for c in self.closed[layer])]
+
+
+def _open(ring: Array) -> Array:
+    """A ring whose last point does not repeat the first."""
+    size = float(np.ptp(ring, axis=0).max())
+    return ring[:-1] if np.linalg.norm(ring[0] - ring[-1]) <= 1e-9 * size else ring
 
 
 def _same(a: Array, b: Array) -> bool:

@@ -36,7 +36,7 @@ def read_svg(
     path: str | Path,
     *,
     scale: float | None = None,
-    layers: Iterable[str] | None = None,
+    layers: str | Iterable[str] | None = None,
     flatness: float = 1e-3,
     gap: float = 1e-3,
 ) -> Outlines:
@@ -166,7 +166,7 @@ def _shapes(
         yield from _shapes(child, matrix, layer, path, by_id, room, depth + 1)
 
 
-def _on_layers(shapes: list[_Shape], layers: Iterable[str] | None, path: str | Path) -> list[_Shape]:
+def _on_layers(shapes: list[_Shape], layers: str | Iterable[str] | None, path: str | Path) -> list[_Shape]:
     if layers is None:
         return shapes
     wanted = {name.casefold() for name in ([layers] if isinstance(layers, str) else layers)}

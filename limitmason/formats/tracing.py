@@ -34,7 +34,8 @@ class Cleaned(NamedTuple):
 
     ``outlines`` [m], shape (n, 2) each, with their ``names``; ``changes`` in the order of the outlines, nothing else
     was moved; ``alone`` names the stones that touch no other; ``overlaps`` pairs that still lie in each other, with
-    their common area [m2]; ``mortar`` is the thickness of the joints that were closed [m].
+    their common area [m2]; ``mortar`` is the thickness of the joints that were closed [m], ``gap`` what counted as an
+    error of drawing [m]: the ``tolerance`` of ``Assembly.from_polygons`` with which what is left of it touches.
     """
 
     outlines: list[Array]
@@ -43,6 +44,7 @@ class Cleaned(NamedTuple):
     alone: tuple[str, ...]
     overlaps: tuple[tuple[str, str, float], ...]
     mortar: float = 0.0
+    gap: float = 0.0
 
     @property
     def largest_move(self) -> float:
@@ -138,7 +140,7 @@ def clean(
             raise InputError(f"{name}: closing gaps of {gap:g} m leaves no outline of it; give a smaller gap")
         out.append(merged)
     alone, overlaps = _contacts(out, labels, gap, shapely)
-    return Cleaned(out, labels, tuple(changes), alone, overlaps, mortar)
+    return Cleaned(out, labels, tuple(changes), alone, overlaps, mortar, gap)
 
 
 def need_shapely() -> Any:

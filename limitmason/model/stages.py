@@ -21,6 +21,7 @@ from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.support import DEGREES_OF_FREEDOM
+from limitmason.storage.csv_table import separator, split
 from limitmason.storage.files import read_text
 
 
@@ -296,14 +297,14 @@ class BaseMotion(Stage):
             raise InputError(f"units must be one of {', '.join(_ACCELERATIONS)}, got {units!r}")
         rows: list[tuple[float, float]] = []
         for number, line in enumerate(read_text(path).splitlines(), 1):
-            cells = line.split(",")
+            cells = split([line], separator(line))
             try:
                 rows.append((float(cells[0]), float(cells[column])))
             except (ValueError, IndexError):
                 if rows and line.strip():
                     raise InputError(f"{path}, line {number}: no time and acceleration in {line!r}") from None
         if len(rows) < 2:
-            raise InputError(f"{path}: no two lines of time, acceleration; cells are separated by commas")
+            raise InputError(f"{path}: no two lines of time, acceleration (or with semicolons or tabs between)")
         time, a = np.array(rows).T
         step = float(np.median(np.diff(time)))
         uneven = np.flatnonzero(np.abs(np.diff(time) - step) > 0.01 * abs(step))

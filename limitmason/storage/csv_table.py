@@ -6,10 +6,12 @@
 
 ``pandas.read_csv(file, comment="#")`` and ``numpy.genfromtxt(file, delimiter=",", names=True)`` read numbers as
 numbers. Comments stand below the names, because the latter takes names from the first line, comment or not.
+Tables that a spreadsheet writes where the comma is the decimal sign, with semicolons or tabs between, are read too.
 Version 0.1 wrote the units as a row of the table; both forms are read.
 """
 
 import csv
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,6 +21,8 @@ from limitmason.storage.files import write_text
 
 UNITS = "# units: "
 """How the line of units begins."""
+
+_DECIMAL = re.compile(r"^([<>]?\s*[-+]?\d*),(\d+(?:[eE][-+]?\d+)?)$")
 
 
 class Parsed(NamedTuple):
@@ -72,6 +76,18 @@ def write_table(path: str | Path, units: Mapping[str, str], rows: Iterable[Seque
     write_text(path, table_text(units, rows, note), newline="")
 
 
+def separator(line: str) -> str:
+    """What parts the cells of a line: semicolon or tab where there is one outside quotes, else the comma."""
+    plain = re.sub('"[^"]*"', "", line)
+    return next((mark for mark in ";\t" if mark in plain), ",")
+
+
+def split(record: Iterable[str], between: str) -> list[str]:
+    """Cells of a record; decimal commas become points where the comma does not part the cells."""
+    cells = [c.strip() for c in next(csv.reader(record, delimiter=between), [])]
+    return cells if between == "," else [_DECIMAL.sub(r"\1.\2", c) for c in cells]
+
+
 def parsed(text: str, name: str) -> Parsed:
     """The cells of a table in either form.
 
@@ -87,6 +103,7 @@ def parsed(text: str, name: str) -> Parsed:
     InputError
         Where there are no names or no units.
     """
+    between = separator(next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), ""))
     said, cells, lines = list[tuple[int, str]](), list[list[str]](), list[int]()
     numbered = enumerate(text.splitlines(keepends=True), 1)
     for number, line in numbered:
@@ -97,7 +114,7 @@ def parsed(text: str, name: str) -> Parsed:
             record = [line]
             while "".join(record).count('"') % 2 and (more := next(numbered, None)):
                 record.append(more[1])
-            cells.append([c.strip() for c in next(csv.reader(record))])
+            cells.append(split(record, between))
             lines.append(number)
     below = not said
     if len(cells) < 1 + below:
@@ -105,5 +122,5 @@ def parsed(text: str, name: str) -> Parsed:
     if below:
         units, where, first = cells[1], lines[1], 2
     else:
-        units, where, first = [c.strip() for c in next(csv.reader([said[0][1]]), [])], said[0][0], 1
+        units, where, first = split([said[0][1]], between), said[0][0], 1
     return Parsed(cells[0], units, cells[first:], lines[first:], where, lines[0])

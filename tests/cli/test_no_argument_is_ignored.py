@@ -122,7 +122,7 @@ VALUES = {
     "--out": ["elsewhere"], "--title": ["A title"], "--group": ["batch"], "--covariates": ["height"],
     "--batches": ["group"], "--noise": ["0.05"], "--dof": ["8"], "--tails": ["5"], "--input": ["mu=0.6,0.03"],
     "--friction": ["33"], "--density": ["1800"], "--tilt": ["left"], "--held": ["b1"], "--gap": ["0.01"],
-    "--mortar": ["0.01"],
+    "--mortar": ["0.01"], "--layers": ["stones"],
     "--causes": ["gain"], "--towards": ["other"], "--tilting": [], "--spatial": [], "--seed": ["3"],
     "--levels": ["11"], "--jobs": ["2"], "--fresh": [], "--pool": ["pool.csv"], "--next": ["2"], "--rehearse": ["2"],
     "--shared": ["batch"], "--missing": ["2"],

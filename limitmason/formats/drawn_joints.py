@@ -1,0 +1,147 @@
+"""Which option of a reader makes the stones of a drawing meet: measured from the space between them. Needs shapely."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from limitmason.arrays import Array
+from limitmason.errors import InputError
+from limitmason.formats.drawing import OPENINGS, PLANE_DRAWINGS, outlines_of, read_drawing
+from limitmason.formats.outlines import Outlines
+from limitmason.formats.tracing import need_shapely
+from limitmason.model import Assembly, ContactError
+
+EVEN = 0.3
+"""Joints of one thickness: most of them differ from the median by less than this share."""
+
+LYING_IN = 0.2
+"""Share of every outline of a layer that lies in stones of others where the layer holds no stones."""
+
+
+class Proposal(NamedTuple):
+    """What was measured, in words, the options that make the stones meet, and how many blocks still float then."""
+
+    why: str
+    options: dict[str, Any]
+    floating: int
+
+    @property
+    def flags(self) -> str:
+        """The options as they are typed on the command line."""
+        layers = "".join(f" '{n}'" if " " in n else f" {n}" for n in self.options.get("layers", ()))
+        lengths = "".join(f" --{k} {v:g}" for k, v in self.options.items() if k != "layers")
+        return (lengths + (f" --layers{layers}" if layers else "")).strip()
+
+
+def proposal(path: str | Path, **given: Any) -> Proposal | None:
+    """Options of :func:`limitmason.formats.read_drawing` that make more stones of a drawing touch.
+
+    Each is tried before it is proposed.
+
+    Parameters
+    ----------
+    path : .dxf or .svg
+    given : options of ``read_drawing`` that are settled: ``scale``, ``thickness``, ``layers``
+
+    Returns
+    -------
+    Proposal
+        None where the stones meet as they are drawn, where nothing that was tried helps, and for solids.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in PLANE_DRAWINGS:
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return _proposal(path, given)
+
+
+def _proposal(path: Path, given: dict[str, Any]) -> Proposal | None:
+    drawn = outlines_of(path, given.get("scale"), None, given.get("layers"))
+    why: list[str] = []
+    options: dict[str, Any] = {}
+    left = _in_others(drawn)
+    if left:
+        options["layers"] = [n for n in dict.fromkeys(drawn.layers) if n not in left]
+        why.append(f"what is drawn on {', '.join(map(repr, left))} lies in stones of other layers")
+        drawn = outlines_of(path, given.get("scale"), None, options["layers"])
+    before = _floating(path, given)
+    gaps = open_joints(drawn.outlines)
+    wide = gaps[gaps > 1e-5]
+    trials: list[tuple[str, dict[str, Any]]] = [("", {})] if left else []
+    if len(wide):
+        middle = float(np.median(wide))
+        largest = float(wide[wide <= 3.0 * middle].max())
+        even = float(np.mean(np.abs(wide - middle) <= EVEN * middle)) > 0.8 and len(wide) > 0.5 * len(gaps)
+        mortar = f"{1e3 * middle:.3g} mm of open mortar {'everywhere' if len(wide) == len(gaps) else 'in most joints'}"
+        gap = f"gaps of up to {1e3 * largest:.2g} mm between stones"
+        ways = [(mortar, {"mortar": _up(largest)}), (gap, {"gap": _up(2.0 * largest)})]
+        trials += ways if even else ways[::-1]
+    elif before is None:
+        # nothing is open: what is wrong are overlaps or stones drawn twice
+        trials.append(("stones overlap, or are drawn twice", {"gap": 0.005}))
+    best = None
+    for text, more in trials:
+        floating = _floating(path, given | options | more)
+        least = before if best is None else best.floating
+        if floating is not None and (least is None or floating < least):
+            best = Proposal("; ".join([t for t in (text, *why) if t]), more | options, floating)
+        if best is not None and best.floating == 0:
+            break
+    return best
+
+
+def open_joints(outlines: list[Array]) -> Array:
+    """Widths of the gaps that have to be closed to connect all outlines [m], one fewer than there are outlines.
+
+    They are the lengths of the minimum spanning tree of the outlines' distances, those that are wider than half a stone
+    left out.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import minimum_spanning_tree
+
+    shapely = need_shapely()
+    stones = shapely.make_valid([shapely.Polygon(o) for o in outlines])
+    reach = 0.5 * float(np.median(np.sqrt(shapely.area(stones))))
+    i, j = shapely.STRtree(stones).query(stones, predicate="dwithin", distance=reach)
+    i, j = i[i < j], j[i < j]
+    nothing = 1e-9 * reach  # a sparse matrix takes zero for no connection
+    between = shapely.distance(stones[i], stones[j]) + nothing
+    tree = minimum_spanning_tree(coo_array((between, (i, j)), shape=(len(stones), len(stones))).tocsr())
+    return np.asarray(np.maximum(tree.data - nothing, 0.0))
+
+
+def _up(length: float) -> float:
+    """A length rounded up to the millimetre, a small one to a tenth of it [m]."""
+    step = 1e-3 if length > 4.5e-3 else 1e-4
+    return round(step * math.ceil(length / step - 1e-3), 4)
+
+
+def _in_others(drawn: Outlines) -> list[str]:
+    """Layers of which every outline lies to a good part in outlines of other layers, and smaller than those."""
+    shapely = need_shapely()
+    stones = shapely.make_valid([shapely.Polygon(o) for o in drawn.outlines])
+    layers, area = np.array(drawn.layers), shapely.area(stones)
+    out = []
+    for name in dict.fromkeys(drawn.layers):
+        mine = layers == name
+        if mine.all() or name.casefold() in OPENINGS or area[mine].sum() > 0.5 * area[~mine].sum():
+            continue
+        rest = shapely.union_all(stones[~mine])
+        if (shapely.area(shapely.intersection(stones[mine], rest)) > LYING_IN * area[mine]).all():
+            out.append(name)
+    return out
+
+
+def _floating(path: Path, options: dict[str, Any]) -> int | None:
+    """Blocks without a chain of contacts to a support, or None where the options leave no assembly."""
+    try:
+        wall: Assembly = read_drawing(path, **options)
+    except (ContactError, InputError):
+        return None
+    return len(wall.contact_report().floating)
