@@ -13,7 +13,7 @@ from limitmason.answers.method import LEVERS
 from limitmason.causes.cause import Cause, Extension
 from limitmason.causes.declare import Declared, declare
 from limitmason.causes.elastic import dead_load_stress, elastic_displacements
-from limitmason.causes.lists import ALL, acts_on, each_joint, standard, table
+from limitmason.causes.lists import ALL, acts_on, delivered, each_joint, of_batch, standard, table
 
 _BY_FUNCTION = {declared.function.__name__: declared for declared in ALL.values()}
 
@@ -26,8 +26,10 @@ __all__ = [
     "acts_on",
     "dead_load_stress",
     "declare",
+    "delivered",
     "each_joint",
     "elastic_displacements",
+    "of_batch",
     "standard",
     "table",
     *_BY_FUNCTION,

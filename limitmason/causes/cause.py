@@ -35,8 +35,11 @@ class Cause:
     hidden_when : when data cannot show it, or cannot tell it from another cause
     lever : what it pulls at, of ``causes.LEVERS``; methods say which of them they feel; empty is felt by all
     reads_specimen : ``apply`` of a simulation cause also takes ``specimen=``, for what differs from test to test
+    reads_quantity : ``apply`` of a measurement cause also takes ``quantity=``, the name of what is read
     reads : of a measurement cause, the kinds of evidence or the quantities that it acts on; () is all
     own : columns of the specimens that it acts along by its own law, such as the label of a batch or a normal load
+    drifts : columns of the order of tests: where none of them is recorded, the same error that grows from nothing from
+        test to test stands as a rival of this one
     analyses : most limit analyses that ``apply`` itself runs each time; 0 for nearly all causes
 
     Raises
@@ -62,9 +65,11 @@ class Cause:
     hidden_when: str = ""
     lever: str = ""
     reads_specimen: bool = False
+    reads_quantity: bool = False
     analyses: int = 0
     reads: tuple[str, ...] = ()
     own: tuple[str, ...] = ()
+    drifts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         low, high = (float(b) for b in self.bounds)

@@ -28,6 +28,8 @@ Bounds = tuple[float, float]
 class Edit:
     """A declared change with its options: ``edit(size, *model)``, or ``edit(size, prediction, specimen)`` of a reading.
 
+    ``specimen=`` and ``quantity=`` go to functions that take them.
+
     Parameters
     ----------
     declared : the declaration
@@ -37,14 +39,14 @@ class Edit:
     declared: Declared
     options: tuple[tuple[str, Any], ...] = ()
 
-    def __call__(self, size: float, *model: Any, **specimen: Any) -> Any:
+    def __call__(self, size: float, *model: Any, **read: Any) -> Any:
         """The model, or the reading, with the cause at a size.
 
         At the size of the baseline it is as it was.
         """
         if size == self.declared.baseline:
             return model[0] if self.declared.lever == "reading" else model
-        return self.declared.function(size, *model, **dict(self.options), **specimen)
+        return self.declared.function(size, *model, **dict(self.options), **read)
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class Declaration:
 
     Parameters
     ----------
-    name, parameter, baseline, bounds, physics, unit, source, isolate, hidden_when, analyses, reads : see
+    name, parameter, baseline, bounds, physics, unit, source, isolate, hidden_when, analyses, reads, drifts : see
         :class:`~limitmason.causes.Cause`; bounds are the default
     lever : one of ``LEVERS``
     by_simulator : whether the simulator takes the parameter itself
@@ -75,6 +77,7 @@ class Declaration:
     analyses: int = 0
     variant: Callable[..., Mapping[str, Any]] | None = None
     reads: tuple[str, ...] = ()
+    drifts: tuple[str, ...] = ()
 
     def __call__(self, function: Callable[..., Any]) -> Declared:
         """The cause that a function makes, see the head of this file."""
@@ -110,6 +113,7 @@ class Declared:
             **{f.name: getattr(declaration, f.name) for f in fields(declaration) if f.name not in own},
             "acts_on": "measurement" if lever == "reading" else "simulation",
             "reads_specimen": lever != "reading" and any(p.name == "specimen" for p in parameters),
+            "reads_quantity": lever == "reading" and any(p.name == "quantity" for p in parameters),
         }
         keyword = inspect.Parameter.KEYWORD_ONLY
         first = inspect.Parameter("bounds", inspect.Parameter.POSITIONAL_OR_KEYWORD, default=declaration.bounds)

@@ -248,31 +248,38 @@ def joint_softness(
     return assembly.with_joints(softer, kinds=KINDS), loads
 
 
-def _of_batch(*, covariate: str, label: Any) -> Mapping[str, Any]:
-    return {
-        "name": f"friction of {covariate} {label}",
-        "parameter": f"friction_{covariate}_{label}".replace(" ", "_"),
-        "own": (covariate,),
-        "physics": f"units or sand of another delivery: tan(phi) x size where {covariate} = {label}",
-    }
+@declare(
+    "joint friction", parameter="friction_factor", lever="friction", baseline=1.0, bounds=(0.6, 1.5),
+    physics="units or sand of another source: tan(phi) x size", source="Coulomb law",
+    isolate="slide one joint of each batch",
+    hidden_when="no specimen slides; friction is a measured input as well",
+)  # fmt: skip
+def joint_friction(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+    """Joints with another friction than was measured: tan(phi) x size [-]."""
+    return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=KINDS), loads
 
 
 @declare(
-    "batch friction", parameter="batch_friction", lever="friction", baseline=1.0, bounds=(0.6, 1.5), variant=_of_batch,
-    physics="units or sand of another delivery: tan(phi) x size in one batch", source="Coulomb law",
-    isolate="slide one joint of each batch",
-    hidden_when="the batch goes with a change of geometry or load; no specimen of it slides",
+    "bond strength", parameter="bond_factor", lever="cohesion", baseline=1.0, bounds=(0.2, 2.0),
+    physics="mortar holds more or less than stated: cohesion and tension of the joints x size",
+    source="Mohr-Coulomb law with a tension cut-off; bond varies by 30 % and more within one mortar",
+    isolate="bond wrench or shear of couplets of the same batch and age",
+    hidden_when="dry joints, which have none; peaks of walls that rock as whole pieces",
 )  # fmt: skip
-def batch_friction(
-    factor: float, assembly: Assembly, loads: Loads, specimen: Any = None, *, covariate: str = "batch", label: Any = "B"
-) -> tuple[Assembly, Loads]:
-    """Specimens of one batch with another friction.
+def bond_strength(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+    """Mortar that holds more or less.
 
-    tan(phi) x size [-] where covariate == label.
+    Cohesion and tensile strength of all joints times the size [-], residual values too.
     """
-    if entry(specimen, covariate, "batch friction") != label:
-        return assembly, loads
-    return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=KINDS), loads
+    if not any(i.joint.cohesion or i.joint.tensile_strength for i in assembly.interfaces):
+        raise NotApplicable("no joint has a cohesion or a tensile strength: there is no bond to change")
+
+    def bonded(joint: Joint) -> Joint:
+        names = ("cohesion", "tensile_strength", "residual_cohesion", "residual_tensile_strength")
+        values = {name: getattr(joint, name) for name in names}
+        return replace(joint, **{name: factor * v for name, v in values.items() if v is not None})
+
+    return assembly.with_joints(bonded, kinds=KINDS), loads
 
 
 def _stiffness_of(*, kinds: Iterable[str], joint: Sequence[str] | None) -> Mapping[str, Any]:

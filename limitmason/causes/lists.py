@@ -6,11 +6,12 @@ Made from their declarations.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
 from limitmason.causes import faces, joints, loads, measurement, shape
-from limitmason.causes.cause import Cause
+from limitmason.causes.cause import Cause, Extension
 from limitmason.causes.declare import Declared
 from limitmason.errors import InputError
 from limitmason.methods import LIMIT, METHODS, MODES, get_method
@@ -44,7 +45,71 @@ def acts_on(cause: Cause, method: str, *, plane: bool = True) -> bool:
     if method == MODES:
         return cause.lever in FELT_BY_MODES or (cause.acts_on == "measurement" and not cause.reads)
     chosen = get_method(method)
-    return cause.acts_on == "measurement" or not cause.lever or chosen.feels(cause.lever, plane=plane)
+    if cause.acts_on == "measurement":  # displacements are those of a method whose joints give way
+        return not cause.reads or bool(set(cause.reads) - set(measurement.SENSOR)) or chosen.feels("stiffness")
+    return not cause.lever or chosen.feels(cause.lever, plane=plane)
+
+
+@dataclass(frozen=True)
+class OfBatch:
+    """A change of the model that the specimens of one batch have alone.
+
+    Parameters
+    ----------
+    cause : the change
+    covariate, label : what is recorded of these specimens
+    """
+
+    cause: Cause
+    covariate: str
+    label: Any
+
+    def __call__(self, size: float, *model: Any, specimen: Any = None) -> Any:
+        """The model, changed for a specimen of the batch."""
+        if measurement.entry(specimen, self.covariate, self.cause.name) != self.label:
+            return model
+        return Extension(((self.cause, size),), specimen)(*model)
+
+
+def of_batch(cause: Cause, label: Any, covariate: str = "batch") -> Cause:
+    """The same cause for the specimens of one batch alone: where covariate == label.
+
+    Parameters
+    ----------
+    cause : of the model, with ``apply``
+    covariate : a column of the specimens
+
+    Raises
+    ------
+    InputError
+        For a reading, which :func:`batch_shift` changes, and a cause that the simulator takes as a keyword.
+
+    >>> of_batch(joints.cohesion(), "B").name
+    'cohesion of batch B'
+    """
+    if cause.apply is None or cause.acts_on == "measurement":
+        raise InputError(f"cause {cause.name!r} is no change of the model: it cannot be that of a batch")
+    return replace(
+        cause, name=f"{cause.name} of {covariate} {label}", own=(*cause.own, covariate), reads_specimen=True,
+        parameter="".join(c if c.isalnum() else "_" for c in f"{cause.parameter}_{covariate}_{label}"),
+        physics=f"{cause.physics}, where {covariate} = {label}", apply=OfBatch(cause, covariate, label),
+        hidden_when=f"the {covariate} goes with a change of geometry or load; {cause.hidden_when}",
+    )  # fmt: skip
+
+
+def delivered(label: Any, covariate: str = "batch", *, plane: bool = True, overload: bool = False) -> list[Cause]:
+    """What units or mortar of one delivery may have: another friction, cohesion, thickness and density.
+
+    Parameters
+    ----------
+    label, covariate : of the delivery, see :func:`of_batch`
+    plane, overload : see :func:`standard`; without overload the density of dry blocks cancels, and in plane their
+        thickness
+    """
+    found = [joints.joint_friction(), joints.cohesion()]
+    found += [] if plane else [faces.effective_thickness()]
+    found += [shape.block_density()] if overload else []
+    return [of_batch(cause, label, covariate) for cause in found]
 
 
 def standard(
@@ -69,9 +134,10 @@ def standard(
         compute with its default points, are left out
     tilting : the multiplier was read as a tilt angle
     overload : at least one specimen carries dead load beyond self weight
-    covariates : what is recorded of every specimen; "order" adds wear
+    covariates : what is recorded of every specimen; "order" adds wear and drift of the sensor, "height" a control point
+        at another height
     batches : labels by covariate, such as {"batch": "B", "operator": "second"}: each adds a shift, and a batch or
-        delivery its own friction
+        delivery what :func:`delivered` tells
     without : names to leave out
 
     Raises
@@ -103,12 +169,16 @@ def standard(
         causes.append(measurement.angle_offset())
     else:
         causes.append(measurement.rig_friction())
-    if "order" in tuple(covariates):
-        causes.append(joints.wear())
+    recorded = tuple(covariates)
+    if "order" in recorded:
+        causes += [joints.wear(), measurement.sensor_drift()]
+    if "height" in recorded:
+        causes.append(measurement.control_point())
+    causes += [measurement.displacement_gain(), measurement.rig_compliance()]
     for covariate, label in (batches or {}).items():
         causes.append(measurement.batch_shift(covariate=covariate, label=label))
         if covariate in DELIVERED:
-            causes.append(joints.batch_friction(covariate=covariate, label=label))
+            causes += delivered(label, covariate, plane=plane, overload=overload)
     names = [c.name for c in causes]
     unknown = [n for n in without if n not in names]
     if unknown:

@@ -4,13 +4,15 @@ Their ``apply(size, prediction, specimen)`` returns what would have been read. N
 """
 
 from collections.abc import Mapping
-from math import atan, radians, tan
+from math import atan, exp, radians, tan
 from typing import Any
 
 from limitmason.causes.declare import declare
 from limitmason.errors import InputError
 
+ORDER = ("order", "sequence", "time", "date")  # columns that hold the order of tests
 LOAD_CELL = ("force", "stiffness")  # what its error goes into: forces, and forces over displacements
+SENSOR = ("stiffness", "drift at peak", "drift at first crack")  # what an error of displacements goes into
 FLOOR = 1e-3  # of the prediction: a reading stays positive, so that its logarithm exists
 
 
@@ -52,6 +54,7 @@ def angle_offset(size: float, prediction: float, specimen: Any) -> float:
 
 @declare(
     "gain", parameter="gain", lever="reading", baseline=1.0, bounds=(0.7, 1.4), reads=LOAD_CELL,
+    drifts=ORDER,
     physics="calibration of the load cell or the accelerometer", source="linear sensor",
     isolate="calibrate the sensor against a known load",
     hidden_when="any cause that changes all specimens by one factor, such as friction where all slide",
@@ -59,6 +62,103 @@ def angle_offset(size: float, prediction: float, specimen: Any) -> float:
 def gain(size: float, prediction: float, specimen: Any) -> float:
     """Sensor with a wrong gain: read value = size x value [-]."""
     return size * prediction
+
+
+def _along_order(*, order: str) -> Mapping[str, Any]:
+    return {"own": (order,)}
+
+
+@declare(
+    "sensor drift", parameter="drift_per_test", lever="reading", baseline=0.0, bounds=(-0.03, 0.03), unit="per test",
+    reads=LOAD_CELL, variant=_along_order,
+    physics="the load cell or its amplifier drifts: value x exp(size (order - 1))",
+    source="exponential drift; the law is assumed", isolate="calibrate before and after the campaign",
+    hidden_when="the order of tests follows another covariate, such as the height; twin of wear where all slide",
+)  # fmt: skip
+def sensor_drift(size: float, prediction: float, specimen: Any, *, order: str = "order") -> float:
+    """Load cell that reads more from test to test.
+
+    Read value = value exp(size (order - 1)).
+
+    Parameters
+    ----------
+    order : name under which every specimen holds the number of its test, 1 for the first
+    """
+    return prediction * exp(size * (float(entry(specimen, order, "sensor drift")) - 1.0))
+
+
+def _displaced(factor: float, prediction: float, quantity: str) -> float:
+    """A drift or a stiffness where displacements are read so many times larger."""
+    return prediction / factor if quantity == "stiffness" else prediction * factor
+
+
+@declare(
+    "gain of displacements", parameter="displacement_gain", lever="reading", baseline=1.0, bounds=(0.7, 1.4),
+    reads=SENSOR, physics="calibration of the displacement sensor: drifts x size, stiffness / size",
+    source="linear sensor", isolate="calibrate the sensor against gauge blocks; a second sensor",
+    hidden_when="peaks and frequencies, which it does not enter; one joint stiffness for all specimens",
+)  # fmt: skip
+def displacement_gain(size: float, prediction: float, specimen: Any, quantity: str = "stiffness") -> float:
+    """Displacement sensor with a wrong gain.
+
+    Displacements are size [-] times theirs, a stiffness is divided by it.
+    """
+    return _displaced(size, prediction, quantity)
+
+
+def _along_height(*, height: str) -> Mapping[str, Any]:
+    return {"own": (height,)}
+
+
+@declare(
+    "wrong control point", parameter="control_point_m", lever="reading", baseline=0.0, bounds=(-0.5, 0.5), unit="m",
+    reads=SENSOR, variant=_along_height,
+    physics="the sensor sits size above the point that the model reports: displacements x (h + size) / h",
+    source="a wall that turns about its base or shears evenly: displacements in proportion to the height",
+    isolate="measure the height of the sensor; sensors at two heights",
+    hidden_when="specimens of one height: twin of a gain of displacements",
+)  # fmt: skip
+def control_point(
+    size: float, prediction: float, specimen: Any, quantity: str = "stiffness", *, height: str = "height"
+) -> float:  # fmt: skip
+    """Displacements read at another height than the model's, by the size [m].
+
+    Parameters
+    ----------
+    height : name under which every specimen holds that of the model's point [m]
+
+    Raises
+    ------
+    InputError
+        For a size that puts the sensor below the base.
+    """
+    above = float(entry(specimen, height, "wrong control point"))
+    if above + size <= 0.0:
+        raise InputError(f"a control point {size:g} m above a height of {above:g} m is below the base")
+    return _displaced(1.0 + size / above, prediction, quantity)
+
+
+@declare(
+    "rig compliance", parameter="rig_compliance", lever="reading", baseline=0.0, bounds=(0.0, 5e-8), unit="m/N",
+    reads=SENSOR[:2],
+    physics="frame, bolts and bearings give way in row with the specimen: displacement + size x force",
+    source="springs in row", isolate="a sensor on the specimen itself; push a stiff block in the same rig",
+    hidden_when="one stiffness for all specimens: twin of a gain of displacements; peaks do not feel it",
+)  # fmt: skip
+def rig_compliance(
+    size: float, prediction: float, specimen: Any, quantity: str = "stiffness", *, peak: str = "peak"
+) -> float:  # fmt: skip
+    """Displacements that hold those of the rig as well.
+
+    Stiffness read K / (1 + size K), drift at the peak u + size F.
+
+    Parameters
+    ----------
+    peak : name under which specimens hold the force F at their peak, where a drift at the peak was measured
+    """
+    if quantity == "stiffness":
+        return prediction / (1.0 + size * prediction)
+    return prediction + size * float(entry(specimen, peak, "rig compliance"))
 
 
 def _shifted(*, covariate: str, label: Any) -> Mapping[str, Any]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.build.variants import displaced, resized, with_density_factor
+from limitmason.build.variants import displaced, resized, with_density_factor, with_part_of_thickness
 from limitmason.causes.declare import declare
 from limitmason.causes.elastic import elastic_displacements
 from limitmason.causes.joints import MM_PER_MPA
@@ -95,6 +95,32 @@ def block_density(
     """
     new = with_density_factor(assembly, factor, blocks)
     return new, rescaled_loads(assembly, new, loads)
+
+
+@declare(
+    "missing unit", parameter="missing_share", lever="blocks", baseline=0.0, bounds=(0.0, 0.95),
+    physics="a unit is broken, hollow or was never laid: it weighs less and touches over less of the thickness by size",
+    source="statics", isolate="look behind the render; knock, or a thermogram",
+    hidden_when="the unit is no part of what moves; in plane only its weight is missed",
+)  # fmt: skip
+def missing_unit(
+    share: float, assembly: Assembly, loads: Loads, *, unit: str | None = None
+) -> tuple[Assembly, Loads]:  # fmt: skip
+    """A unit of which a share [-] is missing, over its whole face and from both sides of the wall.
+
+    Parameters
+    ----------
+    unit : its name; None is the free one nearest to the middle of the structure
+    """
+    if unit is None:
+        middle = np.linalg.norm(assembly.centroids - assembly.centroids.mean(axis=0), axis=1)
+        unit = assembly.blocks[int(np.argmin(np.where(assembly.held.all(axis=1), np.inf, middle)))].name
+    k = assembly.block_index(unit)
+    light, lighter = block_density(blocks=(unit,)).apply(1.0 - share, assembly, loads)  # type: ignore[misc]
+    thin = with_part_of_thickness(light, 1.0 - share).interfaces
+    laid = zip(light.interfaces, thin, strict=True)
+    changed = [there if k in (i.block_a, i.block_b) else i for i, there in laid]
+    return light.with_interfaces(changed), lighter
 
 
 @declare(

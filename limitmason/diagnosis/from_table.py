@@ -288,10 +288,12 @@ class TableStudy:
         """The standard list for a packaged series, with the causes in the measurement of this table."""
         outside = self._outside(self.tilting)
         columns = [c for c in self.batches or self.data.columns if c in DELIVERED]
-        outside += [causes.batch_friction(covariate=c, label=v) for c in columns for v in self._labels(c)]
+        overload = overloaded(str(self.inside), self.data.rows)
+        for column, label in ((c, v) for c in columns for v in self._labels(c)):
+            outside += causes.delivered(label, column, plane=plane, overload=overload)
         known = causes.standard(
-            plane=plane, method=self._felt_by.name, tilting=self.tilting, covariates=self.kept,
-            overload=overloaded(str(self.inside), self.data.rows), without=["friction of the rig"] * (not self.tilting),
+            plane=plane, method=self._felt_by.name, tilting=self.tilting, covariates=self.kept, overload=overload,
+            without=["friction of the rig"] * (not self.tilting),
         )  # fmt: skip
         return [c for c in known if c.name not in {o.name for o in outside}] + outside
 

@@ -136,21 +136,23 @@ class Tabulator:
                     values[index] = self._transformed(cause, size, values[index], readings)
         return self.rows.linked(values, rows)
 
-    def _read_by(self, cause: Cause, rows: np.ndarray) -> list[tuple[int, int, bool]]:
-        """Of the rows that a measurement cause reads: place among those given, specimen, whether it is a logarithm."""
+    def _read_by(self, cause: Cause, rows: np.ndarray) -> list[tuple[int, int]]:
+        """Of the rows that a measurement cause reads: place among those given, and number."""
         return [
-            (k, int(self.rows.of[row]), bool(self.rows.log[row]))
+            (k, int(row))
             for k, row in enumerate(rows)
             if cause.reads_row(self.rows.quantities[row], self.rows.kinds[row])
         ]
 
     def _transformed(
-        self, cause: Cause, size: float, values: np.ndarray, readings: Sequence[tuple[int, int, bool]]
+        self, cause: Cause, size: float, values: np.ndarray, readings: Sequence[tuple[int, int]]
     ) -> np.ndarray:
         """Predictions of some rows as a measurement cause lets them be read."""
         out = values.copy()
-        for k, specimen, log in readings:
-            out[k] = transformed(cause, size, values[k], self.simulator.specimens[specimen], specimen, log)
+        for k, row in readings:
+            specimen, log = int(self.rows.of[row]), bool(self.rows.log[row])
+            quantity = self.rows.quantities[row]
+            out[k] = transformed(cause, size, values[k], self.simulator.specimens[specimen], specimen, quantity, log)
         return out
 
     def baseline(self) -> Tabulation:
@@ -336,12 +338,14 @@ def _say_if_without_effect(change: np.ndarray, what: str, keyword: str, ends: Se
 
 
 def transformed(
-    cause: Cause, size: float, prediction: float, specimen: Any, index: int, must_be_positive: bool = True
+    cause: Cause, size: float, prediction: float, specimen: Any, index: int, quantity: str = "",
+    must_be_positive: bool = True,
 ) -> float:  # fmt: skip
     """A prediction as a measurement cause lets it be read."""
     assert cause.apply is not None, "a reading is transformed by its apply"
     try:
-        value = cause.apply(float(size), float(prediction), specimen)
+        read = {"quantity": quantity} if cause.reads_quantity else {}
+        value = cause.apply(float(size), float(prediction), specimen, **read)
     except Exception as error:
         note_own(error, f"cause {cause.name!r} of size {size:g} failed for specimen {index} ({specimen!r})")
         raise

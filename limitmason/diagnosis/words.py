@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from limitmason.causes.cause import Cause
-from limitmason.diagnosis.inference.discrepancy import CONSTANT, TOGETHER
+from limitmason.diagnosis.inference.discrepancy import CONSTANT, DRIFT, TOGETHER
 from limitmason.diagnosis.inference.verdict import Identification, VerdictKind
 from limitmason.diagnosis.result import Findings
 
@@ -61,6 +61,8 @@ def headline(diagnosis: Findings) -> str:
         also = could_do_the_same(held.along if held is not None else CONSTANT, short=True)
         if held is not None and held.missing == ("kinds",):
             also = not_two_kinds(held)
+        if held is not None and held.rival == DRIFT and "rival levers" in held.missing:
+            also = "a drift from test to test could do the same, and the order of tests is not recorded"
         return f"behaves like {shown(diagnosis)}{together}: it fits, but it is not identified; {also}"
     if kind == "either":
         few = len(names) <= FEW

@@ -124,16 +124,68 @@ def test_softening_changes_its_energies_or_what_is_left():
     assert (law.residual_cohesion, law.residual_tensile_strength) == (500.0, 250.0)
 
 
-def test_friction_of_a_batch_belongs_to_its_specimens_alone():
+def test_a_cause_of_a_batch_belongs_to_its_specimens_alone():
     made, _ = block(b=2.0, h=0.5)
     model = made, lm.Loads.horizontal(made)
-    cause = catalogue.batch_friction(label="B")
-    assert (cause.name, cause.own) == ("friction of batch B", ("batch",))
+    cause = catalogue.of_batch(catalogue.joint_friction(), "B")
+    assert (cause.name, cause.own) == ("joint friction of batch B", ("batch",))
     assert value(*cause.apply(0.8, *model, specimen={"batch": "B"})) == pytest.approx(0.8 * MU, rel=1e-7)
     assert cause.apply(0.8, *model, specimen={"batch": "A"}) == model
     with pytest.raises(ValueError, match="batch"):
         cause.apply(0.8, *model, specimen={})
-    assert "friction of batch C" in [c.name for c in catalogue.standard(batches={"batch": "C", "operator": "x"})]
+    heavy = catalogue.of_batch(catalogue.block_density(), "new", covariate="delivery")
+    assert pickle.loads(pickle.dumps(heavy)) == heavy
+    changed, _ = heavy.apply(1.2, *model, specimen={"delivery": "new"})
+    assert changed.weights == pytest.approx(1.2 * made.weights)
+    names = {c.name for c in catalogue.standard(plane=False, overload=True, batches={"batch": "C", "operator": "x"})}
+    of_c = {n for n in names if n.endswith("of batch C")}
+    each = ("joint friction", "cohesion", "effective thickness", "block density", "shift")
+    assert of_c == {f"{n} of batch C" for n in each}
+    assert [n for n in names if n.endswith("operator x")] == ["shift of operator x"]
+    for wrong in (catalogue.gain(), catalogue.torsion_strength()):
+        with pytest.raises(ValueError, match="no change of the model"):
+            catalogue.of_batch(wrong, "B")
+
+
+def test_a_missing_unit_weighs_less_and_touches_less():
+    made, weight = block(b=0.2, h=1.0)
+    less, loads = catalogue.missing_unit().apply(0.25, made, lm.Loads.horizontal(made))
+    assert less.weights.sum() - made.weights.sum() == pytest.approx(-0.25 * weight)
+    assert loads.live[made.block_index("column-1"), 0] == pytest.approx(0.75 * weight)
+    assert less.arrays.area == pytest.approx(0.75 * made.arrays.area)
+    masonry, push = wall()
+    name = masonry.blocks[5].name
+    one, _ = catalogue.missing_unit(unit=name).apply(0.5, masonry, push)
+    touched = [name in (masonry.blocks[i.block_a].name, masonry.blocks[i.block_b].name) for i in masonry.interfaces]
+    assert one.arrays.area / masonry.arrays.area == pytest.approx(np.where(touched, 0.5, 1.0))
+
+
+def test_bond_is_cohesion_and_tension_of_mortar():
+    made, loads = softening_wall()
+    law = extend("bond strength", 0.5, (made, loads))[0].interfaces[0].joint
+    assert (law.cohesion, law.tensile_strength) == (1e3, 5e2)
+    with pytest.raises(NotApplicable, match="no bond"):
+        extend("bond strength", 0.5, wall())
+
+
+def test_readings_of_displacements_follow_their_laws():
+    # springs in row; a wall that turns about its base; a drift that grows by the same share from test to test
+    rig = catalogue.rig_compliance()
+    assert 1.0 / rig.apply(2e-8, 5e7, {}, quantity="stiffness") == pytest.approx(1.0 / 5e7 + 2e-8)
+    assert rig.apply(2e-8, 1e-3, {"peak": 1e4}, quantity="drift at peak") == pytest.approx(1e-3 + 2e-4)
+    point = catalogue.control_point()
+    assert point.apply(0.2, 3.0, {"height": 2.0}, quantity="drift at peak") == pytest.approx(3.3)
+    assert point.apply(0.2, 3.0, {"height": 2.0}, quantity="stiffness") == pytest.approx(3.0 / 1.1)
+    with pytest.raises(ValueError, match="below the base"):
+        point.apply(-0.5, 3.0, {"height": 0.4}, quantity="stiffness")
+    assert catalogue.displacement_gain().apply(1.25, 1.0, {}, quantity="stiffness") == pytest.approx(0.8)
+    drift = catalogue.sensor_drift()
+    assert drift.apply(0.01, 2.0, {"order": 11}) == pytest.approx(2.0 * math.exp(0.1))
+    assert drift.own == ("order",)
+    moved = {"gain of displacements", "rig compliance", "wrong control point"}
+    every = {m: {c.name for c in catalogue.standard(method=m, covariates=["height"])} & moved
+             for m in ("limit", "modes", "mechanisms", "pushover", "dem")}  # fmt: skip
+    assert every == {"limit": set(), "modes": set(), "mechanisms": set(), "pushover": moved, "dem": moved}
 
 
 def test_every_cause_is_one_declared_function_that_says_which_methods_feel_it():

@@ -14,6 +14,8 @@ LEVERS = (3.0, 6.0, 12.0, 24.0)  # the same of a lever with another dependence
 REACH = 1.0  # length over which a curved bias changes, in standard deviations of its covariate
 JOINT = (1.0, 2.0)  # the same for all numeric covariates at once
 CONSTANT, TOGETHER = "nothing recorded", "several covariates"
+DRIFT = "a drift with an order of tests that is not recorded"
+NEARLY = (0.8, 1.0, 1.25)  # of the fitted effect: mean of a drift
 
 
 class Discrepancy:
@@ -205,6 +207,32 @@ class Rivals:
                         kernels.append((amplitude / size) ** 2 * np.outer(effect, effect) * part)
         stack = np.array(kernels).reshape(len(kernels), design.n, design.n)
         return Discrepancy(along, stack if design.mix is None else design.mix @ stack @ design.mix.T, self.slopes)
+
+    def drift(self, names: Names, effect: np.ndarray, y: np.ndarray, like: Likelihood) -> float:
+        """Log evidence of the same effect growing from nothing from test to test, in an order that is not recorded.
+
+        Specimen i of m shows t_i of the effect f: a permutation of 0, 2/(m-1), ... 2, of mean 1, variance
+        V = (m+1) / 3(m-1) and covariance -V/(m-1), taken as normal. Minus infinity where an order is recorded, or the
+        explanation has none.
+
+        Parameters
+        ----------
+        effect : of the fitted explanation, in the coordinates of the design, shape (n,)
+        y : one data set, shape (1, n)
+        like : of the noise
+        """
+        design = self.design
+        orders = {o for c in design.causes if c.name in names for o in getattr(c, "drifts", ())}
+        specimens = design.columns.get("specimen", range(design.n))
+        m = len(set(specimens))
+        if not orders or orders & set(design.columns) or m < 2:
+            return -np.inf
+        part, spread = same(specimens), (m + 1.0) / (3.0 * (m - 1.0))
+        f = design.apart(effect) / self.sd
+        kernel = spread * np.outer(f, f) * (part - (1.0 - part) / (m - 1.0))
+        kernel = kernel if design.mix is None else design.mix @ kernel @ design.mix.T
+        made = [Discrepancy([DRIFT], a**2 * kernel[None], self.slopes).evidence(y - a * effect, like) for a in NEARLY]
+        return float(np.max(made))
 
     def excess(
         self,

@@ -10,7 +10,7 @@ from scipy.special import chdtri
 
 from limitmason.diagnosis.inference.confidence_set import ConfidenceSet, share_of
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.discrepancy import Discrepancy, Rivals, as_gaussian
+from limitmason.diagnosis.inference.discrepancy import DRIFT, Discrepancy, Rivals, as_gaussian
 from limitmason.diagnosis.inference.fit import Likelihood
 from limitmason.diagnosis.inference.gain import left_out
 from limitmason.diagnosis.inference.kinds import agree, by_kind
@@ -24,6 +24,7 @@ PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as mu
 DRAWN = 699  # data sets drawn from the explanation: its own distribution of the excess
 SURE = 3.0  # standard errors by which the slope along its own contrast must differ from 0, and at most from 1
 LEVER = 2.0  # log-likelihood by which a name must beat every listed lever with another dependence
+ODDS = 3.0  # the same over a drift in an order that is not recorded: 20 to 1
 
 Renewed = Callable[[Design, Verdict], bool]
 
@@ -188,6 +189,9 @@ class Judge:
         if levers.along:
             each = levers.each(drawn_in, like)[0]
             rival, beyond = levers.along[int(each.argmax())], float(value) - float(each.max())
+        asked, over_drift = LEVER, float(value) - rivals.drift(names, effect, drawn_in, like)
+        if over_drift - ODDS < beyond - asked:
+            rival, beyond, asked = DRIFT, over_drift, ODDS
         # the same statistics for data drawn from the explanation itself
         rows = slice(0, min(DRAWN, decision.count))
         drawn, z, replicate = decision.drawn(names, fit, rows)
@@ -215,7 +219,7 @@ class Judge:
             "excess": observed >= margin,
             "usual": p >= rule.usual,
             "left out": float(np.sum(own - base)) > 0.0 and ahead + ahead_error >= 0.0,
-            "rival levers": beyond >= LEVER,
+            "rival levers": beyond >= asked,
             "kinds": together or (len(names) == 1 and doses and not any(k.absent for k in kinds)),
         }
         return Identification(
