@@ -51,15 +51,17 @@ with lm.figures.print_style():
     figure = Figure(figsize=(6.3, 3.4), dpi=200, layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots()
-    for crossed in (3, 5, 7, 9):
+    # blue, orange, green and purple are told apart with every common colour vision
+    for crossed, colour in zip((3, 5, 7, 9), ("#0072b2", "#e69f00", "#009e73", "#cc79a7"), strict=True):
         options = {"hinge_courses": 9, "crossed_courses": crossed}
         curve = [mechanisms.compound_rocking(facade, **options, crack_tangent=s).collapse_multiplier for s in slope]
-        axes.plot(slope, curve, label=f"crack through {crossed} courses")
+        axes.plot(slope, curve, color=colour, label=f"crack through {crossed} courses")
         worst = mechanisms.compound_rocking(facade, **options)
-        axes.plot(worst.details["crack_tangent"], worst.collapse_multiplier, "o", color=axes.lines[-1].get_color())
+        axes.plot(worst.details["crack_tangent"], worst.collapse_multiplier, "o", color=colour)
     axes.axhline(associative.collapse_multiplier, color="0.3", linestyle="--", label="associative limit analysis")
     axes.set(
-        xlabel=r"$\tan\alpha_c$", ylabel=r"$\lambda_B$", title="Compound rocking: worst crack of each depth marked"
+        xlabel="tangent of the crack angle [-]", ylabel="multiplier λ [-]",
+        title="Compound rocking: worst crack of each depth marked",
     )
     axes.legend()
     figure.savefig(OUT / "mechanism_b_crack_angle.png")

@@ -70,10 +70,12 @@ for ax, bond in zip(figure.subplots(1, len(standing), sharey=True, squeeze=False
         for along, style in STYLES.items():
             label = f"DEM, ψ = {psi}, {along} points along"
             ax.plot(*line(bond, along, "dem", share), style, ms=3.5, lw=1.2, color=colour, label=label)
-        ax.axhline(PUBLISHED[share], color=colour, lw=0.8, label=f"3DEC, ψ = {psi} (published, about)")
-    ax.plot(*line(bond, 2, "associative", 1.0), "k_", ms=9, label="limit analysis, associative")
+        line_of = "--" if share else ":"
+        ax.axhline(PUBLISHED[share], color="k", ls=line_of, lw=0.8, label=f"3DEC, ψ = {psi} (published, about)")
+    ax.plot(*line(bond, 2, "associative", 1.0), "D", ms=4, mfc="none", c="#009e73", label="limit analysis, associative")
     ax.set_title(f"{bond} (assumed bond)", fontsize=8)
-    ax.set(xlabel="contact points across the thickness", ylim=(0.2, 0.46))
+    ax.set(xlabel="contact points across the thickness [-]", ylim=(0.2, 0.46))
+    ax.spines[["top", "right"]].set_visible(False)
 figure.axes[0].set_ylabel("collapse multiplier [-]")
 figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside right center", fontsize=7, frameon=False)
 figure.savefig(OUT / "rondelet_contact_points.png")

@@ -234,7 +234,8 @@ class Prediction(Displayed, Citable, ReadOnly):
     governing : which of several cases the answer belongs to; empty where there is one
     error_budget : what changed with every setting that was checked, by its name; empty without checks
     range : low and high end about the multiplier and what they are; filled in by ``limitmason.predict``
-    structure : the assembly that was solved, for ``plot()``; not kept by files, nor by copies to other processes
+    structure, loads : assembly and loads that were solved, for ``plot()``; not kept by files, nor by copies to other
+        processes
     lost_in_failure : what the joints lose where they fail, by what and over which energy, one sentence per joint law;
         empty where they have nothing to lose
     references : papers of the theory, the method, the solvers and the packaged data, for ``cite()``
@@ -260,6 +261,7 @@ class Prediction(Displayed, Citable, ReadOnly):
     lost_in_failure: tuple[str, ...] = ()
     references: tuple[Cited, ...] = ()
     structure: Any = field(default=None, repr=False)
+    loads: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Take words alone, as other packages and files of 0.1 give them, for the member of the set that they name."""
@@ -274,8 +276,8 @@ class Prediction(Displayed, Citable, ReadOnly):
         return f"<Prediction by {self.method}: {self.answer} ({self.status})>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without the structure, which every answer of a study would carry along."""
-        return {**self.__dict__, "structure": None}
+        """Without structure and loads, which every answer of a study would carry along."""
+        return {**self.__dict__, "structure": None, "loads": None}
 
     @property
     def quantities(self) -> dict[str, float]:

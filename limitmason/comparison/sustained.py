@@ -127,7 +127,7 @@ SUSTAINED = Method(
     "sustained",
     sustained,
     settings_of("SustainedSettings", sustained),
-    look=Look("sustained", "YELLOW", "X"),
+    look=Look("sustained", "PURPLE", "X"),
     beside=_beside,
     kept=("first loss", "largest on the way", "displacement"),
     theorem="displaced",

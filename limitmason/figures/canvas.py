@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import matplotlib.patheffects as effects
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -15,11 +16,14 @@ from limitmason.figures import elevation, solid, style
 from limitmason.figures.outline import elevation_plane, wall_plane
 from limitmason.figures.painter import camera
 from limitmason.figures.tie_lines import draw_ties
-from limitmason.mechanics.motion import MovingJoints, RigidMotion
+from limitmason.mechanics.motion import MovingJoints, RigidMotion, structure_size
 from limitmason.mechanics.plane import Plane
-from limitmason.model import Assembly
+from limitmason.model import Assembly, Loads
 
 VIEWS = ("auto", "elevation", "3d")
+
+_ARROW = 0.2
+"""Length of the arrow of a load over the size of the structure."""
 
 
 class Canvas:
@@ -58,10 +62,11 @@ class Canvas:
             self._scene = self._moved(self._motion)
             bounds = [_bounds(self._scene, self.before), *(_bounds(self._moved(m), self.before) for m in motions[1:])]
             ends = np.array([np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)])
-            self.layout = solid.Layout(self._scene, ends)
+            self.layout = solid.Layout(self._scene, ends, ax)
             self.page = style.Page(self.layout.high - self.layout.low, ax, framed=False)
             self.axes, self.size = np.column_stack([self.camera.right, self.camera.up]), solid.block_size(model)
         self.ax, self.width = self.page.ax, self.page.line_width(self.size)
+        self._told_apart = False
 
     def _moved(self, motion: RigidMotion | None) -> solid.SolidView:
         return self.before if motion is None else solid.SolidView(self.model, self.camera, motion)
@@ -81,6 +86,8 @@ class Canvas:
         """
         none = np.zeros(self.model.n_blocks, dtype=bool)
         moving, ghosts = ~none if moving is None else moving, none if ghosts is None else ghosts
+        free = ~self.model.fixed
+        self._told_apart = bool((moving & free).any() and (~moving & free).any())
         if self.plane is None:
             scene = self._scene if motion is self._motion else self._moved(motion)
             solid.draw_solids(self.ax, scene, self.width, moving=moving, joints=joints, before=self.before,
@@ -95,6 +102,22 @@ class Canvas:
         """Draw the ties over the blocks and return entries for the legend."""
         return draw_ties(self.ax, self.model, lambda p: p @ self.axes, self.width, motion=motion, yields=yields)
 
+    def load(self, loads: Loads | None, label: str = "live load") -> list[Line2D]:
+        """Draw the resultant of the live loads from where it acts; an entry for the legend, or none without one."""
+        found = resultant(self.model, loads)
+        if found is None:
+            return []
+        place, direction = found
+        tail, along = place @ self.axes, direction @ self.axes
+        if np.linalg.norm(along) < 0.2:  # towards the viewer
+            return []
+        along *= _ARROW * structure_size(self.model) / np.linalg.norm(along)
+        halo = effects.withStroke(linewidth=3.6, foreground="white")
+        arrow = {"arrowstyle": "-|>", "linewidth": 1.8, "color": style.BLACK, "shrinkA": 0.0, "shrinkB": 0.0,
+                 "mutation_scale": 11.0, "path_effects": [halo]}  # fmt: skip
+        self.ax.annotate("", tuple(tail + along), tuple(tail), arrowprops=arrow, zorder=6.0, gid="load")
+        return [Line2D([], [], color=style.BLACK, linewidth=1.8, marker=">", markevery=[1], label=label)]
+
     def frame(self) -> None:
         """Draw what does not move: limits, and metre axes or the triad that is the scale."""
         if self.plane is None:
@@ -105,7 +128,24 @@ class Canvas:
     def handles(self, joints: MovingJoints | None = None, *, ghost: bool = False) -> list[Patch | Line2D]:
         """Legend entries for what is really in the drawing."""
         fixed, hatch = bool(self.model.fixed.any()), self.plane is not None
-        return elevation.joint_handles(joints, fixed=fixed, ghost=ghost, hatch=hatch)
+        apart = (("block moves", style.STONE), ("block stands still", style.STILL)) if self._told_apart else ()
+        blocks = [Patch(facecolor=c, edgecolor=style.OUTLINE, linewidth=0.4, label=label) for label, c in apart]
+        return [*blocks, *elevation.joint_handles(joints, fixed=fixed, ghost=ghost, hatch=hatch)]
+
+
+def resultant(model: Assembly, loads: Loads | None) -> tuple[Array, Array] | None:
+    """Point on the line of action of the live loads on free blocks, and its direction; None where they have none."""
+    if loads is None or len(loads.live) != model.n_blocks:
+        return None
+    live, free = loads.live, ~model.fixed
+    force, centre = live[free, :3], model.centroids[free]
+    size = np.linalg.norm(force, axis=1)
+    total = force.sum(axis=0)
+    if not np.linalg.norm(total) > 1e-6 * size.sum():
+        return None
+    middle = size @ centre / size.sum()
+    moment = (live[free, 3:] + np.cross(centre - middle, force)).sum(axis=0)
+    return middle + np.cross(total, moment) / (total @ total), total / np.linalg.norm(total)
 
 
 def chosen_plane(model: Assembly, view: str, twists: Array | None) -> Plane | None:

@@ -57,7 +57,7 @@ def cracks(
     if getattr(curve, "failed", None) is None or curve.assembly is None:
         raise InputError("this curve does not tell what its joints did: draw the curve of dem.push")
     chosen = [(_index(curve, moment, width), moment) for moment in at]
-    drawn = [(i, m) for i, m in chosen if i is not None]
+    drawn = one_a_sample([(i, m) for i, m in chosen if i is not None])
     if not drawn:
         raise InputError(f"none of {', '.join(map(str, at))} happened on this curve: name another moment or width")
     model = curve.assembly
@@ -92,6 +92,14 @@ def cracks(
         Line2D([], [], color=style.GHOST, linewidth=0.7, label="failed, hardly moved"),
     ]
     return style.finished(figure, title, " · ".join(text), handles)
+
+
+def one_a_sample(moments: list[tuple[int, str | int]]) -> list[tuple[int, str]]:
+    """Samples with the names of all moments that fall on them."""
+    names: dict[int, list[str]] = {}
+    for index, moment in moments:
+        names.setdefault(index, []).append(moment if isinstance(moment, str) else f"sample {index}")
+    return [(index, " and ".join(dict.fromkeys(found))) for index, found in names.items()]
 
 
 def sample_of(curve: Any, moment: str | int) -> int:
@@ -141,10 +149,9 @@ def _draw_joints(ax: Axes, view: elevation.Elevation, motion: RigidMotion, curve
         )  # fmt: skip
 
 
-def _heading(curve: Any, index: int, moment: str | int) -> str:
+def _heading(curve: Any, index: int, name: str) -> str:
     point = curve.point(index)
     widest = 1e3 * float(np.nan_to_num(curve.opening[index]).max(initial=0.0))
-    name = moment if isinstance(moment, str) else f"sample {index}"
     return (
         f"{name}: {style.force_text(point.load)} at {1e3 * point.displacement:.3g} mm, widest opening {widest:.2g} mm"
     )

@@ -197,7 +197,7 @@ def _noise_band(result: Any) -> float:
 
 def _column_title(result: Any, names: tuple[str, ...]) -> str:
     error = 100.0 * float(np.sqrt(np.mean(_residual(result, names) ** 2)))
-    return f"{' + '.join(names) if names else 'baseline'}: error {error:.1f} %"
+    return f"{' + '.join(names) if names else 'baseline'}: error {error:.1f}\N{NO-BREAK SPACE}%"
 
 
 def _trend_of(result: Any, name: str) -> str | None:

@@ -235,8 +235,11 @@ def set_frame(ax: Axes, view: Elevation, frame: Window) -> None:
     style.metre_axes(ax, view.axis_names)
 
 
-def label_blocks(ax: Axes, view: Elevation, size: float) -> None:
-    """Names at the blocks' centroids, at a font size [pt]."""
+def label_blocks(ax: Axes, view: Elevation, scale: float) -> None:
+    """Names at the blocks' centroids, as large as fits them; the drawing has a scale [pt/m]."""
     for i, block in enumerate(view.assembly.blocks):
         x, y = view.assembly.centroids[i] @ view.axes
-        ax.text(x, y, block.name, ha="center", va="center", fontsize=size, color=style.FAINT, zorder=4, clip_on=True)
+        wide, high = scale * np.ptp(np.concatenate(view.loops[i]) @ view.axes, axis=0)
+        size = float(min(0.5 * high, wide / (0.62 * max(len(block.name), 1)), 7.0))
+        ax.text(x, y, block.name, ha="center", va="center", fontsize=max(size, 1.0), color=style.FAINT, zorder=4,
+                clip_on=True)  # fmt: skip

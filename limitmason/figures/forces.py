@@ -169,15 +169,17 @@ def contact_forces(
     _draw_segments(page.ax, forces, rows, axes, length * size, thickest)
     for line in lines:
         _draw_line(page.ax, line, forces, axes, thickest)
+    unit, newtons = style.force_unit(largest)
     handles = [
-        Line2D([], [], color=style.BLACK, linewidth=max(share * thickest, 0.3), label=style.force_text(share * largest))
+        Line2D([], [], color=style.BLACK, linewidth=max(share * thickest, 0.3),
+               label=f"{share * largest / newtons:.3g} {unit}")
         for share in ((1.0, 0.5, 0.1) if largest > 0.0 else ())
-    ]
+    ]  # fmt: skip
     if (forces.at_friction_limit & forces.carries).any():
         handles.append(Line2D([], [], color=style.BLUE, linewidth=2.0, label="at friction limit"))
     if lines:
         handles.append(Line2D([], [], color=style.VERMILION, linewidth=1.6, label="line of thrust"))
-    return page.finish(title, style.prediction_text(prediction), [*handles, *pulls])
+    return page.finish(title, style.prediction_text(prediction), [*handles, *pulls, *canvas.handles()])
 
 
 def tie_forces(model: Assembly, prediction: Prediction) -> Array:

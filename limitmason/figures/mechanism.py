@@ -45,8 +45,7 @@ def assembly(
     canvas = Canvas(model, view, ax, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
     canvas.blocks()
     if labels and canvas.plane is not None:
-        size = 72.0 * canvas.page.inch * canvas.size
-        elevation.label_blocks(canvas.ax, canvas.drawing, min(max(0.3 * size, 2.0), 7.0))
+        elevation.label_blocks(canvas.ax, canvas.drawing, 72.0 * canvas.page.inch)
     handles = [*canvas.handles(), *canvas.ties()]
     canvas.frame()
     count = f"{model.n_blocks} blocks, {len(model.interfaces)} interfaces"
@@ -73,7 +72,7 @@ def mechanism(
 ) -> Figure:
     """Collapse mechanism.
 
-    Displaced blocks over the ghost of the original, opening and sliding joints marked.
+    Displaced blocks over the ghost of the original, opening and sliding joints marked, an arrow for the live loads.
 
     Blocks move as rigid bodies by finite rotations, so they keep their size and shape in the picture. Rates are scaled
     so that the fastest vertex moves by ``scale`` times sqrt(height x length) of the structure.
@@ -120,6 +119,8 @@ def mechanism(
     )
     canvas.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
     rods = canvas.ties(motion, yields=stretching(model, twists, threshold) if model.ties else None)
+    settles = "support_reaction" in prediction.details  # its load is what holds the support
+    push = canvas.load(prediction.loads, "support gives way" if settles else "live load")
     canvas.frame()
-    handles = [*canvas.handles(marks, ghost=bool(ghosts.any())), *rods] if legend else []
+    handles = [*push, *canvas.handles(marks, ghost=bool(ghosts.any())), *rods] if legend else []
     return canvas.page.finish(title, style.prediction_text(prediction) if caption else None, handles)

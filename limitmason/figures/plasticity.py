@@ -14,7 +14,7 @@ from limitmason.arrays import Array
 from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.figures.cracks import sample_of
+from limitmason.figures.cracks import one_a_sample, sample_of
 
 _DRAWN = 0.04
 """Largest displacement in the drawing over the size of the structure [-]."""
@@ -43,12 +43,12 @@ def plasticity(
     """
     if not getattr(curve, "zones", ()):
         raise InputError("this curve has no zones: draw the curve of dem.push with blocks='zoned'")
-    indices = [sample_of(curve, moment) for moment in at]
+    drawn = one_a_sample([(sample_of(curve, moment), moment) for moment in at])
     if curve.stress == SOLID:
         raise InputError("zones in space are elastic, there is nothing to map: draw figures.cracks(curve)")
     mesh = curve.mesh
     start = curve.zones[0].shift
-    shifts = [curve.zones[i].shift - start for i in indices]
+    shifts = [curve.zones[i].shift - start for i, _ in drawn]
     size = float(np.ptp(mesh.place, axis=0).max())
     if scale is None:
         travel = max(float(np.abs(shifts[-1]).max()), 1e-300)
@@ -58,9 +58,9 @@ def plasticity(
     span = high - low
     page = style.page_width()
     inch = min((page - 0.7) / span[0], 3.4 / span[1])
-    figure, axes = style.panels(page, len(at) * (span[1] * inch + 0.3), rows=len(at))
+    figure, axes = style.panels(page, len(drawn) * (span[1] * inch + 0.3), rows=len(drawn))
     colours: tuple[Any, ...] = ("white", style.VERMILION, style.pale(style.VERMILION, 0.45), style.BLUE)
-    for ax, i, moment, u in zip(axes, indices, at, shifts, strict=True):
+    for ax, (i, name), u in zip(axes, drawn, shifts, strict=True):
         place = mesh.place + scale * u
         marks = curve.zones[i].marks
         ax.add_collection(PolyCollection(
@@ -74,7 +74,6 @@ def plasticity(
         ax.set_aspect("equal")
         ax.axis("off")
         point = curve.point(i)
-        name = moment if isinstance(moment, str) else f"sample {i}"
         share = ", ".join(f"{np.mean(marks == m):.0%} {MARKS[m]}" for m in (1, 2, 3) if (marks == m).any())
         heading = f"{name}: {style.force_text(point.load)} at {1e3 * point.displacement:.3g} mm"
         ax.set_title(heading + (f"; {share}" if share else ""), loc="left", fontsize=7.5, pad=3.0)

@@ -228,12 +228,21 @@ def block_size(assembly: Assembly) -> float:
 
 
 class Layout:
-    """Limits of the page, and where the triad stands: in an empty lower corner, or below the drawing."""
+    """Limits of the page, and where the triad stands: in an empty lower corner, or below the drawing.
 
-    def __init__(self, scene: SolidView, bounds: Array) -> None:
+    Parameters
+    ----------
+    scene, bounds : what is drawn, and its ends on the page
+    ax : axes of the caller, whose size is that of the page
+    """
+
+    def __init__(self, scene: SolidView, bounds: Array, ax: Axes | None = None) -> None:
         self.view = scene.view
         span = np.ptp(bounds, axis=0)
-        inch = min((style.page_width() - 0.24) / span[0], style.HEIGHT / span[1])
+        room = np.array([style.page_width() - 0.24, style.HEIGHT])
+        if ax is not None:
+            room = style.figure_of(ax).get_size_inches() * ax.get_position().size
+        inch = float((room / span).min())
         self.length = style.round_length(0.16 * float(span.max()))
         ends = 1.25 * self.length * scene.view.project(np.eye(3))
         low, high = np.minimum(ends.min(axis=0), 0.0), np.maximum(ends.max(axis=0), 0.0)

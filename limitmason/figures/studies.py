@@ -34,8 +34,13 @@ def _known(method: Any) -> bool:
     return method == "monolith" or method in available_methods()
 
 
-def _colour(method: str) -> str:
-    return getattr(style, _look(method).colour)
+def colours_of(methods: Iterable[Any]) -> dict[Any, str]:
+    """A colour for each method, its own where no other has it."""
+    out: dict[Any, str] = {}
+    for method in sorted(dict.fromkeys(methods), key=lambda m: not _known(m)):
+        own = (getattr(style, _look(method).colour),) if _known(method) else ()
+        out[method] = next((c for c in (*own, *style.SERIES) if c not in out.values()), style.FAINT)
+    return out
 
 
 _ORDERS = {"switched in this order": ("v", style.BLACK), "in the reverse order": ("^", "white")}
@@ -74,9 +79,10 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
         if high > low:
             ax.axvspan(low, high, color="#e4e4e4", linewidth=0, zorder=0.5, gid="test range")
         ax.axvline(value, color=style.BLACK, linewidth=1.0, dashes=(4, 2), zorder=1, gid="test")
+    colours = colours_of(r.method for r in rows)
     for k, r in enumerate(rows):
         y = len(rows) - 1 - k
-        colour = _colour(r.method)
+        colour = colours[r.method]
         if math.isfinite(r.low) and r.high > r.low:
             # taller than the marker, so that a narrow range still shows
             ax.barh([y], [r.high - r.low], 0.28, left=r.low, color=style.pale(colour, 0.45), edgecolor=colour,
@@ -167,14 +173,14 @@ def study_lines(
         return edge if log and value <= 0 else float(value)
 
     groups = list(dict.fromkeys(tuple(r.get(k) for k in by) for r in rows))
-    methods = list(dict.fromkeys(r.get("method") for r in rows))
+    colours = colours_of(m for m in dict.fromkeys(r.get("method") for r in rows) if m is not None)
     handles = []
     for number, group in enumerate(groups):
         own = sorted((r for r in rows if tuple(r.get(k) for k in by) == group), key=lambda r: r[x])
         solid = [r for r in own if r.get("status") != "extrapolated"]
         method = own[0].get("method") if by and by[0] == "method" else None
         second = 0 if method is None else [g for g in groups if g[:1] == group[:1]].index(group)
-        look = _line_look(method, number, number if method is None else methods.index(method) + 3, second)
+        look = _line_look(method, number, colours.get(method, style.SERIES[number % len(style.SERIES)]), second)
         line, colour = look["linestyle"], look["color"]
         if len({r[x] for r in solid}) < len(solid):
             line = "none"  # several values at one x: joined they would zigzag
@@ -217,10 +223,9 @@ def study_lines(
     return figure
 
 
-def _line_look(method: Any, number: int, hue: int, second: int) -> dict[str, Any]:
+def _line_look(method: Any, number: int, colour: str, second: int) -> dict[str, Any]:
     """Look of a line: methods are told apart by colour and marker, groups of one method by fill and line."""
     known = method is not None and _known(str(method))
-    colour = _colour(str(method)) if known else style.SERIES[hue % 7]
     return {
         "color": colour, "marker": _look(str(method)).marker if known else style.MARKERS[number % 7], "markersize": 4.5,
         "linewidth": 1.1, "markerfacecolor": "white" if second else colour,

@@ -358,12 +358,15 @@ def round_length(length: float) -> float:
     return max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= length * (1.0 + 1e-9))
 
 
+def force_unit(force: float) -> tuple[str, float]:
+    """The unit that fits a force, and its size [N]."""
+    return next(((unit, size) for unit, size in (("MN", 1e6), ("kN", 1e3)) if abs(force) >= size), ("N", 1.0))
+
+
 def force_text(force: float) -> str:
     """A force with a fitting unit."""
-    for unit, size in (("MN", 1e6), ("kN", 1e3), ("N", 1.0)):
-        if abs(force) >= size:
-            return f"{force / size:.3g} {unit}"
-    return f"{force:.3g} N"
+    unit, size = force_unit(force)
+    return f"{force / size:.3g} {unit}"
 
 
 def prediction_text(prediction: Any) -> str:

@@ -96,7 +96,7 @@ def before_and_after(
             ax.axhline(prediction.collapse_multiplier, color=colour, linewidth=0.6, linestyle="--")
         ax.axhline(0.0, color=style.FAINT, linewidth=0.5, zorder=0.5)
         ax.set_xlabel("control displacement [mm]", fontsize=7.5)
-        ax.set_ylabel("λ", fontsize=7.5)
+        ax.set_ylabel("multiplier λ [-]", fontsize=7.5)
         ax.tick_params(labelsize=7.0)
         ax.legend(loc="best", fontsize=7.0, title="capacity curves; dashed: limit analysis", title_fontsize=7.0)
     return figure

@@ -46,7 +46,7 @@ def write_prediction(path: str | Path, prediction: Prediction, *, assembly: Asse
     assembly : its block names go into the file, so that the rows of the twists can be told apart
     """
     names = {} if assembly is None else {"blocks": [b.name for b in assembly.blocks]}
-    held = {f.name: getattr(prediction, f.name) for f in fields(prediction) if f.name != "structure"}
+    held = {f.name: getattr(prediction, f.name) for f in fields(prediction) if f.name not in ("structure", "loads")}
     document: dict[str, Any] = {
         "schema": SCHEMA, "version": VERSION, "units": UNITS, **names, "bound_kind": str(prediction.bound.kind),
         **{name: plain(value, name, strict=False) for name, value in held.items()},
@@ -74,7 +74,7 @@ def read_prediction(path: str | Path) -> Prediction:
         node[key]  # must be there
     values = node.values(
         Prediction,
-        **dict.fromkeys(("schema", "version", "units", "blocks", "structure", "bound", "bound_kind")),
+        **dict.fromkeys(("schema", "version", "units", "blocks", "structure", "loads", "bound", "bound_kind")),
         mechanism=partial(_arrays, kind=Mechanism, columns={"twists": (6,), "sliding": (2,)}),
         resultants=partial(_arrays, kind=Resultants, columns={
             "shear": (2,), "moment": (2,), "point_position": (3,), "point_force": (3,),

@@ -131,8 +131,9 @@ def with_model_notes(prediction: Prediction, assembly: Assembly, loads: Loads, t
     lost = prediction.lost_in_failure or lost_in_failure(assembly)
     references = tuple(dict.fromkeys((*prediction.references, *data_behind(assembly.recipe))))
     return replace(
-        prediction, details=details, warnings=warnings, lost_in_failure=lost, references=references, structure=assembly
-    )
+        prediction, details=details, warnings=warnings, lost_in_failure=lost, references=references,
+        structure=assembly, loads=loads,
+    )  # fmt: skip
 
 
 def lost_in_failure(assembly: Assembly, lengths: Array | None = None) -> tuple[str, ...]:

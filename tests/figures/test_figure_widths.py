@@ -9,6 +9,9 @@ from limitmason import figures, study
 from limitmason.continuum import Box, Continuum
 from limitmason.errors import InputError, NotApplicable
 from limitmason.figures import style
+from limitmason.figures.cracks import one_a_sample
+from limitmason.figures.studies import colours_of
+from limitmason.methods import available_methods
 
 WALL = running_bond(3, 4)
 LOADS = lm.Loads.horizontal(WALL)
@@ -101,3 +104,19 @@ def test_rows_of_two_parameters_are_a_line_for_each_value_and_never_a_zigzag():
     assert points.get_linestyle() == "None"
     with pytest.raises(InputError, match="'age'"):
         figures.study_lines(rows, "phi", by=("age",))
+
+
+def test_no_two_methods_have_one_colour():
+    methods = [*available_methods(), "monolith", "of another program", "of a third one"]
+    rows = [{"method": m, "a": a, "multiplier": 0.1 * a + k} for k, m in enumerate(methods) for a in (1.0, 2.0)]
+    lines = [x for x in figures.study_lines(rows[:14], "a").axes[0].lines if x.get_gid() == "line"]
+    assert len({x.get_color() for x in lines}) == len(lines) == 7
+    # those of their own keep it, whoever stands beside them
+    assert colours_of(["of another program", "associative"])["associative"] == style.BLUE
+    assert colours_of(["of another program"])["of another program"] == style.BLUE
+
+
+def test_moments_that_fall_on_one_sample_are_one_picture():
+    assert one_a_sample([(3, "first crack"), (9, "peak"), (9, "end"), (4, 4)]) == [
+        (3, "first crack"), (9, "peak and end"), (4, "sample 4")
+    ]  # fmt: skip

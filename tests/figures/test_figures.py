@@ -1,6 +1,7 @@
 """Mechanisms in elevation: what is drawn is what was computed; blocks stay rigid, marks stand where joints move."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from figure_models import (
 )
 from matplotlib.figure import Figure
 
-from limitmason import Assembly, figures
+from limitmason import Assembly, Loads, figures
 from limitmason.figures import outline
 from limitmason.geometry import box
 from limitmason.mechanics import motion
@@ -112,7 +113,35 @@ def test_blocks_are_sorted_into_moving_still_and_fixed():
     figure = figures.mechanism(assembly, sliding(assembly, [3]))
     assert [len(artist(figure, g).get_paths()) for g in ("blocks", "still", "fixed")] == [1, 2, 1]
     assert artist(figure, "fixed").get_hatch()
-    assert {"fixed", "before", "joint slides"} == set(legend_labels(figure))
+    kinds = {"block moves", "block stands still", "fixed"}
+    assert kinds | {"before", "joint slides"} == set(legend_labels(figure))
+    # where no free block stands still there is nothing to tell apart
+    assert not kinds & {"block moves"} & set(legend_labels(figures.mechanism(assembly, sliding(assembly, [1, 2, 3]))))
+
+
+def test_an_arrow_shows_the_resultant_of_the_live_loads_on_its_line_of_action():
+    assembly = make_column()
+
+    def arrow(loads):
+        figure = figures.mechanism(assembly, replace(sliding(assembly, [3]), loads=loads))
+        found = [a for a in figure.axes[0].texts if a.get_gid() == "load"]
+        assert ("live load" in legend_labels(figure)) == bool(found)
+        return found
+
+    (body,) = arrow(Loads.horizontal(assembly, (-1, 0, 0)))
+    assert body.xyann == pytest.approx(assembly.centroids[1:].mean(axis=0)[[0, 2]])  # three equal blocks
+    assert body.xy[0] < body.xyann[0]
+    assert body.xy[1] == pytest.approx(body.xyann[1])
+    # a point load is drawn on its own line, not through the centroid of the block it acts on
+    at = assembly.blocks[3].vertices.max(axis=0)
+    (point,) = arrow(Loads.weight(assembly).with_point_load(assembly, 3, (0.0, 0.0, -7.0), at=at))
+    assert point.xyann[0] == pytest.approx(at[0])
+    assert point.xy[1] < point.xyann[1]
+    couple = np.zeros((4, 6))
+    couple[1, 0], couple[3, 0] = 5.0, -5.0
+    assert not arrow(Loads(np.zeros((4, 6)), couple))
+    assert not arrow(Loads.weight(assembly))
+    assert not arrow(None)
 
 
 def test_caption_states_multiplier_bound_flow_rule_and_doubt():
