@@ -10,6 +10,7 @@ from dem.settings import DemSettings, PushSettings
 from dem.stages.ambient_vibration import identify, white_noise
 from dem.stages.history import History
 from dem.stages.simulate import resume, simulate
+from limitmason.display.notebook import shows
 from limitmason.model.stages import BaseMotion, Damping, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
 
 __all__ = [
@@ -40,3 +41,5 @@ __all__ = [
     "tilt_test",
     "white_noise",
 ]
+
+shows(__name__)

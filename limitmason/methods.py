@@ -20,6 +20,7 @@ from limitmason.answers.method import (
     Method,
 )
 from limitmason.answers.results import ALMOST_SOLVED, SOLVED, FlowRule, Prediction
+from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotConverged
 from limitmason.mechanics.model_notes import with_model_notes
 from limitmason.model.assembly import Assembly
@@ -249,3 +250,6 @@ def predict_cases(
     if not cases:
         raise InputError("no load cases are given")
     return {name: predict(assembly, loads, method, **options) for name, loads in cases.items()}
+
+
+shows(__name__)

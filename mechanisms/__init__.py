@@ -5,6 +5,7 @@ Facades out of plane: simple rocking (A), compound rocking with stepped cracks i
 prescribe their friction: engineering estimates, no bounds of limit analysis; ``Prediction.bound`` says which is what.
 """
 
+from limitmason.display.notebook import shows
 from mechanisms.arch import ArchLimit, arch_limit, geometric_safety
 from mechanisms.catalogue import NAMES, catalogue, smallest
 from mechanisms.classical import inclined_hinge, overturning, rigid_block, rondelet_thickness, sliding, stack
@@ -60,3 +61,5 @@ __all__ = [
     "torsion_shear_curve",
     "wall_forces",
 ]
+
+shows(__name__)

@@ -22,6 +22,7 @@ from limitmason.answers.results import (
     Resultants,
     Status,
 )
+from limitmason.display.notebook import shows
 
 __all__ = [
     "ALMOST_SOLVED",
@@ -49,3 +50,5 @@ __all__ = [
     "Resultants",
     "Status",
 ]
+
+shows(__name__)

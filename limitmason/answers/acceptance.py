@@ -106,6 +106,9 @@ class Certificate:
         """
         return not self.refusal
 
+    def __repr__(self) -> str:
+        return f"<Certificate: {self.refusal or 'accepted'}>"
+
     def __str__(self) -> str:
         """One line a figure."""
         rows = [

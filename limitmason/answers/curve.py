@@ -260,4 +260,5 @@ class Curve(Displayed, Citable, ReadOnly):
             + "".join(f"\n  note: {w}" for w in self.warnings)
         )
 
-    __repr__ = __str__
+    def __repr__(self) -> str:
+        return str(self)

@@ -14,6 +14,7 @@ from limitmason.calibration.least_squares import SearchSettings
 from limitmason.calibration.parameter import Parameter
 from limitmason.calibration.solid_model import SolidModel
 from limitmason.calibration.targets import FEATURES, CurveTarget, Target
+from limitmason.display.notebook import shows
 
 __all__ = [
     "FEATURES",
@@ -30,3 +31,5 @@ __all__ = [
     "UnresolvedDirection",
     "calibrate",
 ]
+
+shows(__name__)

@@ -7,6 +7,7 @@ from limitmason.capacity.elastic_range import ElasticRange, Onset, elastic_range
 from limitmason.capacity.ensemble import Ensemble, imperfection_ensemble
 from limitmason.capacity.result import Break, PushoverCurve, SampleStability
 from limitmason.capacity.steps import Steps
+from limitmason.display.notebook import shows
 
 __all__ = [
     "Break",
@@ -22,3 +23,5 @@ __all__ = [
     "imperfection_ensemble",
     "pushover",
 ]
+
+shows(__name__)

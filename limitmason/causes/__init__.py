@@ -14,6 +14,7 @@ from limitmason.causes.cause import Cause, Extension
 from limitmason.causes.declare import Declared, declare
 from limitmason.causes.elastic import dead_load_stress, elastic_displacements
 from limitmason.causes.lists import ALL, acts_on, delivered, each_joint, of_batch, standard, table
+from limitmason.display.notebook import shows
 
 _BY_FUNCTION = {declared.function.__name__: declared for declared in ALL.values()}
 
@@ -34,6 +35,8 @@ __all__ = [
     "table",
     *_BY_FUNCTION,
 ]
+
+shows(__name__)
 
 
 def __getattr__(name: str) -> Declared:

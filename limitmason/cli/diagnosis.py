@@ -133,8 +133,7 @@ def _run(options: argparse.Namespace) -> int:
         study = diagnosis.Study.from_folder(options.data, cache=store, n_jobs=options.jobs, **_of_folder(options))
     else:
         study = diagnosis.Study.from_table(options.data, cache=store, n_jobs=options.jobs, **_stated(options))
-    say(f"{study.about.title}: {study.n} values, noise {study.noise}, {len(study.causes)} causes: "
-        f"{', '.join(c.name for c in study.causes)}")  # fmt: skip
+    say(str(study))
     found = diagnosis.investigate(
         study, seed=options.seed, next_tests=options.next, pool=options.pool, rehearse=options.rehearse,
         missing=options.missing, progress=lines(),

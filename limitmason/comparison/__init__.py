@@ -12,6 +12,7 @@ Every table is made of :class:`Row`: what a method says, and the value beside it
 from limitmason.comparison.comparing import SideBySide, compare, measured_range
 from limitmason.comparison.rows import Row
 from limitmason.comparison.specimen import as_text, run, table, write_rows
+from limitmason.display.notebook import shows
 
 __all__ = [
     "Row",
@@ -23,3 +24,5 @@ __all__ = [
     "table",
     "write_rows",
 ]
+
+shows(__name__)

@@ -5,6 +5,7 @@ from limitmason.continuum.mesh import Box, Mesh, mesh_boxes
 from limitmason.continuum.path import push
 from limitmason.continuum.result import SolidCurve, load_curve
 from limitmason.continuum.solid import Continuum
+from limitmason.display.notebook import shows
 
 __all__ = [
     "Box",
@@ -17,3 +18,5 @@ __all__ = [
     "push",
     "solve_elastic",
 ]
+
+shows(__name__)

@@ -56,6 +56,9 @@ class Mesh(ReadOnly):
     def __len__(self) -> int:
         return len(self.bricks)
 
+    def __repr__(self) -> str:
+        return f"<Mesh of {len(self)} bricks and {len(self.nodes)} nodes>"
+
     @cached_property
     def corners(self) -> Array:
         """Corners of every brick [m], shape (m, 8, 3)."""

@@ -4,6 +4,7 @@ from limitmason.deformable.elasticity import PLANE_STRAIN, PLANE_STRESS, SOLID, 
 from limitmason.deformable.free_modes import polynomial_block, polynomial_blocks
 from limitmason.deformable.shapes import Body
 from limitmason.deformable.simple_shapes import simply_deformable_block, simply_deformable_blocks
+from limitmason.display.notebook import shows
 
 __all__ = [
     "PLANE_STRAIN",
@@ -18,3 +19,5 @@ __all__ = [
     "simply_deformable_block",
     "simply_deformable_blocks",
 ]  # fmt: skip
+
+shows(__name__)

@@ -13,6 +13,7 @@ from limitmason.diagnosis.observations import EvidenceKind, Observation
 from limitmason.diagnosis.rehearse import Rehearsal, binomial_interval
 from limitmason.diagnosis.report import Diagnosis
 from limitmason.diagnosis.study import Study
+from limitmason.display.notebook import shows
 
 __all__ = [
     "Cause",
@@ -31,3 +32,5 @@ __all__ = [
     "binomial_interval",
     "investigate",
 ]
+
+shows(__name__)

@@ -172,6 +172,12 @@ class Statement(ReadOnly):
         """
         return cls.from_table(None, model=series, **stated)
 
+    def __str__(self) -> str:
+        """What is measured, how well, and what may be wrong, in a line."""
+        title = f"{self.about.title}: " if self.about.title else ""
+        causes = f"{len(self.causes)} causes: {', '.join(c.name for c in self.causes)}" if self.causes else "no causes"
+        return f"{title}{self.n} values, noise {self.noise}, {causes}"
+
     @property
     def n(self) -> int:
         """Number of measured numbers."""

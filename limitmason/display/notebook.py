@@ -1,12 +1,32 @@
-"""What a notebook shows of an object: its words, and the picture that ``limitmason.figures`` draws of it.
+"""What a terminal and a notebook show of an object: its words, and the picture that ``limitmason.figures`` draws of it.
+
+Every class of a package has a short text and an HTML form: :func:`shows` gives them, so that a new class has them too.
+A class that says more has its own ``__str__``.
 
 Drawing stands far above the model and its answers. They say only that they can be shown; who draws them is told here
 once, by the package, and imported when something is shown for the first time.
 """
 
-from collections.abc import Callable
+import collections
+import dataclasses
+import inspect
+import re
+import reprlib
+import sys
+from collections.abc import Callable, Mapping
+from enum import Enum
 from html import escape
 from typing import Any, Protocol
+
+import numpy as np
+
+_WIDE = 70
+"""Longest text of one field; of what is longer only the kind and the size are shown."""
+
+_PACKAGES = ("limitmason", "dem", "mechanisms")
+_seen: set[str] = set()
+
+_GENERATED = (dataclasses.__file__, collections.__file__, reprlib.__file__)
 
 
 class Drawing(Protocol):
@@ -46,8 +66,143 @@ class Displayed:
 
     def _repr_html_(self) -> str:
         """Its words and its picture."""
-        text = f'<pre style="white-space: pre-wrap">{escape(str(self))}</pre>'
-        return text + (_drawing[0]().html(self) if _drawing else "")
+        return html_words(self) + (_drawing[0]().html(self) if _drawing else "")
+
+
+def shows(caller: str) -> None:
+    """Give the classes of these packages a short text and an HTML form, where they have none of their own.
+
+    The text is one line: the first of the class's own words, or the fields that differ from their defaults. Arrays and
+    whatever is long stand by kind and size alone. The HTML form holds all words, or a table of the fields with what the
+    docstring says of each.
+
+    Parameters
+    ----------
+    caller : name of the public package or module that calls this at its end; all other modules that are imported by
+        then are looked at too, each once
+    """
+    for name, module in list(sys.modules.items()):
+        if name in _seen or name.partition(".")[0] not in _PACKAGES:
+            continue
+        if name != caller and getattr(module.__spec__, "_initializing", False):
+            continue
+        _seen.add(name)
+        for kind in list(vars(module).values()):
+            if isinstance(kind, type) and kind.__module__ == name and kind.__name__[0] != "_":
+                _give(kind)
+
+
+def _give(kind: type) -> None:
+    if issubclass(kind, Enum | BaseException | str | float):
+        return
+    has_fields = dataclasses.is_dataclass(kind) or hasattr(kind, "_fields")
+    if not has_fields and "__init__" not in vars(kind):
+        return  # what other classes take in says nothing of them
+    if kind.__repr__ is object.__repr__:
+        kind.__repr__ = _line  # type: ignore[method-assign]
+    if has_fields and "__repr__" in vars(kind) and not _written(kind, "__repr__"):
+        if dataclasses.is_dataclass(kind) and any(_written(k, "__repr__") for k in kind.__mro__[1:]):
+            del kind.__repr__  # a dataclass made one over that of the class from which it comes
+        else:
+            kind.__repr__ = _line  # type: ignore[method-assign]
+    if not hasattr(kind, "_repr_html_"):
+        kind._repr_html_ = html_words  # type: ignore[attr-defined]
+
+
+def _written(kind: type, name: str) -> bool:
+    """Whether a class has a method of its own that somebody wrote."""
+    code = getattr(vars(kind).get(name), "__code__", None)
+    return code is not None and code.co_filename not in (*_GENERATED, "<string>")
+
+
+def _line(self: Any) -> str:
+    """One line: the first of the object's own words, or its fields."""
+    name = type(self).__name__
+    if any(_written(k, "__str__") for k in type(self).__mro__):
+        return f"<{name}: {_cut(str(self).partition(chr(10))[0])}>"
+    defaults = _defaults(type(self))
+    fields = _fields(self)
+    if not fields:
+        return f"{name}()" if dataclasses.is_dataclass(self) else f"<{name}>"
+    given = {k: v for k, v in fields.items() if not (k in defaults and _same(v, defaults[k]))}
+    return f"{name}({_cut(', '.join(f'{k}={_short(v)}' for k, v in given.items()), 3)})"
+
+
+def _cut(text: str, times: int = 2) -> str:
+    """A text of at most some lines' length."""
+    return text if len(text) <= times * _WIDE else f"{text[: times * _WIDE - 3]}..."
+
+
+def _fields(shown: Any) -> dict[str, Any]:
+    """Values of the public fields of a dataclass or a named tuple; of other objects there are none."""
+    names = getattr(shown, "_fields", ())
+    if dataclasses.is_dataclass(shown):
+        names = [f.name for f in dataclasses.fields(shown) if f.repr]
+    return {name: getattr(shown, name) for name in names if name[0] != "_"}
+
+
+def _defaults(kind: Any) -> dict[str, Any]:
+    if hasattr(kind, "_field_defaults"):
+        return dict(kind._field_defaults)
+    made = dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()
+    plain = {f.name: f.default for f in made if f.default is not dataclasses.MISSING}
+    return plain | {f.name: f.default_factory() for f in made if f.default_factory is not dataclasses.MISSING}
+
+
+def _same(a: Any, b: Any) -> bool:
+    """Whether a value is a default; what holds arrays is one only as itself."""
+    try:
+        return a is b or (type(a) is type(b) and bool(a == b or (a != a and b != b)))
+    except ValueError:
+        return False
+
+
+def _short(value: Any) -> str:
+    """A value of a field in one line."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, Enum):
+        return repr(value.value)
+    if isinstance(value, np.ndarray):
+        if value.ndim < 2 and value.size <= 6 and value.dtype.kind in "fi":
+            return f"[{', '.join(f'{v:.6g}' for v in value.ravel())}]"
+        return f"<array {' x '.join(map(str, value.shape))}>"
+    if isinstance(value, str):
+        return repr(value if len(value) <= _WIDE else f"{value[: _WIDE - 3]}...")
+    inside = ""
+    if type(value) in (tuple, list, set, frozenset) and len(value) <= 6:
+        marks = "()" if type(value) is tuple else "[]" if type(value) is list else "{}"
+        comma = "," if marks == "()" and len(value) == 1 else ""
+        inside = f"{marks[0]}{', '.join(map(_short, value))}{comma}{marks[1]}"
+    elif isinstance(value, Mapping) and len(value) <= 6:
+        inside = "{" + ", ".join(f"{_short(k)}: {_short(v)}" for k, v in value.items()) + "}"
+    elif callable(value) and not dataclasses.is_dataclass(value):
+        inside = f"<{getattr(value, '__name__', type(value).__name__)}>"
+    elif not (type(value) in (tuple, list, set, frozenset) or isinstance(value, Mapping)):
+        inside = repr(value)
+    if inside and len(inside) <= _WIDE and "\n" not in inside:
+        return inside
+    plain = isinstance(value, list | dict | set | frozenset) or type(value) is tuple
+    return f"<{type(value).__name__}{f' of {len(value)}' if plain else ''}>"
+
+
+def html_words(shown: Any) -> str:
+    """What an object says of itself, as HTML: its words, or its fields and what they mean."""
+    own = any(_written(k, n) for k in type(shown).__mro__ for n in ("__str__", "__repr__") if vars(k).get(n) != _line)
+    if own or not _fields(shown):
+        return f'<pre style="white-space: pre-wrap">{escape(str(shown))}</pre>'
+    meanings = _meanings(type(shown))
+    rows = [[name, _short(value), meanings.get(name, "")] for name, value in _fields(shown).items()]
+    return f"<b>{escape(type(shown).__name__)}</b>" + html_table(["field", "value", "what it is"], rows, [])
+
+
+def _meanings(kind: type) -> dict[str, str]:
+    """What the docstring of a class says of its fields."""
+    out: dict[str, str] = {}
+    section = re.search(r"Parameters\n-{5,}\n(.*?)(?:\n\n|\Z)", inspect.getdoc(kind) or "", flags=re.DOTALL)
+    for names, words in re.findall(r"^([\w, ]+?) : (.*(?:\n +.*)*)", section[1] if section else "", re.MULTILINE):
+        out |= dict.fromkeys(names.split(", "), " ".join(words.split()).replace("``", "").replace(":class:", ""))
+    return out
 
 
 def html_table(head: list[str], rows: list[list[str]], notes: list[str]) -> str:

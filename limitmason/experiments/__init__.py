@@ -9,6 +9,7 @@ Quantity(41.5, 'kN')
 A source is one folder here: data, ``source.json``, licence, and a module with its ``RECIPE``.
 """
 
+from limitmason.display.notebook import shows
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Option, Quantity, Source, TargetValue
 from limitmason.experiments.registry import all_cases, load, recipe_of, sources, specimens
@@ -31,3 +32,5 @@ __all__ = [
     "sources",
     "specimens",
 ]
+
+shows(__name__)

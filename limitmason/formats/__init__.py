@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.answers.results import Prediction
+from limitmason.display.notebook import shows
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable, read_measured, write_measured
 from limitmason.formats.answers import read_prediction, write_prediction
@@ -67,6 +68,8 @@ __all__ = [
     "write_solid",
     "write_vtu",
 ]
+
+shows(__name__)
 
 _READERS: dict[str, Callable[..., Any]] = {
     ".json": read_json, ".obj": read_obj, ".dxf": read_dxf, ".svg": read_svg,

@@ -3,6 +3,7 @@
 It knows no field terms.
 """
 
+from limitmason.display.notebook import shows
 from limitmason.geometry.contact import ContactPatches, ContactRules, find_contacts
 from limitmason.geometry.polygon import (
     clean_outline,
@@ -25,3 +26,5 @@ __all__ = [
     "polygon_area_centroid",
     "prism",
 ]
+
+shows(__name__)

@@ -1,5 +1,6 @@
 """Limit analysis of rigid-block assemblies as cone programs: associative, non-associative, and what bounds what."""
 
+from limitmason.display.notebook import shows
 from limitmason.limit.analysis import limit_analysis
 from limitmason.limit.axles import AxleEnvelope, axle_envelope
 from limitmason.limit.load_regions import LoadRegion, load_region
@@ -28,3 +29,5 @@ __all__ = [
     "strengthen",
     "thrust",
 ]
+
+shows(__name__)

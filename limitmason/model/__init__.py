@@ -3,6 +3,7 @@
 All of them are frozen.
 """
 
+from limitmason.display.notebook import shows
 from limitmason.model.arrays import AssemblyArrays
 from limitmason.model.assembly import Assembly, ContactError
 from limitmason.model.block import Block
@@ -36,3 +37,5 @@ __all__ = [
     "Unloading",
     "ring_beam",
 ]
+
+shows(__name__)

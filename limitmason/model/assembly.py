@@ -55,7 +55,7 @@ class ContactError(InputError):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Assembly(Blockwork, Displayed):
+class Assembly(Displayed, Blockwork):
     """Rigid blocks in contact.
 
     Build one with :meth:`from_polygons`, :meth:`from_polyhedra` or the builders in ``limitmason.build``.

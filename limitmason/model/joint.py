@@ -100,11 +100,6 @@ class Joint:
             raise InputError(f"a joint has no field {name!r}: write {near[0]}")
         return super().__new__(cls)
 
-    def __repr__(self) -> str:
-        """What is not the default."""
-        given = [f"{f.name}={getattr(self, f.name)!r}" for f in fields(self) if getattr(self, f.name) != f.default]
-        return f"Joint({', '.join(given)})"
-
     def __post_init__(self) -> None:
         """Check every field and say which one is wrong."""
         label = f"joint {self.name!r}" if self.name else "joint"

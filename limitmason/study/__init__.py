@@ -3,6 +3,7 @@
 Every study returns a :class:`Table`, runs on any executor, and goes on after a kill where it has a store.
 """
 
+from limitmason.display.notebook import shows
 from limitmason.study.block_size import block_size_study
 from limitmason.study.content import fingerprint
 from limitmason.study.dilatancy import contact_point_study, dilatancy_study, with_dilatancy
@@ -43,3 +44,5 @@ __all__ = [
     "uniform",
     "with_dilatancy",
 ]
+
+shows(__name__)

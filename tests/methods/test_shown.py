@@ -1,11 +1,15 @@
 """What an object shows of itself: a short line in a terminal, words and a picture in a notebook."""
 
 import pickle
+from enum import Enum
+from functools import partial
 
+import numpy as np
 import pytest
 
 import dem
 import limitmason as lm
+import mechanisms
 from limitmason.errors import InputError
 from limitmason.study import fingerprint
 
@@ -72,3 +76,51 @@ def test_a_short_line_does_not_make_two_structures_the_same_to_a_store():
     assert len(texts) == 3
     again = lm.build.wall(length=1.2, courses=3, unit=(0.4, 0.2, 0.2), joint=JOINT)
     assert fingerprint({"wall": again}) == fingerprint({"wall": WALL})
+
+
+ROOMS = (lm, dem, mechanisms, *(getattr(lm, name) for name in lm._MODULES))
+WORDS = (Enum, BaseException, str, float)
+CLASSES = {
+    getattr(room, name) for room in ROOMS for name in room.__all__
+    if isinstance(getattr(room, name), type) and not issubclass(getattr(room, name), WORDS)
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", sorted(CLASSES, key=lambda k: f"{k.__module__}.{k.__name__}"))
+def test_every_public_class_has_a_text_of_its_own_and_an_html_form(kind):
+    assert callable(kind._repr_html_)
+    assert kind.__repr__ is not object.__repr__
+    # what a dataclass or a named tuple makes by itself prints every array in full
+    assert not hasattr(kind.__repr__, "__wrapped__")
+    code = getattr(kind.__repr__, "__code__", None)
+    assert code is None or "limitmason" in code.co_filename or kind.__module__.partition(".")[0] in code.co_filename
+
+
+def test_an_object_without_words_shows_its_fields_and_what_they_mean(answer):
+    damping = dem.Damping(local=0.3)
+    assert repr(damping) == "Damping(local=0.3)"
+    page = damping._repr_html_()
+    assert "<td>local</td><td>0.3</td>" in page
+    assert "combined damping" in page  # the docstring's words stand beside the number
+    # a terminal shows no array in full, however many blocks there are
+    curve = lm.pushover(WALL, LOADS, to=1e-4)
+    tie = lm.Tie(1, (0, 0, 0), 2, (0, 0.1, 0.5), yield_force=10.0, stiffness=1e6)
+    test = lm.experiments.load("pavia-tilting", "S1")
+    for thing in (curve, curve.energy, answer.certificate, WALL.arrays, test, tie, lm.causes.gain()):
+        assert len(repr(thing)) < 700
+        assert "array(" not in repr(thing)
+        assert "<table" in thing._repr_html_() or "<pre" in thing._repr_html_()
+    assert repr(answer.certificate) == "<Certificate: accepted>"
+    assert repr(test) == "<Experiment: pavia-tilting/S1>"
+
+
+def test_long_fields_stand_by_kind_and_size():
+    target = lm.CurveTarget(lm.Curve(np.linspace(0, 1, 40), np.linspace(0, 1, 40), "m", "N"), 0.05)
+    assert repr(target) == "CurveTarget(curve=curve 40 samples to 1 m, largest load 1 N at 1 m, scatter=0.05)"
+    box = lm.continuum.Box(np.zeros(3), np.ones(3))
+    assert repr(box) == "Box(low=[0, 0, 0], high=[1, 1, 1])"
+    assert "<array 8 x 3>" in repr(WALL.blocks[1].parts[0])
+    drive = dem.Drive({1: {"x": 1.0}}, steps=np.int64(7))
+    assert repr(drive) == "Drive(displacement={1: {'x': 1.0}}, steps=7)"
+    assert eval(repr(drive), {"Drive": dem.Drive}) == drive
+    assert "<f>" in repr(lm.causes.Cause("a", "b", 0.0, (0.0, 1.0), apply=partial(lambda x: x))).replace("partial", "f")

@@ -313,10 +313,12 @@ def test_a_ground_motion_is_read_in_its_units(tmp_path):
     given = lm.dem.BaseMotion.from_csv(path, units="g", scale=2.0, column=2, direction=(0.0, 1.0, 0.0))
     assert np.allclose(given.acceleration, [9.81, -9.81, 0.0])
     assert (given.sample_step, given.direction) == (0.02, (0.0, 1.0, 0.0))
+    path.write_text("t;a\n0,00;0,5\n0,02;-0,5\n", encoding="utf-8")  # a spreadsheet whose decimal sign is the comma
+    assert np.allclose(lm.dem.BaseMotion.from_csv(path).acceleration, [0.5, -0.5])
     for text, message in (
         ("0,1\n0.1,2\n0.2,1\n0.4,1\n", "equally spaced; after 0.2 s"),
         ("0,1\n0.1,two\n", "line 2: no time and acceleration"),
-        ("0;1\n1;2\n", "separated by commas"),
+        ("0 1\n1 2\n", "no two lines of time, acceleration"),
     ):  # fmt: skip
         path.write_text(text, encoding="utf-8")
         with pytest.raises(InputError, match=message):
