@@ -145,6 +145,36 @@ def replicates(specimens, measured):
     return {series: Noise.from_replicates(measured[r], kinds[r]) for series, r in rows.items()}
 
 
+def by_their_dose():
+    """What drift at the peak and load do to WS walls, by the printed columns alone.
+
+    A wall that sways loses V / N by its drift: V = N (L / 2 H0 - drift). Load and direction are fitted beside it. The
+    joint at the base opens first at N L / 6 H0 where stress is linear over it.
+    """
+    rows, first = [], {}
+    for name in experiments.specimens(SOURCE):
+        test = experiments.load(SOURCE, name)
+        if not name.startswith("WS"):
+            continue
+        n, arm = float(test.parameters["N total at the base"]), float(test.parameters["length"])
+        arm /= float(test.parameters["force height H0"])
+        if "Vcr" in test.measured:
+            ratios = float(test.measured["Vcr"]) / (n * arm / 6), float(test.measured["Vmax+"]) / (n * arm / 2)
+            first.setdefault(round(float(test.parameters["N on top"])), []).append(ratios)
+        for sense in "+-":
+            if f"Vmax{sense}" in test.measured:
+                drift = float(test.measured[f"drift at Vmax{sense}"]) / 100.0
+                lost = arm / 2 - float(test.measured[f"Vmax{sense}"]) / n
+                rows.append((lost, 1.0, drift, n, sense == "-"))
+    lost, given = np.array(rows)[:, 0], np.array(rows)[:, 1:]
+    slope, rest = np.linalg.lstsq(given, lost)[:2]
+    error = np.sqrt(np.linalg.inv(given.T @ given)[1, 1] * rest[0] / (len(lost) - given.shape[1]))
+    print(f"Sway, WS: V / N falls by {slope[1]:.2f} +- {error:.2f} of the drift at {len(lost)} peaks; sway asks 1")
+    for n, ratios in sorted(first.items()):
+        crack, most = np.mean(ratios, axis=0)
+        print(f"WS, {n} kN: first crack {crack:.2f} N L / 6 H0, peak {most:.2f} N L / 2 H0, {len(ratios)} walls")
+
+
 def study_of(part, specimens, measured, method):
     """The study of all walls or of one series, and the causes of its list."""
     rows = [i for i, s in enumerate(specimens) if part in ("all", s["series"])]
@@ -171,6 +201,7 @@ if __name__ == "__main__":
     VALUES = stored(STORE)
     for name, noise in replicates(specimens, measured).items():
         print(f"Scatter of repeated tests, {name}: {noise}")
+    by_their_dose()
     studies, verdicts = {}, {}
     for part in ("all", "WS", "SW"):
         studies[part], listed = study_of(part, specimens, measured, given.simulator)

@@ -107,9 +107,9 @@ class Diagnosis(Findings):
         verdict = self.verdict
         first = headline(self)
         lines = [first[0].upper() + first[1:] + ".", "", *meaning(self), ""]
-        lines.append(
-            f"{self.n} specimens, seed {self.seed}, at most {self.rule.draws} draws. Gate: {gate_words(verdict.p)}."
-        )
+        walls = len({name.removesuffix(f", {q}") for name, q in zip(self.specimens, self.quantities, strict=True)})
+        counted = f"{walls} specimen{'s' if walls > 1 else ''}" + (f", {self.n} numbers" if self.n > walls else "")
+        lines.append(f"{counted}, seed {self.seed}, at most {self.rule.draws} draws. Gate: {gate_words(verdict.p)}.")
         lines += [*basis(self), *trend_words(self)]
         if self.kept:
             lines += [

@@ -84,7 +84,7 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @property
     def n(self) -> int:
-        """Number of specimens."""
+        """Number of measured values."""
         return len(self.measured)
 
     @property

@@ -74,7 +74,7 @@ def headline(diagnosis: Findings) -> str:
             return f"two: {best} together; no single cause of the list and no other pair is left"
         return f"two: no single cause is left, {len(diagnosis.pairs)} pairs are; best {best}"
     if kind == "scatter":
-        return "scatter: the data scatter more than stated and no cause of the list takes part of it away"
+        return "scatter: the data scatter more than stated, and no cause takes more of that away than chance would"
     where = f", varies with {diagnosis.covariate}" if diagnosis.covariate else ""
     if diagnosis.verdict.structured and not diagnosis.causes:
         fits, held = " and ".join(diagnosis.verdict.structured[0]), diagnosis.identification
@@ -146,11 +146,17 @@ def meaning(diagnosis: Findings) -> list[str]:
         ]
     if kind == "scatter":
         sd = 100.0 * float(np.sqrt(diagnosis.verdict.null.loss[0] / diagnosis.n) * np.mean(diagnosis.design.scale))
-        return [
-            f"The values scatter by {sd:.1f} % about the simulation where a noise of {diagnosis.noise} was stated, and "
-            "no listed cause takes part of it away.",
-            "Repeat a few tests to measure the noise before any cause is sought.",
+        out = [
+            f"The values scatter by {sd:.1f} % about the simulation, more than the noise ({diagnosis.noise}), and "
+            f"no listed cause takes more of that away than chance would (p = {diagnosis.verdict.p['guard']:.3f}).",
         ]
+        if diagnosis.verdict.p["gain"] < diagnosis.rule.gain:
+            best = max(diagnosis.verdict.tested.values(), key=lambda tested: tested.gain)
+            out += [
+                f"If the noise is as stated, the simulation is wrong and {best.names[0]} comes nearest; "
+                f"{diagnosis.n} numbers cannot tell the two apart."
+            ]
+        return [*out, "Repeat a few tests to measure the noise before any cause is sought."]
     if kind == "unexplained":
         where = (
             f" It goes with {diagnosis.covariate}: what differs between specimens of different {diagnosis.covariate} "

@@ -308,3 +308,22 @@ def test_what_was_foretold_is_generalised_least_squares():
     assert made.share == pytest.approx(effect @ w @ data / (effect @ w @ effect))
     assert made.error == pytest.approx((effect @ w @ effect) ** -0.5)
     assert made.gain == pytest.approx(0.5 * (data @ w @ data - (data - effect) @ w @ (data - effect)))
+
+
+def test_three_numbers_with_two_causes_are_called_scatter_only_together_with_what_stated_noise_would_mean():
+    truth = {"soft": 0.9, "frame": 0.6}
+    listed = [Cause(name, name, 1.0, (0.3, 2.0), "a factor") for name in ("soft", "heavy", "frame")]
+
+    def one_wall(s, *, soft=1.0, heavy=1.0, frame=1.0):
+        frequency = (soft / heavy) ** 0.5
+        return {"frequency 1": 28.0 * frequency, "frequency 2": 36.0 * frequency, "stiffness": 50.0 * soft * frame}
+
+    read = one_wall({}, **truth)
+    rows = [Observation("REGW", q, v, 0.1 if q == "stiffness" else 0.01) for q, v in read.items()]
+    found = Study([{"specimen": "REGW"}], one_wall, rows, causes=listed, levels=5).diagnose()
+    report = found.report()
+    assert found.kind == "scatter"
+    assert "1 specimen, 3 numbers" in report
+    # nine deviations in one number are not noise by what was stated: the report says what follows if the statement holds
+    assert "If the noise is as stated, the simulation is wrong" in report
+    assert "3 numbers cannot tell" in report

@@ -367,6 +367,20 @@ def stochastic_panels(g):
     assert g["by_law"]["cohesion stays"] < 0.43
 
 
+def diagnose_murano(g):
+    # printed frequencies of three models and their errors enclose each measured one
+    assert g["measured"](g["FIRST"]) == pytest.approx((26.71, 0.09), abs=0.01)
+    assert g["measured"](g["SECOND"]) == pytest.approx((34.88, 0.16), abs=0.01)
+    rows, second = g["rows"], g["second"]
+    elastic = [v for k, v in rows.items() if "side walls" not in k]
+    # fitted on the first frequency, mode 3 is the second measured one, mode 2 is not; rigid blocks: one factor on all
+    assert all(abs(third / second - 1.0) < 0.02 < 0.1 < abs(mode / second - 1.0) for mode, third, _ in elastic)
+    one, all_of_them = rows["density"], rows["stiffness of all joints"]
+    assert one[:2] == pytest.approx(all_of_them[:2], rel=2e-3)
+    # no cause that frequencies allow brings the stiffness down to the measured one
+    assert all(k > 1.4 * g["STIFFNESS"] for _, _, k in rows.values())
+
+
 CHECKS = {
     f.__name__: f
     for f in (
@@ -375,6 +389,7 @@ CHECKS = {
         mechanisms_of_a_u_shaped_wall, three_theories_one_wall, dilatancy_and_block_size,
         four_point_bending, minho_pushover, rondelet_contact_points, own_cause,
         diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
+        diagnose_murano,
         tilt_test, murano_pushover, capacity_curve, gaps_in_a_corner_wall,
         brick_panel, bnw_zoned_walls, minho_cracking_stone, u_wall_as_a_solid, tie_rods,
         calibrate_brick_panels, calibrate_murano_stiffness, stochastic_panels, vaults_and_domes, rubble_leaf,
