@@ -1,5 +1,6 @@
 """Contacts in large displacement: outworn joints are cut anew, new pairs join, old slip and dilation are inherited."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -12,11 +13,12 @@ from dem.contact.internal_edges import FLAT, Bearings, Poses, goes_on, moved_tog
 from dem.contact.new_joints import Fresh, assemble, crossing_joint, face_joint
 from dem.kernels import APART, CROSSING, FACES, Joints
 from dem.kernels.arrays import Index
-from dem.model.edge_points import find_ends, pivots_on_a
+from dem.model.edge_points import note_slid, pivots_on_a
+from dem.model.holding import smallest_edge
 from dem.model.state import PointForces, State
 from limitmason.arrays import Array, Flags
-from limitmason.geometry import Solid
 from limitmason.geometry.boxtree import overlapping_pairs
+from limitmason.geometry.polyhedron import group_by_topology
 from limitmason.model import Assembly
 
 SLIP_FRACTION = 0.25
@@ -27,6 +29,9 @@ TURN_LIMIT = np.deg2rad(3.0)
 
 PIVOT_TURN = np.deg2rad(0.5)
 """Turn from which a joint that slid and pivots on an edge of a is cut anew with b as its base [rad]."""
+
+STIFF_TURN = 1e-3
+"""Turn since a joint was made up to which a block's stiffness is that of then, to some thousandths [rad]."""
 
 MARGIN = 0.05
 """Gap up to which two blocks count as near, over the smallest block dimension [-]."""
@@ -55,51 +60,51 @@ class Pieces(NamedTuple):
         """Pieces of an assembly, found once: a push runs the same one at two speeds."""
         if assembly in _KNOWN:
             return _KNOWN[assembly]
-        parts = [(i, part) for i, block in enumerate(assembly.blocks) for part in block.parts]
-        edge_rows = [_edges_of(part) for _, part in parts]
-        v = max(len(p.vertices) for _, p in parts)
-        f = max(len(p.faces) for _, p in parts)
-        k = max(len(face) for _, p in parts for face in p.faces)
-        local, faces = np.zeros((len(parts), v, 3)), np.zeros((len(parts), f, k), dtype=np.int64)
-        size = np.zeros((len(parts), f), dtype=np.int64)
-        edges = np.zeros((len(parts), max(map(len, edge_rows)), 4), dtype=np.int64)
-        for row, (i, p) in enumerate(parts):
-            n = len(p.vertices)
-            local[row, :n] = p.vertices - assembly.centroids[i]
-            local[row, n:] = local[row, n - 1]
-            edges[row, : len(edge_rows[row])] = edge_rows[row]
-            for j, face in enumerate(p.faces):
-                faces[row, j, : len(face)] = face
-                size[row, j] = len(face)
-        _KNOWN[assembly] = cls(
-            np.array([i for i, _ in parts]), local, np.array([len(p.vertices) for _, p in parts]), faces, size,
-            np.array([len(p.faces) for _, p in parts]), edges, np.array([len(e) for e in edge_rows]),
-        )  # fmt: skip
+        solids = [part for block in assembly.blocks for part in block.parts]
+        owner = np.repeat(np.arange(assembly.n_blocks), [len(block.parts) for block in assembly.blocks])
+        groups = group_by_topology(solids)
+        tables = [_edges_of(faces) for faces, _, _ in groups]
+        v = max(vertices.shape[1] for _, _, vertices in groups)
+        f = max(len(faces) for faces, _, _ in groups)
+        k = max(len(face) for faces, _, _ in groups for face in faces)
+        count, m = np.zeros((3, len(solids)), dtype=np.int64), len(solids)
+        local, faces_of = np.zeros((m, v, 3)), np.zeros((m, f, k), dtype=np.int64)
+        size, edges = np.zeros((m, f), dtype=np.int64), np.zeros((m, max(map(len, tables)), 4), dtype=np.int64)
+        for (faces, rows, vertices), table in zip(groups, tables, strict=True):
+            n = vertices.shape[1]
+            local[rows, :n] = vertices - assembly.centroids[owner[rows]][:, None]
+            local[rows, n:] = local[rows, n - 1 : n]
+            for j, face in enumerate(faces):
+                faces_of[rows, j, : len(face)] = face
+                size[rows, j] = len(face)
+            bent = _bent(vertices, faces, table)
+            first = np.argsort(~bent, axis=1, kind="stable")
+            edges[rows, : len(table)] = np.where(np.sort(~bent, axis=1)[:, :, None], 0, table[first])
+            count[0, rows], count[1, rows], count[2, rows] = n, len(faces), bent.sum(axis=1)
+        _KNOWN[assembly] = cls(owner, local, count[0], faces_of, size, count[1], edges, count[2])
         return _KNOWN[assembly]
 
 
 _KNOWN: WeakKeyDictionary[Assembly, Pieces] = WeakKeyDictionary()
 
 
-def _edges_of(part: Solid) -> list[tuple[int, int, int, int]]:
-    """Corners i, j and faces of every edge.
-
-    Edges inside a plane, as triangulation leaves them, are none.
-    """
+def _edges_of(faces: Sequence[tuple[int, ...]]) -> Index:
+    """Corners i, j and faces of every edge between two faces, shape (e, 4)."""
     beside: dict[tuple[int, int], list[int]] = {}
-    normal = []
-    for f, face in enumerate(part.faces):
-        x = part.vertices[list(face)]
-        (a, b, c), (u, v, w) = x.T, np.roll(x, -1, axis=0).T  # np.cross takes most of its time to move axes
-        n = np.array([b @ w - c @ v, c @ u - a @ w, a @ v - b @ u])
-        normal.append(n / np.linalg.norm(n))
+    for f, face in enumerate(faces):
         for i, j in zip(face, (*face[1:], face[0]), strict=True):
             beside.setdefault((min(i, j), max(i, j)), []).append(f)
-    return [
-        (i, j, fs[0], fs[1])
-        for (i, j), fs in beside.items()
-        if len(fs) == 2 and normal[fs[0]] @ normal[fs[1]] < 1.0 - 1e-10
-    ]
+    return np.array([(*ends, *fs) for ends, fs in beside.items() if len(fs) == 2], dtype=np.int64).reshape(-1, 4)
+
+
+def _bent(vertices: Array, faces: Sequence[tuple[int, ...]], edges: Index) -> Flags:
+    """Edges of solids of one topology that are none inside a plane, as triangulation leaves them, shape (k, e)."""
+    normal = np.empty((len(vertices), len(faces), 3))
+    for f, face in enumerate(faces):
+        x = vertices[:, list(face)]
+        n = np.cross(x, np.roll(x, -1, axis=1)).sum(axis=1)
+        normal[:, f] = n / np.linalg.norm(n, axis=1)[:, None]
+    return np.asarray(np.einsum("kei,kei->ke", normal[:, edges[:, 2]], normal[:, edges[:, 3]]) < 1.0 - 1e-10)
 
 
 class Found(NamedTuple):
@@ -138,18 +143,19 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     met = _Meeting(corners, pieces, p, q, margin)
     now = state.measured(assembly)
     close_setbacks(state, now)
-    find_ends(assembly, state, now)
+    note_slid(state, now)
     joints = state.joints
     pair_of = np.sort(np.column_stack([joints.block_a, joints.block_b]), axis=1)
     n_blocks = assembly.n_blocks
     code, key = pair_of @ (n_blocks, 1), blocks @ (n_blocks, 1)
-    turned = _turned_since(state) > TURN_LIMIT
+    turn = _turned_since(state)
+    turned = turn > TURN_LIMIT
     bearings = Bearings.of(state, now, rot, (state.contact == FACES) & ~turned)
     beside = _on_faces_that_go_on(met, joints, bearings, n_blocks)
     shape = met.now
     kind, gap = shape.kind, shape.gap
     near = kind > 0
-    outworn = _outworn(state, now, code, key[near], kind[near], gap[near], margin, turned)
+    outworn = _outworn(assembly, state, now, code, key[near], kind[near], gap[near], margin, turn)
     slip = np.maximum.reduceat(np.linalg.norm(now.slip, axis=1), joints.start[:-1]) if len(code) else np.zeros(0)
     family = Families()
     normal = np.einsum("kij,kj->ki", rot[joints.block_a], joints.frame[:, 2])
@@ -187,7 +193,9 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     if stays.all() and not made:
         return Found([], soonest)
     keep_energy(state, now, np.where(stays, -1, group), made, families)
-    return Found(assemble(assembly, state, stays, made), soonest)
+    changed = np.zeros(n_blocks, dtype=bool)
+    changed[pair_of[stays & (turn > STIFF_TURN)].ravel()] = True
+    return Found(assemble(assembly, state, stays, made, changed), soonest)
 
 
 class Families:
@@ -259,8 +267,8 @@ def _on_faces_that_go_on(met: _Meeting, joints: Joints, bearings: Bearings, n_bl
 
 
 def _outworn(
-    state: State, now: PointForces, code: Index, key: Index, kind: Index, gap: Array, margin: float,
-    turned: Flags,
+    assembly: Assembly, state: State, now: PointForces, code: Index, key: Index, kind: Index, gap: Array,
+    margin: float, turn: Array,
 ) -> Flags:  # fmt: skip
     """Joints to drop or to cut anew, by the pair code of every joint and of every pair of pieces that are near now."""
     joints, points, first = state.joints, state.points, state.joints.start[:-1]
@@ -285,9 +293,11 @@ def _outworn(
     # longer cross within their lengths. As long as they are the same, a joint between faces is right at any turn
     elsewhere = np.abs(apart - nearest) > 0.01 * margin + 0.1 * np.abs(nearest)
     loose = ~carries & (sharp | ((shape > FACES) & elsewhere))
-    tipped = _turned_since(state) > PIVOT_TURN
-    swapped = np.array([tipped[k] and pivots_on_a(state, now, k) for k in range(len(code))], dtype=bool)
-    return worn | loose | (elsewhere & carries & sharp) | (elsewhere & turned) | (nearest > 1.5 * margin) | swapped
+    swapped = np.zeros(len(code), dtype=bool)
+    for k in np.flatnonzero((turn > PIVOT_TURN) & ~worn).tolist():
+        swapped[k] = pivots_on_a(assembly, state, now, k)
+    left = elsewhere & ((carries & sharp) | (turn > TURN_LIMIT))
+    return worn | loose | left | (nearest > 1.5 * margin) | swapped
 
 
 def _soonest_touch(assembly: Assembly, state: State, blocks: Array, gap: Array, use: Flags) -> float:
@@ -302,15 +312,14 @@ def _soonest_touch(assembly: Assembly, state: State, blocks: Array, gap: Array, 
 
 def near_margin(assembly: Assembly) -> float:
     """Gap up to which two blocks count as near [m]."""
-    return MARGIN * min(
-        float(np.ptp(b.vertices, axis=0).min()) for b, f in zip(assembly.blocks, assembly.fixed, strict=True) if not f
-    )
+    return MARGIN * smallest_edge(assembly)
 
 
 def reaches(assembly: Assembly) -> Array:
     """Largest distance of a corner from the centroid of its block [m], shape (n,)."""
-    pairs = zip(assembly.blocks, assembly.centroids, strict=True)
-    return np.array([np.linalg.norm(b.vertices - c, axis=1).max() for b, c in pairs])
+    vertices, start = assembly.vertices
+    arm = vertices - np.repeat(assembly.centroids, np.diff(start), axis=0)
+    return np.asarray(np.maximum.reduceat(np.linalg.norm(arm, axis=1), start[:-1]))
 
 
 def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float]:

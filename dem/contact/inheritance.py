@@ -7,7 +7,7 @@ from dem.contact.new_joints import Fresh
 from dem.kernels import CROSSING, FACES, LAW, Joints, Points
 from dem.model.state import PointForces, State
 from dem.model.strain_shapes import relative_deformation
-from limitmason.arrays import Array, Flags
+from limitmason.arrays import Array, Flags, Index
 
 
 def inherit(state: State, now: PointForces, own: Flags, family: Flags, new: Fresh) -> None:
@@ -21,7 +21,7 @@ def inherit(state: State, now: PointForces, own: Flags, family: Flags, new: Fres
     old = np.flatnonzero(own | family if face else own)
     if not len(old):
         return
-    mine = np.flatnonzero(np.isin(now.owner, old))
+    mine = points_of(state.joints, old)
     nearest = mine[((new.position[:, None] - now.position[mine][None]) ** 2).sum(axis=2).argmin(axis=1)]
     points, joints = state.points, state.joints
     owner = now.owner[nearest]
@@ -36,6 +36,13 @@ def inherit(state: State, now: PointForces, own: Flags, family: Flags, new: Fres
     new.slip[:, 1] = shear @ new.world[1] / new.law[LAW.ks]
     new.lift[:] = 0.0 if new.contact == CROSSING else points.lift[nearest]
     new.damage[:] = np.where(own[owner], points.damage[nearest], 0.0)
+
+
+def points_of(joints: Joints, rows: Index) -> Index:
+    """Numbers of the points of some joints, given in their order."""
+    count = np.diff(joints.start)[rows]
+    before = np.concatenate([[0], np.cumsum(count)[:-1]]) if len(rows) else count
+    return np.arange(int(count.sum())) + np.repeat(joints.start[rows] - before, count)
 
 
 def deformed(state: State, new: Fresh) -> Fresh:
@@ -65,13 +72,14 @@ def keep_energy(
     family, families : numbers of the families of old joints, -1 for those that stay, and of the new ones
     """
     points = state.points
-    kn = state.joints.law[now.owner, LAW.kn]
-    stored = 0.5 * kn * points.area * np.maximum(-now.opening, 0.0) ** 2
+    old = points_of(state.joints, np.flatnonzero(family >= 0))
+    kn, numbers = state.joints.law[now.owner[old], LAW.kn], family[now.owner[old]]
+    stored = 0.5 * kn * points.area[old] * np.maximum(-now.opening[old], 0.0) ** 2
     groups: dict[int, list[Fresh]] = {}
     for new, number in zip(made, families, strict=True):
         groups.setdefault(number, []).append(new)
     for number, group in groups.items():
-        allowed = float(stored[family[now.owner] == number].sum())
+        allowed = float(stored[numbers == number].sum())
         stiff = np.concatenate([0.5 * new.law[LAW.kn] * new.area for new in group])
         deep = np.concatenate([new.lift - new.gap - new.apart for new in group])
         if _stored(stiff, deep) <= allowed * (1.0 + 1e-12):

@@ -3,6 +3,7 @@
 What they inherit.
 """
 
+from functools import cache
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -12,7 +13,7 @@ from dem.kernels import CORNER, CROSSING, E_DAMPING, E_KINETIC, LAW, Joints, Poi
 from dem.model.stable_step import block_stiffness, scaled_masses, stable_step
 from dem.model.state import DYNAMIC, State
 from dem.model.strain_shapes import add_modal_mass, coupled_of, fastest_of, with_joints
-from limitmason.arrays import Array, Flags
+from limitmason.arrays import Array, Flags, Index
 from limitmason.model import Assembly
 
 Number = TypeVar("Number", bound=np.generic)
@@ -79,7 +80,7 @@ def face_joint(
     edge = flat - np.roll(flat, 1, axis=0)
     length = np.linalg.norm(edge, axis=1)
     t1 = edge[length.argmax()] / length.max()
-    t2 = np.cross(n, t1)
+    t2 = _across(n, t1)
     centre = flat.mean(axis=0)
     # the incident face runs against the base's normal: its corners are clockwise seen along -n, hence the reversal
     xy = np.column_stack([(flat - centre) @ t1, (flat - centre) @ t2])[::-1]
@@ -190,55 +191,67 @@ def _law_for(
 
 def _fan(xy: Array) -> tuple[Array, Array]:
     """Points of a convex counter-clockwise polygon, edges included, with tributary areas [m2]."""
-    n = len(xy)
-    steps = np.linspace(0.0, 1.0, LATTICE)
-    points: list[Array] = []
-    weights: list[float] = []
-    index: dict[tuple[int, int], int] = {}
-
-    def add(p: Array, w: float) -> None:
-        key = (round(float(p[0]) * 1e9), round(float(p[1]) * 1e9))
-        if key not in index:
-            index[key] = len(points)
-            points.append(p)
-            weights.append(0.0)
-        weights[index[key]] += w
-
-    if n == 4:
+    if len(xy) == 4:
         a, b, c, d = xy
-        grid = [[(1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c) for u in steps] for v in steps]
-        cells = [(grid[i][j], grid[i][j + 1], grid[i + 1][j + 1], grid[i + 1][j])
-                 for i in range(LATTICE - 1) for j in range(LATTICE - 1)]  # fmt: skip
-        for cell in cells:
-            for tri in ((cell[0], cell[1], cell[2]), (cell[0], cell[2], cell[3]), (cell[0], cell[1], cell[3]),
-                        (cell[1], cell[2], cell[3])):  # fmt: skip
-                area = 0.25 * abs(_cross(tri[1] - tri[0], tri[2] - tri[0]))
-                for corner in tri:
-                    add(corner, area / 3.0)
-        return np.array(points), np.array(weights)
-    centre = xy.mean(axis=0)
-    for k in range(n):
-        a, b = xy[k], xy[(k + 1) % n]
-        middle = 0.5 * (a + b)
-        for tri in ((centre, a, middle), (centre, middle, b)):
-            area = 0.5 * abs(_cross(tri[1] - tri[0], tri[2] - tri[0]))
-            for corner in tri:
-                add(corner, area / 3.0)
-    return np.array(points), np.array(weights)
+        u, v = _STEPS[:, None], _STEPS[:, None, None]
+        points = ((1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c)).reshape(-1, 2)
+        corners, share = _QUAD, 0.25
+    else:
+        points = np.concatenate([xy.mean(axis=0)[None], np.column_stack([xy, 0.5 * (xy + np.roll(xy, -1, axis=0))])
+                                 .reshape(-1, 2)])  # fmt: skip
+        corners, share = _spokes(len(xy)), 0.5
+    e1, e2 = points[corners[:, 1]] - points[corners[:, 0]], points[corners[:, 2]] - points[corners[:, 0]]
+    area = share * np.abs(e1[:, 0] * e2[:, 1] - e1[:, 1] * e2[:, 0])
+    # points within 1e-9 m are one, in the order in which triangles name them
+    number: dict[tuple[float, float], int] = {}
+    keys = [tuple(key) for key in np.rint(points * 1e9).tolist()]
+    named = corners.ravel().tolist()
+    at = [number.setdefault(keys[k], len(number)) for k in named]
+    first = {i: k for k, i in zip(reversed(named), reversed(at), strict=True)}
+    weight = np.zeros(len(number))
+    np.add.at(weight, at, np.repeat(area / 3.0, 3))
+    return points[[first[i] for i in range(len(number))]], weight
 
 
-def _cross(u: Array, v: Array) -> float:
-    return float(u[0] * v[1] - u[1] * v[0])
+_STEPS = np.linspace(0.0, 1.0, LATTICE)
+
+
+def _quad_triangles() -> Index:
+    """Triangles of the cells of a lattice, each cell both ways, shape (t, 3)."""
+    rows = np.arange(LATTICE**2).reshape(LATTICE, LATTICE)
+    a, b, c, d = (x.ravel() for x in (rows[:-1, :-1], rows[:-1, 1:], rows[1:, 1:], rows[1:, :-1]))
+    return np.stack([a, b, c, a, c, d, a, b, d, b, c, d], axis=1).reshape(-1, 3)
+
+
+_QUAD = _quad_triangles()
+
+
+@cache
+def _spokes(n: int) -> Index:
+    """Triangles from the centre 0 to half sides of a polygon whose corners are 1, 3, ... and middles 2, 4, ..."""
+    return np.array([
+        t for k in range(n) for t in ((0, 1 + 2 * k, 2 + 2 * k), (0, 2 + 2 * k, 1 + 2 * ((k + 1) % n)))
+    ])  # fmt: skip
+
+
+def _across(u: Array, v: Array) -> Array:
+    """Vector product; ``numpy.cross`` takes most of its time to move axes."""
+    (a, b, c), (d, e, f) = u.tolist(), v.tolist()
+    return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
 
 
 def _multiply(p: Array, q: Array) -> Array:
-    return np.r_[p[0] * q[0] - p[1:] @ q[1:], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])]
+    return np.r_[p[0] * q[0] - p[1:] @ q[1:], p[0] * q[1:] + q[0] * p[1:] + _across(p[1:], q[1:])]
 
 
-def assemble(assembly: Assembly, state: State, stays: Flags, made: list[Fresh]) -> list[str]:
+def assemble(assembly: Assembly, state: State, stays: Flags, made: list[Fresh], changed: Flags) -> list[str]:
     """Write the kept and the new joints to the state.
 
     Keep the step stable.
+
+    Parameters
+    ----------
+    changed : blocks beside new joints whose stiffness is other than when it was looked at last, shape (n,)
     """
     j, pt = state.joints, state.points
     count = np.diff(j.start)
@@ -273,13 +286,17 @@ def assemble(assembly: Assembly, state: State, stays: Flags, made: list[Fresh]) 
         state.joints.law[k, LAW.lift] = max(state.joints.law[k, LAW.lift], float(lift.max(initial=0.0)))
     if state.modes is not None and state.deformation is not None:
         state.modes = with_joints(state.deformation, state.modes, state.points, state.joints)
-    return _keep_stable(assembly, state)
+    looked_at = changed.copy()
+    looked_at[[block for m in made for block in (m.a, m.b)]] = True
+    return _keep_stable(assembly, state, looked_at)
 
 
-def _keep_stable(assembly: Assembly, state: State) -> list[str]:
-    """Shorten the step (real masses) or add mass (scaled masses) where new contacts made a block stiffer."""
+def _keep_stable(assembly: Assembly, state: State, blocks: Flags) -> list[str]:
+    """Shorten the step (real masses) or add mass (scaled masses) where new contacts made one of some blocks stiffer."""
     bodies = state.bodies
-    stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks, bodies.rot + np.eye(3), state.ties)
+    stiffness = block_stiffness(
+        state.points, state.joints, assembly.n_blocks, bodies.rot + np.eye(3), state.ties, blocks
+    )
     # what nothing can do needs no mass: points across the thickness would slow a plane problem's turns fiftyfold
     moves = ~state.outside
     stiffness *= moves[:, None] & moves
@@ -289,14 +306,14 @@ def _keep_stable(assembly: Assembly, state: State) -> list[str]:
         coupled = coupled_of(state.deformation, state.points, state.joints, moves)
     if state.mode == DYNAMIC:
         top = 0.0 if coupled is None or state.modes is None else fastest_of(bodies.mass, inertia, state.modes, coupled)
-        limit = 0.65 * stable_step(stiffness, bodies.mass, inertia, ~assembly.fixed, state.joints, 1.0, top)
+        limit = 0.65 * stable_step(stiffness, bodies.mass, inertia, blocks & ~assembly.fixed, state.joints, 1.0, top)
         if limit < 0.999 * state.dt:
             state.dt = limit
             return ["new contacts made the joints stiffer: the time step was shortened"]
         return []
     mass, need = scaled_masses(stiffness, state.dt, 0.65)
     before = state.energy_of_motion()
-    for i in np.flatnonzero(mass > 1.001 * bodies.mass).tolist():
+    for i in np.flatnonzero(blocks & (mass > 1.001 * bodies.mass)).tolist():
         # mass that joins at rest: momentum stays, speed and energy of motion fall
         factor = float(mass[i] / bodies.mass[i])
         bodies.mass[i] = mass[i]
@@ -304,11 +321,11 @@ def _keep_stable(assembly: Assembly, state: State) -> list[str]:
         bodies.vel[i] = np.where(bodies.held[i, :3], bodies.vel[i], bodies.vel[i] / factor)
         bodies.spin[i] = np.where(bodies.held[i, 3:], bodies.spin[i], bodies.spin[i] / factor)
         bodies.inv_inertia[i] = bodies.inv_inertia[i] / factor
-    for i in range(assembly.n_blocks):
-        top = np.linalg.eigvals(bodies.inv_inertia[i] @ need[i]).real.max()
-        if mass[i] != 1.0 and top > 1.001:
-            bodies.inv_inertia[i] /= top
-            bodies.spin[i] = np.where(bodies.held[i, 3:], bodies.spin[i], bodies.spin[i] / top)
+    rows = np.flatnonzero(blocks & (mass != 1.0))
+    fastest = np.linalg.eigvals(bodies.inv_inertia[rows] @ need[rows]).real.max(axis=1, initial=0.0)
+    for i, top in zip(rows[fastest > 1.001].tolist(), fastest[fastest > 1.001].tolist(), strict=True):
+        bodies.inv_inertia[i] /= top
+        bodies.spin[i] = np.where(bodies.held[i, 3:], bodies.spin[i], bodies.spin[i] / top)
     if coupled is not None and state.modes is not None:
         factors = add_modal_mass(
             bodies.mass, bodies.inv_mass, bodies.inv_inertia, state.modes, coupled, state.dt, 0.65

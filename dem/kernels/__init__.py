@@ -3,10 +3,10 @@
 ``law`` is the joint law at a point and ``added`` the terms that are added to it, ``sums`` adds it up over the points of
 a joint, ``kinematics`` says how the blocks of a joint lie to each other, ``forces`` brings the sums to the blocks,
 ``ties`` the pull of rods, ``deformed`` what goes with blocks that strain, ``stepping`` moves these, ``measure`` reads a
-position without changing it, ``shapes`` finds where pieces touch; ``arrays`` is what all of them see. ``zones`` has the
-forces of blocks cut into zones in the plane, with the same joint law, and ``mohr_coulomb`` returns a zone's stress to
-its strength. In space ``solid_zones`` has the forces of elastic zones, ``solid_joints`` those between their faces.
-``zone_motion`` moves both, ``zone_measure`` reads them.
+position without changing it, ``springs`` says how stiffly its joints hold a block, ``shapes`` finds where pieces touch;
+``arrays`` is what all of them see. ``zones`` has the forces of blocks cut into zones in the plane, with the same joint
+law, and ``mohr_coulomb`` returns a zone's stress to its strength. In space ``solid_zones`` has the forces of elastic
+zones, ``solid_joints`` those between their faces. ``zone_motion`` moves both, ``zone_measure`` reads them.
 
 Rule: a compiled function of ``dem`` stands in this package, is made by ``compiled.kernel`` and uses nothing from
 outside but numpy and numba. What is kept on disk is stamped with the content of all files of the package and of the
@@ -45,6 +45,7 @@ from dem.kernels.compiled import ADDED
 from dem.kernels.forces import contact_wrenches
 from dem.kernels.measure import measure
 from dem.kernels.shapes import APART, CORNER, CROSSING, FACES, MOST, Meetings, PieceArrays, contact_shapes
+from dem.kernels.springs import add_springs
 from dem.kernels.stepping import advance, rotation_of
 from dem.kernels.ties import add_tie_forces
 
@@ -52,5 +53,5 @@ __all__ = [
     "ADDED", "APART", "COLUMNS", "CORNER", "CROSSING", "E_APPLIED", "E_DAMPING", "E_FRACTURE", "E_FRICTION",
     "E_KINETIC", "E_SIZE", "E_STEPS", "E_STOP", "E_SUPPORT", "E_VISCOSITY", "E_VISCOUS", "FACES", "LAW", "LAW_SIZE",
     "MOST", "Acting", "BlockModes", "Joints", "Meetings", "PieceArrays", "Points", "RigidBodies", "Scheme", "Ties",
-    "add_tie_forces", "advance", "contact_shapes", "contact_wrenches", "measure", "rotation_of",
+    "add_springs", "add_tie_forces", "advance", "contact_shapes", "contact_wrenches", "measure", "rotation_of",
 ]  # fmt: skip

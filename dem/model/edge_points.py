@@ -5,6 +5,7 @@ slides past that edge: what bears is the material of b that lies there now, and 
 search for contacts cuts such a joint anew; one for the collapse load, which looks for none, lets its points follow.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from dem.model.state import ENDS, PointForces, State
-from limitmason.arrays import Array, Flags
+from limitmason.arrays import Array, Flags, Index
 from limitmason.model import Assembly
 
 FACES = 1
@@ -52,17 +53,37 @@ def follow_edges(assembly: Assembly, state: State) -> None:
 
 def find_ends(assembly: Assembly, state: State, now: PointForces) -> NDArray[np.bool_]:
     """Joints between faces that have slid, shape (k,), once it is known whose edges end them (``state.ends``)."""
-    joints, ends, area = state.joints, state.ends, state.points.area
+    slid, first = joints_that_slid(state, now), state.joints.start[:-1]
+    for k in np.flatnonzero(slid & np.isnan(state.ends[first, 0])).tolist():
+        _find_ends_of(assembly, state, k)
+    return slid
+
+
+def note_slid(state: State, now: PointForces) -> None:
+    """Mark the joints between faces that have slid, whose ends are then found when they are asked for.
+
+    The mark is a number in the second column of ``state.ends`` beside none in the first.
+    """
+    first = state.joints.start[:-1]
+    new = first[joints_that_slid(state, now) & np.isnan(state.ends[first, 1])]
+    state.ends[new, 1] = 0.0
+
+
+def joints_that_slid(state: State, now: PointForces) -> Flags:
+    """Joints between faces that have slid now by more than rounding, shape (k,)."""
+    joints, area = state.joints, state.points.area
     first = joints.start[:-1]
     if not len(first):
         return np.zeros(0, dtype=bool)
     total = np.add.reduceat(area, first)
     mean = np.add.reduceat(now.slip * area[:, None], first) / total[:, None]
-    slid = (state.contact == FACES) & (np.linalg.norm(mean, axis=1) > NOTICED * np.sqrt(total))
-    for k in np.flatnonzero(slid & np.isnan(ends[first, 0])).tolist():
-        mine = slice(int(joints.start[k]), int(joints.start[k + 1]))
-        ends[mine] = _ends_of(assembly, state, k, mine)
-    return np.asarray(slid, dtype=bool)
+    return np.asarray((state.contact == FACES) & (np.linalg.norm(mean, axis=1) > NOTICED * np.sqrt(total)))
+
+
+def _find_ends_of(assembly: Assembly, state: State, k: int) -> None:
+    """Write down whose edges end joint k."""
+    mine = slice(int(state.joints.start[k]), int(state.joints.start[k + 1]))
+    state.ends[mine] = _ends_of(assembly, state, k, mine)
 
 
 def _moved(part: Array, lower: Array, upper: Array, slip: Array) -> Array:
@@ -92,8 +113,7 @@ def _ends_of(assembly: Assembly, state: State, k: int, mine: slice) -> Array:
     outline = _outline(assembly, state, k, xy, size)
     for axis in (0, 1):
         if size[axis] > 1e-9 * size.max():
-            for row, point in zip(out, xy, strict=True):
-                row[4 + 3 * axis : 7 + 3 * axis] = _between(outline, point, axis)
+            out[:, 4 + 3 * axis : 7 + 3 * axis] = _between(outline, xy, axis)
     return out
 
 
@@ -128,51 +148,58 @@ def _outline(assembly: Assembly, state: State, k: int, xy: Array, size: Array) -
     return _Outline(corners, whose)
 
 
+@cache
+def _sides(faces: tuple[tuple[int, ...], ...]) -> tuple[Index, Index, Index]:
+    """Corners at either end of all sides of all faces, and where the sides of each face begin."""
+    following = [i for face in faces for i in (*face[1:], face[0])]
+    start = np.cumsum([0, *(len(face) for face in faces[:-1])])
+    return np.array([i for face in faces for i in face]), np.array(following), start
+
+
 def _inside(assembly: Assembly, block: int, at: Array) -> Flags:
     """Whether points lie in a block, reference position."""
     found = np.zeros(len(at), dtype=bool)
     for part in assembly.blocks[block].parts:
-        within = np.ones(len(at), dtype=bool)
-        for face in part.faces:
-            x = part.vertices[list(face)]
-            n = np.cross(x, np.roll(x, -1, axis=0)).sum(axis=0)
-            within &= (at - x[0]) @ n <= 0.0
-        found |= within
+        one, two, start = _sides(part.faces)
+        u, v = part.vertices[one], part.vertices[two]
+        across = u[:, [1, 2, 0]] * v[:, [2, 0, 1]] - u[:, [2, 0, 1]] * v[:, [1, 2, 0]]
+        n = np.add.reduceat(across, start, axis=0)
+        found |= (((at[:, None] - u[start]) * n).sum(axis=2) <= 0.0).all(axis=1)
     return found
 
 
-def _between(outline: _Outline, point: Array, axis: int) -> tuple[float, int, int]:
-    """Where a point lies between the outline's ends along an axis, 0 low to 1 high, and whose edge each end is.
+def _between(outline: _Outline, points: Array, axis: int) -> Array:
+    """Where points lie between the outline's ends along an axis, 0 low to 1 high, and whose edge each end is, (m, 3).
 
     (0.5, OF_B, OF_B) where there are none.
     """
     p, q = outline.corners, np.roll(outline.corners, -1, axis=0)
-    other = 1 - axis
+    other, rows = 1 - axis, np.arange(len(points))
     rise = q[:, other] - p[:, other]
     reach = np.ptp(outline.corners, axis=0).max()
-    met = np.abs(rise) > 1e-9 * reach
-    way = np.divide(point[other] - p[:, other], rise, out=np.full(len(p), -1.0), where=met)
-    met &= (way > -1e-6) & (way < 1.0 + 1e-6)
-    if not met.any():
-        return 0.5, OF_B, OF_B
-    at = np.where(met, p[:, axis] + way * (q[:, axis] - p[:, axis]), np.nan)
-    low, high = int(np.nanargmin(at)), int(np.nanargmax(at))
-    length = at[high] - at[low]
-    if not length > 1e-9 * reach:
-        return 0.5, OF_B, OF_B
-    part = float(np.clip((point[axis] - at[low]) / length, 0.0, 1.0))
-    return part, int(outline.whose[low]), int(outline.whose[high])
+    met = np.broadcast_to(np.abs(rise) > 1e-9 * reach, (len(points), len(p)))
+    way = np.divide(points[:, other, None] - p[:, other], rise, out=np.full(met.shape, -1.0), where=met)
+    met = met & (way > -1e-6) & (way < 1.0 + 1e-6)
+    at = p[:, axis] + way * (q[:, axis] - p[:, axis])
+    low, high = np.where(met, at, np.inf).argmin(axis=1), np.where(met, at, -np.inf).argmax(axis=1)
+    length = at[rows, high] - at[rows, low]
+    ends = met.any(axis=1) & (length > 1e-9 * reach)
+    part = np.divide(points[:, axis] - at[rows, low], length, out=np.full(len(points), 0.5), where=ends)
+    whose = np.where(ends, [outline.whose[low], outline.whose[high]], OF_B)
+    return np.column_stack([np.clip(part, 0.0, 1.0), *whose])
 
 
-def pivots_on_a(state: State, now: PointForces, k: int) -> bool:
+def pivots_on_a(assembly: Assembly, state: State, now: PointForces, k: int) -> bool:
     """Whether all that bears in a joint that slid and turned is an edge of a: the face it bears on is b's."""
     mine = slice(int(state.joints.start[k]), int(state.joints.start[k + 1]))
-    ends = state.ends[mine]
-    if not len(ends) or np.isnan(ends[0, 0]):
+    if mine.start == mine.stop or np.isnan(state.ends[mine.start, 1]):
         return False
     pressed = now.opening[mine] < 0.0
     if not pressed.any() or pressed.all():
         return False
+    if np.isnan(state.ends[mine.start, 0]):
+        _find_ends_of(assembly, state, k)
+    ends = state.ends[mine]
     for c in (0, 1):
         part, lower, upper = ends[pressed, 4 + 3 * c : 7 + 3 * c].T
         slip = now.slip[mine][pressed, c]

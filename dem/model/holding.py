@@ -128,8 +128,9 @@ def _least_thickness(assembly: Assembly) -> Array:
 
 def smallest_edge(assembly: Assembly) -> float:
     """Smallest dimension of a free block along the axes [m], against which displacements are large or small."""
-    blocks = zip(assembly.blocks, assembly.fixed, strict=True)
-    return min(float(np.ptp(block.vertices, axis=0).min()) for block, fixed in blocks if not fixed)
+    vertices, start = assembly.vertices
+    size = np.maximum.reduceat(vertices, start[:-1]) - np.minimum.reduceat(vertices, start[:-1])
+    return float(size[~assembly.fixed].min())
 
 
 def run(

@@ -1,10 +1,10 @@
 """Stable time step, and the masses that let every block settle at the same pace."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from dem.kernels import LAW, Joints, Points, Ties
-from limitmason.arrays import Array, Index
+from dem.kernels import LAW, Joints, Points, Ties, add_springs
+from limitmason.arrays import Array, Flags, Index
 from limitmason.mechanics.joint_shapes import motion_at
 
 
@@ -36,8 +36,9 @@ def owners(joints: Joints) -> Index:
 
 
 def block_stiffness(
-    points: Points, joints: Joints, n_blocks: int, rotation: Array | None = None, ties: Ties | None = None
-) -> Array:
+    points: Points, joints: Joints, n_blocks: int, rotation: Array | None = None, ties: Ties | None = None,
+    wanted: Flags | None = None,
+) -> Array:  # fmt: skip
     """Stiffness each block feels when only it moves and every joint is closed [N/m, N, N m], shape (n, 6, 6).
 
     K = sum over its points of k A g g^T, g = (e, r x e) for the normal and both tangents e, in the block's own axes.
@@ -46,11 +47,18 @@ def block_stiffness(
     ----------
     rotation : of every block from the reference position, shape (n, 3, 3); none by default
     ties : taut, which adds k g g^T along each; the little that a force across it adds, T / L, is left out
+    wanted : blocks that are asked for, all by default, shape (n,); the others' stiffness is zero
     """
     turn = np.tile(np.eye(3), (n_blocks, 1, 1)) if rotation is None else rotation
-    # the frame is given in the axes of a; seen from b it is turned by the present relative rotation
-    seen = joints.frame @ np.swapaxes(turn[joints.block_a], 1, 2) @ turn[joints.block_b]
-    out = springs_of_blocks(points, joints, n_blocks, seen)
+    wanted = np.ones(n_blocks, dtype=bool) if wanted is None else wanted
+    out = np.zeros((n_blocks, 6, 6))
+    for of_b, block in ((False, joints.block_a), (True, joints.block_b)):
+        rows = np.flatnonzero(wanted[block])
+        frame = joints.frame[rows]
+        if of_b:
+            # the frame is given in the axes of a; seen from b it is turned by the present relative rotation
+            frame = frame @ np.swapaxes(turn[joints.block_a[rows]], 1, 2) @ turn[joints.block_b[rows]]
+        add_springs(points, joints, rows, of_b, np.ascontiguousarray(frame), out)
     if ties is not None and len(ties.block_a):
         along = ties.span / ties.length[:, None]
         for block, arm in ((ties.block_a, ties.arm_a), (ties.block_b, ties.arm_b)):
@@ -61,20 +69,20 @@ def block_stiffness(
 
 
 def springs_of_blocks(
-    points: Points, joints: Joints, n_blocks: int, seen: Array, sides: tuple[Array, Array] | None = None
+    points: Points, joints: Joints, n_blocks: int, seen: Array, sides: tuple[Array, Array]
 ) -> Array:
-    """Sums of k A g g^T over the points of every block, with its shapes where ``sides`` are given, (n, 6 + k, 6 + k).
+    """Sums of k A g g^T over the points of every block with its k shapes, shape (n, 6 + k, 6 + k).
 
     Parameters
     ----------
     seen : frames of the joints in the axes of block b, shape (joints, 3, 3)
+    sides : what the shapes of a and b do to the joints' faces, see :class:`dem.kernels.BlockModes`
     """
     stiff = point_stiffness(points, joints)
-    one, two = (None, None) if sides is None else sides
-    size = 6 if one is None else 6 + one.shape[1]
+    size = 6 + sides[0].shape[1]
     out = np.zeros((n_blocks, size, size))
     for block, arm, frame, side in (
-        (joints.block_a, joints.arm_a, joints.frame, one), (joints.block_b, joints.arm_b, seen, two),
+        (joints.block_a, joints.arm_a, joints.frame, sides[0]), (joints.block_b, joints.arm_b, seen, sides[1]),
     ):  # fmt: skip
         g = point_motions(points, joints, arm, frame, side)
         part = np.einsum("mk,mki,mkj->mij", stiff, g, g)
@@ -82,14 +90,19 @@ def springs_of_blocks(
     return out
 
 
-def largest_square(stiffness: Array, mass: float, inertia: Array, others: ArrayLike = ()) -> float:
-    """Largest w^2 of M^-1 K of one block [1/s2], M its mass, inertia tensor and those of its shapes, shape (k,)."""
+def largest_squares(stiffness: Array, mass: Array, inertia: Array, others: Array | None = None) -> Array:
+    """Largest w^2 of M^-1 K of every block [1/s2], shape (n,).
+
+    M is made of its mass, its inertia tensor and the masses of its shapes, shapes (n,), (n, 3, 3) and (n, k).
+    """
     value, axes = np.linalg.eigh(inertia)
     scale = np.zeros_like(stiffness)
-    scale[:3, :3] = np.eye(3) / np.sqrt(mass)
-    scale[3:6, 3:6] = (axes / np.sqrt(value)) @ axes.T
-    scale[6:, 6:] = np.diag(1.0 / np.sqrt(others))
-    return float(np.linalg.eigvalsh(scale @ stiffness @ scale)[-1])
+    scale[:, :3, :3] = np.eye(3) / np.sqrt(mass)[:, None, None]
+    scale[:, 3:6, 3:6] = (axes / np.sqrt(value)[:, None]) @ axes.transpose(0, 2, 1)
+    if others is not None:
+        k = np.arange(6, stiffness.shape[1])
+        scale[:, k, k] = 1.0 / np.sqrt(others)
+    return np.asarray(np.linalg.eigvalsh(scale @ stiffness @ scale)[:, -1])
 
 
 def scaled_masses(stiffness: Array, dt: float, safety: float, floor: float = 0.02) -> tuple[Array, Array]:
@@ -106,20 +119,17 @@ def scaled_masses(stiffness: Array, dt: float, safety: float, floor: float = 0.0
     """
     n = len(stiffness)
     mass, inertia = np.ones(n), np.tile(np.eye(3), (n, 1, 1))
-    for i in range(n):
-        k = stiffness[i]
-        if not np.trace(k) > 0.0:
-            continue
-        # a root of twice a number has other bits: in units of a power of two the density does not show in the path
-        unit = 2.0 ** np.floor(np.log2(np.trace(k)))
-        k = k / unit
-        m = np.linalg.eigvalsh(k[:3, :3])[-1]
-        # about the centre of stiffness the arms are shortest; about the centroid is where the block turns
-        value, axes = np.linalg.eigh(k[3:, 3:])
-        j = (axes * np.maximum(value, floor * value[-1])) @ axes.T
-        top = largest_square(k, m, j)
-        factor = 2.0 * top * dt**2 / (4.0 * safety**2)
-        mass[i], inertia[i] = m * factor * unit, j * factor * unit
+    size = np.trace(stiffness, axis1=1, axis2=2)
+    rows = np.flatnonzero(size > 0.0)
+    # a root of twice a number has other bits: in units of a power of two the density does not show in the path
+    unit = np.ldexp(1.0, np.frexp(size[rows])[1] - 1)
+    k = stiffness[rows] / unit[:, None, None]
+    m = np.linalg.eigvalsh(k[:, :3, :3])[:, -1]
+    # about the centre of stiffness the arms are shortest; about the centroid is where the block turns
+    value, axes = np.linalg.eigh(k[:, 3:, 3:])
+    j = (axes * np.maximum(value, floor * value[:, -1:])[:, None]) @ axes.transpose(0, 2, 1)
+    factor = 2.0 * largest_squares(k, m, j) * dt**2 / (4.0 * safety**2)
+    mass[rows], inertia[rows] = m * factor * unit, j * factor[:, None, None] * unit[:, None, None]
     return mass, inertia
 
 
@@ -132,10 +142,8 @@ def stable_step(
 
     ``top`` is half of w_max^2 that other motions have, as of blocks that deform.
     """
-    for i in np.flatnonzero(free):
-        if not np.trace(stiffness[i]) > 0.0:
-            continue
-        top = max(top, largest_square(stiffness[i], mass[i], inertia[i]))
+    rows = np.flatnonzero(free & (np.trace(stiffness, axis1=1, axis2=2) > 0.0))
+    top = float(largest_squares(stiffness[rows], mass[rows], inertia[rows]).max(initial=top))
     if top == 0.0:
         return np.inf
     fastest = np.sqrt(2.0 * top)

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from dem.kernels import LAW, BlockModes, Joints, Points
-from dem.model.stable_step import largest_square, owners, springs_of_blocks
+from dem.model.stable_step import largest_squares, owners, springs_of_blocks
 from limitmason.arrays import Array, Flags, Index
 from limitmason.checks import choice
 from limitmason.deformable import SOLID, STATES, simply_deformable_blocks
@@ -316,4 +316,4 @@ def _top(coupled: Array, stiffness: Array, mass: float, inertia: Array, modal_ma
     """Largest w^2 of M^-1 (2 K_joints + K_modes) of one block, a bound of the assembly's [1/s2]."""
     whole = 2.0 * coupled
     whole[6:, 6:] += np.diag(stiffness)
-    return largest_square(whole, mass, inertia, modal_mass)
+    return float(largest_squares(whole[None], np.array([mass]), inertia[None], modal_mass[None])[0])

@@ -245,41 +245,61 @@ def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> In
 
 def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
     """Quadrilaterals renumbered so that their first edge runs along the unit, the second across the thickness."""
+    x = assembly.arrays
     e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1]
     e1 = e1 / np.linalg.norm(e1, axis=1)[:, None]
     e2 = e2 / np.linalg.norm(e2, axis=1)[:, None]
     one, two = (np.linalg.norm(corners[:, k + 1] - corners[:, k], axis=1) for k in (0, 1))
     turn = one < two
-    for k, row in enumerate(rows):
-        i = assembly.interfaces[row]
-        if abs(one[k] - two[k]) <= 1e-6 * one[k]:
-            turn[k] = _square_turned(assembly, (i.block_b, i.block_a), e1[k], e2[k])
-        pair = sorted((i.block_b, i.block_a), key=lambda b: assembly.fixed[b])
-        axis = next((assembly.blocks[b].axis for b in pair if assembly.blocks[b].axis is not None), None)
-        if axis is None:
-            continue
-        across = np.cross(axis, (0.0, 0.0, 1.0))
-        if np.linalg.norm(across) <= 1e-6:
-            across = np.array([0.0, 1.0, 0.0])  # an upright unit: its thickness is taken along y, as in a wall in x-z
-        if max(abs(e1[k] @ across), abs(e2[k] @ across)) > 1e-6:
-            turn[k] = abs(e1[k] @ across) > abs(e2[k] @ across)
+    # the free block decides before the held one, and b before a
+    pair = np.column_stack([x.block_b[rows], x.block_a[rows]])
+    swap = assembly.fixed[pair[:, 0]] & ~assembly.fixed[pair[:, 1]]
+    pair[swap] = pair[swap, ::-1]
+    square = np.abs(one - two) <= 1e-6 * one
+    turn[square] = _squares_turned(assembly, pair[square], e1[square], e2[square])
+    axes = np.array([(np.nan, np.nan, np.nan) if b.axis is None else b.axis for b in assembly.blocks])
+    axis = np.where(np.isnan(axes[pair[:, :1], 0]), axes[pair[:, 1]], axes[pair[:, 0]])
+    across = np.cross(axis, (0.0, 0.0, 1.0))
+    # an upright unit: its thickness is taken along y, as in a wall in x-z
+    across[np.linalg.norm(across, axis=1) <= 1e-6] = 0.0, 1.0, 0.0
+    along_1, along_2 = (np.abs(np.einsum("ij,ij->i", e, across)) for e in (e1, e2))
+    told = np.fmax(along_1, along_2) > 1e-6
+    turn[told] = along_1[told] > along_2[told]
     return np.where(turn[:, None, None], np.roll(corners, -1, axis=1), corners)
 
 
-def _square_turned(assembly: Assembly, pair: tuple[int, int], e1: Array, e2: Array) -> bool:
-    """Whether the first side of a square face is not the one along the unit.
+def _squares_turned(assembly: Assembly, pair: Index, e1: Array, e2: Array) -> Flags:
+    """Whether the first side of square faces is not the one along the unit, shape (m,).
 
-    Its sides differ by rounding only.
+    Their sides differ by rounding only.
 
-    The unit runs along the longer extent of its block, that of a free block first. Of cubes the thickness is taken
-    along y, and where neither side runs so, the unit along x.
+    The unit runs along the longer extent of its block, that of the first of a pair first. Of cubes the thickness is
+    taken along y, and where neither side runs so, the unit along x.
+
+    Parameters
+    ----------
+    pair : blocks, shape (m, 2)
+    e1, e2 : unit vectors along the sides, shape (m, 3)
     """
-    for b in sorted(pair, key=lambda b: assembly.fixed[b]):
-        along, across = (np.ptp(assembly.blocks[b].vertices @ e) for e in (e1, e2))
-        if abs(along - across) > 1e-6 * along:
-            return bool(along < across)
-    by_y, by_x = abs(e1[1]) - abs(e2[1]), abs(e1[0]) - abs(e2[0])
-    return bool(by_y > 0.0) if abs(by_y) > 1e-6 else bool(by_x < -1e-6)
+    by_y, by_x = np.abs(e1[:, 1]) - np.abs(e2[:, 1]), np.abs(e1[:, 0]) - np.abs(e2[:, 0])
+    turn = np.where(np.abs(by_y) > 1e-6, by_y > 0.0, by_x < -1e-6)
+    for blocks in (pair[:, 1], pair[:, 0]):
+        along, across = (_extent(assembly, blocks, e) for e in (e1, e2))
+        long = np.abs(along - across) > 1e-6 * along
+        turn[long] = (along < across)[long]
+    return np.asarray(turn)
+
+
+def _extent(assembly: Assembly, blocks: Index, axis: Array) -> Array:
+    """Length of blocks along a unit vector of each [m], shape (m,)."""
+    vertices, start = assembly.vertices
+    count = np.diff(start)[blocks]
+    first = np.concatenate([[0], np.cumsum(count)])[:-1].astype(np.intp)
+    if not len(first):
+        return np.zeros(0)
+    rows = np.arange(int(count.sum())) + np.repeat(start[blocks] - first, count)
+    height = np.einsum("ij,ij->i", vertices[rows], np.repeat(axis, count, axis=0))
+    return np.asarray(np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first))
 
 
 def _corner_areas(corners: Array, normal: Array) -> Array:

@@ -87,6 +87,8 @@ class Block(ReadOnly):
     @property
     def vertices(self) -> Array:
         """Vertices of all parts [m], shape (n, 3)."""
+        if len(self.parts) == 1:
+            return self.parts[0].vertices
         return frozen(np.vstack([part.vertices for part in self.parts]))
 
     @property

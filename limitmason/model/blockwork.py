@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.arrays import Array, Flags
+from limitmason.arrays import Array, Flags, Index
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.geometry.contact import ContactRules, DoubtfulContact
@@ -70,12 +70,18 @@ class Blockwork(ReadOnly):
         return int(block)
 
     def __repr__(self) -> str:
-        low, high = (np.array([b.bounds[k] for b in self.blocks]) for k in (0, 1))
-        size = " x ".join(f"{v:.4g}" for v in high.max(axis=0) - low.min(axis=0)) if self.n_blocks else "0"
+        size = " x ".join(f"{v:.4g}" for v in np.ptp(self.vertices[0], axis=0)) if self.n_blocks else "0"
         return (
             f"<{type(self).__name__} of {self.n_blocks} blocks ({int(self.fixed.sum())} fixed) and "
             f"{len(self.interfaces)} joints: {size} m; the others weigh {self.weights[~self.fixed].sum() / 1e3:.4g} kN>"
         )
+
+    @cached_property
+    def vertices(self) -> tuple[Array, Index]:
+        """Vertices of all blocks in a row [m], shape (m, 3), and where those of each begin, shape (n_blocks + 1,)."""
+        own = [b.vertices for b in self.blocks]
+        start = np.concatenate([[0], np.cumsum([len(v) for v in own], dtype=np.intp)]).astype(np.intp)
+        return frozen((np.concatenate(own) if own else np.zeros((0, 3)), start))
 
     @cached_property
     def held(self) -> Flags:
@@ -85,7 +91,7 @@ class Blockwork(ReadOnly):
             flags[self.block_index(support.block)] |= np.array(support.held)
         return frozen(flags)
 
-    @property
+    @cached_property
     def fixed(self) -> Flags:
         """Blocks held in all six degrees of freedom, shape (n_blocks,)."""
         return frozen(np.asarray(self.held.all(axis=1)))
@@ -114,7 +120,7 @@ class Blockwork(ReadOnly):
         """Block volumes [m3], shape (n_blocks,)."""
         return self._mass_properties[0]
 
-    @property
+    @cached_property
     def weights(self) -> Array:
         """Block weights, density times volume times g [N], shape (n_blocks,)."""
         return frozen(np.array([b.density for b in self.blocks]) * self.volumes * GRAVITY)

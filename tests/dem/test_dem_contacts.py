@@ -223,7 +223,8 @@ def test_a_setback_goes_as_its_point_opens_and_no_energy_with_it():
     )  # fmt: skip
     state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic")
     pieces, margin = Pieces.of(a), near_margin(a)
-    assemble(a, state, np.zeros(len(state.interface), dtype=bool), [])  # no contact is known
+    # no contact is known
+    assemble(a, state, np.zeros(len(state.interface), dtype=bool), [], np.ones(a.n_blocks, dtype=bool))
 
     def energy(height):
         state.bodies.shift[2, 2] = height
@@ -256,7 +257,7 @@ def test_a_crossing_is_made_on_both_edges_and_mass_that_joins_adds_no_energy():
     a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=1e9), fixed=[0])
     pieces, margin = Pieces.of(a), near_margin(a)
     empty = dem.make_state(a, lm.Loads.weight(a))
-    assemble(a, empty, np.zeros(len(empty.interface), dtype=bool), [])
+    assemble(a, empty, np.zeros(len(empty.interface), dtype=bool), [], np.ones(a.n_blocks, dtype=bool))
     empty.bodies.vel[1:], empty.bodies.spin[1:] = 1e-6, 1e-6
     rng, found = np.random.default_rng(3), 0
     for _ in range(150):
@@ -285,7 +286,7 @@ def test_points_cut_while_a_block_is_tilted_above_a_face_are_points_of_the_block
     solids = [box((-1, -1, -0.1), (1, 1, 0)), box((-0.4, -0.15, 0), (0.4, 0.15, 0.2))]
     a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=1e9), fixed=[0])
     state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic")
-    assemble(a, state, np.zeros(len(state.interface), dtype=bool), [])
+    assemble(a, state, np.zeros(len(state.interface), dtype=bool), [], np.ones(a.n_blocks, dtype=bool))
     _, tilted = rotation((np.deg2rad(4.0), np.deg2rad(1.0), 0.0))
     lowest = (tilted @ (solids[1].vertices - a.centroids[1]).T)[2].min()
     place(state, a, 1, tilted, (0.0, 0.0, 1e-4 - lowest))
