@@ -182,3 +182,15 @@ def test_steps_grow_while_cracks_run_on(monkeypatch):
     jumps = sum(n.jump for n in curve.nodes)
     # 4e-5 / 256 grows by 1.5 to 1.5e-4 in 17 steps, and 1.1e-3 / 1.5e-4 follow
     assert 10 < jumps < 30
+
+
+@pytest.mark.slow
+def test_a_solid_that_dead_load_has_cracked_is_pushed_in_a_few_steps_and_not_beside_those_of_finer_ones():
+    test = experiments.load("murano-u-walls", "DS")
+    solid, control = macro_model(test, "final", size=0.3), (control_point(test), (0.0, -1.0, 0.0))
+    curve = push(solid, control=control, to=6e-4, first=2e-5, largest=2.4e-4)
+    fine = push(solid, control=control, to=6e-4, first=1e-5, largest=5e-5, energy_error=3e-3)
+    assert len(curve) < 120
+    assert curve.peak.load == pytest.approx(fine.peak.load, rel=2e-3)
+    middle = [np.interp(3e-4, c.displacement, c.load) for c in (curve, fine)]
+    assert middle[0] == pytest.approx(middle[1], rel=2e-3)
