@@ -3,16 +3,13 @@
 from dataclasses import replace
 
 from dem.kernels import LAW
+from dem.model.holding import EVENLY, SLID, slid_and_moved
 from dem.model.state import State, UnsettledError, UnstableError
 from dem.stages.history import History
-from dem.stages.recording import SLID, slid_and_moved
 from dem.stages.resuming import RunStatus
 from dem.stages.simulate import simulate
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Settle
-
-LEAST_STEPS = 1000
-"""Fewest steps over which loads come on evenly: none of 60 small structures then rested more than 1 % elsewhere."""
 
 BEYOND = 1e30
 """Cohesion and tensile strength of joints that are to lose nothing [Pa]."""
@@ -46,7 +43,7 @@ def settled(
     if history.status == RunStatus.FINISHED and not (stage.gently or stage.servo):
         slid, moved = slid_and_moved(assembly, history.state)
         if slid > SLID * moved:
-            steps = max(LEAST_STEPS, round(history["step"][-1]))
+            steps = max(EVENLY, round(history["step"][-1]))
             stage = replace(stage, gently=steps, max_steps=stage.max_steps + steps)
             history = simulate(assembly, stage, loads=loads, start=state)
     if sound and history.status != RunStatus.INTERRUPTED and _broken(history):

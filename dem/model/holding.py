@@ -39,6 +39,13 @@ NO_WEIGHT = 1.0
 """Own load of a block per volume, as a density [kg/m3], up to which it counts as none."""
 
 
+SLID = 0.005
+"""Slip over the largest displacement from which loads that came on at once are pointed out, or come on again [-]."""
+
+EVENLY = 1000
+"""Fewest steps over which loads come on evenly: none of 60 small structures then rested more than 1 % elsewhere."""
+
+
 def restless(state: State, calm: float) -> bool:
     """Whether the kinetic energy is above a part of the elastic one."""
     return bool(state.total[kernels.E_KINETIC] > calm * _stored(state)[0])
@@ -232,6 +239,13 @@ def displacement_since(state: State, shift: Array, quat: Array, scale: Scale) ->
     return float(max(moved.max(initial=0.0), turned.max(initial=0.0)))
 
 
+def slid_and_moved(assembly: Assembly, state: State) -> tuple[float, float]:
+    """Largest plastic slip of a point that is pressed, and largest displacement of a block [m]."""
+    closed = np.linalg.norm(state.measured(assembly).force, axis=1) > 0.0
+    slid = float((np.hypot(state.points.slip_1, state.points.slip_2) * closed).max(initial=0.0))
+    return slid, float(np.linalg.norm(state.bodies.shift, axis=1).max())
+
+
 class Outcome(StrEnum):
     """How holding a load ended."""
 
@@ -270,6 +284,8 @@ def hold(
     patience: int = 0,
     early: float | None = None,
     edges: bool = True,
+    before: Array | None = None,
+    evenly: int = 0,
 ) -> LoadVerdict:
     """Hold a load until force and moment are small in several checks in a row, or a block has moved too far.
 
@@ -288,11 +304,17 @@ def hold(
     early : [m], a fifth of ``limit`` by default
     edges : let the points of joints that slide follow the edges of their faces. Held to the material of one block, a
         bearing that slides along with it bears more and more
+    before, evenly : load that acts already [N, N m], shape (n, 6), none by default, and steps over which it becomes
+        ``wrench``. At once what is new overshoots
     """
     early = 0.2 * limit if early is None else early
     scale = scale.under(wrench)
     shift, quat = state.bodies.shift.copy(), state.bodies.quat.copy()
-    used, quiet, since, until, extensions = 0, 0, 0, max_steps, EXTENSIONS
+    if evenly:
+        part = np.arange(1, evenly + 1) / evenly
+        cases = np.stack([np.zeros_like(wrench) if before is None else before, wrench])
+        run(state, cases, np.column_stack([1.0 - part, part]), damping)
+    used, quiet, since, until, extensions = evenly, 0, 0, max_steps + evenly, EXTENSIONS
     resting = (shift, quat)
     path: list[tuple[float, float]] = []
     while True:

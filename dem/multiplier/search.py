@@ -1,7 +1,7 @@
 """Searches for the collapse multiplier: loads held one after the other, or a slow ramp read at the supports."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -9,13 +9,16 @@ import numpy as np
 from dem.model.edge_points import follow_edges
 from dem.model.holding import (
     EQUILIBRIUM,
+    EVENLY,
     MOVING,
+    SLID,
     UNDECIDED,
     LoadVerdict,
     Scale,
     displacement_since,
     hold,
     run,
+    slid_and_moved,
 )
 from dem.model.state import State
 from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism, Status
@@ -27,6 +30,9 @@ from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
 
 SETTLING = Damping(local=0.8)
+
+RATE = 1000
+"""Steps over which as much live load comes on as there is dead load: what acts at once overshoots, and slips."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +75,24 @@ class Search:
     near: tuple[float, State] | None = None
 
 
-def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Controls) -> LoadVerdict:
-    """Bring the state to rest under the dead load."""
-    return hold(
-        assembly, state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
-        limit=2.5 * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges,
-    )  # fmt: skip
+def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Controls) -> tuple[State, LoadVerdict]:
+    """State at rest under the dead load, and how it came there.
+
+    A load that acts at once overshoots. Where joints slide by that it comes on once more, evenly: what a jammed wedge
+    holds hangs on how deep its weight has driven it.
+    """
+    def held(state: State, evenly: int = 0) -> LoadVerdict:
+        return hold(
+            assembly, state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
+            limit=2.5 * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges, evenly=evenly,
+        )  # fmt: skip
+
+    begun, first = state.copy(), held(state)
+    slid, moved = slid_and_moved(assembly, state)
+    if first.outcome == UNDECIDED or (first.outcome == EQUILIBRIUM and slid <= SLID * moved):
+        return state, first
+    again = held(begun, max(EVENLY, first.steps))
+    return begun, replace(again, steps=first.steps + again.steps)
 
 
 @watched("search")
@@ -107,7 +125,7 @@ def increments(
     record: list[tuple[float, LoadVerdict]] = []
     used = 0
     if settled is None:
-        verdict = settle(assembly, loads, state, scale, c)
+        state, verdict = settle(assembly, loads, state, scale, c)
         record.append((0.0, verdict))
         used, patience = verdict.steps, max(patience, verdict.steps)
         if verdict.outcome != EQUILIBRIUM:
@@ -127,6 +145,7 @@ def increments(
                 assembly, state, loading(new), scale, c.damping,
                 tolerance=min(c.equilibrium, 0.05 * (new - b.stable) / c.unit), limit=limit, max_steps=c.max_steps,
                 patience=patience, early=min(0.2 * limit, max(20.0 * settling, 0.02 * limit)), edges=c.edges,
+                before=loading(b.stable), evenly=int(RATE * (new - b.stable) / c.unit),
             )  # fmt: skip
             used += verdict.steps
             record.append((float(new), verdict))
@@ -242,7 +261,7 @@ def ramps(assembly: Assembly, loads: Loads, start: State, c: Controls, rate: flo
     rate : of the first ramp, multiplier per step; None takes ten first increments in ``ramp_steps``
     """
     scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
-    verdict = settle(assembly, loads, start, scale, c)
+    start, verdict = settle(assembly, loads, start, scale, c)
     record, used = [(0.0, verdict)], verdict.steps
     if verdict.outcome != EQUILIBRIUM:
         status = CANNOT_STAND if verdict.outcome == MOVING else NOT_CONVERGED

@@ -18,7 +18,7 @@ from dem.contact.detection import (
     redetect,
     travel_per_step,
 )
-from dem.model.holding import Scale, stand_back, unbalance
+from dem.model.holding import SLID, Scale, slid_and_moved, stand_back, unbalance
 from dem.model.joint_marks import JointMarks, joint_marks
 from dem.model.state import DYNAMIC, State, UnstableError
 from dem.model.tie_arrays import pulls
@@ -43,16 +43,6 @@ LEAD = 0.05
 
 FALLEN = 2.0
 """Displacement of a block that ends a Settle, over the size of the structure [-]."""
-
-SLID = 0.005
-"""Slip over the largest displacement from which loads that came on at once are pointed out [-]."""
-
-
-def slid_and_moved(assembly: Assembly, state: State) -> tuple[float, float]:
-    """Largest plastic slip of a point that is pressed, and largest displacement of a block [m]."""
-    closed = np.linalg.norm(state.measured(assembly).force, axis=1) > 0.0
-    slid = float((np.hypot(state.points.slip_1, state.points.slip_2) * closed).max(initial=0.0))
-    return slid, float(np.linalg.norm(state.bodies.shift, axis=1).max())
 
 
 @dataclass

@@ -399,10 +399,10 @@ def test_a_wall_whose_weight_is_neglected_is_decided_though_its_loose_blocks_wei
 
 @pytest.mark.slow
 def test_a_jammed_wedge_shows_what_its_ratio_of_stiffnesses_decides():
-    # pulled out: N falls by the part that the reversal of its friction unloads, 2 mu c / (r s + mu c),
-    # r = ks / kn; so what it holds beyond its weight falls by 15 % from r = 1 to 0.4
+    # its weight W drives it in with friction mobilised: N = W / (2 (s + mu c)); pulled out, friction turns round, which
+    # unloads N by its part 2 mu s / (r c + mu s), r = ks / kn. Weight that acts at once overshoots and jams it deeper
     angle, mu = np.deg2rad(80.0), 0.3
-    run = 0.3 / np.tan(angle)
+    s, c, run = np.cos(angle), np.sin(angle), 0.3 / np.tan(angle)
     seat = [(-1, -0.3), (0, -0.3), (0, 0), (-run, 0.3), (-1, 0.3)]
     body = [(0, 0), (0.1, 0), (0.1 + run, 0.3), (-run, 0.3)]
 
@@ -416,9 +416,13 @@ def test_a_jammed_wedge_shows_what_its_ratio_of_stiffnesses_decides():
         loads = lm.Loads(lm.Loads.weight(a).dead, live)
         return dem.collapse(a, loads, contact_points=(2, 2), tolerance=2e-3, error_budget=checks)
 
+    def exact(r):
+        return 1.0 + (mu * c - s) / (mu * c + s) * (1.0 - 2.0 * mu * s / (r * c + mu * s))
+
     found, soft = holds(1.0, ("ks/kn",)), holds(0.4, ())
     row = found.error_budget["ks/kn"]
-    assert row["multiplier"] == pytest.approx(soft.collapse_multiplier, rel=0.02)
-    assert row["change"] < -0.03
+    assert found.collapse_multiplier == pytest.approx(exact(1.0), rel=5e-3)
+    assert soft.collapse_multiplier == pytest.approx(exact(0.4), rel=0.01)
+    assert row["multiplier"] == pytest.approx(exact(0.4), rel=0.01)
     assert any("ks/kn changed" in w for w in found.warnings)
     assert found.interval[0] == pytest.approx(row["multiplier"], rel=3e-3)
