@@ -5,12 +5,13 @@ and one line that names it, an analysis without a finite multiplier with exit st
 """
 
 import argparse
+import re
 import warnings
 from collections.abc import Sequence
 from typing import Any
 
 from limitmason import __version__
-from limitmason.cli import check, diagnosis, driven, models, packaged, theories
+from limitmason.cli import check, diagnosis, driven, models, packaged, safety, theories
 from limitmason.cli.console import say
 from limitmason.display.progress import MODES, reached, show_progress, task
 from limitmason.errors import InputError, NotApplicable, NotConverged
@@ -34,6 +35,8 @@ examples:
   limitmason check facade.dxf                          and what makes drawn stones meet: --gap, --mortar, --layers
   limitmason stability wall.json --figure stands.png   can it stand, and how well
   limitmason axles arch.json --axle 0 5e4 --axle 1.8 5e4 --level 3.4 --figure axles.png
+  limitmason region wall.json --live --push block-3 0 0 -1e4 --figure region.png
+  limitmason assess wall.json --site 0.15 2.45 0.28 --soil B --to 0.5
   limitmason solve wall.json --flow-rule non-associative --output answer.json
   limitmason compare wall.json --figure theories.png   every theory side by side
   limitmason pushover brick-panels-opening/S1 --to 2mm --blocks lumped --figure s1.png
@@ -95,9 +98,17 @@ def _tell(message: Warning | str, category: type[Warning], *_place: Any, **_more
     say(f"warning: {message}" if issubclass(category, UserWarning) else f"{category.__name__}: {message}")
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that takes -1e4 for a number, as forces are written, and for no option."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self._negative_number_matcher = re.compile(r"-\d*\.?\d+\.?([eE][-+]?\d+)?$")
+
+
 def _parser() -> argparse.ArgumentParser:
     style = argparse.RawDescriptionHelpFormatter
-    top = argparse.ArgumentParser("limitmason", description=_DESCRIPTION, epilog=_EPILOG, formatter_class=style)
+    top = _Parser("limitmason", description=_DESCRIPTION, epilog=_EPILOG, formatter_class=style)
     top.add_argument("--version", action="version", version=f"limitmason {__version__}")
     top.add_argument("--progress", choices=MODES, metavar="WHEN",
                      help="how far a long run is: always, never, or auto, on a terminal")  # fmt: skip
@@ -106,6 +117,7 @@ def _parser() -> argparse.ArgumentParser:
 
     packaged.add_commands(commands)
     models.add_commands(commands)
+    safety.add_commands(commands)
     check.add_commands(commands)
     theories.add_commands(commands)
     driven.add_commands(commands)

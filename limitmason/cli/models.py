@@ -17,16 +17,13 @@ from limitmason.cli.console import (
     report,
     say,
     settings_of,
-    show_text,
     told,
     writable,
 )
 from limitmason.errors import InputError
-from limitmason.limit import axle_envelope, thrust
 from limitmason.mechanics.joint_forces import force_table
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
-from limitmason.standing import stability
 from limitmason.storage.files import save_figure
 
 
@@ -41,24 +38,6 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     analysis_options(solve)
     drawing_options(solve)
     solve.set_defaults(run=_solve)
-
-    stands = commands.add_parser("stability", help="whether a model can stand, how well, and with what thrust")
-    stands.add_argument("target", metavar="TARGET")
-    stands.add_argument("--support", nargs="+", metavar="BLOCK", help="held blocks: least and greatest thrust on them")
-    stands.add_argument("--figure", type=figure_file, metavar="FILE", help="draw its forces, or how it falls")
-    drawing_options(stands, tilt=False)
-    stands.set_defaults(run=_stability)
-
-    axles = commands.add_parser("axles", help="multiplier of axles over their positions on an arch bridge")
-    axles.add_argument("target", metavar="TARGET")
-    axles.add_argument("--axle", nargs=2, type=float, action="append", required=True, metavar=("BEHIND", "FORCE"),
-                       help="place behind the first [m] and load [N]; once for every axle")  # fmt: skip
-    axles.add_argument("--level", type=float, required=True, help="top of the fill [m]")
-    axles.add_argument("--fill", type=float, metavar="DENSITY", help="its weight is dead load too [kg/m3]")
-    axles.add_argument("--spread", type=float, default=30.0, help="angle of the spread from the vertical [deg]")
-    axles.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the envelope")
-    drawing_options(axles, tilt=False)
-    axles.set_defaults(run=_axles)
 
     figure = commands.add_parser("figure", help="draw an assembly, its mechanism or its contact forces")
     figure.add_argument("kind", choices=("assembly", "mechanism", "forces"))
@@ -93,36 +72,8 @@ def _solve(options: argparse.Namespace) -> int:
         formats.write_vtu(options.vtu, assembly, prediction)
         say(f"wrote {options.vtu}")
     if options.figure:
-        _draw(options.figure, "mechanism", assembly, prediction, title)
+        draw(options.figure, "mechanism", assembly, prediction, title)
     return status
-
-
-def _stability(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target, options, needs_live_load=False)
-    dead = loads.scaled(live=0.0)
-    found = stability(assembly, dead)
-    show_text(str(found))
-    if options.support and found.stands:
-        show_text(str(thrust(assembly, options.support, loads=dead)))
-    if options.figure:
-        _draw(options.figure, "forces" if found.stands else "mechanism", assembly, found.state, title)
-    return 0 if found.stands and found.stands_on_path is not False else 3
-
-
-def _axles(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target, options, needs_live_load=False)
-    dead = loads.scaled(live=0.0)
-    if options.fill is not None:
-        dead = dead.with_backfill(assembly, options.level, options.fill)
-    train = [(behind, force) for behind, force in options.axle]
-    found = axle_envelope(assembly, dead, train, level=options.level, spread_deg=options.spread)
-    show_text(str(found))
-    if options.figure:
-        from limitmason import figures
-
-        save_figure(figures.axle_envelope(found, title=title), options.figure)
-        say(f"wrote {options.figure}")
-    return 0
 
 
 def _figure(options: argparse.Namespace) -> int:
@@ -130,18 +81,19 @@ def _figure(options: argparse.Namespace) -> int:
     output = options.output or Path(f"{options.kind}.png")
     if options.kind == "assembly":
         refuse(options, ("method", *ANALYSIS), "by `figure assembly`, which analyses nothing")
-        _draw(output, "assembly", assembly, None, title, view=options.view, dpi=options.dpi)
+        draw(output, "assembly", assembly, None, title, view=options.view, dpi=options.dpi)
         return 0
     method = method_of(options)
     prediction = predict(assembly, loads, method, **told(settings_of(options), method))
     status = report(prediction, assembly)
     if status == 0 or (options.kind == "mechanism" and prediction.mechanism is not None):
-        _draw(output, options.kind, assembly, prediction, title, view=options.view, dpi=options.dpi)
+        draw(output, options.kind, assembly, prediction, title, view=options.view, dpi=options.dpi)
     return status
 
 
-def _draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | None, title: str, *, view: str = "auto",
-          dpi: int = 200) -> None:  # fmt: skip
+def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | None, title: str, *, view: str = "auto",
+         dpi: int = 200) -> None:  # fmt: skip
+    """Draw an assembly, the mechanism or the forces of a prediction to a file, and say so."""
     from limitmason import figures
 
     if kind == "assembly":

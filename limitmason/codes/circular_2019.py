@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -23,6 +23,9 @@ from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 
 Spectrum = GroundSpectrum | FloorSpectrum | RecordSpectrum
+
+STATES = ("SLD", "SLV", "SLC")
+"""Limit states: damage, life safety, collapse."""
 
 DAMPING = {"SLV": 0.08, "SLC": 0.10}
 """Of the mechanism, by limit state [-]."""
@@ -48,7 +51,7 @@ class Capacity(NamedTuple):
     ag_simplified: float  # SLV by q = 2 [-]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Assessment:
     """What the Circular says of a mechanism.
 
@@ -57,26 +60,41 @@ class Assessment:
     multiplier : alpha0 [-]
     bodies : the reading of the text: blocks that move without relative motion are one body of the chain
     stones : every block of the model counted by itself; its e* hangs on how the model is cut
-    demand : ag over g of the spectrum
+    confidence_factor : FC
+    structure, loads, prediction : of which it is the verdict, with the mechanism
+    spectra : by limit state
+    curve : alpha [-] over the displacement of the control [m]; None for a verdict by q = 2 alone
     warnings : what the Circular may not cover
     """
 
     multiplier: float
     bodies: Capacity
     stones: Capacity
-    demand: float
     confidence_factor: float
+    structure: Assembly
+    loads: Loads
+    prediction: Prediction
+    spectra: Mapping[str, Spectrum]
+    curve: Curve | None = None
     warnings: tuple[str, ...] = ()
 
     @property
-    def safety(self) -> dict[str, float]:
-        """Acceleration that is reached over the demand, by limit state [-].
+    def demand(self) -> dict[str, float]:
+        """Acceleration of the ground over g that is asked, by limit state."""
+        return {state: _ag(spectrum) for state, spectrum in self.spectra.items()}
+
+    @property
+    def reached(self) -> dict[str, float]:
+        """Acceleration of the ground over g that is reached, by limit state.
 
         "SLV" is by q = 2 without a curve.
         """
-        reached = dict(self.bodies.ag)
-        reached.setdefault("SLV", self.bodies.ag_simplified)
-        return {state: ag / self.demand for state, ag in reached.items()}
+        return {**self.bodies.ag, "SLV": self.bodies.ag.get("SLV", self.bodies.ag_simplified)}
+
+    @property
+    def safety(self) -> dict[str, float]:
+        """Acceleration that is reached over the demand, by limit state [-]."""
+        return {state: self.reached[state] / self.demand[state] for state in STATES if state in self.reached}
 
     def __str__(self) -> str:
         head = f"Circular 2019, C8.7.1: alpha0 {self.multiplier:.4f}, FC {self.confidence_factor:.2f}, "
@@ -84,7 +102,8 @@ class Assessment:
             "bodies", "e*", "a0* m/s2", "d0 m", "dSLV m", "a(dSLV)", "T_SLV s", "T_SLC s", "ag,SLV g", "q = 2",
             "ag,SLD g",
         )  # fmt: skip
-        lines = [f"{head}ag {self.demand:.3f} g", "  ".join(f"{n:>9}" for n in ("", *names))]
+        asked = dict.fromkeys(f"{ag:.3f}" for ag in self.demand.values())
+        lines = [f"{head}ag {', '.join(asked)} g", "  ".join(f"{n:>9}" for n in ("", *names))]
         for label, c in (("one body", self.bodies), ("stones", self.stones)):
             cells = (
                 c.bodies, c.mass_share, c.a0, c.d0, c.d.get("SLV", math.nan), c.a.get("SLV", math.nan),
@@ -100,7 +119,7 @@ class Assessment:
 def assess(
     assembly: Assembly,
     loads: Loads,
-    spectrum: Spectrum,
+    spectrum: Spectrum | Mapping[str, Spectrum],
     *,
     prediction: Prediction | None = None,
     curve: Curve | None = None,
@@ -121,7 +140,7 @@ def assess(
     Parameters
     ----------
     assembly, loads : the mechanism's structure; the live load is what the multiplier scales, P its size on each block
-    spectrum : of the ground, of a floor, or of a record
+    spectrum : of the ground, of a floor, or of a record; or one for each of "SLD", "SLV" and "SLC", by name
     prediction : with the mechanism; associative limit analysis by default
     curve : capacity curve, alpha over displacement, to where alpha is zero
     control : whose displacement the curve has, as for ``lm.pushover``: "live", or (block, "x")
@@ -130,7 +149,8 @@ def assess(
     Returns
     -------
     Assessment
-        Both for bodies and for stones: the text means the blocks of the kinematic chain, which are the bodies.
+        Both for bodies and for stones: the text means the blocks of the kinematic chain, which are the bodies. Write it
+        as a page with ``lm.figures.assessment_report``.
 
     Raises
     ------
@@ -139,11 +159,12 @@ def assess(
 
     Notes
     -----
-    A spectrum is that of one limit state: each has its own a_g, F0 and Tc*, so ask once for each and read its share.
+    Every limit state has its own a_g, F0 and Tc*; one spectrum is taken for all three.
     Circolare 21 gennaio 2019 n. 7, C8.7.1.3 to C8.7.1.12. Calibrated for mechanisms that move parallel to a plane.
     """
     if not confidence_factor >= 1.0:
         raise InputError(f"confidence_factor must be 1 or more, got {confidence_factor!r}")
+    spectra = _spectra(spectrum)
     found = limit_analysis(assembly, loads) if prediction is None else prediction
     if found.mechanism is None or not found.collapse_multiplier > 0.0:
         raise InputError(f"there is no mechanism to assess: {found.method!r} ended {found.status!r}")
@@ -170,12 +191,24 @@ def assess(
         p = np.array([weight[g].sum() for g in groups])
         d = np.array([weight[g] @ moved[g] for g in groups]) / np.where(p > 0.0, p, 1.0)
         readings.append(
-            capacity_of(p, d, at_control, found.collapse_multiplier, path, spectrum, confidence_factor)
+            capacity_of(p, d, at_control, found.collapse_multiplier, path, spectra, confidence_factor)
         )  # fmt: skip
     return Assessment(
-        float(found.collapse_multiplier), readings[0], readings[1], _ag(spectrum), confidence_factor,
-        _warnings(twists, readings),
+        float(found.collapse_multiplier), readings[0], readings[1], confidence_factor, assembly, loads, found, spectra,
+        None if path is None else Curve(*path, load_unit="-"), _warnings(twists, readings),
     )  # fmt: skip
+
+
+def _spectra(spectrum: Spectrum | Mapping[str, Spectrum]) -> dict[str, Spectrum]:
+    given = dict(spectrum) if isinstance(spectrum, Mapping) else dict.fromkeys(STATES, spectrum)
+    if set(given) != set(STATES):
+        raise InputError(
+            f"spectrum: give one, or one for each of {', '.join(STATES)}; got {', '.join(given) or 'none'}"
+        )
+    for state, one in given.items():
+        if not isinstance(one, Spectrum):
+            raise InputError(f"spectrum of {state}: a GroundSpectrum, FloorSpectrum or RecordSpectrum, got {one!r}")
+    return given
 
 
 def bodies_of(assembly: Assembly, twists: Array, tolerance: float = 1e-4) -> list[list[int]]:
@@ -209,7 +242,7 @@ def capacity_of(
     at_control: float,
     multiplier: float,
     path: tuple[Array, Array] | None,
-    spectrum: Spectrum,
+    spectra: Mapping[str, Spectrum],
     confidence_factor: float = 1.0,
 ) -> Capacity:
     """Capacity of a chain of bodies from weights, virtual displacements and a curve.
@@ -226,8 +259,8 @@ def capacity_of(
     share = first**2 / (float(weights.sum()) * second)
     to_a = GRAVITY / (share * confidence_factor)
     a0 = multiplier * to_a
-    sld = _reached(lambda ag: _peak(spectrum.scaled(ag)) - a0)
-    d0, ag = math.nan, {"SLD": sld}
+    stiff = {state: _reached(partial(_peak_excess, spectra[state], a0)) for state in ("SLD", "SLV")}
+    d0, ag = math.nan, {"SLD": stiff["SLD"]}
     d: dict[str, float] = {}
     a, period = dict(d), dict(d)
     if path is not None:
@@ -237,8 +270,12 @@ def capacity_of(
             d[state] = min(part * d0, _loss(along, alpha, d0) if state == "SLV" else math.inf)
             a[state] = float(np.interp(d[state], along, alpha))
             period[state] = PERIODS[state] * math.pi * math.sqrt(d[state] / a[state])
-            ag[state] = _reached(partial(_excess, spectrum, period[state], DAMPING[state], d[state]))
-    return Capacity(len(weights), share, a0, d0, d, a, period, ag, 2.0 * sld)
+            ag[state] = _reached(partial(_excess, spectra[state], period[state], DAMPING[state], d[state]))
+    return Capacity(len(weights), share, a0, d0, d, a, period, ag, 2.0 * stiff["SLV"])
+
+
+def _peak_excess(spectrum: Spectrum, a0: float, ag: float) -> float:
+    return peak_of(spectrum.scaled(ag)) - a0
 
 
 def _excess(spectrum: Spectrum, period: float, damping: float, displacement: float, ag: float) -> float:
@@ -268,13 +305,13 @@ def _loss(along: Array, alpha: Array, d0: float) -> float:
     return float(along[:-1][sudden][0]) if sudden.any() else math.inf
 
 
-def _peak(spectrum: Any) -> float:
+def peak_of(spectrum: Any) -> float:
     """Largest acceleration of what the mechanism stands on [m/s2]."""
     if isinstance(spectrum, FloorSpectrum):
         return math.sqrt(sum(a * a for a in spectrum.peaks()))
     if isinstance(spectrum, GroundSpectrum):
         return spectrum.ag * spectrum.amplification * GRAVITY
-    return float(spectrum.ag) * GRAVITY
+    return spectrum.ag * GRAVITY
 
 
 def _ag(spectrum: Spectrum) -> float:
@@ -285,8 +322,9 @@ def _warnings(twists: Array, readings: Sequence[Capacity]) -> tuple[str, ...]:
     out = []
     bodies, stones = readings
     if abs(stones.mass_share / bodies.mass_share - 1.0) > 0.01:
+        count = "one body" if bodies.bodies == 1 else f"{bodies.bodies} bodies"
         out.append(
-            f"e* is {bodies.mass_share:.3f} of {bodies.bodies} bodies and {stones.mass_share:.3f} of {stones.bodies} "
+            f"e* is {bodies.mass_share:.3f} of {count} and {stones.mass_share:.3f} of {stones.bodies} "
             "stones; the text asks for the bodies"
         )
     turns = twists[np.linalg.norm(twists[:, 3:], axis=1) > 1e-6 * np.abs(twists).max(), 3:]

@@ -4,6 +4,7 @@ Every function returns a ``matplotlib.figure.Figure`` made without pyplot (``ani
 a page, ``view`` an interactive scene): no window opens, no global state changes.
 """
 
+from limitmason.figures.assessment_page import assessment_report
 from limitmason.figures.comparison import predicted_against_published, predicted_beside_references
 from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.contacts import contact_report
@@ -32,6 +33,7 @@ __all__ = [
     "animate",
     "assembly",
     "assessment",
+    "assessment_report",
     "axle_envelope",
     "before_and_after",
     "confusable",

@@ -7,10 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.spatial import ConvexHull, QhullError
 
-from limitmason.answers.curve import Curve
 from limitmason.arrays import Array
-from limitmason.codes import Assessment
-from limitmason.codes.circular_2019 import DAMPING, Spectrum
+from limitmason.codes import Assessment, RecordSpectrum
+from limitmason.codes.circular_2019 import DAMPING, peak_of
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.figures import style
@@ -22,11 +21,12 @@ from limitmason.limit.load_regions import LoadRegion
 def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None = None) -> Figure:
     """Multipliers of two loads.
 
-    Filled where forces carry them, a line per half-plane of a mechanism.
+    Filled where forces carry them, a line per half-plane of a mechanism, dashed where no more was asked.
 
     Parameters
     ----------
-    region : of two loads, from ``limitmason.load_region``; a region that is certain for psi < phi is filled darker
+    region : of two loads, from ``limitmason.load_region``; a region that is certain for psi < phi is filled darker,
+        and is a thick line where it is flat
     title : heading
     ax : axes to draw in; its own by default
 
@@ -41,7 +41,7 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
     for drawn, shade in ((region, "#d8d8d8"), (region.certain, "#a0a0a0")):
         if drawn is not None and len(drawn.corners):
             outline = _outline(drawn.corners)
-            ax.fill(*outline.T, color=shade, lw=0)
+            ax.fill(*outline.T, color=shade, lw=0 if len(outline) > 2 else 3.0)
             ax.plot(*np.vstack([outline, outline[:1]]).T, color="black", lw=0.8, marker="o", ms=2.5)
     low, high = region.corners.min(axis=0), region.corners.max(axis=0)
     room = 0.12 * np.maximum(high - low, 1e-3 * np.abs(region.corners).max())
@@ -49,8 +49,9 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
     ax.set_ylim(low[1] - room[1], high[1] + room[1])
     for plane in region.outside:
         foot, (x, y) = plane.offset * plane.normal, plane.normal
-        if plane.twists is not None:
-            ax.axline((foot[0], foot[1]), (foot[0] - y, foot[1] + x), color=style.ORANGE, lw=0.5)
+        line = ax.axline((foot[0], foot[1]), (foot[0] - y, foot[1] + x), color=style.ORANGE, lw=0.5)
+        if plane.twists is None:  # white over the outline, which it makes dashed
+            line.set(color="white", lw=1.2, ls=(0, (4, 4)))
     ax.set_xlabel(f"multiplier of {region.names[0]} [-]")
     ax.set_ylabel(f"multiplier of {region.names[1]} [-]")
     style.frame(ax, title, str(region))
@@ -93,41 +94,57 @@ def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes 
 
 
 @style.in_print_style
-def assessment(
-    verdict: Assessment, spectrum: Spectrum, curve: Curve | None = None, *, title: str | None = None
-) -> Figure:
-    """Capacity of a mechanism over the displacement spectrum.
+def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
+    """Capacity of a mechanism over the displacement spectra of its demand.
 
-    The points of SLV and SLC are marked.
+    The points of SLV and SLC are marked. Without a curve: the elastic spectrum, its peak, and what is set against it.
 
     Parameters
     ----------
     verdict : from ``limitmason.assess``
-    spectrum, curve : that it was made with
     title : heading
 
     Raises
     ------
     InputError
-        For a verdict without a curve, of which q = 2 is all there is.
+        For a verdict without a curve on the spectrum of a record.
     """
     c = verdict.bodies
-    if curve is None or not c.d:
-        raise InputError("a verdict by q = 2 alone has no capacity curve to draw")
+    share = ", ".join(f"{state} {s:.0%}" for state, s in verdict.safety.items())
+    count = "1 body" if c.bodies == 1 else f"{c.bodies} bodies"
+    text = f"{count}, e* {c.mass_share:.3f}, FC {verdict.confidence_factor:.2f}; of the demand: {share}"
+    if verdict.curve is None:
+        return _by_peaks(verdict, title, text)
     figure, (left, right) = style.panels(style.FULL_WIDTH, 2.4, columns=2)
-    alpha = curve.load / float(getattr(curve, "unit", 1.0))
+    alpha, moved = verdict.curve.load, verdict.curve.displacement
     peak = int(np.argmax(alpha))
-    along = curve.displacement * (c.d0 / np.interp(0.0, -alpha[peak:], curve.displacement[peak:]))
+    along = moved * (c.d0 / np.interp(0.0, -alpha[peak:], moved[peak:]))
     left.plot(along, alpha * GRAVITY / (c.mass_share * verdict.confidence_factor), color="black", lw=0.9)
     periods = np.linspace(0.02, 1.6 * max(c.period.values()), 200)
     for state, colour in (("SLV", style.ORANGE), ("SLC", style.BLUE)):
-        demand = [spectrum.displacement(float(t), DAMPING[state]) for t in periods]
-        right.plot(periods, demand, color=colour, lw=0.9, label=state)
+        demand = [verdict.spectra[state].displacement(float(t), DAMPING[state]) for t in periods]
+        right.plot(periods, demand, color=colour, lw=0.9, label=f"{state}, damping {DAMPING[state]:.0%}")
         right.plot([c.period[state]], [c.d[state]], "o", color=colour, ms=4)
-        left.plot([c.d[state]], [c.a[state]], "o", color=colour, ms=4)
+        left.plot([c.d[state]], [c.a[state]], "o", color=colour, ms=4, label=state)
     left.set(xlabel="displacement d [m]", ylabel="capacity a [m/s$^2$]", xlim=(0.0, 1.05 * c.d0), ylim=(0.0, None))
-    right.set(xlabel="period [s]", ylabel="displacement of the demand [m]", xlim=(0.0, None), ylim=(0.0, None))
+    right.set(xlabel="period [s]", ylabel="displacement [m]", xlim=(0.0, None), ylim=(0.0, None))
+    left.legend(frameon=False)
     right.legend(frameon=False)
-    share = ", ".join(f"{state} {s:.0%}" for state, s in verdict.safety.items())
-    text = f"{c.bodies} bodies, e* {c.mass_share:.3f}, FC {verdict.confidence_factor:.2f}; of the demand: {share}"
+    return style.finished(figure, title, text, [])
+
+
+def _by_peaks(verdict: Assessment, title: str | None, text: str) -> Figure:
+    """Elastic spectra of SLD and SLV with their peaks, a0* and twice it."""
+    figure, (ax,) = style.panels(3.4, 2.4)
+    for state, colour, factor in (("SLV", style.ORANGE, 2.0), ("SLD", style.BLUE, 1.0)):
+        spectrum = verdict.spectra[state]
+        if isinstance(spectrum, RecordSpectrum):
+            raise InputError("a verdict by q = 2 alone on a record has no curve and no spectrum to draw")
+        periods = np.linspace(0.0, 1.5, 301)
+        ax.plot(periods, [spectrum.acceleration(float(t)) for t in periods], color=colour, lw=0.9, label=f"{state}, 5%")
+        ax.plot([0.0], [peak_of(spectrum)], "o", color=colour, ms=4, clip_on=False)
+        a = factor * verdict.bodies.a0
+        ax.axhline(a, color=colour, lw=0.7, ls="--", label=f"{state}: {'2 ' * (factor > 1.0)}a0* = {a:.2f} m/s$^2$")
+    ax.set(xlabel="period [s]", ylabel="acceleration [m/s$^2$]", xlim=(0.0, 1.5), ylim=(0.0, None))
+    ax.legend(frameon=False)
     return style.finished(figure, title, text, [])

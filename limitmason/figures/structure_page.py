@@ -78,9 +78,10 @@ def structure_report(
         parts.append(f"<h2>How it fails ({escape(drawn.method)})</h2>" + image(mechanism(model, drawn), "mechanism"))
         if drawn.resultants is not None:
             parts.append("<h2>Forces in the joints</h2>" + image(contact_forces(model, drawn), "joint forces"))
-    parts.append("<h2>Geometry and supports</h2>" + image(draw_assembly(model), "assembly") + bullets(_geometry(model)))
-    parts.append("<h2>Loads</h2>" + bullets(_loads(model, loads)))
-    parts.append("<h2>Joints</h2>" + _joints(model))
+    parts.append("<h2>Geometry and supports</h2>" + image(draw_assembly(model), "assembly"))
+    parts.append(bullets(geometry_facts(model)))
+    parts.append("<h2>Loads</h2>" + bullets(load_facts(model, loads)))
+    parts.append("<h2>Joints</h2>" + joint_table(model))
     if model.ties:
         parts.append("<h2>Ties</h2>" + bullets([str(tie) for tie in model.ties]))
     parts.append("<h2>Contacts</h2>" + _contacts(model))
@@ -121,7 +122,8 @@ def _compared(compared: SideBySide) -> str:
     return table(["theory", "multiplier", "range", "status", "what the number is"], rows)
 
 
-def _geometry(model: Assembly) -> list[str]:
+def geometry_facts(model: Assembly) -> list[str]:
+    """Sentences on blocks, size, weight and supports."""
     bounds = np.array([b.bounds for b in model.blocks])
     size = bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)
     held = [model.blocks[i].name for i in np.flatnonzero(model.held.any(axis=1))]
@@ -135,7 +137,8 @@ def _geometry(model: Assembly) -> list[str]:
     ]
 
 
-def _loads(model: Assembly, loads: Loads) -> list[str]:
+def load_facts(model: Assembly, loads: Loads) -> list[str]:
+    """Sentences on the sums of dead and live load."""
     free = ~model.held
     out = [f"load case: {loads.name}"] if loads.name else []
     for label, wrench in (("dead", loads.dead * free), ("live, times the multiplier", loads.live * free)):
@@ -144,7 +147,8 @@ def _loads(model: Assembly, loads: Loads) -> list[str]:
     return out
 
 
-def _joints(model: Assembly) -> str:
+def joint_table(model: Assembly) -> str:
+    """HTML of a table with every joint law, how many joints have it and their area."""
     laws: dict[Joint, list[float]] = {}
     for i in model.interfaces:
         laws.setdefault(i.joint, []).append(i.area)

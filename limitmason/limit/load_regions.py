@@ -116,8 +116,13 @@ class LoadRegion:
         text = f"safe loads {' and '.join(self.names)}: {self.status}"
         if self.status == "empty":
             return text
-        unbounded = f", unbounded along {len(self.cone)} rays" if len(self.cone) else ""
-        return f"{text}, {len(self.corners)} corners, {len(self.outside)} half-planes, gap {self.gap:.1e}{unbounded}"
+        rays = "one ray" if len(self.cone) == 1 else f"{len(self.cone)} rays"
+        unbounded = f", unbounded along {rays}" if len(self.cone) else ""
+        text = f"{text}, {len(self.corners)} corners, {len(self.outside)} half-planes, gap {self.gap:.1e}{unbounded}"
+        if self.certain is None:
+            return text
+        count = len(self.certain.corners)
+        return f"{text}; by every flow rule from psi to phi: {f'{count} corners' if count else self.certain.status}"
 
 
 @of_model

@@ -98,6 +98,8 @@ BASES = {
     "figure forces": ["figure", "forces", "wall.json"],
     "stability": ["stability", "arch.json"],
     "axles": ["axles", "arch.json", "--axle", "0", "1e4", "--level", "0.9"],
+    "region": ["region", "wall.json", "--live", "--push", "block-4", "0", "0", "-1e3"],
+    "assess": ["assess", "wall.json", "--site", "0.15", "2.45", "0.28"],
     "template": ["template", "new.json"],
     "check": ["check", "wall.json"],
     "compare": ["compare", "wall.json"],
@@ -132,9 +134,12 @@ VALUES = {
     "--checkpoint": ["kept.npz"], "--cracks": ["c.png"], "--zone-size": ["20mm"], "--search": ["quick"],
     "--stress": ["solid"], "--time-limit": ["0.5"], "--no-interval": [],
     "--support": ["base-left"], "--forces": ["forces.csv"], "--axle": ["0.5", "2e4"], "--level": ["1.0"],
-    "--fill": ["1800"], "--spread": ["10"],
+    "--push": ["block-3", "500", "0", "0"], "--live": [], "--within": ["0.01"], "--sld": ["0.05", "2.5", "0.25"],
+    "--site": [], "--slc": ["0.2", "2.5", "0.3"], "--soil": ["D"], "--topography": ["1.2"], "--mode": ["0.3", "1.2"],
+    "--confidence": ["1.2"], "--fill": ["1800"], "--spread": ["10"],
 }  # fmt: skip
-OTHER = {("predict", "--method"): ["first"], ("report", "-o"): ["other.html"],
+OTHER = {("predict", "--method"): ["first"], ("report", "-o"): ["other.html"], ("assess", "-o"): ["other.html"],
+         ("region", "--tolerance"): ["0.3"],
          ("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
          ("compare, associative", "--methods"): ["mechanisms"],
          ("pushover", "--method"): ["limit"], ("pushover, packaged", "--method"): ["limit"],
@@ -232,13 +237,14 @@ def run(canned, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(diagnosis, "investigate", investigate)
     monkeypatch.setattr(lm.figures, "diagnosis_folder", written)
     # what a figure shows is tested elsewhere: here it counts that it is drawn, of what, and how
-    monkeypatch.setattr(models, "_draw", lambda *a, **o: note("draw", a[:2], a[3] and a[3].method, a[4:], o))
+    monkeypatch.setattr(models, "draw", lambda *a, **o: note("draw", a[:2], a[3] and a[3].method, a[4:], o))
     drawn = SimpleNamespace(savefig=lambda path, **_: note("draw", path))
     monkeypatch.setattr(lm.figures, "predicted_beside_references", lambda _: drawn)
     monkeypatch.setattr(
         lm.figures, "structure_report",
         lambda model, loads, table, path, **o: note("report", model.n_blocks, loads.name, str(path), o),
     )  # fmt: skip
+    monkeypatch.setattr(lm.figures, "assessment_report", lambda v, path, **o: note("page", str(v), str(path), o))
     count = iter(range(10_000))
     arch = lm.build.arch(radius=1.0, thickness=0.15, width=0.5, voussoirs=5, joint=lm.Joint(45.0), angle_deg=150.0)
 

@@ -1,17 +1,21 @@
 """The Italian Circular of 2019: a wall that overturns, for one body and for many stones; spectra and their traps."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 
 import limitmason as lm
+from limitmason import formats
+from limitmason.cli import main
 from limitmason.codes.circular_2019 import capacity_of
 from limitmason.codes.spectra import FloorSpectrum, GroundSpectrum, RecordSpectrum
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 
 SITE = GroundSpectrum(ag=0.15, f0=2.45, tc_star=0.28)
+ALL = dict.fromkeys(("SLD", "SLV", "SLC"), SITE)
 HEIGHT, THICK = 3.0, 0.30
 
 
@@ -30,7 +34,7 @@ def overturning():
 ])  # fmt: skip
 def test_the_table_of_a_wall_cut_into_bodies_to_its_digits(bodies, wanted):
     heights = (np.arange(bodies) + 0.5) / bodies
-    c = capacity_of(np.ones(bodies), heights, 1.0, 0.1, overturning(), SITE)
+    c = capacity_of(np.ones(bodies), heights, 1.0, 0.1, overturning(), ALL)
     found = (c.mass_share, c.a0, c.d0, c.d["SLV"], c.a["SLV"], c.period["SLV"], c.period["SLC"], c.ag["SLV"])
     digits = (4, 4, 4, 4, 4, 3, 3, 4)
     assert [abs(f - w) <= 0.6 * 10.0**-d for f, w, d in zip(found, wanted, digits, strict=False)] == [True] * 8
@@ -43,7 +47,7 @@ def test_the_table_of_a_wall_cut_into_bodies_to_its_digits(bodies, wanted):
 ])  # fmt: skip
 def test_the_table_with_a_confidence_factor(bodies, period, displaced, simplified):
     heights = (np.arange(bodies) + 0.5) / bodies
-    c = capacity_of(np.ones(bodies), heights, 1.0, 0.1, overturning(), SITE, 1.35)
+    c = capacity_of(np.ones(bodies), heights, 1.0, 0.1, overturning(), ALL, 1.35)
     assert c.period["SLV"] == pytest.approx(period, abs=6e-4)
     assert c.ag["SLV"] == pytest.approx(displaced, abs=6e-5)
     assert c.ag_simplified == pytest.approx(simplified, abs=6e-5)
@@ -94,7 +98,7 @@ def test_a_curve_of_any_control_gives_the_same_displacement():
 def test_capacity_that_is_lost_at_once_ends_the_mechanism_of_slv():
     d, alpha = overturning()
     tied = alpha + np.where(d < 0.05, 0.3, 0.0)
-    c = capacity_of(np.ones(1), np.ones(1) * 0.5, 1.0, 0.4, (d, tied), SITE)
+    c = capacity_of(np.ones(1), np.ones(1) * 0.5, 1.0, 0.4, (d, tied), ALL)
     assert c.d["SLV"] == pytest.approx(0.025, abs=1e-4)
     assert c.d["SLC"] == pytest.approx(0.6 * c.d0, rel=1e-12)
 
@@ -142,7 +146,7 @@ def test_spectrum_of_a_record_is_the_largest_over_the_periods():
 
 
 @pytest.mark.slow
-def test_capacity_curves_of_elastic_joints_give_the_verdict_of_the_rigid_body():
+def test_capacity_curves_of_elastic_joints_give_the_verdict_of_the_rigid_body(tmp_path):
     """d0 of the rigid body by 1 %, whether the wall is one stone or three; and the page draws it."""
     for courses in (1, 3):
         joint = lm.Joint(40.0, normal_stiffness=1e10, shear_stiffness=1e10)
@@ -152,7 +156,45 @@ def test_capacity_curves_of_elastic_joints_give_the_verdict_of_the_rigid_body():
         found = lm.assess(made, loads, SITE, curve=curve, confidence_factor=1.0)
         assert found.bodies.d0 == pytest.approx(0.1489, rel=0.01)
         assert found.bodies.ag["SLV"] == pytest.approx(0.2372, rel=0.02)
-    page = lm.figures.assessment(found, SITE, curve, title="Wall")
+    page = lm.figures.assessment(found, title="Wall")
     assert len(page.axes) == 2
-    with pytest.raises(InputError, match="q = 2 alone"):
-        lm.figures.assessment(lm.assess(made, loads, SITE), SITE)
+    text = lm.figures.assessment_report(found, tmp_path / "wall.html", title="Wall").read_text(encoding="utf-8")
+    assert text.count("data:image/png;base64,") == 2
+    assert not re.search(r'(src|href)="(?!data:)', text)
+    for shown in (found.bodies.mass_share, found.bodies.d0, found.bodies.period["SLC"], found.stones.ag["SLV"]):
+        assert f"{shown:.4f}" in text
+    for words in ("1 body (the text)", "3 blocks singly", "a_g 0.150 g, F0 2.450", "confidence factor 1.00"):
+        assert words in text
+
+
+@pytest.mark.slow
+def test_every_limit_state_has_its_own_site_and_its_page_says_so(tmp_path, capsys):
+    """e* = 1 of one body: a_g S = alpha0 g / FC for SLD, twice that for SLV by q = 2."""
+    made, loads = wall(2)
+    sites = {"SLD": GroundSpectrum(0.05, 2.5, 0.25, soil="B"), "SLV": SITE, "SLC": SITE}
+    found = lm.assess(made, loads, sites, confidence_factor=1.2)
+    assert found.reached["SLD"] == pytest.approx(0.1 / 1.2 / 1.2, rel=1e-6)  # SS of soil B is 1.2 up to a_g = .2 / F0
+    assert found.reached["SLV"] == pytest.approx(0.2 / 1.2, rel=1e-6)
+    assert found.safety["SLD"] == pytest.approx(found.reached["SLD"] / 0.05)
+    formats.write_json(tmp_path / "wall.json", made, loads)
+    page = tmp_path / "page.html"
+    site = ["--site", "0.15", "2.45", "0.28", "--confidence", "1.2"]
+    words = ["assess", str(tmp_path / "wall.json"), *site, "-o", str(page)]
+    assert main([*words, "--title", "South facade"]) == 0
+    assert f"SLV: {found.safety['SLV']:.0%} of the demand" in capsys.readouterr().out
+    assert "SLV is reached at 0.167 g, 111% of the 0.150 g that are asked" in page.read_text(encoding="utf-8")
+    assert main([*words, "--to", "1mm"]) == 2
+    assert "--to: the curve ends at alpha" in capsys.readouterr().err
+    record = RecordSpectrum(np.sin(np.arange(100.0)), 0.01, least=0.1)
+    with pytest.raises(InputError, match="no spectrum to draw"):
+        lm.figures.assessment(lm.assess(made, loads, record))
+    assert lm.figures.assessment_report(lm.assess(made, loads, record), page).read_text().count("<img") == 1
+
+
+@pytest.mark.parametrize(("spectrum", "message"), [
+    ({"SLV": SITE}, "one for each of SLD, SLV, SLC; got SLV"),
+    (0.15, "spectrum of SLD: a GroundSpectrum, FloorSpectrum or RecordSpectrum, got 0.15"),
+])  # fmt: skip
+def test_spectra_that_make_no_sense_are_refused_by_name(spectrum, message):
+    with pytest.raises(InputError, match=message):
+        lm.assess(*wall(1), spectrum)

@@ -1,0 +1,174 @@
+"""Commands on safety: whether a model stands, axles over a bridge, loads that are safe at once, verdict of a code."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from limitmason.cli import models
+from limitmason.cli.console import (
+    drawing_options,
+    figure_file,
+    length,
+    load_target,
+    page_file,
+    say,
+    show_text,
+    writable,
+)
+from limitmason.errors import InputError
+from limitmason.limit import axle_envelope, load_region, thrust
+from limitmason.model.load import Loads
+from limitmason.standing import stability
+from limitmason.storage.files import save_figure
+
+
+def add_commands(commands: argparse._SubParsersAction) -> None:
+    """Add ``stability``, ``axles``, ``region`` and ``assess``."""
+    stands = commands.add_parser("stability", help="whether a model can stand, how well, and with what thrust")
+    stands.add_argument("target", metavar="TARGET")
+    stands.add_argument("--support", nargs="+", metavar="BLOCK", help="held blocks: least and greatest thrust on them")
+    stands.add_argument("--figure", type=figure_file, metavar="FILE", help="draw its forces, or how it falls")
+    drawing_options(stands, tilt=False)
+    stands.set_defaults(run=_stability)
+
+    axles = commands.add_parser("axles", help="multiplier of axles over their positions on an arch bridge")
+    axles.add_argument("target", metavar="TARGET")
+    axles.add_argument("--axle", nargs=2, type=float, action="append", required=True, metavar=("BEHIND", "FORCE"),
+                       help="place behind the first [m] and load [N]; once for every axle")  # fmt: skip
+    axles.add_argument("--level", type=float, required=True, help="top of the fill [m]")
+    axles.add_argument("--fill", type=float, metavar="DENSITY", help="its weight is dead load too [kg/m3]")
+    axles.add_argument("--spread", type=float, default=30.0, help="angle of the spread from the vertical [deg]")
+    axles.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the envelope")
+    drawing_options(axles, tilt=False)
+    axles.set_defaults(run=_axles)
+
+    region = commands.add_parser("region", help="multipliers of two or three loads that a model carries at once")
+    region.add_argument("target", metavar="TARGET")
+    region.add_argument("--push", nargs=4, action="append", default=[], metavar=("BLOCK", "X", "Y", "Z"),
+                        help="a load: force on the middle of a block [N]; once for every load")  # fmt: skip
+    region.add_argument("--live", action="store_true", help="the live load of the model is a load too, the first")
+    region.add_argument("--within", type=float, nargs="+", metavar="LAMBDA", help="largest multipliers asked for")
+    region.add_argument("--tolerance", type=float, default=1e-3, help="gap between proven inside and outside")
+    region.add_argument("--output", type=writable, metavar="FILE", help="write corners and half-planes as JSON")
+    region.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the set of two loads")
+    drawing_options(region)
+    region.set_defaults(run=_region)
+
+    verdict = commands.add_parser("assess", help="verdict on the mechanism of the live load by the Italian Circular")
+    verdict.add_argument("target", metavar="TARGET")
+    site = ("AG", "F0", "TC")
+    verdict.add_argument("--site", type=float, nargs=3, required=True, metavar=site,
+                         help="a_g over g, F0 and Tc* [s] of SLV, and of SLD and SLC by default")  # fmt: skip
+    verdict.add_argument("--sld", type=float, nargs=3, metavar=site, help="those of SLD")
+    verdict.add_argument("--slc", type=float, nargs=3, metavar=site, help="those of SLC")
+    verdict.add_argument("--soil", default="A", help="class A to E; default: A")
+    verdict.add_argument("--topography", type=float, default=1.0, metavar="ST", help="factor of the slope; default: 1")
+    verdict.add_argument("--mode", type=float, nargs=2, action="append", metavar=("PERIOD", "FACTOR"),
+                         help="it stands on a floor: period [s] and participation times shape there; once for every "
+                         "mode of the building, longest first")  # fmt: skip
+    verdict.add_argument("--confidence", type=float, default=1.35, metavar="FC", help="1.35 (default), 1.20 or 1.00")
+    verdict.add_argument("--to", type=length, metavar="LENGTH",
+                         help="follow the curve so far, or until it overturns; default: q = 2 alone")  # fmt: skip
+    verdict.add_argument("--title", help="heading; by default the name of the target")
+    verdict.add_argument("-o", "--output", type=page_file, default=Path("assessment.html"), metavar="FILE",
+                         help="default: assessment.html")  # fmt: skip
+    drawing_options(verdict)
+    verdict.set_defaults(run=_assess)
+
+
+def _stability(options: argparse.Namespace) -> int:
+    assembly, loads, title = load_target(options.target, options, needs_live_load=False)
+    dead = loads.scaled(live=0.0)
+    found = stability(assembly, dead)
+    show_text(str(found))
+    if options.support and found.stands:
+        show_text(str(thrust(assembly, options.support, loads=dead)))
+    if options.figure:
+        models.draw(options.figure, "forces" if found.stands else "mechanism", assembly, found.state, title)
+    return 0 if found.stands and found.stands_on_path is not False else 3
+
+
+def _axles(options: argparse.Namespace) -> int:
+    assembly, loads, title = load_target(options.target, options, needs_live_load=False)
+    dead = loads.scaled(live=0.0)
+    if options.fill is not None:
+        dead = dead.with_backfill(assembly, options.level, options.fill)
+    train = [(behind, force) for behind, force in options.axle]
+    found = axle_envelope(assembly, dead, train, level=options.level, spread_deg=options.spread)
+    show_text(str(found))
+    if options.figure:
+        from limitmason import figures
+
+        save_figure(figures.axle_envelope(found, title=title), options.figure)
+        say(f"wrote {options.figure}")
+    return 0
+
+
+def _region(options: argparse.Namespace) -> int:
+    assembly, loads, title = load_target(options.target, options, needs_live_load=options.live)
+    dead = loads.scaled(live=0.0)
+    cases = [replace(loads, name=loads.name or "live load")] if options.live else []
+    for block, *force in options.push:
+        try:
+            vector = [float(v) for v in force]
+        except ValueError:
+            raise InputError(f"--push {block} {' '.join(force)}: a block and three numbers [N]") from None
+        cases.append(_push(dead.with_point_load(assembly, block, vector), f"push on {block}", cases))
+    if not cases:
+        raise InputError("region: give --push BLOCK X Y Z once for every load, or --live")
+    within = options.within
+    if within is not None and len(within) not in (1, len(cases)):
+        raise InputError(f"--within: give one number, or one for each of the {len(cases)} loads")
+    found = load_region(
+        assembly, dead, cases, tolerance=options.tolerance,
+        within=within[0] if within is not None and len(within) == 1 else within,
+    )  # fmt: skip
+    show_text(str(found))
+    nothing = 1e-9 * np.abs(found.corners).max(initial=0.0)
+    for corner in found.corners:
+        show_text("  " + "  ".join(f"{v:.6g}" for v in np.where(np.abs(corner) < nothing, 0.0, corner)))
+    if options.output:
+        found.to_json(options.output)
+        say(f"wrote {options.output}")
+    if options.figure:
+        from limitmason import figures
+
+        save_figure(figures.load_region(found, title=title), options.figure)
+        say(f"wrote {options.figure}")
+    return 0 if found.status == "closed" else 3
+
+
+def _push(loads: Loads, name: str, others: list[Loads]) -> Loads:
+    """A load under a name of its own."""
+    same = sum(other.name.startswith(name) for other in others)
+    return replace(loads, name=f"{name} ({same + 1})" if same else name)
+
+
+def _assess(options: argparse.Namespace) -> int:
+    from limitmason import figures
+    from limitmason.capacity import pushover
+    from limitmason.codes import FloorSpectrum, GroundSpectrum, assess
+
+    assembly, loads, title = load_target(options.target, options)
+    spectra: dict[str, GroundSpectrum | FloorSpectrum] = {}
+    modes = options.mode or []
+    for state, values in (("SLD", options.sld), ("SLV", None), ("SLC", options.slc)):
+        ag, f0, tc = values or options.site
+        ground = GroundSpectrum(ag, f0, tc, soil=options.soil, topography=options.topography)
+        spectra[state] = FloorSpectrum(ground, [t for t, _ in modes], [f for _, f in modes]) if modes else ground
+    curve = None
+    if options.to is not None:
+        curve = pushover(assembly, loads, to=options.to)
+        say(f"capacity curve: {curve.status} at {curve.displacement[-1]:.4g} m")
+    try:
+        found = assess(assembly, loads, spectra, curve=curve, confidence_factor=options.confidence)
+    except InputError as error:
+        raise InputError(f"--to: {error}" if "the curve ends" in str(error) else str(error)) from None
+    show_text(str(found))
+    figures.assessment_report(found, options.output, title=options.title or title)
+    say(f"wrote {options.output}")
+    return 0

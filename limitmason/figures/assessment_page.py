@@ -1,0 +1,128 @@
+"""The report of a verdict as one HTML page: mechanism, curve, spectrum, and both readings of the code in a table."""
+
+from __future__ import annotations
+
+import math
+from html import escape
+from pathlib import Path
+
+from limitmason.codes import Assessment, FloorSpectrum, GroundSpectrum, RecordSpectrum
+from limitmason.codes.circular_2019 import DAMPING, STATES, Capacity, Spectrum
+from limitmason.constants import VERSION
+from limitmason.figures.mechanism import mechanism
+from limitmason.figures.page import bullets, image, table, write_page
+from limitmason.figures.safety import assessment
+from limitmason.figures.structure_page import geometry_facts, joint_table, load_facts
+
+_SHEET = """
+.sheet { display: grid; grid-template-columns: 2fr 3fr; gap: 1.2rem; align-items: start; }
+.sheet img { width: auto; max-height: 30rem; }
+.sheet div + div img { max-height: 20rem; }
+@page { size: A4; margin: 12mm; }
+@media print { html { font-size: 9px; } body { font-size: 9px; max-width: none; margin: 0; padding: 0; } }
+"""
+
+_NOT_COVERED = (
+    "The mechanism is that of the load pattern named here; other patterns, floors and ties may govern.",
+    "Stones do not break, and walls do not leave their bond, unless the model lets them.",
+    "The values of joints, weights and of the site are those below; nothing here says that the structure has them.",
+)
+
+
+def assessment_report(verdict: Assessment, path: str | Path, *, title: str = "Local mechanism") -> Path:
+    """Write a verdict of the Circular as one self-contained HTML file of one page.
+
+    Parameters
+    ----------
+    verdict : from ``limitmason.assess``
+    path : file to write
+    title : of the page
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    share, reached, asked = (d["SLV"] for d in (verdict.safety, verdict.reached, verdict.demand))
+    headline = f"SLV is reached at {reached:.3f} g, {share:.0%} of the {asked:.3f} g that are asked"
+    drawn = [image(mechanism(verdict.structure, verdict.prediction, title="Mechanism"), "mechanism")]
+    if verdict.curve is not None or not any(isinstance(s, RecordSpectrum) for s in verdict.spectra.values()):
+        heading = "Elastic spectrum" if verdict.curve is None else "Capacity and demand"
+        drawn.append(image(assessment(verdict, title=heading), "capacity and spectrum"))
+    parts = [
+        f"<style>{_SHEET}</style>",
+        f'<p class="title">{escape(title)}</p><h1>{escape(headline)}</h1>',
+        f"<p>Italian Circular of 21 January 2019 no. 7, C8.7.1, by limitmason {escape(VERSION)}. Whether mechanism, "
+        "loads and site are those of the structure is an engineer's judgement.</p>",
+        _states(verdict),
+        f'<div class="sheet"><div>{drawn[0]}</div><div>{"".join(drawn[1:])}{_capacities(verdict)}</div></div>',
+        bullets([f"warning: {w}" for w in verdict.warnings]) if verdict.warnings else "",
+        "<h2>Input</h2>" + bullets(_input(verdict)) + joint_table(verdict.structure),
+        "<h2>What this does not cover</h2>" + bullets(_NOT_COVERED),
+    ]
+    return write_page(path, title, parts)
+
+
+def _states(verdict: Assessment) -> str:
+    how = {
+        "SLD": "peak acceleration against a0*",
+        "SLV": "q = 2 on the peak acceleration" if verdict.curve is None else "displacement spectrum at T",
+        "SLC": "displacement spectrum at T",
+    }
+    rows = [
+        ("kept" if state == "SLV" else "", [
+            state, (f"{verdict.reached[state]:.3f}",), (f"{verdict.demand[state]:.3f}",), (f"{share:.0%}",), how[state],
+        ])
+        for state, share in verdict.safety.items()
+    ]  # fmt: skip
+    return table(["limit state", "a_g reached [g]", "a_g asked [g]", "share", "by"], rows)
+
+
+def _capacities(verdict: Assessment) -> str:
+    def cells(c: Capacity) -> dict[str, float]:
+        out = {"alpha0 [-]": verdict.multiplier, "e* [-]": c.mass_share, "a0* [m/s2]": c.a0}
+        if verdict.curve is not None:
+            out["d0 [m]"] = c.d0
+            for state in DAMPING:
+                out |= {
+                    f"d {state} [m]": c.d[state],
+                    f"a(d) {state} [m/s2]": c.a[state],
+                    f"T {state} [s]": c.period[state],
+                }
+        out |= {f"a_g {state} [g]": c.ag[state] for state in STATES if state in c.ag}
+        return {**out, "a_g SLV by q = 2 [g]": c.ag_simplified}
+
+    bodies, stones = cells(verdict.bodies), cells(verdict.stones)
+    rows = [("", [name, (_shown(bodies[name]),), (_shown(stones[name]),)]) for name in bodies]
+    n = verdict.bodies.bodies
+    header = ["", f"{n} {'body' if n == 1 else 'bodies'} (the text)", f"{verdict.stones.bodies} blocks singly"]
+    return table(header, rows)
+
+
+def _shown(value: float) -> str:
+    return "more than 2" if math.isinf(value) else f"{value:.4f}"
+
+
+def _input(verdict: Assessment) -> list[str]:
+    by_spectrum: dict[str, list[str]] = {}
+    for state in STATES:
+        by_spectrum.setdefault(_described(verdict.spectra[state]), []).append(state)
+    return [
+        *(f"{', '.join(states)}: {text}" for text, states in by_spectrum.items()),
+        f"confidence factor {verdict.confidence_factor:.2f}",
+        *geometry_facts(verdict.structure),
+        *load_facts(verdict.structure, verdict.loads),
+        f"mechanism by {verdict.prediction.method}: {verdict.prediction.bound}",
+    ]
+
+
+def _described(spectrum: Spectrum) -> str:
+    if isinstance(spectrum, GroundSpectrum):
+        return (
+            f"ground, a_g {spectrum.ag:.3f} g, F0 {spectrum.f0:.3f}, Tc* {spectrum.tc_star:.3f} s, "
+            f"soil {spectrum.soil}, S {spectrum.amplification:.3f}"
+        )
+    if isinstance(spectrum, FloorSpectrum):
+        modes = ", ".join(f"{t:.3f} s with {f:.2f}" for t, f in zip(spectrum.periods, spectrum.factors, strict=True))
+        return f"floor above {_described(spectrum.ground)}; modes {modes}, damping {spectrum.damping:.1%}"
+    return f"record of {len(spectrum.record)} samples of {spectrum.sample_step} s, peak {spectrum.ag:.3f} g"  # type: ignore[arg-type]
