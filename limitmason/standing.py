@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from limitmason.answers.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
 from limitmason.arrays import Array
 from limitmason.capacity import PushoverCurve, pushover
+from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotApplicable
 from limitmason.limit.associative import carry, contact_facts
 from limitmason.limit.margin import Margin, last_standing, standing_margin
@@ -284,3 +285,6 @@ def minimum_thickness(
         raise InputError(f"between: it does not stand at a thickness of {thick:g} m either; give a larger one")
     found = last_standing(margin, thick, thin, accuracy * min(1.0, thick))
     return Range(0.0 if found.high == float("inf") else found.high, found.low, "thickness [m]")
+
+
+shows(__name__)
