@@ -133,7 +133,7 @@ def animate(
     motions = [rigid_motion(model, u, v, scale) for u, v in moved]
     last = rigid_motion(model, *moved[-1], 1.0)
     if crack is None:
-        crack = 0.1 * _largest(model, last)
+        crack = 0.1 * largest_movement(model, last)
     marks = [cracked_joints(model, rigid_motion(model, u, v, 1.0), crack) for u, v in moved]
     moving = _travel(model, last) > 0.01 * max(float(_travel(model, last).max(initial=0.0)), 1e-300)
     farthest = max(moved, key=lambda m: float(np.abs(m[0]).max(initial=0.0)))
@@ -178,7 +178,8 @@ def _joint_movements(model: Assembly, motion: RigidMotion) -> tuple[Array, Array
     return largest_jumps(model, jump, np.einsum("nij,nj->ni", motion.rotation[x.block_a[owner]], x.normal[owner]))
 
 
-def _largest(model: Assembly, motion: RigidMotion) -> float:
+def largest_movement(model: Assembly, motion: RigidMotion) -> float:
+    """Largest opening or sliding in a joint [m]."""
     return float(max(v.max(initial=0.0) for v in _joint_movements(model, motion)))
 
 

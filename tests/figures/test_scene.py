@@ -16,6 +16,8 @@ import limitmason as lm
 from limitmason.display.text_table import markdown_line
 from limitmason.errors import InputError
 from limitmason.geometry import box
+from limitmason.geometry.rotation import quaternions, rotation_matrices
+from limitmason.mechanics.joint_forces import joint_forces
 
 JOINT = lm.Joint(friction_angle_deg=30.0)
 BROWSER = next((b for b in ("chromium", "chromium-browser", "google-chrome") if shutil.which(b)), None)
@@ -32,7 +34,7 @@ def held(scene):
     """Data of a page, its numbers decoded."""
     text = re.search(r'<script id="data" type="application/json">(.*?)</script>', scene.html, re.S).group(1)
     data = json.loads(text)
-    for key in ("vertices", "normals", "owner", "lines", "line_owner", "centroids", "motion", "forces"):
+    for key in ("vertices", "normals", "owner", "lines", "line_owner", "centroids", "motion"):
         data[key] = np.frombuffer(base64.b64decode(data[key]), dtype="<f4")
     return data
 
@@ -52,10 +54,10 @@ def test_volume_of_the_triangles_is_the_volume_of_the_blocks(column):
 def test_last_frame_of_a_mechanism_keeps_the_toe_in_place(column):
     wall, found = column
     data = held(lm.view(wall, found))
-    frames = data["motion"].reshape(len(data["captions"]), wall.n_blocks, 12)
+    frames = data["motion"].reshape(len(data["captions"]), wall.n_blocks, 6)
     assert np.abs(frames[0, :, :3]).max() < 1e-6
-    shift, rotation = frames[-1, -1, :3], frames[-1, -1, 3:].reshape(3, 3)
-    assert rotation @ rotation.T == pytest.approx(np.eye(3), abs=1e-5)
+    assert data["start"] == len(frames) - 1  # it moves when the page opens
+    shift, rotation = frames[-1, -1, :3], rotation_matrices(frames[-1:, -1, 3:])[0]
     # all blocks but the ground turn together about the toe
     toe = np.array([0.5 * 0.2 * np.sign(shift[0]), 0.0, 0.0])
     centroid = wall.centroids[-1] - [wall.centroids[-1][0], wall.centroids[-1][1], 0.0]
@@ -134,9 +136,34 @@ def test_bad_settings_and_answers_of_other_structures_are_refused(column):
 def test_a_capacity_curve_is_shown_as_it_moved(column):
     wall, _ = column
     curve = lm.pushover(wall, lm.Loads.horizontal(wall), to=0.02)
-    data = held(lm.view(wall, curve))
-    frames = data["motion"].reshape(len(data["captions"]), wall.n_blocks, 12)
+    data = held(lm.view(wall, curve, frames=3))
+    frames = data["motion"].reshape(len(data["captions"]), wall.n_blocks, 6)
     assert frames[-1, -1, :3] == pytest.approx(curve.displacement_of(wall.n_blocks - 1)[-1], abs=1e-6)
+    # the peak is one of them, and the first to be shown; lengths are in mm
+    assert f"λ = {curve.peak.load:.4g} at {1e3 * curve.peak.displacement:.3g} mm" == data["captions"][data["start"]]
+
+
+def test_a_joint_force_lies_at_its_centre_of_pressure_and_the_load_where_it_acts(column):
+    wall, found = column
+    data = held(lm.view(wall, found))
+    rows = np.frombuffer(base64.b64decode(data["forces"]["rows"]), dtype="<f4").reshape(-1, 8)
+    forces = joint_forces(wall, found)
+    assert 0.5 * (rows[:, :3] + rows[:, 3:6]) == pytest.approx(forces.centre[forces.carries], abs=1e-6)
+    assert rows[:, 6].max() == pytest.approx(1.0)
+    assert data["push"][3:] == pytest.approx([1.0, 0.0, 0.0])
+    assert data["push"][2] == pytest.approx(0.5)  # half the height of equal blocks
+
+
+def _shot(page, fragment):
+    """Red, green and blue of the scene as a browser shows it from the front."""
+    picture = page.with_suffix(".png")
+    subprocess.run(
+        [BROWSER, "--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
+         "--enable-unsafe-swiftshader", "--window-size=800,600", "--virtual-time-budget=3000",
+         f"--screenshot={picture}", f"{page.as_uri()}#azimuth=-90&elevation=0&{fragment}"],
+        check=True, capture_output=True, timeout=90,
+    )  # fmt: skip
+    return np.moveaxis(imread(picture)[60:520, 150:, :3], -1, 0)  # beside the legend
 
 
 @pytest.mark.slow
@@ -146,15 +173,7 @@ def test_a_browser_draws_the_blocks_and_the_slider_moves_them(column, tmp_path):
     page = lm.view(wall, found).save(tmp_path / "scene.html")
 
     def pixels(fragment):
-        picture = tmp_path / "shot.png"
-        subprocess.run(
-            [BROWSER, "--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
-             "--enable-unsafe-swiftshader", "--window-size=800,600", "--virtual-time-budget=3000",
-             f"--screenshot={picture}", f"{page.as_uri()}#azimuth=-90&elevation=0&{fragment}"],
-            check=True, capture_output=True, timeout=90,
-        )  # fmt: skip
-        rgb = imread(picture)[60:520, :, :3]
-        red, green, blue = np.moveaxis(rgb, -1, 0)
+        red, green, blue = _shot(page, fragment)
         return (red > 1.15 * green) & (green > 1.15 * blue)  # the colour of blocks that move
 
     first, last = pixels("frame=0"), pixels("frame=24")
@@ -164,3 +183,21 @@ def test_a_browser_draws_the_blocks_and_the_slider_moves_them(column, tmp_path):
     sign = np.sign(found.mechanism.twists[-1, 0])
     assert sign * (across[1] - across[0]) > 5  # pixels, towards the side to which the column falls
     assert sign * (top[1] - top[0]) > sign * (across[1] - across[0])  # the top more than the middle
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="no headless browser is installed")
+def test_half_a_millimetre_is_seen_at_a_scale_and_the_crack_is_marked(column, tmp_path):
+    wall, _ = column
+    shift, turn = np.zeros((2, wall.n_blocks, 3))
+    shift[2:, 0] = 0.5e-3  # all above the first unit slides
+    page = lm.view(wall, (shift, quaternions(turn))).save(tmp_path / "scene.html")
+
+    def seen(fragment):
+        red, green, blue = _shot(page, fragment)
+        moved = (red > 1.15 * green) & (green > 1.15 * blue) & (red > 0.5)
+        return np.nonzero(moved)[1].mean(), ((blue > 0.5) & (red < 0.2)).sum()
+
+    (true, _), (large, marked), (_, without) = seen("scale=1"), seen("scale=100"), seen("scale=100&cracks=0")
+    assert abs(large - true) > 10.0  # pixels; 0.05 m of about 1.3 in 600
+    assert marked > without + 50

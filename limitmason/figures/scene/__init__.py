@@ -23,23 +23,42 @@ from limitmason.answers.results import Prediction
 from limitmason.arrays import Array, Index
 from limitmason.constants import VERSION
 from limitmason.errors import InputError
-from limitmason.figures.deformation import moved_blocks
+from limitmason.figures.canvas import resultant
+from limitmason.figures.deformation import largest_movement, moved_blocks, rigid_motion
 from limitmason.figures.outline import visible_edges, wall_plane
+from limitmason.figures.solid import block_size
+from limitmason.figures.style import force_text, round_length
 from limitmason.geometry.polyhedron import face_planes
-from limitmason.geometry.rotation import rotation_matrices
 from limitmason.mechanics.joint_forces import joint_forces
 from limitmason.mechanics.motion import checked_twists, drawn_motion, free_bounds, structure_size
 from limitmason.model import Assembly
 from limitmason.model.model_call import of_model
 from limitmason.storage.files import write_text
 
+_SEEN = 0.05
+"""Largest displacement of a path over the size of the structure as the page first shows it [-]."""
+
 
 class ScenePose(NamedTuple):
-    """One position of all blocks: displacement of the centroids [m], (n, 3), rotation, (n, 3, 3), and what it is."""
+    """One position of all blocks: displacement of the centroids [m], rotation vector [rad], (n, 3) each, and a word."""
 
     shift: Array
-    rotation: Array
+    turn: Array
     caption: str
+
+
+class SceneMotion(NamedTuple):
+    """Positions in their order.
+
+    ``title`` says what they are in one line, ``start`` is shown at first. ``scale`` is the factor on displacements, 0
+    where there is none to choose. Joints that move by more than ``crack`` [m] are marked.
+    """
+
+    poses: list[ScenePose]
+    title: str = ""
+    start: int = 0
+    scale: float = 0.0
+    crack: float = 0.0
 
 
 @of_model
@@ -56,7 +75,7 @@ def view(
 ) -> Scene:
     """Scene of a structure and an answer as one self-contained HTML file.
 
-    It shows the motion and the joint forces.
+    It shows the motion at a scale to choose, joints that open or slide, the live load and the joint forces.
 
     Parameters
     ----------
@@ -66,7 +85,7 @@ def view(
     path : file to write; without one the scene is only returned (a notebook shows it; ``save`` writes it)
     title : of the page; what is shown by default
     scale : of a mechanism: largest displacement over the structure's size [-], 0.12 by default; of a path: factor on
-        displacements and rotations [-], 1 by default
+        displacements and rotations that the page begins with [-], by default so that the largest can be seen
     frames : most positions that the file holds
     azimuth_deg, elevation_deg : where the viewer stands at first
 
@@ -82,18 +101,24 @@ def view(
     """
     if frames < 1:
         raise InputError(f"frames must be at least 1, got {frames!r}")
-    moved, subtitle = _positions(model, what, scale, int(frames))
-    forces = _arrows(model, what) if isinstance(what, Prediction) and what.resultants is not None else np.zeros((0, 3))
+    motion = _positions(model, what, scale, int(frames))
+    answer = what if isinstance(what, Prediction) else None
+    push = None if answer is None else resultant(model, answer.loads)
     data = _solids(model) | {
-        "motion": _text(np.concatenate([_poses(f).ravel() for f in moved])),
-        "captions": [f.caption for f in moved],
-        "forces": _text(forces),
+        "motion": _text([np.concatenate([p.shift, p.turn], axis=1) for p in motion.poses]),
+        "captions": [p.caption for p in motion.poses],
+        "start": motion.start,
+        "scale": motion.scale,
+        "crack": motion.crack,
+        "joints": _joints(model),
+        "forces": _forces(model, answer),
+        "push": [] if push is None else np.concatenate(push).tolist(),
         "azimuth": float(np.radians(azimuth_deg)),
         "elevation": float(np.radians(elevation_deg)),
         "front": _front(model),
     }
-    words = f"{model.n_blocks} blocks, {len(model.interfaces)} joints"
-    scene = Scene(_page(title or "limitmason", f"{words}{'; ' if subtitle else ''}{subtitle}", data))
+    words = [motion.title, f"{model.n_blocks} blocks, {len(model.interfaces)} joints"]
+    scene = Scene(_page(title or "limitmason", " · ".join(w for w in words if w), data))
     if path is not None:
         scene.save(path)
     return scene
@@ -122,54 +147,74 @@ class Scene:
         )
 
 
-def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> tuple[list[ScenePose], str]:
-    """Frames of what is shown, and a line that says what they are."""
-    n = model.n_blocks
-    rest = ScenePose(np.zeros((n, 3)), np.broadcast_to(np.eye(3), (n, 3, 3)), "")
+def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> SceneMotion:
+    """Frames of what is shown."""
+    rest = ScenePose(np.zeros((model.n_blocks, 3)), np.zeros((model.n_blocks, 3)), "")
     if what is None:
-        return [rest], ""
+        return SceneMotion([rest])
     if isinstance(what, Prediction):
         line = f"{what.method}: λ = {what.collapse_multiplier:.4g} ({what.status})"
         if what.mechanism is None:
-            return [rest], line
-        return _of_mechanism(model, what, 0.12 if scale is None else scale, min(most, 25)), line
-    factor = 1.0 if scale is None else scale
-    if not (np.isfinite(factor) and factor > 0.0):
-        raise InputError(f"scale must be a positive factor, got {factor!r}")
+            return SceneMotion([rest], line)
+        return _of_mechanism(model, what, line, 0.12 if scale is None else scale, min(most, 25))
+    if scale is not None and not (np.isfinite(scale) and scale > 0.0):
+        raise InputError(f"scale must be a positive factor, got {scale!r}")
     if isinstance(what, Curve):
-        return _of_curve(model, what, factor, most)
-    if len(getattr(what, "shift", ())) and np.ndim(what.shift) == 3:
-        return _of_history(model, what, factor, most)
-    return [_moved(model, what, 0, factor, "")], f"drawn {factor:g} times" if factor != 1.0 else ""
+        poses, line, start = _of_curve(model, what, most)
+    elif len(getattr(what, "shift", ())) and np.ndim(what.shift) == 3:
+        poses, line = _of_history(model, what, most), f"history, {what.status}"
+        start = len(poses) - 1
+    else:
+        poses, line, start = [_moved(model, what, 0, "")], "", 0
+    joints = max((largest_movement(model, rigid_motion(model, p.shift, p.turn, 1.0)) for p in poses), default=0.0)
+    travel = max(float(np.abs(p.shift).max(initial=0.0)) for p in poses)
+    if scale is None:
+        scale = max(round_length(_SEEN * structure_size(model) / travel), 1.0) if travel > 0.0 else 1.0
+    return SceneMotion(poses, line, start, scale, max(0.1 * joints, 1e-9 * structure_size(model)))
 
 
-def _of_mechanism(model: Assembly, prediction: Prediction, scale: float, count: int) -> list[ScenePose]:
+def _of_mechanism(model: Assembly, prediction: Prediction, line: str, scale: float, count: int) -> SceneMotion:
     twists = checked_twists(model, prediction)
-    out = []
+    poses = []
     for share in np.linspace(0.0, 1.0, max(count, 2)):
         motion = drawn_motion(model, twists, max(scale * share, 1e-9))
-        out.append(ScenePose(motion.translation, motion.rotation, f"mechanism, {100 * share:.0f} %"))
-    return out
+        turn = Rotation.from_matrix(motion.rotation).as_rotvec()
+        poses.append(ScenePose(motion.translation, turn, f"mechanism, {100 * share:.0f} %"))
+    return SceneMotion(poses, line, len(poses) - 1, crack=0.01 * scale * structure_size(model))
 
 
-def _of_curve(model: Assembly, curve: Curve, factor: float, most: int) -> tuple[list[ScenePose], str]:
+def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose], str, int]:
+    """Poses, what they are, and which is the peak."""
     if not len(curve.states):
         raise InputError("this curve kept no states: there is nothing to draw")
-    unit, load = curve.displacement_unit, curve.load_unit
-    out = [
-        _moved(model, curve.states[k], 0, factor,
-               f"{curve.displacement[k]:.4g} {unit}: {curve.load[k]:.4g}{'' if load == '-' else ' ' + load}")
-        for k in _spread(len(curve), most)
+
+    def said(k: int) -> str:
+        load = f"{curve.load[k]:.4g}"
+        if curve.load_unit == "N":
+            load = force_text(curve.load[k])
+        elif curve.load_unit == "-":
+            load = f"λ = {load}"
+        else:
+            load += f" {curve.load_unit}"
+        length = {"m": 1e3, "mm": 1.0}.get(curve.displacement_unit)
+        along = f"{curve.displacement[k]:.3g} {curve.displacement_unit}"
+        along = along if length is None else f"{length * curve.displacement[k]:.3g} mm"
+        return f"{load} at {along}"
+
+    rows, peak = _spread(len(curve), most), int(curve.peak.index)
+    rows[int(np.argmin(np.abs(np.array(rows) - peak)))] = peak
+    poses = [_moved(model, curve.states[k], 0, said(k)) for k in rows]
+    return poses, f"{curve.label or 'curve'}: largest {said(peak)}", rows.index(peak)
+
+
+def _of_history(model: Assembly, history: Any, most: int) -> list[ScenePose]:
+    units = {"multiplier": "λ = {:.4g}", "time": "{:.3g} s"}
+    return [
+        _moved(model, history, k, ", ".join(
+            [f"sample {k}"] + [w.format(float(history.scalars[c][k])) for c, w in units.items() if c in history.scalars]
+        ))
+        for k in _spread(len(history.shift), most)
     ]  # fmt: skip
-    return out, f"{curve}" + (f"; drawn {factor:g} times" if factor != 1.0 else "")
-
-
-def _of_history(model: Assembly, history: Any, factor: float, most: int) -> tuple[list[ScenePose], str]:
-    out = []
-    for k in _spread(len(history.shift), most):
-        at = {c: float(history.scalars[c][k]) for c in ("multiplier", "time") if c in history.scalars}
-        out.append(_moved(model, history, k, factor, f"sample {k}" + "".join(f", {c} {v:.4g}" for c, v in at.items())))
-    return out, f"history, {history.status}" + (f"; drawn {factor:g} times" if factor != 1.0 else "")
 
 
 def _spread(count: int, most: int) -> list[int]:
@@ -177,14 +222,14 @@ def _spread(count: int, most: int) -> list[int]:
     return [int(k) for k in rows]
 
 
-def _moved(model: Assembly, state: Any, sample: int, factor: float, caption: str) -> ScenePose:
+def _moved(model: Assembly, state: Any, sample: int, caption: str) -> ScenePose:
     if hasattr(state, "turn"):  # of a capacity curve: displacements and R - I
         shift, turn = state.shift, Rotation.from_matrix(np.eye(3) + state.turn).as_rotvec()
         if shift.shape != (model.n_blocks, 3):
             raise InputError(f"positions of {len(shift)} blocks do not belong to the {model.n_blocks} of this assembly")
     else:
         shift, turn = moved_blocks(model, state, sample)
-    return ScenePose(factor * shift, rotation_matrices(factor * turn), caption)
+    return ScenePose(shift, turn, caption)
 
 
 def _solids(model: Assembly) -> dict[str, Any]:
@@ -223,29 +268,29 @@ def _solids(model: Assembly) -> dict[str, Any]:
     }
 
 
-def _arrows(model: Assembly, prediction: Prediction) -> Array:
-    """Joint forces as slender double cones through the centres of pressure, triangles as vertices, shape (3 t, 3)."""
-    found = joint_forces(model, prediction)
+def _joints(model: Assembly) -> dict[str, Any]:
+    """Outlines of the joints: corners, normals from a to b, and numbers of blocks and of corners."""
+    x = model.arrays
+    return {
+        "corners": _text(x.corners), "normals": _text(x.normal),
+        "a": x.block_a.tolist(), "b": x.block_b.tolist(), "count": np.diff(x.corner_start).tolist(),
+    }  # fmt: skip
+
+
+def _forces(model: Assembly, answer: Prediction | None) -> dict[str, Any]:
+    """Joint forces: ends of a line along each, its share of the largest, whether it is at the friction limit."""
+    if answer is None or answer.resultants is None:
+        return {"rows": "", "largest": ""}
+    found = joint_forces(model, answer)
     rows = np.flatnonzero(found.carries)
-    if not len(rows):
-        return np.zeros((0, 3))
-    force, place = found.force[rows], found.centre[rows]
-    size = np.linalg.norm(force, axis=1)
-    along = force / size[:, None]
-    half = 0.06 * structure_size(model) * size / size.max()
-    helper = np.where(np.abs(along[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
-    across = np.cross(along, helper)
-    across /= np.linalg.norm(across, axis=1)[:, None]
-    width = 0.0045 * structure_size(model)
-    third = np.cross(along, across)
-    ring = [across, third, -across, -third]
-    out = []
-    for k, a in enumerate(ring):
-        b = ring[(k + 1) % 4]
-        for end in (-1.0, 1.0):
-            tip = place + end * half[:, None] * along
-            out.append(np.stack([tip, place + width * a, place + width * b], axis=1))
-    return np.concatenate(out).reshape(-1, 3)
+    size = np.linalg.norm(found.force[rows], axis=1)
+    half = 0.45 * block_size(model) * found.force[rows] / size[:, None]
+    share = size[:, None] / size.max(initial=1e-300)
+    ends = found.centre[rows] - half, found.centre[rows] + half
+    return {
+        "rows": _text(np.concatenate([*ends, share, found.at_friction_limit[rows, None]], axis=1)),
+        "largest": force_text(float(size.max(initial=0.0))),
+    }
 
 
 def _front(model: Assembly) -> float:
@@ -258,11 +303,6 @@ def _front(model: Assembly) -> float:
         return float(-np.pi / 2)
     towards = np.cross(plane.axis_1, plane.axis_2)
     return float(np.arctan2(towards[1], towards[0]))
-
-
-def _poses(frame: ScenePose) -> Array:
-    """Displacement and rotation matrix of every block, row by row, shape (n, 12)."""
-    return np.concatenate([frame.shift, frame.rotation.reshape(-1, 9)], axis=1)
 
 
 def _text(values: Array | Sequence[Any]) -> str:
