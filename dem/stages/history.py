@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_vectors
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
+from limitmason.storage.csv_table import Tabular
 from limitmason.storage.files import read_archive, write_archive
 from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.system import VibratingSystem
@@ -52,7 +53,7 @@ _ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", "opening", "sli
 
 
 @dataclass(frozen=True, eq=False)
-class History(Displayed, ReadOnly):
+class History(Displayed, Tabular, ReadOnly):
     """Record of a simulation.
 
     Parameters
@@ -164,6 +165,10 @@ class History(Displayed, ReadOnly):
     def __getitem__(self, name: str) -> Array:
         """A recorded scalar by its name in ``COLUMNS``."""
         return self.scalars[name]
+
+    def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
+        """Recorded scalars with their units, and a row for each sample."""
+        return COLUMNS, list(zip(*(self.scalars[name] for name in COLUMNS), strict=True))
 
     @property
     def lost_in_failure(self) -> tuple[str, ...]:

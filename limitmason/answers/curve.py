@@ -17,6 +17,7 @@ from limitmason.answers.references import Citable, Cited
 from limitmason.arrays import Array
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
+from limitmason.storage.csv_table import Tabular
 from limitmason.storage.frozen import ReadOnly
 
 
@@ -62,7 +63,7 @@ class CurvePoint(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Curve(Displayed, Citable, ReadOnly):
+class Curve(Displayed, Tabular, Citable, ReadOnly):
     """Load against displacement, with events on the way and how well points are known.
 
     Parameters
@@ -248,6 +249,11 @@ class Curve(Displayed, Citable, ReadOnly):
             self, displacement=self.displacement * displacement, load=self.load * load,
             displacement_unit=displacement_unit, load_unit=load_unit,
         )  # fmt: skip
+
+    def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
+        """Displacement, load and errors with their units, and a row for each sample."""
+        units = {"displacement": self.displacement_unit, "load": self.load_unit, **dict.fromkeys(self.errors, "-")}
+        return units, list(zip(self.displacement, self.load, *self.errors.values(), strict=True))
 
     def __str__(self) -> str:
         """Peak, where it is, how the curve ended, and what to know before trusting it."""

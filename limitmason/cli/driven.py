@@ -129,9 +129,8 @@ def _drive(options: argparse.Namespace, test: Experiment | None) -> Drive:
 
 
 def _write(path: Path, curve: Curve) -> None:
-    units = {"displacement": curve.displacement_unit, "load": curve.load_unit, **dict.fromkeys(curve.errors, "-")}
-    columns = zip(curve.displacement, curve.load, *curve.errors.values(), strict=True)
-    write_table(path, units, ([f"{v:.9g}" for v in row] for row in columns))
+    units, rows = curve.tabulated()
+    write_table(path, units, ([f"{v:.9g}" for v in row] for row in rows))
 
 
 def _draw(options: argparse.Namespace, curve: Any, test: Experiment | None, title: str) -> None:

@@ -24,6 +24,7 @@ from limitmason.methods import COMPARED_METHODS, NON_ASSOCIATIVE, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
+from limitmason.storage.csv_table import Tabular
 from limitmason.study.content import fingerprint
 from limitmason.study.memo import Memo
 
@@ -34,7 +35,7 @@ _WIDE = 100  # characters of a line below the table
 
 
 @dataclass(frozen=True, eq=False)
-class SideBySide(Displayed):
+class SideBySide(Displayed, Tabular):
     """Rows of several methods to one question.
 
     Parameters
@@ -97,6 +98,12 @@ class SideBySide(Displayed):
         return self.table()
 
     __repr__ = __str__
+
+    def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
+        """Columns with their units, and a row for each method."""
+        names = ("method", "multiplier", "low", "high", "ratio", "status", "seconds", "bound")
+        units = {name: "s" if name == "seconds" else "-" for name in names}
+        return units, [[getattr(row, n) for n in names] for row in self.rows]
 
     def cite(self) -> Citation:
         """The papers behind all its answers, as text and as BibTeX (``cite().bibtex``).

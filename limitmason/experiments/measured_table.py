@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.errors import InputError
-from limitmason.storage.csv_table import UNITS, parsed, write_table
+from limitmason.storage.csv_table import UNITS, Tabular, parsed, write_table
 
 BEYOND = {">": "above", "<": "below"}
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6}
 
 
 @dataclass(frozen=True)
-class MeasuredTable:
+class MeasuredTable(Tabular):
     """One row per measured value, columns with units.
 
     Parameters
@@ -41,6 +41,10 @@ class MeasuredTable:
     def rows(self) -> list[dict[str, Any]]:
         """One mapping per row, column to value."""
         return [{k: c[i] for k, c in self.columns.items()} for i in range(len(self))]
+
+    def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
+        """Columns with their units, and the rows."""
+        return self.units, list(zip(*self.columns.values(), strict=True))
 
     def column(self, name: str, what: str = "") -> tuple:
         """Values of a column.

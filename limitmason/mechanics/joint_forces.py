@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.mechanics.law import interface_law
 from limitmason.model.assembly import Assembly
-from limitmason.storage.csv_table import table_text, write_table
+from limitmason.storage.csv_table import Tabular, table_text, write_table
 
 COLUMNS: Mapping[str, str] = {
     "kind": "-", "name": "-", "fx": "N", "fy": "N", "fz": "N", "normal": "N", "shear": "N",
@@ -82,7 +82,7 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
 
 
 @dataclass(frozen=True, eq=False)
-class ForceTable:
+class ForceTable(Tabular):
     """Joint forces and support reactions of an answer, a row each.
 
     Ordered as joints, ties and supports.
@@ -102,21 +102,9 @@ class ForceTable:
         """Write the table with its units to a file."""
         write_table(path, COLUMNS, self._text())
 
-    def to_frame(self) -> Any:
-        """The table as a ``pandas.DataFrame``, units in its ``attrs``.
-
-        Raises
-        ------
-        ImportError
-            Without pandas, with how to install it.
-        """
-        try:
-            import pandas
-        except ImportError:
-            raise ImportError("a data frame needs pandas: pip install 'limitmason[pandas]', or use to_csv") from None
-        frame = pandas.DataFrame(list(self.rows), columns=list(COLUMNS))
-        frame.attrs["units"] = dict(COLUMNS)
-        return frame
+    def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
+        """Columns with their units, and the rows."""
+        return COLUMNS, list(self.rows)
 
     def __str__(self) -> str:
         return table_text(COLUMNS, self._text())

@@ -124,3 +124,30 @@ def parsed(text: str, name: str) -> Parsed:
     else:
         units, where, first = split([said[0][1]], between), said[0][0], 1
     return Parsed(cells[0], units, cells[first:], lines[first:], where, lines[0])
+
+
+class Tabular:
+    """What is a table, or can be written as one: ``to_dataframe()`` hands it to pandas."""
+
+    def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
+        """Columns with their units ("-" for pure numbers and words), and the rows."""
+        raise NotImplementedError
+
+    def to_dataframe(self) -> Any:
+        """The table as a ``pandas.DataFrame``, the units of its columns in ``attrs["units"]``.
+
+        Raises
+        ------
+        ImportError
+            Without pandas, with how to install it.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("a data frame needs pandas: pip install 'limitmason[pandas]'") from None
+        units, rows = self.tabulated()
+        # words of an enumeration are words
+        plain = [[str(v) if isinstance(v, str) else v for v in row] for row in rows]
+        frame = pandas.DataFrame(plain, columns=list(units))
+        frame.attrs["units"] = dict(units)
+        return frame

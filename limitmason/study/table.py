@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,11 +12,11 @@ import numpy as np
 
 from limitmason.display.notebook import html_table
 from limitmason.display.text_table import aligned
-from limitmason.storage.csv_table import write_table
+from limitmason.storage.csv_table import Tabular, write_table
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class Table(Tabular):
     """Rows of a study.
 
     Parameters
@@ -79,8 +79,13 @@ class Table:
 
         ``pandas.read_csv(path, comment="#")`` reads it.
         """
-        rows = ([repr(v) if isinstance(v, float) else v for v in map(row.get, self.columns)] for row in self.rows)
-        write_table(path, {c: self.units.get(c, "-") for c in self.columns}, rows)
+        units, rows = self.tabulated()
+        write_table(path, units, ([repr(v) if isinstance(v, float) else v for v in row] for row in rows))
+
+    def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
+        """Columns with their units, and the rows; None where a row has no such column."""
+        units = {c: self.units.get(c, "-") for c in self.columns}
+        return units, [[row.get(c) for c in units] for row in self.rows]
 
     def __str__(self) -> str:
         """The table in plain text, units in the header."""

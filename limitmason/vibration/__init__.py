@@ -1,7 +1,8 @@
 """Small vibrations: natural modes of blocks and solids, and how alike the shapes of two models are."""
 
 from limitmason.display.notebook import shows
-from limitmason.vibration.mac import Mac, ModalTest, mac
+from limitmason.vibration.mac import Mac, mac
+from limitmason.vibration.modal_test import ModalTest
 from limitmason.vibration.modes import Modes, modes
 from limitmason.vibration.system import VibratingSystem
 

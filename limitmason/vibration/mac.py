@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import linear_sum_assignment
 
-from limitmason.arrays import Array
+from limitmason.arrays import Array, Index
+from limitmason.display.notebook import Displayed
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
-from limitmason.model.input import read_vector
+from limitmason.storage.csv_table import Tabular
 from limitmason.storage.frozen import ReadOnly
+from limitmason.vibration.modal_test import CLOSE, ModalTest, placed
 from limitmason.vibration.modes import Modes
 
 Shapes = Modes | ArrayLike
-
-
-_CLOSE = 0.01  # of a frequency: modes this near turn into each other with small changes of a model
 
 
 class Alike(NamedTuple):
@@ -37,8 +35,12 @@ class Alike(NamedTuple):
     value: float
 
 
+_UNSEEN = 1e-6  # of its largest motion at the sensors' points: a mode that moves less along them is not seen
+_PASSED = 1e-2  # of the squares of a shape: components that read zero are refused where the other's are larger
+
+
 @dataclass(frozen=True, eq=False)
-class Mac(ReadOnly):
+class Mac(Displayed, Tabular, ReadOnly):
     """Matrix of the criterion, 0 to 1.
 
     Row i, column j compares mode i of the first with mode j of the second.
@@ -48,12 +50,14 @@ class Mac(ReadOnly):
     values : [-], shape (k, l)
     frequency_a, frequency_b : [Hz], shapes (k,) and (l,); NaN where not given
     products : u^H W v, u^H W u and v^H W v of all shapes, shapes (k, l), (k, k), (l, l)
+    unseen : modes of the first and of the second, from 0, that hardly move along any sensor: their numbers are rounding
     """
 
     values: Array
     frequency_a: Array
     frequency_b: Array
     products: tuple[Array, Array, Array]
+    unseen: tuple[tuple[int, ...], tuple[int, ...]] = ((), ())
 
     @property
     def pairs(self) -> list[tuple[int, int, float]]:
@@ -98,12 +102,21 @@ class Mac(ReadOnly):
              _hertz(self.frequency_b, g.second), f"{g.value:.3f}"]
             for g in self.groups
         ]  # fmt: skip
-        text = aligned([["mode", "Hz", "is most like", "Hz", "MAC"], *rows], ">>>>>")
-        if not any(len(g.first) + len(g.second) > 2 for g in self.groups):
-            return text
-        return f"{text}\nmodes within {_CLOSE:.0%} in frequency are compared by the motions that they span together"
+        lines = [aligned([["mode", "Hz", "is most like", "Hz", "MAC"], *rows], ">>>>>")]
+        if any(len(g.first) + len(g.second) > 2 for g in self.groups):
+            lines.append(f"modes within {CLOSE:.0%} in frequency are compared by the motions that they span together")
+        for which, modes in zip(("first", "second"), self.unseen, strict=True):
+            if modes:
+                some = f"{'mode' if len(modes) == 1 else 'modes'} {', '.join(str(i + 1) for i in modes)} of the {which}"
+                lines.append(f"{some}: no motion along any sensor; the numbers there are rounding")
+        return "\n".join(lines)
 
     __repr__ = __str__
+
+    def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
+        """Pairs with their units, and a row for each pair; modes count from 1."""
+        units = {"mode": "-", "frequency": "Hz", "is most like": "-", "its frequency": "Hz", "MAC": "-"}
+        return units, [[i + 1, self.frequency_a[i], j + 1, self.frequency_b[j], v] for i, j, v in self.pairs]
 
 
 def _groups(frequency: Array) -> list[list[int]]:
@@ -113,7 +126,7 @@ def _groups(frequency: Array) -> list[list[int]]:
     """
     out: list[list[int]] = []
     for i in np.argsort(frequency, kind="stable"):
-        near = bool(out) and frequency[i] - frequency[out[-1][-1]] <= _CLOSE * frequency[i]
+        near = bool(out) and frequency[i] - frequency[out[-1][-1]] <= CLOSE * frequency[i]
         if near:
             out[-1].append(int(i))
         else:
@@ -136,103 +149,13 @@ def _numbers(modes: tuple[int, ...]) -> str:
 
 
 def _hertz(frequency: Array, modes: tuple[int, ...]) -> str:
-    low, high = (f"{f(frequency[list(modes)]):.4g}" for f in (np.min, np.max))
+    low, high = (f"{f(frequency[list(modes)]):.4g}".replace("nan", "-") for f in (np.min, np.max))
     return low if low == high else f"{low}-{high}"
 
 
-@dataclass(frozen=True, eq=False)
-class ModalTest(ReadOnly):
-    r"""Frequencies and shapes measured at sensors, and what a model predicts of them.
-
-    A predicted mode is given to each measured one, so that the sum of MAC x min(f / f', f' / f) is largest. Modes whose
-    frequencies are close turn into each other with small changes: those of the model that are close to the one given
-    are taken together. The measured shape u is then compared with its projection on the motions that they span,
-
-    .. math:: p = V c, \quad c = \arg\min |u - V c|, \qquad f^2 = \sum c_i^2 f_i^2 / \sum c_i^2
-
-    with V the predicted shapes of unit modal mass at the sensors, and f the Rayleigh quotient of that motion.
-
-    Parameters
-    ----------
-    sensors : (point, direction) of every sensor, as for :func:`mac` [m]
-    frequency : measured [Hz], shape (k,)
-    shape : measured, one component per sensor up to a factor per mode, shape (k, s)
-    close : part of a frequency within which modes are taken together [-]
-
-    Raises
-    ------
-    InputError
-        For shapes that do not fit the sensors, that are zero, or frequencies that are not positive.
-
-    Notes
-    -----
-    Wrong where few sensors make different modes look alike: then only frequencies tell them apart. Fitting the factor
-    of a shape takes one freedom of its s components, so that the misfit of a right model is smaller by 1 / s.
-    """
-
-    sensors: Sequence[tuple[ArrayLike, str | ArrayLike]]
-    frequency: Array
-    shape: Array
-    close: float = _CLOSE
-
-    def __post_init__(self) -> None:
-        """Scale every shape to a largest component of 1."""
-        frequency, shape = np.asarray(self.frequency, dtype=float), np.array(self.shape, dtype=float)
-        if shape.shape != (len(frequency), len(self.sensors)) or not np.isfinite(shape).all():
-            wanted = f"({len(frequency)}, {len(self.sensors)})"
-            raise InputError(f"shape must be finite, one row per mode and a column per sensor {wanted}: {shape.shape}")
-        if not (frequency > 0.0).all() or not np.abs(shape).max(axis=1).all():
-            raise InputError("every mode needs a positive frequency and a shape that is not zero at all sensors")
-        largest = np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)
-        object.__setattr__(self, "frequency", frequency)
-        object.__setattr__(self, "shape", shape / largest)
-
-    def __len__(self) -> int:
-        return len(self.frequency)
-
-    @property
-    def quantities(self) -> dict[str, float]:
-        """Measured "frequency 1" [Hz], "mode 1 sensor 1" [-] and so on.
-
-        The largest component of each shape is 1.
-        """
-        return self._named(self.frequency, self.shape)
-
-    def predicted(self, found: Modes) -> dict[str, float]:
-        """What the modes of a model predict of these quantities, by the same names.
-
-        Raises
-        ------
-        InputError
-            Where the model gives fewer modes than were measured.
-        """
-        if len(found) < len(self):
-            raise InputError(f"{len(self)} modes were measured, the model gives {len(found)}")
-        place, along = _placed(self.sensors)
-        theirs = np.asarray(np.einsum("kpi,pi->kp", found.at(place), along))
-        ratio = np.minimum.outer(1.0 / self.frequency, 1.0 / np.maximum(found.frequency, 1e-300))
-        ratio = ratio * np.minimum.outer(self.frequency, found.frequency)
-        size = np.outer((self.shape**2).sum(axis=1), np.maximum((theirs**2).sum(axis=1), 1e-300))
-        rows, columns = linear_sum_assignment(-((self.shape @ theirs.T) ** 2) / size * ratio)
-        frequency, shape = np.zeros(len(self)), np.zeros(self.shape.shape)
-        for mine, his in zip(rows, columns, strict=True):
-            f = found.frequency[his]
-            together = np.flatnonzero(np.abs(found.frequency - f) <= self.close * f)
-            c = np.linalg.lstsq(theirs[together].T, self.shape[mine], rcond=1e-9)[0]
-            shape[mine] = c @ theirs[together]
-            frequency[mine] = np.sqrt(c**2 @ found.frequency[together] ** 2 / (c @ c)) if c.any() else f
-        return self._named(frequency, shape)
-
-    def _named(self, frequency: Array, shape: Array) -> dict[str, float]:
-        out = {f"frequency {k + 1}": float(f) for k, f in enumerate(frequency)}
-        return out | {
-            f"mode {k + 1} sensor {s + 1}": float(v) for k, row in enumerate(shape) for s, v in enumerate(row)
-        }
-
-
 def mac(
-    a: Shapes,
-    b: Shapes,
+    a: Shapes | ModalTest,
+    b: Shapes | ModalTest,
     *,
     points: ArrayLike | None = None,
     sensors: Sequence[tuple[ArrayLike, str | ArrayLike]] | None = None,
@@ -246,15 +169,16 @@ def mac(
 
     Parameters
     ----------
-    a, b : ``Modes`` of any two models of one structure, or shapes, real or complex: at points, shape (k, p, 3), or of
-        sensors, one number each, shape (k, s)
+    a, b : ``Modes`` of any two models of one structure, or shapes, real or complex: of sensors, one number each, shape
+        (k, s), or at points, shape (k, p, 3); NaN in all modes where a component was not measured; or a
+        :class:`ModalTest`, which brings sensors and frequencies
     points : where shapes are compared [m], shape (p, 3); by default the blocks or nodes of the model that has fewer,
         those wholly held left out
     sensors : instead of points, (point, direction) of every sensor [m]; "x", "-x", "y" ... or a vector of any length
     weighted : by mass: with the mass matrix where both are modes of one model, else with the masses that the default
         points stand for; False: W = 1, the plain criterion
     masses : weights of chosen points or sensors instead [kg], shape (p,)
-    frequencies : of the shapes that come without a model [Hz], shape (k,)
+    frequencies : of the shapes that come without a model [Hz], shape (k,); a pair of them where both do
 
     Returns
     -------
@@ -264,7 +188,8 @@ def mac(
     Raises
     ------
     InputError
-        When shapes do not fit each other, are zero, or masses of chosen points are wanted and not given.
+        When shapes do not fit each other or the sensors, or masses of chosen points are wanted and not given; when a
+        component reads zero in every shape of one set and not in the other: a zero is a motion that was measured.
 
     Notes
     -----
@@ -273,12 +198,24 @@ def mac(
     modes: choose them over the whole structure. Source: Allemang and Brown (1982); Murano et al., equation 23, whose
     numerator is misprinted.
     """
+    tests = [m for m in (a, b) if isinstance(m, ModalTest)]
+    if tests:
+        if not (sensors is None and points is None and frequencies is None):
+            raise InputError("a ModalTest has its own sensors and frequencies: leave sensors, points, frequencies out")
+        sensors = tests[0].sensors
+        frequencies = tests[0].frequency if len(tests) == 1 else (tests[0].frequency, tests[1].frequency)
+    a, b = (m.shape if isinstance(m, ModalTest) else m for m in (a, b))
     if masses is not None and not weighted:
         raise InputError("masses are used by the weighted criterion only: say weighted=True, or leave them out")
-    frequency = _frequencies(a, b, frequencies)
-    same = isinstance(a, Modes) and isinstance(b, Modes) and _one_model(a, b)
     if sensors is not None and points is not None:
         raise InputError("give points or sensors, not both")
+    along = None
+    if sensors is not None:
+        points, along = placed(sensors)
+        for m in (a, b):
+            _check_sensors(m, len(along))
+    frequency = _frequencies(a, b, frequencies)
+    same = isinstance(a, Modes) and isinstance(b, Modes) and _one_model(a, b)
     if same and weighted and points is None and sensors is None and masses is None:
         assert isinstance(a, Modes)
         assert isinstance(b, Modes)
@@ -286,9 +223,6 @@ def mac(
         matrix = a.system.mass
         u, v = (_free_vectors(m) for m in (a, b))
         return _compared((u @ matrix @ v.T, u @ matrix @ u.T, v @ matrix @ v.T), frequency)
-    along = None
-    if sensors is not None:
-        points, along = _placed(sensors)
     where, weight = _where(a, b, points, masses, weighted)
     u, v = (_flat(m, where, along) for m in (a, b))
     if u.shape[1] != v.shape[1]:
@@ -297,51 +231,87 @@ def mac(
             wanted = f"shapes at points have three components each; of sensors with one, {wanted}"
         raise InputError(f"shapes with {u.shape[1]} and {v.shape[1]} components cannot be compared: {wanted}")
     w = np.ones(u.shape[1]) if weight is None else _per_component(weight, u.shape[1])
-    return _compared(((u.conj() * w) @ v.T, (u.conj() * w) @ u.T, (v.conj() * w) @ v.T), frequency)
+    kept = ~(np.isnan(u).all(axis=0) | np.isnan(v).all(axis=0))  # components that one of the sets did not measure
+    u, v, w = u[:, kept], v[:, kept], w[kept]
+    _check_zeros(u, v, np.flatnonzero(kept), along is not None)
+    unseen = tuple(_unseen(m, where, along) for m in (a, b))
+    return _compared(((u.conj() * w) @ v.T, (u.conj() * w) @ u.T, (v.conj() * w) @ v.T), frequency, unseen)
 
 
-def _compared(products: tuple[Array, Array, Array], frequency: list[Array]) -> Mac:
+def _check_sensors(m: Shapes, count: int) -> None:
+    """Refuse shapes that are not one number for each sensor."""
+    shape = (0, count) if isinstance(m, Modes) else np.shape(m)
+    if len(shape) != 2 or shape[1] != count:
+        turned = "; rows are modes, columns sensors: transpose them" if shape[:1] == (count,) else ""
+        raise InputError(
+            f"shapes must have one number for each of the {count} sensors, shape (k, {count}), got {shape}{turned}"
+        )
+
+
+def _check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
+    """Refuse components that are zero in every shape of one set, where the other moves.
+
+    A blank that was filled with zero would lower the criterion of modes that are alike.
+    """
+    for which, mine, other in (("first", u, v), ("second", v, u)):
+        share = (np.abs(other) ** 2 / np.maximum((np.abs(other) ** 2).sum(axis=1, keepdims=True), 1e-300)).max(axis=0)
+        blank = ~np.abs(mine).any(axis=0) & (share > _PASSED)
+        if one_each:
+            if len(mine) > 1 and blank.any():
+                raise InputError(
+                    f"sensor {number[blank][0]} reads zero in every shape of the {which} set, though the other moves "
+                    "there: leave the sensor out, or say NaN where it failed"
+                )
+            continue
+        for axis, name in enumerate("xyz"):
+            mine_there = mine[:, number % 3 == axis]
+            if blank[number % 3 == axis].any() and not np.abs(mine_there).any():
+                raise InputError(
+                    f"the {which} shapes are zero along {name} at every point, and the other set moves there. If that "
+                    "was not measured, say NaN instead of zero, or sensors=[(point, direction), ...] with one number "
+                    "for each"
+                )
+
+
+def _unseen(m: Shapes, where: Array | None, along: Array | None) -> tuple[int, ...]:
+    """Modes of a model that hardly move along any sensor."""
+    if not isinstance(m, Modes) or along is None or where is None:
+        return ()
+    motion = m.at(where)
+    seen = np.abs(np.einsum("kpi,pi->kp", motion, along)).max(axis=1)
+    return tuple(np.flatnonzero(seen <= _UNSEEN * np.linalg.norm(motion, axis=2).max(axis=1)).tolist())
+
+
+def _compared(
+    products: tuple[Array, Array, Array], frequency: list[Array], unseen: tuple[tuple[int, ...], ...] = ((), ())
+) -> Mac:
     cross, first, second = products
-    own_a, own_b = np.real(np.diag(first)), np.real(np.diag(second))
-    if not ((own_a > 0.0).all() and (own_b > 0.0).all()):
-        raise InputError("a shape is zero at all points that are compared")
-    return Mac(np.abs(cross) ** 2 / np.outer(own_a, own_b), frequency[0], frequency[1], products)
+    own = [np.real(np.diag(g)) for g in (first, second)]
+    for which, square in zip(("first", "second"), own, strict=True):
+        if not (square > 0.0).all():
+            number = int(np.argmin(square)) + 1
+            raise InputError(f"mode {number} of the {which} set is zero at all points or sensors that are compared")
+    values = np.abs(cross) ** 2 / np.outer(*own)
+    return Mac(values, frequency[0], frequency[1], products, (unseen[0], unseen[1]))
 
 
 def _frequencies(a: Shapes, b: Shapes, given: ArrayLike | None) -> list[Array]:
     """Frequencies of both sets, NaN where they are not known."""
-    measured = [not isinstance(m, Modes) for m in (a, b)]
-    if given is not None and sum(measured) != 1:
-        raise InputError("frequencies are those of the shapes without a model, of which there must be one set")
-    out = []
-    for m in (a, b):
-        if isinstance(m, Modes):
-            out.append(m.frequency)
-            continue
-        own = np.full(len(np.asarray(m)), np.nan) if given is None else np.asarray(given, dtype=float)
-        if own.shape != (len(np.asarray(m)),):
-            raise InputError(f"frequencies must have shape ({len(np.asarray(m))},), got {own.shape}")
-        out.append(own)
+    free = [i for i, m in enumerate((a, b)) if not isinstance(m, Modes)]
+    out = [m.frequency if isinstance(m, Modes) else np.full(len(np.asarray(m)), np.nan) for m in (a, b)]
+    if given is None:
+        return out
+    if not free:
+        raise InputError("frequencies are of shapes without a model, and both sets are modes of one: leave them out")
+    pair: Sequence[Any] = [given] if len(free) == 1 else given if isinstance(given, list | tuple) else []
+    if len(free) == 2 and (len(pair) != 2 or not all(np.ndim(p) == 1 for p in pair)):
+        raise InputError("both sets come without a model: give their frequencies as a pair, (first, second)")
+    for i, one in zip(free, pair, strict=True):
+        own = np.asarray(one, dtype=float)
+        if own.shape != out[i].shape:
+            raise InputError(f"frequencies must have shape {out[i].shape}, one for each shape, got {own.shape}")
+        out[i] = own
     return out
-
-
-def _placed(sensors: Sequence[tuple[ArrayLike, str | ArrayLike]]) -> tuple[Array, Array]:
-    """Points and unit directions of sensors, shapes (s, 3)."""
-    place, along = [], []
-    for k, (point, direction) in enumerate(sensors):
-        way = direction
-        if isinstance(direction, str):
-            if direction.lstrip("+-") not in ("x", "y", "z") or len(direction) > 2:
-                raise InputError(f"sensor {k}: direction must be 'x', '-x', 'y' ... or a vector, got {direction!r}")
-            way = np.eye(3)["xyz".index(direction[-1])] * (-1.0 if direction[0] == "-" else 1.0)
-        place.append(read_vector(f"point of sensor {k}", point))
-        along.append(read_vector(f"direction of sensor {k}", way))
-        if not np.linalg.norm(along[-1]) > 0.0:
-            raise InputError(f"sensor {k}: its direction must not be zero")
-        along[-1] = along[-1] / np.linalg.norm(along[-1])
-    if not place:
-        raise InputError("give at least one sensor")
-    return np.array(place), np.array(along)
 
 
 def _one_model(a: Modes, b: Modes) -> bool:
@@ -393,10 +363,19 @@ def _flat(m: Shapes, where: Array | None, along: Array | None) -> Array:
         assert where is not None
         u = m.at(where)
         return np.asarray(u.reshape(len(m), -1) if along is None else np.einsum("kpi,pi->kp", u, along))
-    shapes = np.asarray(m)
-    if shapes.ndim < 2 or not np.isfinite(shapes).all():
-        raise InputError(f"shapes must be finite and of shape (k, p, 3) or (k, p), got shape {shapes.shape}")
-    return shapes.reshape(len(shapes), -1)
+    try:
+        shapes = np.asarray(m, dtype=complex if np.iscomplexobj(m) else float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"shapes must be Modes or numbers of shape (k, p, 3) or (k, s), got {type(m).__name__}"
+        ) from None
+    if shapes.ndim not in (2, 3) or (shapes.ndim == 3 and shapes.shape[2] != 3) or not shapes.size:
+        raise InputError(f"shapes must have shape (k, p, 3), or (k, s) of sensors, got {shapes.shape}")
+    flat = shapes.reshape(len(shapes), -1)
+    missing = np.isnan(flat)
+    if np.isinf(flat).any() or (missing.any(axis=0) & ~missing.all(axis=0)).any() or missing.all():
+        raise InputError("shapes must be finite; NaN says that a component was not measured, then in every mode")
+    return flat
 
 
 def _per_component(weight: Array, length: int) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ from limitmason.display.notebook import Displayed
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
+from limitmason.storage.csv_table import Tabular
 from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.blocks import closed_system
 from limitmason.vibration.lowest import REST, largest_of, lowest
@@ -22,7 +24,7 @@ _AT_REST = 1e-6  # of the largest frequency found: below it nothing holds the mo
 
 
 @dataclass(frozen=True, eq=False)
-class Modes(Displayed, ReadOnly):
+class Modes(Displayed, Tabular, ReadOnly):
     """Natural modes, lowest first.
 
     Shapes are of unit modal mass.
@@ -81,6 +83,11 @@ class Modes(Displayed, ReadOnly):
         """
         p = np.atleast_2d(np.asarray(points, dtype=float))
         return np.array([self.system.carrier.at(shape, p) for shape in self.shape])
+
+    def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
+        """Frequency and shares of mass with their units, and a row for each mode."""
+        units = {"mode": "-", "frequency": "Hz", "mass x": "-", "mass y": "-", "mass z": "-"}
+        return units, [[k + 1, f, *share] for k, (f, share) in enumerate(zip(self.frequency, self.share, strict=True))]
 
     def __str__(self) -> str:
         """Table of frequencies and participating masses."""

@@ -6,6 +6,7 @@ import types
 import numpy as np
 import pytest
 
+import dem
 import limitmason as lm
 from limitmason.errors import InputError
 from limitmason.geometry import box
@@ -62,10 +63,37 @@ def test_tables_go_to_files_and_frames(tmp_path, monkeypatch):
     assert len(read.rows) == len(arch.interfaces) + 2
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ImportError, match=r"limitmason\[pandas\]"):
-        table.to_frame()
-    stand_in = types.SimpleNamespace(DataFrame=lambda rows, columns: types.SimpleNamespace(rows=rows, attrs={}))
-    monkeypatch.setitem(sys.modules, "pandas", stand_in)
-    assert len(table.to_frame().rows) == len(table.rows)
+        table.to_dataframe()
+
+
+def test_every_table_becomes_a_data_frame_with_its_units(monkeypatch):
+    wall = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0))
+    loads = lm.Loads.horizontal(wall)
+    answer = lm.limit_analysis(wall, loads)
+    curve, modes = lm.Curve(np.arange(3.0), np.arange(3.0), "mm", "kN", errors={"rate": np.zeros(3)}), lm.modes(wall)
+    tables = {
+        "joint": lm.force_table(answer), "lambda": lm.study.Table(({"lambda": 1.0}, {"n": 2}), {"n": "-"}),
+        "multiplier": lm.compare(wall, loads, ("associative", "mechanisms")), "load": curve, "frequency": modes,
+        "MAC": lm.mac(modes, modes), "kinetic": dem.simulate(wall, dem.Settle(tolerance=1e-3)),
+    }  # fmt: skip
+
+    class Frame:  # as far as pandas.DataFrame(rows, columns=...) goes
+        def __init__(self, rows, columns):
+            self.columns, self.attrs = columns, {}
+            self.cells = {c: [row[k] for row in rows] for k, c in enumerate(columns)}
+
+    monkeypatch.setitem(sys.modules, "pandas", types.SimpleNamespace(DataFrame=Frame))
+    for column, table in tables.items():
+        frame = table.to_dataframe()
+        found = column if column in frame.cells else frame.columns[0]
+        assert set(frame.attrs["units"]) == set(frame.columns)
+        assert len(frame.cells[found]) > 0
+        assert column in frame.cells or column == "joint"
+    assert tables["load"].to_dataframe().attrs["units"] == {"displacement": "mm", "load": "kN", "rate": "-"}
+    assert tables["lambda"].to_dataframe().cells == {"lambda": [1.0, None], "n": [None, 2]}
+    status = tables["multiplier"].to_dataframe().cells["status"]
+    assert [type(s) for s in status] == [str, str]
+    np.testing.assert_allclose(tables["frequency"].to_dataframe().cells["frequency"], modes.frequency)
 
 
 def test_answers_without_forces_or_structure_are_refused():

@@ -1,0 +1,91 @@
+"""Modes against six one-axis accelerometers: as a table of a test gives them, with its own frequencies."""
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason.errors import InputError
+from limitmason.vibration import ModalTest
+
+PLAN = [
+    ((0.2, 0.0, 0.6), "y"), ((1.0, 0.0, 1.2), "-y"), ((0.2, 0.0, 1.2), "y"), ((1.8, 0.0, 1.2), "y"),
+    ((0.0, 0.1, 1.2), "x"), ((2.0, 0.1, 0.6), "-x"),
+]  # fmt: skip
+AXIS = np.array([[0, 1, 0], [0, -1, 0], [0, 1, 0], [0, 1, 0], [1, 0, 0], [-1, 0, 0.0]])
+HZ = np.array([7.7, 21.0, 46.0])
+
+
+@pytest.fixture(scope="module")
+def found():
+    joint = lm.Joint(35.0, normal_stiffness=5e9, shear_stiffness=2e9)
+    return lm.modes(lm.build.wall(length=2.0, courses=6, unit=(0.4, 0.2, 0.2), joint=joint), count=4)
+
+
+@pytest.fixture(scope="module")
+def read(found):
+    """What the six sensors read of modes 2, 1 and 4, in any scale: by hand from the model's motion at their points."""
+    motion = found.at([point for point, _ in PLAN])[[1, 0, 3]]
+    return (motion * AXIS).sum(axis=2) * np.array([[-3.0], [0.2], [7.0]])
+
+
+def test_a_table_of_six_accelerometers_names_its_modes_and_keeps_its_frequencies(found, read):
+    test = ModalTest(PLAN, HZ, read)
+    for alike in (lm.mac(test, found), lm.mac(read, found, sensors=PLAN, frequencies=HZ)):
+        assert [(i, j) for i, j, _ in alike.pairs] == [(0, 1), (1, 0), (2, 3)]
+        np.testing.assert_allclose([v for *_, v in alike.pairs], 1.0, atol=1e-12)
+        assert "7.7" in str(alike).splitlines()[1]
+        assert "nan" not in str(alike)
+    # any other entry by the formula
+    other = (found.at([point for point, _ in PLAN])[2] * AXIS).sum(axis=1)
+    by_hand = (read[0] @ other) ** 2 / (read[0] @ read[0]) / (other @ other)
+    assert lm.mac(read, found, sensors=PLAN).values[0, 2] == pytest.approx(by_hand, rel=1e-9)
+    # two tests beside each other, each with its frequencies
+    both = lm.mac(read, -read[::-1], sensors=PLAN, frequencies=(HZ, 1.1 * HZ[::-1]))
+    assert [(i, j) for i, j, _ in both.pairs] == [(0, 2), (1, 1), (2, 0)]
+    assert "8.47" in str(both)
+    assert both.plot().axes
+
+
+def test_zeros_where_nothing_was_measured_are_refused_and_nan_says_so(found, read):
+    # only y was measured: (k, p, 3) filled with zeros once gave 0.31 for the right mode
+    points = np.array([p for p, _ in PLAN])
+    y_only = np.zeros((3, 6, 3))
+    y_only[:, :, 1] = found.at(points)[[0, 1, 3], :, 1]
+    with pytest.raises(InputError, match=r"zero along x at every point.*NaN instead of zero, or sensors="):
+        lm.mac(found, y_only, points=points)
+    said = np.where(y_only == 0.0, np.nan, y_only)
+    assert np.diag(lm.mac(found, said, points=points).values[[0, 1, 3]]) == pytest.approx(1.0)
+    # a dead channel
+    dead = read.copy()
+    dead[:, 1] = 0.0
+    with pytest.raises(InputError, match="sensor 1 reads zero in every shape of the second set"):
+        lm.mac(found, dead, sensors=PLAN)
+    dead[:, 1] = np.nan
+    assert [j for _, j, _ in lm.mac(dead, found, sensors=PLAN).pairs] == [1, 0, 3]
+    dead[0, 1] = 1.0
+    with pytest.raises(InputError, match="NaN says that a component was not measured, then in every mode"):
+        lm.mac(dead, found, sensors=PLAN)
+
+
+def test_modes_that_no_sensor_sees_are_named(found, read):
+    across = [s for s in PLAN if s[1] in ("y", "-y")]
+    text = str(lm.mac(found, read[:, :4], sensors=across))
+    assert "mode 3 of the first: no motion along any sensor; the numbers there are rounding" in text
+
+
+@pytest.mark.parametrize(
+    ("shapes", "more", "message"),
+    [
+        (lambda r: r.T, {}, r"one number for each of the 6 sensors, shape \(k, 6\), got \(6, 3\).*transpose them"),
+        (lambda r: r[:, :5], {}, r"got \(3, 5\)"),
+        (lambda r: r[0], {}, r"got \(6,\)"),
+        (lambda r: r, {"frequencies": HZ[:2]}, r"one for each shape, got \(2,\)"),
+        (lambda r: r, {"sensors": [(*p, d) for p, d in PLAN]}, r"sensor 0 must be \(point, direction\)"),
+        (lambda r: 0.0 * r, {}, "reads zero in every shape"),
+        (lambda r: r, {"sensors": [(p, "up") for p, _ in PLAN]}, "direction must be 'x', '-x'"),
+        (lambda _: "shapes.csv", {}, "one number for each"),
+    ],
+)
+def test_tables_that_do_not_fit_the_plan_are_refused_with_what_to_do(found, read, shapes, more, message):
+    with pytest.raises(InputError, match=message):
+        lm.mac(found, shapes(read), **{"sensors": PLAN, **more})
