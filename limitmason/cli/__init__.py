@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from limitmason import __version__
-from limitmason.cli import check, diagnosis, driven, models, packaged, safety, theories
+from limitmason.cli import application, check, diagnosis, driven, models, packaged, safety, theories
 from limitmason.cli.console import say
 from limitmason.display.progress import MODES, reached, show_progress, task
 from limitmason.errors import InputError, NotApplicable, NotConverged
@@ -43,6 +43,7 @@ examples:
   limitmason predict modern-walls --method extended --store walls.jsonl
   limitmason diagnose --template data.csv              measured values to fill in, then
   limitmason diagnose data.csv --noise 0.04 --out result
+  limitmason app                                       all of this on a page in the browser
   limitmason figure mechanism wall.json -o wall.pdf    also: assembly, forces; .png, .pdf or .svg
 
 units: SI (m, kg, N, Pa), angles in degrees where a name ends in _deg; z is up, compression positive.
@@ -122,4 +123,5 @@ def _parser() -> argparse.ArgumentParser:
     theories.add_commands(commands)
     driven.add_commands(commands)
     diagnosis.add_commands(commands)
+    application.add_commands(commands)
     return top

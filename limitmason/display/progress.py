@@ -50,7 +50,7 @@ class _Bar:
         self.tqdm: Any = None
         self.lock = threading.RLock()
         self.over = threading.Event()
-        self.moves = _looked_at()
+        self.moves = bool(_listener) or _looked_at()
         threading.Thread(target=self._keep_time, daemon=True).start()
 
     @property
@@ -68,7 +68,8 @@ class _Bar:
 
     def draw(self, now: float) -> None:
         """Draw, where it is time to."""
-        if now - self.begun < AFTER or now - self.drawn < (_TERMINAL if self.moves else _LOG):
+        early = not _listener and now - self.begun < AFTER
+        if early or now - self.drawn < (_TERMINAL if self.moves else _LOG):
             return
         with self.lock:
             if self.over.is_set():
@@ -79,6 +80,9 @@ class _Bar:
             text = "; ".join(t.text for t in self.tasks if t.text)
             line = clock(spent) + (f", about {clock(left)} left" if left == left else "")
             line += f"; {text}" if text else ""
+            if _listener:
+                _listener[0](part, line)
+                return
             shape = "{desc}: {percentage:3.0f}%|{bar:20}| " if part else "{desc}: "
             shape += line.replace("{", "{{").replace("}", "}}")
             if self.tqdm is None:
@@ -123,6 +127,7 @@ def clock(seconds: float) -> str:
 
 _bar: list[_Bar] = []  # at most one
 _mode: list[str] = []  # as said by show_progress; empty where nothing was said
+_listener: list[Callable[[float | None, str], None]] = []  # at most one
 
 
 def _stream() -> TextIO:
@@ -138,7 +143,11 @@ def wanted() -> bool:
     """Whether bars are drawn here and now."""
     from multiprocessing.process import current_process
 
-    if threading.current_thread() is not threading.main_thread() or current_process().name != "MainProcess":
+    if threading.current_thread() is not threading.main_thread():
+        return False
+    if _listener:
+        return True
+    if current_process().name != "MainProcess":
         return False
     mode = _mode[0] if _mode else os.environ.get(VARIABLE, AUTO)
     return mode == ALWAYS or (mode != NEVER and _looked_at())
@@ -168,6 +177,22 @@ def show_progress(mode: bool | str = AUTO) -> AbstractContextManager[object]:
     after.callback(_mode.__setitem__, slice(None), list(_mode))
     _mode[:] = [said]
     return after
+
+
+@contextmanager
+def told_to(listener: Callable[[float | None, str], None]) -> Iterator[None]:
+    """Tell a function how far long runs are, in place of a bar, also in a process that works for another one.
+
+    Parameters
+    ----------
+    listener : gets the part that is done [-], None where it cannot be told, and the words of the bar; also called
+        from the thread that keeps the time
+    """
+    _listener[:] = [listener]
+    try:
+        yield
+    finally:
+        _listener.clear()
 
 
 @contextmanager

@@ -12,6 +12,7 @@ import json
 import re
 import sys
 import types
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -97,6 +98,7 @@ BASES = {
     "figure mechanism": ["figure", "mechanism", "wall.json"],
     "figure forces": ["figure", "forces", "wall.json"],
     "stability": ["stability", "arch.json"],
+    "app": ["app"],
     "axles": ["axles", "arch.json", "--axle", "0", "1e4", "--level", "0.9"],
     "region": ["region", "wall.json", "--live", "--push", "block-4", "0", "0", "-1e3"],
     "assess": ["assess", "wall.json", "--site", "0.15", "2.45", "0.28"],
@@ -136,7 +138,8 @@ VALUES = {
     "--support": ["base-left"], "--forces": ["forces.csv"], "--axle": ["0.5", "2e4"], "--level": ["1.0"],
     "--push": ["block-3", "500", "0", "0"], "--live": [], "--within": ["0.01"], "--sld": ["0.05", "2.5", "0.25"],
     "--site": [], "--slc": ["0.2", "2.5", "0.3"], "--soil": ["D"], "--topography": ["1.2"], "--mode": ["0.3", "1.2"],
-    "--confidence": ["1.2"], "--fill": ["1800"], "--spread": ["10"],
+    "--confidence": ["1.2"],
+    "--fill": ["1800"], "--spread": ["10"], "--port": ["8765"], "--folder": ["walls"], "--no-browser": [],
 }  # fmt: skip
 OTHER = {("predict", "--method"): ["first"], ("report", "-o"): ["other.html"], ("assess", "-o"): ["other.html"],
          ("region", "--tolerance"): ["0.3"],
@@ -245,6 +248,14 @@ def run(canned, tmp_path, monkeypatch, capsys):
         lambda model, loads, table, path, **o: note("report", model.n_blocks, loads.name, str(path), o),
     )  # fmt: skip
     monkeypatch.setattr(lm.figures, "assessment_report", lambda v, path, **o: note("page", str(v), str(path), o))
+
+    def served(folder, port):
+        note("serve", folder, port)
+        place = SimpleNamespace(path=folder)
+        return nullcontext(SimpleNamespace(url="http://127.0.0.1/", folder=place, serve_forever=lambda: None))
+
+    monkeypatch.setattr("limitmason.app.server.Server", served)
+    monkeypatch.setattr("webbrowser.open", lambda address: note("browser", address))
     count = iter(range(10_000))
     arch = lm.build.arch(radius=1.0, thickness=0.15, width=0.5, voussoirs=5, joint=lm.Joint(45.0), angle_deg=150.0)
 

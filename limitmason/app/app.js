@@ -1,0 +1,413 @@
+"use strict";
+// The page of the application. It holds no physics: forms come from the server, which reads them from signatures; what is
+// filled in goes back as a session, which the server turns into lines of Python. Text is only ever set as text.
+const $ = (id) => document.getElementById(id);
+const make = (tag, attributes = {}, ...children) => {
+  const node = document.createElement(tag);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (key in node && key !== "list") node[key] = value; else node.setAttribute(key, value);
+  }
+  node.append(...children);
+  return node;
+};
+const TABS = { "wall.png": "Structure", "mechanism.png": "Mechanism", "forces.png": "Forces", "curve.png": "Curve",
+  "theories.png": "Chart", "scene.html": "Turn it", "report.html": "Report" };
+const FILES = { "answer.json": "Answer (JSON)", "model.json": "Model (JSON)", "report.html": "Report (HTML)" };
+const SECONDS = 4; // a drawing that takes longer is made on request only
+
+let forms, experimentFields = [], drawn = null, solved = null, tab = "", mine = new Map(), running = false, slow = false;
+let timer = 0, stale = false, told = null;
+
+async function ask(path, body, type = "application/json") {
+  const response = await fetch(path, body === undefined ? {} : { method: "POST", body, headers: { "Content-Type": type } });
+  const data = await response.json();
+  if (!response.ok) {
+    const error = typeof data.error === "string" ? { part: "structure", name: "refused", text: data.error } : data.error;
+    throw Object.assign(new Error(error.text), error);
+  }
+  return data;
+}
+
+// --- forms
+function fieldRow(field, part) {
+  const id = `${part}.${field.name}`;
+  const title = field.hint || field.name;
+  let input;
+  if (field.kind === "tick") input = make("input", { type: "checkbox", id, title });
+  else if (field.kind === "lines") input = make("textarea", { id, value: field.value, title, spellcheck: false });
+  else input = make("input", { id, value: field.value, placeholder: field.default, title, spellcheck: false,
+    inputMode: field.kind === "number" ? "decimal" : "text" });
+  if (field.name === "block" || field.name === "blocks" || field.name === "fixed") input.setAttribute("list", "blocks");
+  const row = make("div", { className: "field" },
+    make("label", { htmlFor: id, title, textContent: field.name.replace(/_deg$/, "").replaceAll("_", " ") }), input,
+    make("span", { className: "unit", textContent: field.unit || "" }), make("p", { className: "error", id: `${id}!` }));
+  if (field.choices.length && field.kind === "word") {
+    const list = make("datalist", { id: `${id}?` }, ...field.choices.map((c) => make("option", { value: c })));
+    input.setAttribute("list", list.id);
+    row.append(list);
+  }
+  row.dataset.name = field.name;
+  return row;
+}
+
+function fill(place, fields, part) {
+  const rest = fields.filter((f) => !f.first);
+  place.replaceChildren(...fields.filter((f) => f.first).map((f) => fieldRow(f, part)));
+  if (rest.length) {
+    place.append(make("details", { className: "more" }, make("summary", { textContent: "more" }),
+      ...rest.map((f) => fieldRow(f, part))));
+  }
+}
+
+function values(place) {
+  const out = {};
+  for (const row of place.querySelectorAll(".field")) {
+    const input = row.querySelector("input, textarea");
+    const value = input.type === "checkbox" ? input.checked : input.value;
+    if (value !== "" && value !== false) out[row.dataset.name] = value;
+  }
+  return out;
+}
+
+function options(select, pairs, kept) {
+  select.replaceChildren(...pairs.map(([value, text]) => make("option", { value, textContent: text })));
+  if (pairs.some(([value]) => value === kept)) select.value = kept;
+}
+
+const kind = () => $("structure-kind").value;
+const isDrawing = () => kind() === "file" && !/\.json$/i.test($("file") ? $("file").value : "");
+
+async function structureChanged() {
+  const place = $("structure-more");
+  if (kind() === "experiment") {
+    const at = make("select", { id: "experiment" });
+    for (const [source, names] of Object.entries(forms.experiments)) {
+      at.append(make("optgroup", { label: source },
+        ...names.map((n) => make("option", { value: `${source}/${n}`, textContent: n }))));
+    }
+    at.value = "ferris-tin-loi-2001/wall-3";
+    place.replaceChildren(at, make("div", { id: "structure" }), make("details", { className: "more" },
+      make("summary", { textContent: "data sheet" }), make("pre", { id: "sheet", className: "sheet" })));
+    at.addEventListener("change", experimentChanged);
+    await experimentChanged();
+  } else if (kind() === "file") {
+    const upload = make("input", { type: "file", id: "upload", accept: ".json,.dxf,.svg,.obj,.ply,.stl,.off" });
+    place.replaceChildren(make("p", { className: "hint", textContent:
+      `A model (.json) or a drawing (.dxf, .svg, .obj, .ply, .stl, .off) of the folder ${forms.folder}, or one to keep there:` }),
+      make("select", { id: "file" }), upload, make("div", { id: "structure" }));
+    fileNames();
+    $("file").addEventListener("change", fileChanged);
+    upload.addEventListener("change", send);
+    fileChanged();
+  } else {
+    place.replaceChildren(make("div", { id: "structure" }));
+    fill($("structure"), forms.calls.structure[kind()].fields, "structure");
+  }
+  const own = ["experiment", "file"].includes(kind());
+  $("openings").hidden = kind() !== "wall";
+  const bases = Object.entries(forms.calls.loads).map(([name, call]) => [name, call.title]);
+  options($("loads-kind"), own ? [["own", "As it brings them"], ...bases] : bases, own ? "own" : "horizontal");
+  loadsChanged();
+  joints();
+}
+
+function joints() {
+  const brings = kind() === "experiment" || (kind() === "file" && !isDrawing());
+  $("other-joints").hidden = !brings;
+  $("joint").hidden = brings && !$("replace-joints").checked;
+}
+
+async function experimentChanged() {
+  const [source, specimen] = $("experiment").value.split("/");
+  const query = new URLSearchParams({ source, specimen });
+  try {
+    const found = await ask(`api/experiment?${query}`);
+    fill($("structure"), found.fields, "structure");
+    $("sheet").textContent = found.text;
+  } catch (error) { problem(error); }
+}
+
+function fileNames(chosen) {
+  options($("file"), forms.files.map((f) => [f, f]), chosen || $("file").value);
+}
+
+function fileChanged() {
+  if (isDrawing() && $("file").value) fill($("structure"), forms.calls.drawing.drawing.fields, "structure");
+  else $("structure").replaceChildren();
+  joints();
+}
+
+async function send() {
+  const file = $("upload").files[0];
+  if (!file) return;
+  try {
+    if (file.size > forms.largest) throw { part: "structure", name: "refused", text: `${file.name} is too large: at most ${forms.largest / 1e6} MB` };
+    const kept = await ask(`api/upload?${new URLSearchParams({ name: file.name })}`, file, "application/octet-stream");
+    forms.files = (await ask("api/files")).files;
+    fileNames(kept.file);
+    fileChanged();
+    changed();
+  } catch (error) { problem(error); }
+}
+
+function loadsChanged() {
+  const call = forms.calls.loads[$("loads-kind").value];
+  fill($("loads"), call ? call.fields : [], "loads");
+}
+
+function addItem(place, part, call, name) {
+  const item = make("div", { className: "item" });
+  const drop = make("button", { type: "button", className: "quiet", textContent: "remove" });
+  const body = make("div");
+  item.dataset.kind = name;
+  item.append(make("div", { className: "row" }, make("h3", { textContent: call.title }), drop), body,
+    make("p", { className: "error" }));
+  place.append(item);
+  fill(body, call.fields, `${part}.${place.childElementCount - 1}.${Math.random().toString(36).slice(2)}`);
+  drop.addEventListener("click", () => { item.remove(); changed(); });
+}
+
+function analysisChanged() {
+  fill($("analysis"), forms.calls.analysis[$("analysis-kind").value].fields, "analysis");
+}
+
+// --- the session
+function session() {
+  const structure = { kind: kind(), values: values($("structure")) };
+  if (kind() === "wall") structure.openings = [...$("opening-rows").children].map((row) => values(row));
+  if (kind() === "experiment") [structure.source, structure.specimen] = $("experiment").value.split("/");
+  if (kind() === "file") structure.file = $("file").value;
+  if (!$("other-joints").hidden) structure.other_joints = $("replace-joints").checked;
+  return { structure, joint: values($("joint")),
+    loads: { kind: $("loads-kind").value, values: values($("loads")),
+      more: [...$("more-loads").children].map((row) => ({ kind: row.dataset.kind, values: values(row) })) },
+    analysis: { kind: $("analysis-kind").value, values: values($("analysis")) } };
+}
+
+async function run(what) {
+  clearTimeout(timer);
+  if (kind() === "file" && !$("file").value) return;
+  try {
+    const found = await ask(`api/run?kind=${what}`, JSON.stringify(session()));
+    mine.set(found.job, what);
+    if (what !== "draw") {
+      problem(null);
+      stale = false;
+      script();
+      if (innerWidth <= 850) $("headline").scrollIntoView();
+    }
+    if (told) state(told);
+  } catch (error) {
+    if (what !== "draw" || error.name !== "Busy") problem(error);
+  }
+}
+
+async function script() {
+  if (kind() === "file" && !$("file").value) return;
+  try { $("script").textContent = (await ask("api/script", JSON.stringify(session()))).script; } catch (error) { problem(error); }
+}
+
+function changed() {
+  stale = true;
+  $("answer").classList.toggle("stale", Boolean(solved));
+  $("go-text").textContent = solved ? "changed: solve again" : "";
+  clearTimeout(timer);
+  timer = setTimeout(() => { script(); if (!slow && !running) run("draw"); }, 400);
+}
+
+// --- what comes back
+function problem(error) {
+  for (const p of document.querySelectorAll("p.error")) p.textContent = "";
+  for (const row of document.querySelectorAll(".wrong")) row.classList.remove("wrong");
+  $("problem").hidden = !error;
+  if (!error) return;
+  $("problem-name").textContent = error.name;
+  $("problem-text").textContent = error.text;
+  const place = placeOf(error.part);
+  const row = place && fieldIn(place, error.text);
+  if (row) {
+    row.classList.add("wrong");
+    row.querySelector(".error").textContent = error.text;
+    const more = row.closest("details");
+    if (more) more.open = true;
+  } else {
+    const line = error.part.startsWith("more.") ? place && place.querySelector(":scope > .error")
+      : document.querySelector(`p.error[data-part="${CSS.escape(error.part)}"]`);
+    if (line) line.textContent = error.text;
+  }
+}
+
+function placeOf(part) {
+  if (part.startsWith("more.")) return $("more-loads").children[Number(part.slice(5))];
+  return { openings: $("opening-rows"), joint: $("joint"), loads: $("loads"), structure: $("structure"),
+    analysis: $("analysis") }[part];
+}
+
+// the field whose name comes first in the words of an error
+function fieldIn(place, text) {
+  let best = null, at = Infinity;
+  for (const row of place.querySelectorAll(".field")) {
+    const found = new RegExp(`(^|[^\\w])${row.dataset.name}([^\\w]|$)`).exec(text);
+    if (found && found.index < at) [best, at] = [row, found.index];
+  }
+  return best;
+}
+
+async function finished(job, what) {
+  const result = await ask(`api/result/${job}`);
+  if (result.state === "cancelled") {
+    if (what !== "draw") $("go-text").textContent = "cancelled";
+    return;
+  }
+  if (result.error) {
+    problem(result.error);
+    if (what !== "draw") $("go-text").textContent = "";
+    return;
+  }
+  problem(null);
+  $("blocks").replaceChildren(...result.summary.blocks.map((b) => make("option", { value: b })));
+  if (what === "draw") {
+    slow = drawn !== null && result.seconds > SECONDS; // the first one also waits for imports
+    drawn = result;
+    if (!solved) shown(result);
+  } else {
+    solved = result;
+    shown(result);
+    tab = what === "report" ? "report.html" : result.summary.rows ? "table" : "";
+  }
+  tabs();
+}
+
+function shown(result) {
+  const s = result.summary, lines = [];
+  if (s.number !== undefined && s.number !== null) lines.push(make("p", { className: "number", textContent: shortly(s.number) }));
+  if (s.what) lines.push(make("p", { className: "what", textContent: s.what }));
+  if (s.status) lines.push(make("span", { className: /^(solved|finished|limit point)/.test(s.status) ? "badge" : "badge doubt", textContent: s.status }));
+  for (const text of [s.also, s.bound]) if (text) lines.push(make("p", { className: "bound", textContent: text }));
+  for (const text of s.beside) lines.push(make("p", { textContent: text }));
+  if (result.kind === "draw") lines.push(make("p", { className: "what", textContent: "Press Solve" }));
+  lines.push(make("p", { className: "hint", textContent: s.structure + (result.kind === "draw" ? "" : `; ${result.seconds} s`) }));
+  $("answer").replaceChildren(...lines);
+  $("answer").classList.toggle("stale", stale && result === solved);
+  $("go-text").textContent = "";
+  const notes = [...new Set([...(s.warnings || []), ...result.notes])];
+  $("notes").hidden = !notes.length;
+  $("notes").querySelector("summary").textContent = notes.length === 1 ? "1 note" : `${notes.length} notes`;
+  $("notes").querySelector("ul").replaceChildren(...notes.map((n) => make("li", { textContent: n })));
+}
+
+const shortly = (number) => (Math.abs(number) >= 1e5 || (number !== 0 && Math.abs(number) < 1e-3) ? number.toExponential(4)
+  : String(Number(number.toPrecision(6))));
+
+function tabs() {
+  const found = [];
+  const of = (result, names) => { for (const name of names) if (result && result.files.includes(name)) found.push([name, TABS[name], result]); };
+  if (solved && solved.summary.rows) found.push(["table", "Theories", solved]);
+  of(solved, ["mechanism.png", "curve.png", "theories.png", "forces.png", "scene.html", "report.html"]);
+  if (!found.some(([name]) => name === "scene.html")) of(drawn, ["scene.html"]);
+  of(drawn, ["wall.png"]);
+  if (!solved) found.reverse();
+  if (solved && solved.summary.text) found.push(["text", "Text", solved]);
+  if (!found.some(([name]) => name === tab)) tab = found.length ? found[0][0] : "";
+  $("tabs").replaceChildren(...found.map(([name, title]) => {
+    const button = make("button", { type: "button", textContent: title });
+    button.setAttribute("role", "tab");
+    button.setAttribute("aria-selected", String(name === tab));
+    button.addEventListener("click", () => { tab = name; tabs(); });
+    return button;
+  }));
+  const now = found.find(([name]) => name === tab);
+  if (now) stage(now[0], now[2]);
+  downloads();
+}
+
+function stage(name, result) {
+  const address = `api/result/${result.job}/${name}`;
+  const key = `${result.job}/${name}`;
+  if ($("stage").dataset.key === key) return;
+  $("stage").dataset.key = key;
+  const line = (result.lines || []).find((l) => l.includes(`"${name}"`));
+  $("stage-line").textContent = line || "";
+  if (name === "text") $("stage").replaceChildren(make("pre", { textContent: result.summary.text }));
+  else if (name === "table") $("stage").replaceChildren(table(result.summary.rows), make("pre", { textContent: result.summary.text }));
+  else if (name.endsWith(".html")) $("stage").replaceChildren(make("iframe", { src: address, title: TABS[name] }));
+  else $("stage").replaceChildren(make("img", { src: address, alt: TABS[name] }));
+}
+
+function table(rows) {
+  const cell = (tag, text) => make(tag, { textContent: text });
+  return make("table", {}, make("tr", {}, ...["theory", "λ [-]", "status", "what it is"].map((t) => cell("th", t))),
+    ...rows.map((r) => make("tr", {}, cell("td", r[0]), cell("td", r[1] === null ? "–" : shortly(r[1])), cell("td", r[2]), cell("td", r[3]))));
+}
+
+function downloads() {
+  const result = solved || drawn, links = [];
+  if (result) {
+    links.push(["session.py", "Script (.py)"], ...Object.entries(FILES).filter(([name]) => result.files.includes(name)));
+  }
+  const nodes = links.map(([name, text]) => make("a", { className: "button", textContent: text, href: `api/result/${result.job}/${name}?download=1` }));
+  if (solved && !solved.files.includes("report.html")) {
+    const report = make("button", { type: "button", className: "quiet", textContent: "Make a report" });
+    report.addEventListener("click", () => run("report"));
+    nodes.push(report);
+  }
+  $("downloads").replaceChildren(...nodes);
+}
+
+function state(now) {
+  told = now;
+  const active = now.state === "running" || now.state === "waiting";
+  const wasRunning = running;
+  running = Boolean(active) && now.kind !== "draw";
+  $("running").hidden = !running;
+  $("solve").disabled = running;
+  if (running) {
+    $("running-what").textContent = mine.has(now.job) ? (now.kind === "report" ? "writing the report" : "solving") : "another page is solving";
+    const known = now.part !== null && now.part > 0;
+    $("running-text").textContent = `${known ? `${Math.round(100 * now.part)} %, ` : ""}${now.text || `${Math.round(now.seconds)} s`}`;
+    $("bar").parentElement.classList.toggle("unknown", !known);
+    $("bar").style.width = known ? `${100 * now.part}%` : "";
+  } else if (active) $("go-text").textContent = "drawing …";
+  for (const [job, what] of [...mine]) {
+    if (job > now.job || (job === now.job && active)) continue;
+    mine.delete(job);
+    finished(job, what).catch(problem);
+  }
+  if (wasRunning && !running && stale && !slow) changed();
+}
+
+async function begin() {
+  forms = await ask("api/forms");
+  $("about").textContent = `${forms.version} · folder ${forms.folder} · units: SI, shown at each field`;
+  options($("structure-kind"), [...Object.entries(forms.calls.structure).map(([name, call]) => [name, call.title]),
+    ["experiment", "A packaged experiment"], ["file", "A model or a drawing from a file"]], "wall");
+  options($("analysis-kind"), Object.entries(forms.calls.analysis).map(([name, call]) => [name, call.title]));
+  options($("add-load"), [["", "+ load"], ...Object.entries(forms.calls.more).map(([name, call]) => [name, call.title])]);
+  fill($("joint"), forms.calls.joint.Joint.fields, "joint");
+  analysisChanged();
+  const opening = () => addItem($("opening-rows"), "opening", forms.calls.opening.Opening, "Opening");
+  opening();
+  await structureChanged();
+  $("structure-kind").addEventListener("change", async () => { await structureChanged(); changed(); });
+  $("loads-kind").addEventListener("change", loadsChanged);
+  $("analysis-kind").addEventListener("change", analysisChanged);
+  $("replace-joints").addEventListener("change", joints);
+  $("add-opening").addEventListener("click", () => { opening(); changed(); });
+  $("add-load").addEventListener("change", () => {
+    const name = $("add-load").value;
+    if (name) addItem($("more-loads"), "more", forms.calls.more[name], name);
+    $("add-load").value = "";
+  });
+  $("form").addEventListener("input", (event) => { if (event.target.id !== "upload") changed(); });
+  $("form").addEventListener("submit", (event) => { event.preventDefault(); run("solve"); });
+  $("draw").addEventListener("click", () => run("draw"));
+  $("cancel").addEventListener("click", () => ask("api/cancel", "").catch(problem));
+  $("copy").addEventListener("click", () => navigator.clipboard.writeText($("script").textContent));
+  const events = new EventSource("api/events");
+  events.addEventListener("message", (event) => { $("lost").hidden = true; state(JSON.parse(event.data)); });
+  events.addEventListener("error", () => { $("lost").hidden = false; });
+  await script();
+  await run("draw");
+}
+
+begin().catch(problem);

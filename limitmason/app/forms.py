@@ -1,0 +1,232 @@
+"""Forms of the application, read from the signatures and docstrings of the public calls that they stand for."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from functools import cache
+from typing import Any
+
+import limitmason as lm
+from limitmason.experiments import registry
+from limitmason.methods import COMPARED_METHODS, available_methods
+
+_UNIT = re.compile(r"\[(m|deg|rad|kg|kg/m3|N|Pa|Pa/m|J/m2|s|%|-)\]")
+_QUOTED = re.compile(r'"([^"]+)"')
+
+
+@dataclass(frozen=True)
+class Field:
+    """One argument of a call as a field of a form.
+
+    Parameters
+    ----------
+    name : of the argument
+    kind : "number", "numbers" (with commas), "word", "words" (with commas), "list" (the same, never one word alone),
+        "lines" or "tick"
+    unit : shown beside it; empty for words
+    hint : what the docstring says of it
+    value : that the form begins with; empty leaves the argument out
+    default : what the call then takes
+    choices : words to propose
+    first : whether it is shown at once; others are under "more"
+    """
+
+    name: str
+    kind: str
+    unit: str = ""
+    hint: str = ""
+    value: Any = ""
+    default: str = ""
+    choices: tuple[str, ...] = ()
+    first: bool = False
+
+
+@dataclass(frozen=True)
+class Call:
+    """A public call with its form.
+
+    Parameters
+    ----------
+    target : what it is assigned to and its name, such as "wall = lm.build.wall"
+    title : what the page calls it
+    fields : of the form
+    before, after : arguments that the session gives
+    """
+
+    target: str
+    title: str
+    fields: tuple[Field, ...] = ()
+    before: tuple[str, ...] = ()
+    after: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """What the page gets of it."""
+        return {"title": self.title, "fields": [asdict(f) for f in self.fields]}
+
+
+_BUILDERS: dict[str, tuple[str, dict[str, Any]]] = {
+    "wall": ("Wall", {"length": "2.4", "courses": "9", "unit": "0.4, 0.2, 0.2", "density": "2000", "bond": ""}),
+    "layout": ("Wall, row by row", {
+        "rows": "1 1 1 1\n0.5 1 1 1 0.5\n1 -2 1\n0.5 -3 0.5\n0.25 3.5 0.25", "unit": "0.4, 0.2, 0.2",
+        "density": "2000"}),
+    "arch": ("Arch", {"radius": "2", "angle_deg": "180", "thickness": "0.4", "width": "1", "voussoirs": "21",
+                      "pier_height": "", "pier_width": "", "density": "2000"}),
+    "column": ("Column", {"width": "0.4", "depth": "0.4", "unit_height": "0.2", "courses": "8", "density": "2000"}),
+    "dome": ("Dome", {"radius": "2", "thickness": "0.3", "courses": "5", "lunes": "12", "opening_deg": "20",
+                      "density": "2000"}),
+    "vault": ("Vault", {"shape": "barrel", "radius": "1.5", "length": "2", "thickness": "0.3", "voussoirs": "9",
+                        "unit_length": "0.5", "density": "2000"}),
+}  # fmt: skip
+_JOINT = {"friction_angle_deg": "33", "dilatancy_angle_deg": "0", "cohesion": "0", "tensile_strength": "0"}
+_BASE_LOADS: dict[str, tuple[str, dict[str, Any]]] = {
+    "horizontal": ("Sideways: weight times λ", {"direction": "1, 0, 0"}),
+    "weight": ("Own weight alone, dead load", {}),
+}
+_MORE_LOADS: dict[str, tuple[str, dict[str, Any]]] = {
+    "with_point_load": ("Point load", {"block": "", "force": "0, 0, -1000", "at": "", "case": "dead"}),
+    "with_pressure": ("Pressure on a face", {"block": "", "pressure": "1000", "face": "top", "case": "dead"}),
+    "with_body_force": ("Weight of blocks sideways", {"direction": "0, 1, 0", "blocks": "", "case": "live"}),
+    "with_precompression": ("Precompression of a beam", {"force": "10000", "block": "beam"}),
+}
+_ANALYSES: dict[str, tuple[str, dict[str, Any]]] = {
+    "limit_analysis": ("Collapse multiplier", {"flow_rule": "associative", "contact_model": "", "grid": ""}),
+    "pushover": ("Capacity curve", {"to": "", "stiffness": "", "blocks": "rigid"}),
+    "stability": ("Can it stand, and how well", {"tilts": "+x, -x, +y, -y"}),
+    "compare": ("Theories side by side", {"methods": ", ".join(COMPARED_METHODS)}),
+}
+_DRAWING = {"thickness": "0.2", "scale": "", "mortar": "", "gap": "", "density": "2000", "fixed": "", "tilt": "x"}
+_OPENING = {"x": "0.8", "z": "0.6", "width": "0.8", "height": "0.8", "lintel": "0.2"}
+
+
+@cache
+def calls() -> dict[str, dict[str, Call]]:
+    """All calls by the part of the form they belong to, and by name."""
+    joint = ("joint=joint",)
+    return {
+        "joint": {"Joint": Call("joint = lm.Joint", "Joint", _fields(lm.Joint, _JOINT))},
+        "structure": {
+            name: Call(f"wall = lm.build.{name}", title, _fields(getattr(lm.build, name), start), after=joint)
+            for name, (title, start) in _BUILDERS.items()
+        },
+        "opening": {"Opening": Call("lm.build.Opening", "Opening", _fields(lm.build.Opening, _OPENING))},
+        "drawing": {
+            "drawing": Call("drawing = lm.formats.model_of_drawing", "Drawing",
+                            _fields(lm.formats.model_of_drawing, _DRAWING), after=joint)
+        },
+        "loads": {
+            name: Call(f"loads = lm.Loads.{name}", title, _fields(getattr(lm.Loads, name), start), ("wall",))
+            for name, (title, start) in _BASE_LOADS.items()
+        },
+        "more": {
+            name: Call(f"loads = loads.{name}", title, _fields(getattr(lm.Loads, name), start), ("wall",))
+            for name, (title, start) in _MORE_LOADS.items()
+        },
+        "analysis": {
+            name: Call(f"answer = lm.{name}", title, _fields(getattr(lm, name), start, whole=True),
+                       ("wall", "loads.scaled(live=0.0)" if name == "stability" else "loads"))
+            for name, (title, start) in _ANALYSES.items()
+        },
+    }  # fmt: skip
+
+
+def experiment_fields(source: str, specimen: str) -> tuple[Field, ...]:
+    """Options of a packaged experiment as fields."""
+    table = registry.load(source, specimen).option_table
+    out = []
+    for name, option in table.items():
+        number = isinstance(option.default, int | float) and not isinstance(option.default, bool)
+        out.append(Field(
+            name, "number" if number else "word", option.unit if number else "", option.meaning,
+            default=str(option.default), choices=tuple(map(str, option.choices)), first=True,
+        ))  # fmt: skip
+    return tuple(out)
+
+
+def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool = False) -> tuple[Field, ...]:
+    """Fields of a function: those to begin with in their order, then all others that a form can hold.
+
+    With ``whole`` there are no others.
+    """
+    made = getattr(function, "__init__", function) if inspect.isclass(function) else function
+    parameters = inspect.signature(made).parameters
+    told = _documented(function.__doc__ or "")
+    # "as in `wall`": a builder does not say again what another one says
+    elsewhere = [_documented(f.__doc__ or "") for f in (lm.build.wall, lm.build.arch, lm.formats.read_drawing)]
+    names = [*start, *(n for n in parameters if n not in start and not whole)]
+    out = []
+    for name in names:
+        annotation = parameters[name].annotation
+        kind = _kind(name, annotation if isinstance(annotation, str) else getattr(annotation, "__name__", "") or
+                     str(annotation))  # fmt: skip
+        if not kind:
+            continue
+        hint, unit = told.get(name, ("", ""))
+        if annotation in ("int", "int | None"):
+            unit = "-"
+        elif not unit:
+            more, unit = next((t[name] for t in elsewhere if name in t), ("", ""))
+            hint = f"{hint} {more}".strip()
+        default = parameters[name].default
+        words = kind in ("word", "words", "list", "lines")
+        choices: tuple[str, ...] = tuple(dict.fromkeys(_QUOTED.findall(hint))) if words else ()
+        if name == "methods":
+            choices = tuple(sorted({*COMPARED_METHODS, *available_methods()}))
+        out.append(Field(
+            name, kind, "" if words or kind == "tick" else unit or "-", hint, start.get(name, ""), _shown(default),
+            choices, name in start,
+        ))  # fmt: skip
+    return tuple(out)
+
+
+def _kind(name: str, annotation: str) -> str:
+    """Kind of the field for an annotation, or empty where a form cannot hold it."""
+    if name in ("self", "wall", "assembly", "loads", "name", "joint", "path", "tolerance"):
+        return ""
+    plain = annotation.replace(" ", "")
+    if "Joint" in plain or plain.startswith("Mapping") or "Opening" in plain or "Steps" in plain:
+        return ""
+    if "Row" in plain:
+        return "lines"
+    if plain == "bool":
+        return "tick"
+    if "Sequence[str]" in plain or "Iterable[int|str]" in plain:
+        return "list"
+    if "tuple[str" in plain:
+        return "words"
+    if plain in ("LostBy", "Unloading", "int|str") or plain.startswith("str"):
+        return "word"
+    if any(t in plain for t in ("tuple[", "ArrayLike", "Sequence[float]")):
+        return "numbers"
+    return "number" if plain.startswith(("float", "int")) else ""
+
+
+def _shown(default: Any) -> str:
+    """A default as a placeholder."""
+    return "" if default in (None, inspect.Parameter.empty, "", ()) else str(default)
+
+
+def _documented(text: str) -> dict[str, tuple[str, str]]:
+    """Hint and unit of every parameter that a docstring in numpy style names."""
+    text = inspect.cleandoc(text)
+    body = re.search(r"^Parameters\n-+\n(.*?)(?=^\w[^\n]*\n-+\n|\Z)", text, re.DOTALL | re.MULTILINE)
+    out: dict[str, tuple[str, str]] = {}
+    if body is None:
+        return out
+    for entry in re.split(r"\n(?=\S)", body.group(1)):
+        head, _, rest = entry.partition("\n")
+        names, colon, first = head.partition(" : ")
+        hint = " ".join(f"{first} {rest}".split()) if colon else " ".join(rest.split())
+        listed = [n.strip() for n in names.split(",")]
+        units = _UNIT.findall(hint)
+        for i, name in enumerate(listed):
+            if name.endswith("_deg"):
+                unit = "deg"
+            elif len(units) == len(listed):
+                unit = units[i]
+            else:
+                unit = next((u for u in units if u != "deg"), "")
+            out[name] = (hint, unit)
+    return out

@@ -1,0 +1,219 @@
+"""One job at a time in a process of its own: started, followed, cancelled, and ended with the last page."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from limitmason.app.script import Statement
+from limitmason.app.worker import work
+
+GRACE = 5.0
+"""Seconds after the last page has gone until its job ends: a page that is loaded again comes back sooner."""
+
+_KEPT = 6  # jobs whose files can still be fetched
+
+
+class Busy(RuntimeError):
+    """A solve runs: it has to end, or to be cancelled, first."""
+
+
+@dataclass
+class Job:
+    """A session that is, was or will be run.
+
+    Parameters
+    ----------
+    number : of the job
+    kind : "draw", "solve" or "report"
+    lines : that are run
+    state : "waiting", "running", "done", "failed" or "cancelled"
+    part : done of it [-], None where that is not known
+    text : how far it is, in words
+    result : of ``limitmason.app.worker.run``
+    """
+
+    number: int
+    kind: str
+    lines: Sequence[Statement]
+    state: str = "waiting"
+    part: float | None = None
+    text: str = ""
+    begun: float = field(default_factory=time.monotonic)
+    seconds: float = 0.0
+    result: dict[str, Any] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """What all pages are told."""
+        spent = time.monotonic() - self.begun if self.state in ("waiting", "running") else self.seconds
+        return {"job": self.number, "kind": self.kind, "state": self.state, "part": self.part, "text": self.text,
+                "seconds": round(spent, 1)}  # fmt: skip
+
+
+class Jobs:
+    """The worker process and the jobs that it was given.
+
+    Parameters
+    ----------
+    folder : where the lines run
+    target : what the process runs
+    """
+
+    def __init__(self, folder: str, target: Callable[[Connection, str], None] = work) -> None:
+        self._folder, self._target = folder, target
+        self._changed = threading.Condition(threading.RLock())
+        self._numbers = itertools.count(1)
+        self._kept: dict[int, Job] = {}
+        self._now: Job | None = None
+        self._next: Job | None = None
+        self._process: BaseProcess | None = None
+        self._pipe: Connection | None = None
+        self._pages = 0
+        self._closed = False
+
+    @property
+    def process(self) -> int | None:
+        """Number of the process that works or waits for work."""
+        process = self._process
+        return process.pid if process is not None and process.is_alive() else None
+
+    def start(self, kind: str, lines: Sequence[Statement]) -> Job:
+        """Begin a job; a drawing that is still being made goes first, one that waits is dropped.
+
+        Raises
+        ------
+        Busy
+            While a solve runs.
+        """
+        with self._changed:
+            now = self._now
+            if now is not None and (now.kind != "draw" or (self._next is not None and self._next.kind != "draw")):
+                raise Busy("a solve is running, in this page or another one: wait for it, or cancel it")
+            job = Job(next(self._numbers), kind, lines)
+            self._kept[job.number] = job
+            for number in list(self._kept)[:-_KEPT]:
+                del self._kept[number]
+            if now is None:
+                self._give(job)
+            else:
+                if self._next is not None:
+                    self._next.state = "cancelled"
+                self._next = job
+            self._changed.notify_all()
+            return job
+
+    def cancel(self) -> None:
+        """End the process with whatever runs in it."""
+        with self._changed:
+            process, self._process, pipe, self._pipe = self._process, None, self._pipe, None
+            for job in (self._now, self._next):
+                if job is not None:
+                    job.seconds, job.state = time.monotonic() - job.begun, "cancelled"
+            self._now = self._next = None
+            self._changed.notify_all()
+        if process is not None:
+            process.kill()
+            process.join()
+        if pipe is not None:
+            pipe.close()
+
+    def get(self, number: int) -> Job | None:
+        """A job that is still known."""
+        with self._changed:
+            return self._kept.get(number)
+
+    def last(self) -> Job | None:
+        """The job that pages are told of."""
+        with self._changed:
+            return self._next or self._now or (self._kept[max(self._kept)] if self._kept else None)
+
+    def warm(self) -> None:
+        """Start the process before it is needed: its imports take a second or two."""
+        with self._changed:
+            if self._process is None and not self._closed:
+                here, there = get_context("spawn").Pipe()
+                self._process = get_context("spawn").Process(
+                    target=self._target, args=(there, self._folder), daemon=True, name="limitmason-app"
+                )
+                self._process.start()
+                there.close()
+                self._pipe = here
+                threading.Thread(target=self._listen, args=(self._process, here), daemon=True).start()
+
+    def wait(self, seconds: float) -> None:
+        """Wait until something changes, at most so long."""
+        with self._changed:
+            self._changed.wait(seconds)
+
+    def page_opened(self) -> None:
+        """A page looks on."""
+        with self._changed:
+            self._pages += 1
+        self.warm()
+
+    def page_closed(self) -> None:
+        """A page has gone; with the last one the process ends."""
+        with self._changed:
+            self._pages -= 1
+        timer = threading.Timer(GRACE, self._end_unless_seen)
+        timer.daemon = True
+        timer.start()
+
+    def close(self) -> None:
+        """End for good."""
+        self._closed = True
+        self.cancel()
+
+    def _end_unless_seen(self) -> None:
+        with self._changed:
+            seen = self._pages > 0
+        if not seen:
+            self.cancel()
+
+    def _give(self, job: Job) -> None:
+        self.warm()
+        job.state, self._now = "running", job
+        assert self._pipe is not None
+        self._pipe.send(list(job.lines))
+
+    def _listen(self, process: BaseProcess, pipe: Connection) -> None:
+        """Take what a process sends until it ends."""
+        while True:
+            try:
+                kind, *rest = pipe.recv()
+            except (EOFError, OSError, TypeError):  # TypeError: closed by cancel in another thread
+                break
+            with self._changed:
+                if process is not self._process:
+                    return
+                if self._now is None:
+                    continue
+                if kind == "progress":
+                    self._now.part, self._now.text = rest
+                else:
+                    self._done(rest[0])
+                self._changed.notify_all()
+        process.join()
+        with self._changed:
+            if process is self._process:  # it ended by itself
+                self._process = self._pipe = None
+                if self._now is not None:
+                    text = f"the process of the solve ended, exit status {process.exitcode}: take fewer blocks"
+                    self._done({"error": {"part": "analysis", "name": "MemoryError", "text": text}})
+                self._changed.notify_all()
+
+    def _done(self, result: dict[str, Any]) -> None:
+        job, self._now = self._now, None
+        assert job is not None
+        job.seconds, job.result = time.monotonic() - job.begun, result
+        job.state = "failed" if "error" in result else "done"
+        following, self._next = self._next, None
+        if following is not None:
+            self._give(following)

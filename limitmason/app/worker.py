@@ -1,0 +1,182 @@
+"""The process that runs the lines of a session, and what it sends back of them."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import tempfile
+import threading
+import time
+import warnings
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from importlib import import_module
+from multiprocessing import parent_process
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import Any
+
+from limitmason.answers.curve import Curve
+from limitmason.answers.results import Prediction
+from limitmason.app.script import Statement
+from limitmason.comparison import SideBySide
+from limitmason.display.progress import reached, task, told_to
+from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.limit import Standing
+
+NAMED = (InputError, NotApplicable, NotConverged, TypeError, KeyError, OSError, ImportError, UnicodeError, MemoryError)
+"""Errors that are an answer: their words go to the page; any other is a mistake of ours and is called one."""
+
+MOST_NAMES = 2000
+"""Block names that are sent for the fields that ask for one."""
+
+
+def work(pipe: Connection, folder: str) -> None:
+    """Run what comes through the pipe, one session after another, until the other end goes away.
+
+    Parameters
+    ----------
+    pipe : gets ``list[Statement]``; sends ``("progress", part, text)`` and ``("done", result)``
+    folder : where the lines run, so that they name files as the downloaded script does
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in the terminal is for the server, which ends this process
+    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+    _limit_memory()
+    import_module("limitmason.figures")  # while somebody fills in the form
+    os.chdir(folder)
+    lock = threading.Lock()
+
+    def send(*message: Any) -> None:
+        with lock:
+            pipe.send(message)
+
+    while True:
+        try:
+            lines = pipe.recv()
+        except (EOFError, OSError):
+            return
+        with told_to(lambda part, text: send("progress", part, text)):
+            result = run(lines, folder)
+        send("done", result)
+
+
+def run(lines: Sequence[Statement], folder: str) -> dict[str, Any]:
+    """Run the lines of a session.
+
+    Returns
+    -------
+    dict
+        "summary" of the answer, "files" that the lines wrote by name, "notes" with warnings, "seconds"; or "error" with
+        "part", "name" and "text" where a line was refused.
+    """
+    begun = time.monotonic()
+    names: dict[str, Any] = {"__name__": "session"}
+    files: dict[str, bytes] = {}
+    notes: list[str] = []
+    with warnings.catch_warnings(record=True) as caught, task("solve"):
+        warnings.simplefilter("always", UserWarning)
+        for i, line in enumerate(lines):
+            reached(0.9 if line.shows else 0.0, share=0.0 if line.shows else 0.9)
+            try:
+                if line.text.startswith("print("):
+                    continue
+                if line.shows:
+                    files |= _written(line.text, names, folder)
+                else:
+                    exec(compile(line.text, f"line {i}", "exec"), names)
+            except NAMED as error:
+                if line.shows:  # a curve without states, an answer without mechanism: no picture is no failure
+                    notes.append(_words(error))
+                    continue
+                return {"error": {"part": line.part, "name": type(error).__name__, "text": _words(error)},
+                        "notes": _told(caught)}  # fmt: skip
+            except Exception as error:
+                return {"error": {"part": line.part, "name": type(error).__name__, "text": "a mistake in limitmason, "
+                        f"please report it with the script: {error}"}, "notes": _told(caught)}  # fmt: skip
+    notes = list(dict.fromkeys([*_told(caught), *notes]))
+    spent = round(time.monotonic() - begun, 2)
+    return {"summary": summary(names), "files": files, "notes": notes, "seconds": spent}
+
+
+def summary(names: Mapping[str, Any]) -> dict[str, Any]:
+    """What the page writes in large letters, from the names that a session made."""
+    wall = names["wall"]
+    free = int((~wall.fixed).sum())
+    out: dict[str, Any] = {
+        "structure": f"{free} free block{'' if free == 1 else 's'}, {len(wall.interfaces)} joints",
+        "blocks": [b.name for b in wall.blocks[:MOST_NAMES]],
+        "beside": _beside(names.get("test")),
+    }
+    answer = names.get("answer")
+    if answer is None:
+        return out
+    out |= {"text": str(answer), "number": None, "what": "", "warnings": list(getattr(answer, "warnings", ()))}
+    if isinstance(answer, Prediction):
+        value = float(answer.collapse_multiplier)
+        out |= {"number": _plain(value), "what": "collapse multiplier λ [-]", "status": str(answer.status),
+                "bound": str(answer.bound)}  # fmt: skip
+        with suppress(ValueError):
+            if math.isfinite(value):
+                out["also"] = f"tilt at collapse {answer.tilt_angle_deg:.2f}°"
+    elif isinstance(answer, Curve):
+        out |= {"number": _plain(answer.peak.load), "what": f"largest load [{answer.load_unit}]",
+                "status": answer.status, "also": f"at a displacement of {1e3 * answer.peak.displacement:.4g} mm"}
+    elif isinstance(answer, Standing):
+        out |= {"what": str(answer).partition("\n")[0], "status": str(answer.state.status),
+                "warnings": list(answer.notes)}  # fmt: skip
+    elif isinstance(answer, SideBySide):
+        out |= {"what": "theories side by side", "status": "", "rows": [
+            [r.method, _plain(r.multiplier), r.status, r.bound] for r in answer.rows]}  # fmt: skip
+    return out
+
+
+def _beside(test: Any) -> list[str]:
+    """What was measured and published of a packaged experiment."""
+    if test is None:
+        return []
+    return [f"{k}, {name}: {v}" for k in ("measured", "published") for name, v in getattr(test, k).items()]
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _written(line: str, names: dict[str, Any], folder: str) -> dict[str, bytes]:
+    """Run a line that writes files, and take them: they stay in no folder."""
+    with tempfile.TemporaryDirectory(prefix=".limitmason-", dir=folder) as place:
+        os.chdir(place)
+        try:
+            exec(compile(line, "show", "exec"), names)
+            return {p.name: p.read_bytes() for p in Path(place).iterdir()}
+        finally:
+            os.chdir(folder)
+
+
+def _words(error: BaseException) -> str:
+    if isinstance(error, MemoryError):
+        return f"not enough memory, take fewer blocks: {error}".rstrip(": ")
+    return str(error.args[0] if isinstance(error, KeyError) and error.args else error)
+
+
+def _told(caught: Sequence[warnings.WarningMessage]) -> list[str]:
+    return list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, UserWarning)))
+
+
+def _end_with_the_parent() -> None:
+    """A server that was killed leaves no process behind."""
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+
+def _limit_memory() -> None:
+    """Refuse memory beyond that of the machine by an error in place of a machine that stands still."""
+    try:
+        import resource
+
+        most = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    except (ImportError, ValueError, OSError):
+        return  # not on this system

@@ -1,0 +1,38 @@
+"""The command ``app``: the page in the browser."""
+
+from __future__ import annotations
+
+import argparse
+import webbrowser
+
+from limitmason.cli.console import say, show_text
+
+
+def add_commands(commands: argparse._SubParsersAction) -> None:
+    """Add ``app``."""
+    command = commands.add_parser(
+        "app", help="open the application in the browser: build or load a structure, solve, look, download the script",
+        description="Serves one page on the loopback address of this machine, behind a random token, until Ctrl-C. It "
+        "reads and writes files of the chosen folder alone, and uses no network.",
+    )  # fmt: skip
+    command.add_argument("--port", type=int, default=0, help="of the loopback address; default: a free one")
+    command.add_argument("--folder", default=".", metavar="FOLDER",
+                         help="the only one whose models and drawings are read, and where uploads are kept; "
+                         "default: the current one")  # fmt: skip
+    command.add_argument("--no-browser", action="store_true", help="only print the address")
+    command.set_defaults(run=_serve)
+
+
+def _serve(options: argparse.Namespace) -> int:
+    from limitmason.app.server import Server
+
+    with Server(options.folder, options.port) as server:
+        show_text(server.url)
+        say(f"folder {server.folder.path}; Ctrl-C ends the application")
+        if not options.no_browser:
+            webbrowser.open(server.url)
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            say("ended")
+    return 0
