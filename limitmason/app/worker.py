@@ -23,7 +23,7 @@ from limitmason.app.script import Statement
 from limitmason.comparison import SideBySide
 from limitmason.display.progress import reached, task, told_to
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.limit import Standing
+from limitmason.standing import Standing
 
 NAMED = (InputError, NotApplicable, NotConverged, TypeError, KeyError, OSError, ImportError, UnicodeError, MemoryError)
 """Errors that are an answer: their words go to the page; any other is a mistake of ours and is called one."""
@@ -123,8 +123,7 @@ def summary(names: Mapping[str, Any]) -> dict[str, Any]:
         out |= {"number": _plain(answer.peak.load), "what": f"largest load [{answer.load_unit}]",
                 "status": answer.status, "also": f"at a displacement of {1e3 * answer.peak.displacement:.4g} mm"}
     elif isinstance(answer, Standing):
-        out |= {"what": str(answer).partition("\n")[0], "status": str(answer.state.status),
-                "warnings": list(answer.notes)}  # fmt: skip
+        out |= {"what": str(answer).partition("\n")[0], "warnings": list(answer.notes)}
     elif isinstance(answer, SideBySide):
         out |= {"what": "theories side by side", "status": "", "rows": [
             [r.method, _plain(r.multiplier), r.status, r.bound] for r in answer.rows]}  # fmt: skip
