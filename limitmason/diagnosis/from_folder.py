@@ -3,8 +3,9 @@
 ``specimens.csv`` has one row per specimen: "specimen", its name, and covariates. ``measured.csv`` has "specimen" and a
 column per quantity; a blank cell is a missing value, "> 20" one that was not reached. Columns such as "opened a|b" hold
 1 (seen) or 0. ``quantities.csv`` has one row per quantity: "quantity", "scatter" (of what was seen or not the rate of
-misreading), and where the name does not tell, "kind" and "link" (see ``Observation``). ``predicted.csv``, as
-``measured.csv``, holds predictions where no model is given.
+misreading), and where the name does not tell, "kind" and "link" (see ``Observation``). Its "cost" of a test is weighed
+where tests are suggested; a column that is blank so far may be measured next. ``predicted.csv``, as ``measured.csv``,
+holds predictions where no model is given.
 
 ``curves.csv`` holds "specimen", "displacement" and "load" of measured curves, row by row; their peak, stiffness, drift
 at the peak and residual are rows of the study (:func:`limitmason.diagnosis.curves.features`), by the scatter of "load"
@@ -79,7 +80,8 @@ def folder_arguments(
         raise InputError(f"{specimens.name}: specimen {twice!r} is there twice")
     rows = [{**row, "specimen": name} for row, name in zip(specimens.rows, names, strict=True)]
     measured = read_measured(folder / MEASURED, blanks=True)
-    stated = _quantities(read_measured(folder / QUANTITIES), measured)
+    about = read_measured(folder / QUANTITIES)
+    stated, costs = _quantities(about, measured), _costs(about)
     known = {q: said for q, said in stated.items() if q in measured.columns}
     observed = [
         *_of_curves(folder / CURVES, names, stated), *_of_sensors(folder / SENSORS, rows, measured, stated)
@@ -105,7 +107,9 @@ def folder_arguments(
         "levels": levels or LEVELS[isinstance(model, PredictedRows)],
         "version": version_of(model),
         "causes": tuple(_readings(specimens) if causes is None else causes),
-        "about": About(title or folder.name, specimens.units, ", ".join(f"{q} [{measured.units[q]}]" for q in known)),
+        "about": About(
+            title or folder.name, specimens.units, ", ".join(f"{q} [{measured.units[q]}]" for q in known), costs=costs
+        ),
     }
 
 
@@ -120,6 +124,14 @@ def _quantities(table: MeasuredTable, measured: MeasuredTable) -> dict[str, dict
         out[quantity] = {k: row[k] if k == "scatter" else str(row[k]) for k in ("scatter", "kind", "link") if k in row}
     if bare := [q for q in measured.columns if q != "specimen" and q not in out]:
         raise InputError(f"{table.name}: there is no row for the quantity {bare[0]!r} of {measured.name}")
+    return out
+
+
+def _costs(table: MeasuredTable) -> dict[str, float]:
+    """Cost of a test by quantity, where it is told."""
+    out = {str(row["quantity"]): float(row["cost"]) for row in table.rows if "cost" in row}
+    if bad := [q for q, cost in out.items() if not cost > 0.0]:
+        raise InputError(f"{table.name}: the cost of {bad[0]!r} must be a positive number")
     return out
 
 

@@ -66,6 +66,7 @@ class About:
     quantity : what was measured, with its unit
     notes : what is assumed of the data and the simulator
     references : papers of packaged data and of the method that predicts, for ``cite()``
+    costs : of a test, by what is measured in it; 1 where it is not told
     """
 
     title: str = ""
@@ -73,6 +74,7 @@ class About:
     quantity: str = ""
     notes: tuple[str, ...] = ()
     references: tuple[Cited, ...] = ()
+    costs: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

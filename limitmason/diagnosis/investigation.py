@@ -48,10 +48,8 @@ class Investigation:
         text = (f"{about.title}\n\n" if about.title else "") + self.answer.report(checks=checks)
         if tests is not None:
             where = "in the pool" if self.from_pool else "in the data, to be repeated"
-            rows = ", ".join(str(i + 1) for i in tests.indices)
-            text += f"\n\nNext tests, {tests.reason}: rows {rows} {where}."
-            if tests.pairs:
-                text += f" Smallest d2 over the pairs: {tests.before:.1f} before, {tests.after:.1f} after."
+            text += f"\n\nNext tests, {tests.reason}: rows {tests.listed(1)} {where}."
+            text += "".join(f" {told[0].upper()}{told[1:]}." for told in tests.expected)
         return text + "".join(f"\n{note}" for note in ["", *about.notes])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
@@ -60,6 +60,7 @@ class Observation:
     beyond : "above" where only that is known: the test ended before its peak, the wall did not fall up to this angle;
         "below" for the opposite; "" for a measured value. Predictions beyond the value then fit it without misfit,
         others by their distance to it
+    counted : of a load of a curve, points of the measured curve and how many independent ones they are worth
 
     Raises
     ------
@@ -82,6 +83,7 @@ class Observation:
     kind: str = ""
     link: str = ""
     beyond: str = ""
+    counted: tuple[int, float] | None = None
 
     def __post_init__(self) -> None:
         known = (*EvidenceKind, "")
@@ -155,6 +157,8 @@ class Rows:
     scatter : stated standard deviation on the scale of comparison, shape (n,); None where it is not stated per row
     misread : rate of misreading of rows that were seen or not, 0 of measured ones; None where all were measured
     low, high : what predictions are cut at, as they are, shape (n,): values that were not reached; None for no cut
+    counted : by number of a specimen, points of its curve and how many independent ones they are worth
+    planned : quantities that were measured nowhere yet, with kind, whether by the logarithm, and scatter of each
     """
 
     of: np.ndarray
@@ -166,6 +170,8 @@ class Rows:
     misread: tuple[float, ...] | None = None
     low: np.ndarray | None = None
     high: np.ndarray | None = None
+    counted: Mapping[int, tuple[int, float]] = field(default_factory=dict)
+    planned: Mapping[str, tuple[str, bool, float]] = field(default_factory=dict)
 
     @classmethod
     def plain(cls, n: int, values: Any = None) -> Rows:
@@ -183,13 +189,17 @@ class Rows:
     def read(cls, observed: Sequence[Observation], specimens: Sequence[Any]) -> Rows:
         """Rows of observations.
 
-        Those without a value are left out, unless nothing at all is measured yet.
+        Those without a value are left out, unless nothing at all is measured yet. A quantity that has none is one that
+        may be measured next.
 
         Raises
         ------
         InputError
             For a specimen that is not there, a number given twice, or a scatter stated for some rows only.
         """
+        seen_somewhere = {o.quantity for o in observed if not np.isnan(o.value)}
+        planned = {o.quantity: (str(o.kind), o.link == "log", o.compared[1]) for o in observed
+                   if seen_somewhere and o.quantity not in seen_somewhere and o.scatter is not None}  # fmt: skip
         called = [name_of(s) for s in specimens]
         names = {name: i for i, name in enumerate(called) if name is not None}
         chosen = [o for o in observed if not np.isnan(o.value)] or list(observed)
@@ -219,7 +229,8 @@ class Rows:
             np.array([o.link == "log" for o in chosen], dtype=bool), None if np.isnan(values).all() else frozen(values),
             np.array(stated) if stated else None,
             tuple(float(o.scatter or 0.0) * o.seen for o in chosen) if any(o.seen for o in chosen) else None,
-            *((low, high) if cut else ()),
+            *((low, high) if cut else (None, None)),
+            {i: o.counted for i, o in zip(of, chosen, strict=True) if o.counted}, planned,
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -258,12 +269,12 @@ class Rows:
         return replace(self, values=frozen(out))
 
     def on(self, count: int) -> Rows:
-        """The quantities of these rows on each of other specimens, nothing measured."""
-        needed = self.needed
-        kinds = dict(zip(self.quantities, self.kinds, strict=True))
+        """The quantities of these rows, and those planned, on each of other specimens, nothing measured."""
+        kinds = dict(zip(self.quantities, self.kinds, strict=True)) | {q: k for q, (k, _, _) in self.planned.items()}
+        logs = self.needed | {q: log for q, (_, log, _) in self.planned.items()}
         return Rows(
-            np.repeat(np.arange(count), len(needed)), tuple(needed) * count, tuple(kinds[q] for q in needed) * count,
-            np.tile(np.array(list(needed.values()), dtype=bool), count),
+            np.repeat(np.arange(count), len(logs)), tuple(logs) * count, tuple(kinds[q] for q in logs) * count,
+            np.tile(np.array(list(logs.values()), dtype=bool), count),
         )  # fmt: skip
 
     def linked(self, values: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:

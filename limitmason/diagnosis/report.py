@@ -41,7 +41,9 @@ class Asked(Protocol):
     def about(self) -> About:
         """What its data are."""
 
-    def next_tests(self, diagnosis: Findings, pool: Sequence[Any], k: int = 4) -> NextTests:
+    def next_tests(
+        self, diagnosis: Findings, pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None
+    ) -> NextTests:  # fmt: skip
         """Specimens of a pool that would tell the kept causes of a diagnosis apart."""
 
 
@@ -236,12 +238,12 @@ class Diagnosis(Findings):
             "warnings": list(self.warnings),
         }  # fmt: skip
 
-    def next_tests(self, pool: Sequence[Any], k: int = 4) -> NextTests:
+    def next_tests(self, pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None) -> NextTests:
         """Specimens of a pool that would tell the kept causes apart best, or identify one.
 
         See ``Study``.
         """
-        return self.study.next_tests(self, pool, k)
+        return self.study.next_tests(self, pool, k, costs)
 
     def __str__(self) -> str:
         return headline(self)

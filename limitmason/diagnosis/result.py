@@ -50,6 +50,7 @@ class Findings(Displayed, Citable, ReadOnly):
     redrawn : names of the measured inputs that have an error
     unstated : circumstances of the tests that no column tells and that tests may share
     table_errors : largest error of each cause's table between its levels, in units of the noise
+    counted : by specimen, points of its curve and how many independent ones they are worth
     aside : causes that were asked for and could not be computed, by name, with the reason
     rehearsal : blind trials on this design with the true cause missing from this list, where they were made before
 
@@ -80,6 +81,7 @@ class Findings(Displayed, Citable, ReadOnly):
     rehearsal: Rehearsal | None
     references: tuple[Cited, ...] = field(default=(), kw_only=True)
     aside: Mapping[str, str] = field(default_factory=dict, kw_only=True)
+    counted: Mapping[int, tuple[int, float]] = field(default_factory=dict, kw_only=True)
     _judged: list[Checks] = field(default_factory=list, init=False)
 
     @property

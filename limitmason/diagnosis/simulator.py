@@ -199,15 +199,15 @@ class Simulator:
         self._read(job, value)
         return {str(q): float(v) for q, v in value.items() if isinstance(v, (int, float)) and isfinite(v)}
 
-    def on(self, specimens: Sequence[Any]) -> "Simulator":
-        """A simulator of other specimens that knows what is known of those equal to these."""
+    def on(self, specimens: Sequence[Any], needed: Mapping[str, bool]) -> "Simulator":
+        """A simulator of other specimens and quantities that knows what is known of those equal to these."""
         out = Simulator(
             self.simulate,
             specimens,
             cache=self.cache,
             n_jobs=self.n_jobs,
             version=self.version,
-            needed=self.needed,
+            needed=needed,
         )
         out._of = self._of
         out._known = {key: value for key, value in self._known.items() if not key[0].startswith(NUMBERED)}

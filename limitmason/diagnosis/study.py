@@ -195,6 +195,7 @@ class Study(Statement):
             study=self,
             aside={c.name: self.tables.aside[c] for c in asked if c not in causes},
             references=self.about.references,
+            counted=self.rows.counted,
         )
         return checked_by_group(answer)
 
@@ -300,14 +301,18 @@ class Study(Statement):
             self._made.rehearsed[causes] = found
         return found
 
-    def plan(self, causes: Iterable[Cause], pool: Sequence[Any], k: int = 4) -> NextTests:
-        """Specimens of a pool that would tell the causes of the list apart.
+    def plan(
+        self, causes: Iterable[Cause], pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None
+    ) -> NextTests:  # fmt: skip
+        """Specimens of a pool that would tell the causes of the list apart, see :meth:`next_tests`.
 
         Nothing need be measured yet.
         """
-        return self._suggested(self._listed(causes), pool, k, None)
+        return self._suggested(self._listed(causes), pool, k, None, costs)
 
-    def next_tests(self, diagnosis: Findings, pool: Sequence[Any], k: int = 4) -> NextTests:
+    def next_tests(
+        self, diagnosis: Findings, pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None
+    ) -> NextTests:  # fmt: skip
         """Specimens of a pool that would best tell the kept causes apart.
 
         Where one cause is left, they are those that would identify it.
@@ -317,12 +322,15 @@ class Study(Statement):
         diagnosis : of this study
         pool : specimens that could be tested, as ``simulate`` takes them
         k : how many, at most the size of the pool
+        costs : of a test by what is measured in it, 1 where it is not told; None are those of ``about``. What an
+            observation without a value names may be measured too
         """
-        return self._suggested(diagnosis.listed, pool, k, diagnosis)
+        return self._suggested(diagnosis.listed, pool, k, diagnosis, costs)
 
     def _suggested(
-        self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, diagnosis: Findings | None
-    ) -> NextTests:
+        self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, diagnosis: Findings | None,
+        costs: Mapping[str, float] | None,
+    ) -> NextTests:  # fmt: skip
         design = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None)
         there = PoolGrids(self.tables, pool, self.noise, causes, design.scale)
-        return suggest(design, there, pool, k, diagnosis)
+        return suggest(design, there, pool, k, diagnosis, self.about.costs if costs is None else costs)

@@ -1,14 +1,24 @@
 """Which specimens of a pool to test next, from a verdict or from the list of causes alone."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtr
 
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy
 from limitmason.diagnosis.inference.grid import Grid, at_measured
-from limitmason.diagnosis.inference.plan import NextTests, choose_tests, confusable, tests_that_identify
+from limitmason.diagnosis.inference.plan import (
+    NextTests,
+    apart,
+    chance_of_verdict,
+    choose_tests,
+    confusable,
+    tests_that_identify,
+    worth_in_tests,
+)
 from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.inference.verdict import Tested
 from limitmason.diagnosis.observations import recorded
@@ -18,8 +28,9 @@ from limitmason.errors import InputError
 
 
 def suggest(
-    design: Design, there: PoolGrids, pool: Sequence[Any], k: int, diagnosis: Findings | None = None
-) -> NextTests:
+    design: Design, there: PoolGrids, pool: Sequence[Any], k: int, diagnosis: Findings | None,
+    costs: Mapping[str, float],
+) -> NextTests:  # fmt: skip
     """Choose ``k`` specimens of the pool.
 
     With a set of causes (or pairs) they separate its members, with an identified cause they hold it against every
@@ -33,6 +44,7 @@ def suggest(
     pool : specimens that could be tested, as ``simulate`` takes them
     k : how many, at most the size of the pool
     diagnosis : verdict so far, or None
+    costs : of a test by what is measured in it; 1 where it is not told: what is chosen gains most for its cost
 
     Raises
     ------
@@ -45,24 +57,26 @@ def suggest(
     verdict = diagnosis.verdict if diagnosis is not None else None
     if verdict is not None and verdict.kind in ("unexplained", "scatter"):
         return _spread(verdict.covariate if verdict.kind == "unexplained" else None, pool, k)
+    price = np.array([float(costs.get(q, 1.0)) for q in there.rows.quantities])
+    if not (price > 0.0).all():
+        raise InputError(f"costs must be positive, got {dict(costs)}")
     if diagnosis is not None and diagnosis.kind == "behaves like":
-        return _identify(design, there, pool, k, diagnosis)
+        return _identify(design, there, pool, k, diagnosis, price)
     truths, pairs, reason = _hypotheses(design, there, diagnosis)
     rivals = dict.fromkeys(rival for _, rival in pairs)
     grids = {names: (design.grid(names).denser(), there[names].denser()) for names in rivals}
-    chosen, before, after = choose_tests(truths, grids, pairs, k)
-    return _tests(
-        there,
-        chosen,
-        pool,
-        reason,
-        tuple((" + ".join(a), " + ".join(b)) for a, b in pairs),
-        float(before.min()),
-        float(after.min()),
-    )
+    chosen, before, after = choose_tests(truths, grids, pairs, k, price=price)
+    found = _tests(there, chosen, pool, reason, price)
+    return replace(
+        found, pairs=tuple((" + ".join(a), " + ".join(b)) for a, b in pairs), before=float(before.min()),
+        after=float(after.min()), chance=(chance_of_verdict(before, pairs), chance_of_verdict(after, pairs)),
+        worth=worth_in_tests(*apart(truths, grids, pairs), there.rows.quantities),
+    )  # fmt: skip
 
 
-def _identify(design: Design, there: PoolGrids, pool: list[Any], k: int, diagnosis: Findings) -> NextTests:
+def _identify(
+    design: Design, there: PoolGrids, pool: list[Any], k: int, diagnosis: Findings, price: np.ndarray
+) -> NextTests:  # fmt: skip
     """Specimens after which the effect of the one explanation most exceeds what the covariates alone could do."""
     names = diagnosis.kept[0]
     fit = diagnosis.verdict.tested[names].fit
@@ -80,7 +94,7 @@ def _identify(design: Design, there: PoolGrids, pool: list[Any], k: int, diagnos
     scale = np.concatenate([design.scale, there.scale])
     rivals = Discrepancy.of(both, scale, np.concatenate(slopes))
     whole = np.concatenate(slopes), np.concatenate(effect)
-    chosen, before, after = tests_that_identify(rivals, *whole, design.n, k)
+    chosen, before, after = tests_that_identify(rivals, *whole, design.n, k, price)
     lost = [c for c in diagnosis.covariates if c not in both and c not in own and " in " not in c]
     told = f"; the pool does not say its {', '.join(lost)}" if lost else ""
     asked = diagnosis.identification.margin if diagnosis.identification is not None else 0.0
@@ -88,18 +102,23 @@ def _identify(design: Design, there: PoolGrids, pool: list[Any], k: int, diagnos
         f"to identify {' + '.join(names)}, against all that goes with the covariates (expected excess "
         f"{before:.1f} now, {after:.1f} with them, {asked:.1f} asked{told})"
     )
-    return _tests(there, chosen, pool, reason)
+    # the excess is half the square of a distance, which noise moves by one standard deviation
+    d = np.sqrt(2.0 * np.maximum([before, after], 0.0))
+    low, high = (float(v) for v in ndtr(d - np.sqrt(2.0 * asked)))
+    return replace(_tests(there, chosen, pool, reason, price), chance=(low, high))
 
 
 def _tests(
-    there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str, pairs: tuple[tuple[str, str], ...] = (),
-    before: float = float("nan"), after: float = float("nan"),
+    there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str, price: np.ndarray
 ) -> NextTests:  # fmt: skip
     """Rows of a pool as specimens to be tested, each with the quantity to be measured where there are several."""
     rows = there.rows
     indices = tuple(int(rows.of[i]) for i in chosen)
-    quantities = tuple(rows.quantities[i] for i in chosen) if rows.several else ()
-    return NextTests(indices, tuple(pool[i] for i in indices), reason, pairs, before, after, quantities)
+    several = chosen if rows.several else ()
+    return NextTests(
+        indices, tuple(pool[i] for i in indices), reason, quantities=tuple(rows.quantities[i] for i in several),
+        costs=tuple(float(price[i]) for i in several),
+    )  # fmt: skip
 
 
 Truth = tuple[np.ndarray, np.ndarray, np.ndarray]

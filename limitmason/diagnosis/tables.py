@@ -178,7 +178,8 @@ class PoolGrids(dict):
     pool : specimens that could be tested
     noise : stated for the tested specimens
     causes : the list
-    scale : noise of the tested rows, shape (n,): a test of the pool has that of its quantity on average
+    scale : noise of the tested rows, shape (n,): a test of the pool has that of its quantity on average, or
+            as planned
     """
 
     def __init__(
@@ -188,6 +189,7 @@ class PoolGrids(dict):
         self.tested = tested
         rows = tested.tabulator.rows
         mean = [float(np.mean(scale[rows.column == k])) for k in range(len(rows.needed))]
+        mean += [scatter for _, _, scatter in rows.planned.values()]
         self.scale = np.tile(mean, len(pool))
         placing = self.scale if noise.kind != "unknown" else np.full(len(self.scale), ASSUMED_NOISE)
         self.tables = tested.on(pool, placing)

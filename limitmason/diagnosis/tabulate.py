@@ -77,10 +77,10 @@ class Tabulator:
     def on(self, specimens: Sequence[Any], noise: np.ndarray) -> "Tabulator":
         """This tabulation for other specimens, at the same values of the measured inputs."""
         count = len(self.z_levels[0]) if self.z_levels else None
-        simulator = self.simulator.on(specimens)
+        rows = self.rows.on(len(specimens))
         return Tabulator(
-            simulator,
-            self.rows.on(len(specimens)),
+            self.simulator.on(specimens, rows.needed),
+            rows,
             self.nuisance,
             noise,
             levels=self.levels,

@@ -8,6 +8,7 @@ from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.discrepancy import CONSTANT, DRIFT, TOGETHER
 from limitmason.diagnosis.inference.verdict import Identification, VerdictKind
 from limitmason.diagnosis.result import Findings
+from limitmason.diagnosis.standing_out import carried_by, standing_out_words
 
 FEW = 5  # causes named in one sentence
 OPEN = 0.10  # largest share of sets without the truth, upper end, for a set to be said as closed
@@ -72,7 +73,7 @@ def headline(diagnosis: Findings) -> str:
         best = " and ".join(names)
         if len(diagnosis.pairs) == 1:
             return f"two: {best} together; no single cause of the list and no other pair is left"
-        return f"two: no single cause is left, {len(diagnosis.pairs)} pairs are; best {best}"
+        return f"two: no single cause is left, {len(diagnosis.pairs)} pairs are; best {best}{off_the_list(diagnosis)}"
     if kind == "scatter":
         return "scatter: the data scatter more than stated, and no cause takes more of that away than chance would"
     where = f", varies with {diagnosis.covariate}" if diagnosis.covariate else ""
@@ -135,6 +136,7 @@ def by_kind_words(diagnosis: Findings) -> list[str]:
 def meaning(diagnosis: Findings) -> list[str]:
     """The verdict in plain sentences: what follows from it and what to do."""
     kind, by_name = diagnosis.kind, diagnosis.by_name
+    carried = standing_out_words(diagnosis) if carried_by(diagnosis) else []
     before = 100.0 * float(np.sqrt(np.mean(diagnosis.residuals["baseline"] ** 2)))
     if kind == "none":
         return [
@@ -149,6 +151,7 @@ def meaning(diagnosis: Findings) -> list[str]:
         out = [
             f"The values scatter by {sd:.1f} % about the simulation, more than the noise ({diagnosis.noise}), and "
             f"no listed cause takes more of that away than chance would (p = {diagnosis.verdict.p['guard']:.3f}).",
+            *carried,
         ]
         if diagnosis.verdict.p["gain"] < diagnosis.rule.gain:
             best = max(diagnosis.verdict.tested.values(), key=lambda tested: tested.gain)
@@ -173,6 +176,7 @@ def meaning(diagnosis: Findings) -> list[str]:
             else f"The simulation misses the measured values by {before:.1f} %, more than noise allows. "
             f"{'; '.join(told)} is not rejected on all data together, but predicts groups left out worse than the "
             f"baseline does, and is not named.{where}",
+            *carried,
             *by_kind_words(diagnosis),
             "The list lacks the cause: extend it and judge again.",
         ]
@@ -275,10 +279,12 @@ def if_it_were_missing(diagnosis: Findings) -> str:
     found = diagnosis.rehearsal
     if found is not None and found.missing:
         rate, low, high = found.rate("wrong name")
+        sets, _, most = found.rate("set without it")
         return (
             f"If the true cause were missing from this list, one of these names would be given in {100 * rate:.0f} of "
             f"100 data sets on this design (rehearsed {found.n} times by the whole rule; 95 % interval "
-            f"{100 * low:.0f} to {100 * high:.0f})."
+            f"{100 * low:.0f} to {100 * high:.0f}), and a set of them, none of them true, in {100 * sets:.0f} (at most "
+            f"{100 * most:.0f}): a set is therefore said {'as closed' if most <= OPEN else 'to be open'}."
         )
     quick = diagnosis.verdict.rehearsed
     if quick is None:
@@ -349,11 +355,16 @@ def basis(diagnosis: Findings) -> list[str]:
         for n, v in diagnosis.nuisance.items()
         if n not in diagnosis.redrawn
     ]
+    if diagnosis.counted:
+        most, worth = (max(v) for v in zip(*diagnosis.counted.values(), strict=True))
+        told = f"{len(diagnosis.counted)} curves of up to {most} points each"
+        out.append(f"{told} count as {worth:.1f} independent points a curve (estimated); so many are compared.")
     out += what_is_shared(diagnosis)
     if diagnosis.kind != "none":
         out += what_is_unstated(diagnosis)
     if diagnosis.groups is not None:
         out.append(f"{len(set(diagnosis.groups))} groups of specimens, each left out as a whole for the gain.")
+    out += [] if carried_by(diagnosis) else standing_out_words(diagnosis)
     distances = diagnosis.distances
     twins = "; ".join(f"{a} and {b}" for a, b in distances.twins)
     out.append(f"Twins on this design, which no data of it can tell apart: {twins or 'none'}.")

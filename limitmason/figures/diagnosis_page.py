@@ -150,10 +150,12 @@ def _next_tests(tests: Any, units: Mapping[str, str]) -> str:
     first = tests.specimens[0]
     names = list(first) if isinstance(first, Mapping) else []
     header = ["number in the pool", *(with_unit(n, units) for n in names)] if names else ["number", "specimen"]
+    header += ["measure", "cost"] if tests.quantities else []
     rows = []
-    for i, s in zip(tests.indices, tests.specimens, strict=True):
-        rows.append(("", [(str(i + 1),), *([_number(s.get(n)) for n in names] if names else [repr(s)])]))
-    told = f" Smallest d2 over the pairs {tests.before:.1f} before, {tests.after:.1f} after." if tests.pairs else ""
+    for k, (i, s) in enumerate(zip(tests.indices, tests.specimens, strict=True)):
+        what = [tests.quantities[k], f"{tests.costs[k]:g}"] if tests.quantities else []
+        rows.append(("", [(str(i + 1),), *([_number(s.get(n)) for n in names] if names else [repr(s)]), *what]))
+    told = "".join(f" {text[0].upper()}{text[1:]}." for text in tests.expected)
     return f"<p>{escape(tests.reason[0].upper() + tests.reason[1:])}.{escape(told)}</p>" + table(header, rows)
 
 

@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 from blind import kinds, kinds_designs
+from diagnosis_models import ROUNDING, blocks, specimens
 
 import limitmason as lm
+from limitmason import causes
 from limitmason.diagnosis import Cause, Observation, Study, curves
+from limitmason.diagnosis.inference import judge
+from limitmason.diagnosis.inference.kinds import Evidence
+from limitmason.diagnosis.observations import Rows
 
 pytestmark = pytest.mark.slow
 
@@ -49,13 +54,38 @@ def test_to_name_the_best_always_names_a_joint_of_a_healthy_tower(healthy):
     assert np.mean([name.startswith("loose joint") for name in best]) > FEW
 
 
+def test_contradictions_between_kinds_ignored_name_a_cause_that_is_not_there(monkeypatch):
+    """The peaks ask for more rounding than the stiffness shows, and nobody stated the scatter."""
+
+    def walls(s, rounding=0.0):
+        return {"peak": blocks(s, friction_coefficient=0.7, rounding=rounding, slope=0.0),
+                "stiffness": ((s["width"] - 2.0 * rounding) / s["height"]) ** 3}  # fmt: skip
+
+    def named():
+        out = []
+        for seed in range(12):
+            rng, rows = np.random.default_rng(seed), []
+            for i, s in enumerate(specimens()):
+                found = {"peak": walls(s, 0.011)["peak"], "stiffness": walls(s, 0.007)["stiffness"]}
+                rows += [Observation(i, q, float(v * np.exp(0.08 * rng.standard_normal()))) for q, v in found.items()]
+            made = Study(specimens(), walls, rows, shared=())
+            out.append(made.diagnose([ROUNDING, causes.gain()], pairs=False).identified)
+        return np.mean(out)
+
+    assert named() <= FEW
+    monkeypatch.setattr(judge, "agree", lambda kinds: True)  # two kinds are always taken to show one size
+    monkeypatch.setattr(Evidence, "absent", False)  # what should show and does not is passed over
+    monkeypatch.setattr(Rows, "columns", lambda rows, covariates, names: {**covariates, "specimen": list(names)})
+    assert named() > FEW
+
+
 def test_points_of_curves_counted_as_independent_raise_alarms():
     """Each curve's load cell has its own gain error, which a statement of single errors does not tell."""
 
     def line(s, scale=1.0):
         return {f"load at {x:.6g}": scale * x for x in np.linspace(0.0, 1.0, 21)[1:]}
 
-    causes, counted, independent = [Cause("stiffer", "scale", 1.0, (0.7, 1.4))], [], []
+    listed, counted, independent = [Cause("stiffer", "scale", 1.0, (0.7, 1.4))], [], []
     truth = {i: lm.Curve([0.0, 1.0], [0.0, 1.0]) for i in range(8)}
     for seed in range(SETS):
         rng = np.random.default_rng([1618, seed])
@@ -68,6 +98,6 @@ def test_points_of_curves_counted_as_independent_raise_alarms():
                 for q, x in zip(line({}), np.linspace(0.0, 1.0, 21)[1:], strict=True)]  # fmt: skip
         for made, out in ((rows, counted), (bare, independent)):
             study = Study([{"k": i} for i in range(8)], line, made, shared=(), levels=5)
-            out.append(study.diagnose(causes, seed=seed, draws=699, pairs=False))
+            out.append(study.diagnose(listed, seed=seed, draws=699, pairs=False))
     assert alarms(counted) <= FEW
     assert alarms(independent) > FEW

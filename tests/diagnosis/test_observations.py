@@ -1,17 +1,21 @@
 """Several numbers per specimen: laws of scale, noise and missing values, and names that need two kinds of evidence."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from diagnosis_models import CAUSES, ROUNDING, blocks, data, specimens, study
+from scipy.special import ndtr
 
 import limitmason as lm
 from limitmason import causes
 from limitmason.cli import main
-from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study
+from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study, curves
 from limitmason.diagnosis.from_folder import write_folder
 from limitmason.diagnosis.inference.discrepancy import dependences
 from limitmason.diagnosis.inference.kinds import Evidence, agree, foretold
 from limitmason.diagnosis.simulate import several
+from limitmason.diagnosis.standing_out import standing_out
 from limitmason.errors import InputError
 
 SCATTER = {"peak": 0.04, "stiffness": 0.05, "frequency 1": 0.01}
@@ -149,6 +153,37 @@ def test_a_cause_that_mends_the_peak_and_spoils_the_stiffness_is_not_named_and_t
     assert peaks.kind == "behaves like"  # and by peaks alone it passes for rounding, which is not said to be it
 
 
+def test_specimens_that_stand_out_are_told_with_what_they_share_and_whether_they_carry_the_verdict():
+    late = {2: "second", 6: "second", 9: "second"}
+    days = [late.get(i, "first") for i in range(12)]
+    rows = [dataclasses.replace(o, value=o.value * (0.7 if o.specimen in late else 1.0)) for o in observed()]
+    options = {"covariates": {"day": days, "height": [s["height"] for s in specimens()]}}
+    found = several_kinds(rows, **options).diagnose([ROUNDING, SLOPE], pairs=False)
+    assert found.kind == "unexplained"
+    out = standing_out(found)
+    assert out.specimens == ("specimen 2", "specimen 6", "specimen 9")
+    assert out.share == "day = second (3 of 12 have it)"
+    assert out.carries
+    assert out.values[0] == ("specimen 2, frequency 1", pytest.approx(100.0 * np.log(0.7), abs=6.0))
+    assert "They carry the verdict" in found.record()["in words"][1]  # of the three lines of the terminal
+    plain = [several_kinds(observed(seed=seed), **options).diagnose([SLOPE], pairs=False) for seed in range(12)]
+    assert sum(standing_out(d) is not None for d in plain) <= 3  # 5 %
+
+
+def test_points_of_curves_are_told_as_the_witnesses_that_they_are():
+    def line(s, slope=1.0):
+        return {"load at 1": slope * s["k"]}
+
+    rng = np.random.default_rng(0)
+    truth = {i: lm.Curve([0.0, 1.0], [0.0, 1.0 + i]) for i in range(8)}
+    u = np.linspace(0.0, 1.0, 200)
+    seen = {i: lm.Curve(u, (1.0 + i) * u * np.exp(0.05 * rng.standard_normal())) for i in truth}
+    rows, _ = curves.points(seen, truth, load=0.05, displacement=1e-6, count=20)
+    made = Study([{"k": 1.0 + i} for i in truth], line, rows, shared=(), levels=3)
+    told = made.diagnose([Cause("slope", "slope", 1.0, (0.7, 1.4)), LOAD_CELL]).report(checks=False)
+    assert "8 curves of up to 200 points each count as 1.0 independent points a curve" in told
+
+
 def test_evidence_agrees_where_two_kinds_show_one_size():
     a, b, c = (Evidence(k, 1.0, s, e, 1.0) for k, s, e in (("x", 1.0, 0.1), ("y", 0.9, 0.1), ("z", 0.0, 0.1)))
     weak = Evidence("w", 0.0, 0.5, 2.0, 1.0)
@@ -186,6 +221,33 @@ def test_next_tests_say_what_to_measure():
     assert len(tests.quantities) == 3
     assert set(tests.quantities) <= {"peak", "stiffness"}
     assert all(0 <= i < 4 for i in tests.indices)
+
+
+def test_next_tests_weigh_kinds_by_cost_and_say_what_one_is_worth_in_others():
+    # a frequency of 1 % over a peak of 4 %, both in proportion to the cause, beside a rival that neither feels
+    def both(s, a=1.0, b=1.0):
+        return {"peak": a, "frequency 1": a, "stiffness": b}
+
+    rows = [Observation(i, q, 1.0, SCATTER[q]) for i in range(4) for q in ("peak", "stiffness")]
+    rows += [Observation(i, "frequency 1", scatter=0.01) for i in range(4)]  # not measured yet
+    listed = [Cause("a", "a", 1.0, (0.98, 1.02)), Cause("b", "b", 1.0, (0.98, 1.02))]
+    made = Study([{}] * 4, both, rows, shared=(), levels=5)
+    assert set(made.rows.quantities) == {"peak", "stiffness"}
+    pool = [{}] * 3
+    free = made.plan(listed[:1], pool, k=1)
+    assert free.quantities == ("frequency 1",)
+    assert free.worth == {"peak": 16.0, "stiffness": np.inf, "frequency 1": 1.0}  # (4 % / 1 %)^2
+    assert "one test of frequency 1 is worth 16 of peak, more than 100 tests of stiffness" in str(free)
+    dear = made.plan(listed[:1], pool, k=1, costs={"frequency 1": 30.0})
+    assert dear.quantities == ("peak",)
+    assert dear.costs == (1.0,)
+    # the chance that the rival is rejected at distance d is that of d + N(0, 1) > 2.326
+    assert free.chance == pytest.approx(ndtr(np.sqrt([free.before, free.after]) - 2.326))
+    assert free.chance[1] > dear.chance[1] > dear.chance[0] == free.chance[0]
+    two = made.plan(listed, pool, k=2)
+    assert two.chance[0] < two.chance[1]
+    with pytest.raises(InputError, match="costs must be positive"):
+        made.plan(listed, pool, k=2, costs={"peak": 0.0})
 
 
 def test_the_standard_list_of_a_method_holds_only_what_it_feels():

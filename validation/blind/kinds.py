@@ -12,11 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from limitmason.diagnosis.rehearse import binomial_interval
+from limitmason.diagnosis.words import headline
 
 from . import campaigns
 from .kinds_designs import FOUR, Monument, OtherCode, Patterns, PeaksAlone, Trials
 
 SEED = 20261125  # thresholds were set on trials of seed 20261124
+CLOSED = ", said as closed"
 PLANTED = {
     "nothing": "nothing", "clear": "listed", "two causes": "two", "off the list": "off_the_list",
     "one joint loose": "listed",
@@ -30,25 +32,27 @@ def outcome(found, name):
         return str(found.kind)
     if found.identified:
         return "identified" if right else "identified wrongly"
-    if found.pairs:
-        return "pair with it" if right else "pair without it"
-    if found.kind == "behaves like":
+    if found.kind == "behaves like" and not found.pairs:
         return "behaves like it" if right else "behaves like another"
-    return "set with it" if right else "set without it"
+    what = "pair" if found.pairs else "set"
+    is_open = found.kind == "behaves like" or "not on the list" in headline(found)
+    return f"{what} with it" if right else f"{what} without it" + CLOSED * (not is_open)
 
 
 IN_SET = ("identified", "behaves like it", "set with it", "pair with it")
 ALIKE, WRONG = IN_SET[:3], ("identified wrongly",)
-OTHER = ("identified wrongly", "behaves like another", "set without it")
+SETS = tuple(f"{what} without it{said}" for what in ("set", "pair") for said in ("", CLOSED))
+OTHER = ("identified wrongly", "behaves like another", *SETS[:2])
 # what is asked: in words, outcomes of which a share is taken, its gate, and whether it must be at most that
 ALARMS = {"alarms": (("none",), 0.95, False)}  # counted as data sets without one
 SINGLE = {"identified wrongly": (WRONG, 0.03, True)}
+OFF = {"sets without it": (SETS, 1.0, True), "said as closed": (SETS[1::2], 0.10, True)}
 ASKED = {
     "nothing": ALARMS,
     "clear": {"identified": (IN_SET[:1], 0.9, False), "identified or alike": (ALIKE, 0.98, False),
               "identified wrongly": (WRONG, 0.01, True)},
     "two causes": {"both in the answer": (IN_SET, 0.8, False), "a wrong name alone": (WRONG, 0.05, True)},
-    "off the list": {"identified wrongly": (WRONG, 0.05, True)},
+    "off the list": {"identified wrongly": (WRONG, 0.05, True), **OFF},
     "one joint loose": {"in the set": (IN_SET, 0.9, False), "alone": (IN_SET[:2], 0.7, False),
                         "wrong": (OTHER, 0.03, True)},
 }  # fmt: skip
@@ -93,7 +97,7 @@ def designs(cache):
                 4 + i, {"nothing": {"alarms": (("none",), 0.93, False)}},
                 lambda c=columns: Trials(c, cache, together="day")),
             f"4 specimens, three kinds{also}": (
-                6 + i, {"nothing": ALARMS, "clear": SINGLE, "off the list": SINGLE},
+                6 + i, {"nothing": ALARMS, "clear": SINGLE, "off the list": SINGLE | OFF},
                 lambda c=columns: Trials(c, cache, FOUR)),
         }  # fmt: skip
     return out | {
@@ -122,8 +126,8 @@ def gate_words(records, asked):
         share = count / len(records)
         if words == "alarms":
             share, gate, most = 1.0 - share, 1.0 - gate, True
-        out.append(f"{words} {100 * share:.1f} of {'at most' if most else 'at least'} {100 * gate:.0f} %"
-                   + (": **falls short**" if beyond else ""))  # fmt: skip
+        limit = f" of {'at most' if most else 'at least'} {100 * gate:.0f} %" if gate < 1.0 else " % (any)"
+        out.append(f"{words} {100 * share:.1f}{limit}" + ": **falls short**" * beyond)
     return "; ".join(out) or "shown beside"
 
 
@@ -150,9 +154,11 @@ INTRODUCTION = """# Trials of several kinds of data
 Specimens have a peak, a stiffness and a first frequency, with scatters of 5, 5 and 1 %. Effects off the list are built
 unit by unit, without the catalogue. "Clear" is 36 and more in d2 from the baseline and from the nearest rival, felt by
 two quantities. Brackets hold 90 % intervals of a share in per cent; a row falls short where its interval lies wholly
-beyond what is asked. "Peaks alone" are judged on the clear data sets of all kinds. Stored peaks of the DEM differ from
-limit analysis by 0.1 %, which is not declared. `python -m validation.blind.kinds --sets 300 --nulls 1000 --records
-kept.jsonl --cache kept_tables.jsonl --out kinds.md` makes all rows; thresholds were set on another seed.
+beyond what is asked. A set that lacks what was planted must end with "or something that is not on the list", unless it
+is as rare as 10 %: what is said as closed is counted. "Peaks alone" are judged on the clear data sets of all kinds.
+Stored peaks of the DEM differ from limit analysis by 0.1 %, which is not declared. `python -m validation.blind.kinds
+--sets 300 --nulls 1000 --records kept.jsonl --cache kept_tables.jsonl --out kinds.md` makes all rows; thresholds were
+set on another seed.
 
 """
 

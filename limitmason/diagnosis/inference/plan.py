@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.special import ndtr
 
 from limitmason.diagnosis.inference.design import Design, Listed, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy
@@ -18,6 +19,8 @@ TWIN = 1.0
 SEEN = 9.0
 REFERENCE = 36.0  # d2 from the baseline at which causes are compared
 NINE_IN_TEN = 1.2816  # standard normal quantile
+MANY = 100  # tests of a quantity, beyond which one of another is not compared
+REJECTED = 2.326  # distance, in standard deviations, at which a rival is rejected in half of the data sets (p = 0.02)
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,10 @@ class NextTests:
     pairs : ordered pairs (true, rival) that they separate
     before, after : smallest d2 over these pairs without and with them; NaN where no pair is separated
     quantities : what to measure on each; () where there is one quantity
+    costs : of each; () where there is one quantity
+    chance : expected chance of a verdict without and with them: that the true one of the explanations in question is
+        left alone, or identified where one is left already; NaN where none is in question
+    worth : tests of each quantity that one of the best quantity is worth; infinity for more than ``MANY``
     """
 
     indices: tuple[int, ...]
@@ -112,12 +119,32 @@ class NextTests:
     before: float = float("nan")
     after: float = float("nan")
     quantities: tuple[str, ...] = ()
+    costs: tuple[float, ...] = ()
+    chance: tuple[float, float] = (float("nan"), float("nan"))
+    worth: Mapping[str, float] = field(default_factory=dict)
 
     def __str__(self) -> str:
+        told = [f"{self.reason}: specimens {self.listed(0)} of the pool", *self.expected]
+        return "; ".join(told)
+
+    def listed(self, first: int) -> str:
+        """Numbers in the pool, counted from ``first``, each with what to measure."""
         what = [f" ({q})" for q in self.quantities] or [""] * len(self.indices)
-        each = ", ".join(f"{i}{q}" for i, q in zip(self.indices, what, strict=True))
-        text = f"{self.reason}: specimens {each} of the pool"
-        return text + (f"; smallest d2 {self.before:.1f} -> {self.after:.1f}" if self.pairs else "")
+        return ", ".join(f"{i + first}{q}" for i, q in zip(self.indices, what, strict=True))
+
+    @property
+    def expected(self) -> list[str]:
+        """What the tests would bring, and what one of a quantity is worth in tests of the others."""
+        out = [f"smallest d2 {self.before:.1f} -> {self.after:.1f}"] if self.pairs else []
+        if np.isfinite(self.chance[1]):
+            cost = f" for a cost of {sum(self.costs):g}" if self.costs else ""
+            out.append(f"expected chance of a verdict {100 * self.chance[0]:.0f} -> {100 * self.chance[1]:.0f} %{cost}")
+        if len(self.worth) > 1:
+            best = min(self.worth, key=lambda q: self.worth[q])
+            others = [f"more than {MANY} tests of {q}" if w > MANY else f"{w:.0f} of {q}"
+                      for q, w in self.worth.items() if q != best]  # fmt: skip
+            out.append(f"one test of {best} is worth {', '.join(others)}")
+        return out
 
 
 def distances(truth: np.ndarray, rival: Grid, z: np.ndarray | None = None) -> np.ndarray:
@@ -209,11 +236,12 @@ def choose_tests(
     pairs: Sequence[tuple[Names, Names]],
     k: int,
     cap: float = CLEAR,
+    price: np.ndarray | None = None,
 ) -> tuple[list[int], np.ndarray, np.ndarray]:
     """Greedy choice of specimens that pull every ordered pair apart after the rival is refitted.
 
-    Each step adds the specimen with the largest sum over the pairs of min(d2, cap); the cap keeps an easy pair from
-    being served at the cost of a hard one.
+    Each step adds the specimen with the largest gain of the sum over the pairs of min(d2, cap) for its price; the cap
+    keeps an easy pair from being served at the cost of a hard one.
 
     Parameters
     ----------
@@ -221,34 +249,79 @@ def choose_tests(
     rivals : per explanation its grids on the tested specimens and on the pool, with the same nodes
     pairs : (true, rival)
     k : how many
+    price : of each test, shape (n,); None for one price
 
     Returns
     -------
     chosen, before, after : positions in the pool; d2 of each pair without and with them
     """
-    sums = []
-    adds = []
-    for true, rival in pairs:
-        done, pool, z = truths[true]
-        here, there = rivals[rival]
-        sums.append(((here.nodes - done) ** 2).sum(axis=1) + ((here.node_z - z) ** 2).sum(axis=1))
-        adds.append((there.nodes - pool) ** 2)
+    sums, adds = apart(truths, rivals, pairs)
     before = np.array([s.min() for s in sums])
     chosen: list[int] = []
     for _ in range(k):
         worth = np.zeros(adds[0].shape[1])
         for total, add in zip(sums, adds, strict=True):
-            d2 = (total[:, None] + add).min(axis=0)
-            worth += np.minimum(d2, cap) + 1e-3 * np.minimum(d2, 4 * cap)  # a tie among the capped goes to the larger
+            now, d2 = total.min(), (total[:, None] + add).min(axis=0)
+            # a tie among the capped goes to the larger
+            worth += np.minimum(d2, cap) - min(now, cap) + 1e-3 * (np.minimum(d2, 4 * cap) - min(now, 4 * cap))
+        worth = worth if price is None else worth / price
         worth[chosen] = -np.inf
         chosen.append(int(np.argmax(worth)))
         sums = [total + add[:, chosen[-1]] for total, add in zip(sums, adds, strict=True)]
     return chosen, before, np.array([s.min() for s in sums])
 
 
+def apart(
+    truths: Mapping[Names, tuple[np.ndarray, np.ndarray, np.ndarray]],
+    rivals: Mapping[Names, tuple[Grid, Grid]],
+    pairs: Sequence[tuple[Names, Names]],
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Of each pair d2 at every node of the rival on what is tested, and what each test of the pool adds to it."""
+    sums, adds = [], []
+    for true, rival in pairs:
+        done, pool, z = truths[true]
+        here, there = rivals[rival]
+        sums.append(((here.nodes - done) ** 2).sum(axis=1) + ((here.node_z - z) ** 2).sum(axis=1))
+        adds.append((there.nodes - pool) ** 2)
+    return sums, adds
+
+
+def chance_of_verdict(d2: np.ndarray, pairs: Sequence[tuple[Names, Names]]) -> float:
+    """Expected chance that the true explanation is left alone, each being as likely.
+
+    A rival at distance d is rejected with the chance of d + N(0, 1) to exceed ``REJECTED``; the nearest one counts.
+    """
+    nearest: dict[Names, float] = {}
+    for (true, _), value in zip(pairs, d2, strict=True):
+        nearest[true] = min(nearest.get(true, np.inf), float(value))
+    return float(np.mean(ndtr(np.sqrt(list(nearest.values())) - REJECTED)))
+
+
+def worth_in_tests(
+    sums: Sequence[np.ndarray], adds: Sequence[np.ndarray], quantities: Sequence[str], cap: float = CLEAR
+) -> dict[str, float]:
+    """How many tests of each quantity bring what one of the best quantity does, in the sum over pairs of min(d2, cap).
+
+    The best specimen of each quantity is tested again and again.
+    """
+
+    def reached(row: int, times: int) -> float:
+        both = zip(sums, adds, strict=True)
+        return sum(min(float((total + times * add[:, row]).min()), cap) for total, add in both)
+
+    rows: dict[str, list[int]] = {}
+    for row, quantity in enumerate(quantities):
+        rows.setdefault(quantity, []).append(row)
+    best = {q: max(each, key=lambda row: reached(row, 1)) for q, each in rows.items()}
+    target = max(reached(row, 1) for row in best.values()) - 1e-9
+    return {q: float(next((t for t in range(1, MANY + 1) if reached(row, t) >= target), np.inf))
+            for q, row in best.items()}  # fmt: skip
+
+
 def tests_that_identify(
-    discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, tested: int, k: int
-) -> tuple[list[int], float, float]:
+    discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, tested: int, k: int,
+    price: np.ndarray,
+) -> tuple[list[int], float, float]:  # fmt: skip
     """Greedy choice of specimens after which an effect, without noise, most exceeds every model discrepancy.
 
     Each step adds the specimen that raises min over the biases of f' (S + J J')^-1 f / 2 + log det(S + J J') / 2 most.
@@ -260,6 +333,7 @@ def tests_that_identify(
     effect : f of both, in units of the noise, shape (n,)
     tested : how many of them are tested, first
     k : how many to choose
+    price : of each test of the pool, shape (n,)
 
     Returns
     -------
@@ -272,9 +346,9 @@ def tests_that_identify(
         part = whole[:, done][:, :, done]
         inverse = np.linalg.inv(part)
         own = np.eye(len(done)) + slopes[done] @ slopes[done].T
-        price = 0.5 * (np.linalg.slogdet(part)[1] - np.linalg.slogdet(own)[1])
+        paid = 0.5 * (np.linalg.slogdet(part)[1] - np.linalg.slogdet(own)[1])
         square = 0.5 * np.einsum("i,mij,j->m", effect[done], inverse, effect[done])
-        values.append(float((square + price).min()))
+        values.append(float((square + paid).min()))
         if len(chosen) == k:
             break
         rest = [i for i in range(tested, n) if i not in done]
@@ -282,8 +356,9 @@ def tests_that_identify(
         pulled = inverse @ across
         spread = whole[:, rest, rest] - np.einsum("mir,mir->mr", across, pulled)
         missed = effect[rest] - np.einsum("i,mir->mr", effect[done], pulled)
-        worth = (square + price)[:, None] + 0.5 * missed**2 / spread + 0.5 * np.log(spread)
-        best = rest[int(np.argmax(worth.min(axis=0)))]
+        worth = (square + paid)[:, None] + 0.5 * missed**2 / spread + 0.5 * np.log(spread)
+        each = worth.min(axis=0) - values[-1]
+        best = rest[int(np.argmax(each / price[np.array(rest) - tested]))]
         chosen.append(best - tested)
         done.append(best)
     return chosen, values[0], values[-1]

@@ -1,0 +1,109 @@
+"""Specimens that stand out of the rest: which, by how much, what they share, and whether they carry the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import comb
+from typing import Any
+
+import numpy as np
+
+from limitmason.diagnosis.inference.trends import is_numeric
+from limitmason.diagnosis.result import Findings
+
+TAIL = 0.05  # chance that noise alone makes any specimen of the study stand out
+SHARED = 0.05  # the same for what they share, over all recorded columns
+
+
+@dataclass(frozen=True)
+class StandingOut:
+    """Specimens whose residuals noise alone does not make, the best explanation fitted.
+
+    Parameters
+    ----------
+    specimens : what each is called
+    values : the largest residual of each in units of its noise, with the name of its row
+    share : what they have in common and others seldom have, in words; empty where nothing
+    carries : whether the residuals of all others, as they are, are those of noise
+    """
+
+    specimens: tuple[str, ...]
+    values: tuple[tuple[str, float], ...]
+    share: str
+    carries: bool
+
+
+def standing_out(diagnosis: Findings) -> StandingOut | None:
+    """Specimens that stand out, or None.
+
+    With r the residuals of a specimen's k values in units of the noise, (sum r^2 - k) / sqrt(2 k) is compared with the
+    largest over all specimens in data sets of noise alone, which a study exceeds with probability ``TAIL``. None also
+    where all of a study's specimens stand out: they are then no exception.
+    """
+    sd = diagnosis.noise_sd or 1.0
+    residuals = diagnosis.judged.apart(diagnosis.best.residuals[0]) / sd
+    columns = diagnosis.covariates
+    names = [str(v) for v in columns.get("specimen", diagnosis.specimens)]
+    each = {name: np.array([n == name for n in names]) for name in dict.fromkeys(names)}
+    inside = np.array(list(each.values()), dtype=float)
+    count = inside.sum(axis=1)
+
+    def size(r: np.ndarray) -> np.ndarray:
+        return (r**2 @ inside.T - count) / np.sqrt(2.0 * count)
+
+    drawn = size(diagnosis.draws.errors)
+    found = size(residuals)
+    out = found > np.quantile(drawn.max(axis=1), 1.0 - TAIL)
+    if not out.any() or 2 * out.sum() > len(out):
+        return None
+    rest = ~out
+    carries = bool(found[rest].max() <= np.quantile(drawn[:, rest].max(axis=1), 1.0 - TAIL)
+                   and found[rest].mean() <= np.quantile(drawn[:, rest].mean(axis=1), 1.0 - TAIL))  # fmt: skip
+    chosen = [name for name, is_out in zip(each, out, strict=True) if is_out]
+    worst = [int(np.argmax(np.where(each[name], np.abs(residuals), -1.0))) for name in chosen]
+    first = [int(np.argmax(each[name])) for name in each]
+    plain = {k: [v[i] for i in first] for k, v in columns.items() if " in " not in k}
+    values = tuple((diagnosis.specimens[i], float(residuals[i])) for i in worst)
+    return StandingOut(tuple(chosen), values, _shared(plain, out), carries)
+
+
+def _shared(columns: Mapping[str, Sequence[Any]], out: np.ndarray) -> str:
+    """What those that stand out share, where chance would choose it in one of ``1 / SHARED`` studies at most.
+
+    A label, or all values of a number on one side of those of most others. Empty where one specimen stands out.
+    """
+    count, found = int(out.sum()), []
+    asked = {k: v for k, v in columns.items() if k not in ("specimen", "quantity") and len({str(x) for x in v}) > 1}
+    for name, column in asked.items() if count > 1 else ():
+        if is_numeric(column):
+            x = np.asarray(column, dtype=float)
+            sides = [(x >= x[out].min(), f"{name} of {x[out].min():g} and more"),
+                     (x <= x[out].max(), f"{name} of {x[out].max():g} and less")]  # fmt: skip
+        else:
+            labels = np.array([str(v) for v in column])
+            sides = [(labels == labels[out][0], f"{name} = {labels[out][0]}")]
+        for those, words in sides:
+            if those[out].all():
+                chance = len(sides) * len(asked) * comb(int(those.sum()), count) / comb(len(out), count)
+                found.append((chance, f"{words} ({int(those.sum())} of {len(out)} have it)"))
+    return min(found)[1] if found and min(found)[0] <= SHARED else ""
+
+
+def standing_out_words(diagnosis: Findings) -> list[str]:
+    """Which specimens stand out, by how much, and what they share; empty where none does."""
+    found = standing_out(diagnosis)
+    if found is None:
+        return []
+    each = ", ".join(f"{name} ({value:+.1f} sd)" for name, value in found.values)
+    after = f" beside {' and '.join(diagnosis.kept[0])}" if diagnosis.kept else ""
+    share = f" They share {found.share}." if found.share else ""
+    share = share or (" Nothing that is recorded is theirs alone." if len(found.specimens) > 1 else "")
+    carry = " They carry the verdict: the others fit within the noise." if carried_by(diagnosis) else ""
+    return [f"Standing out{after}: {each}.{share}{carry}"]
+
+
+def carried_by(diagnosis: Findings) -> bool:
+    """Whether an alarm that no cause explains is that of the specimens that stand out."""
+    found = standing_out(diagnosis)
+    return found is not None and found.carries and diagnosis.kind in ("unexplained", "scatter")
