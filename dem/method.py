@@ -6,6 +6,7 @@ from dem.multiplier.collapse import collapse
 from dem.papers import COLLAPSE
 from dem.push import push
 from dem.settings import CHECKS, DemSettings
+from dem.stages.simulate import simulate
 from limitmason.answers.method import DISPLACED, Look, Method
 from limitmason.answers.results import ALMOST_SOLVED, SOLVED, Prediction, Range
 
@@ -32,6 +33,7 @@ DEM = Method(
     kept=("error budget",),
     theorem="simulation",
     drive=push,
+    follow=simulate,
     references=COLLAPSE,
     levers=DISPLACED,
 )

@@ -164,7 +164,9 @@ def answer(
         and ``Curve.quantities``; "load at X" reads its curve), "limit", "modes"; or to a function of assembly and loads
     options : of a method, by its name. ``test`` of "modes" is a :class:`~limitmason.vibration.ModalTest`, with whose
         shapes modes are paired; ``drive`` of a method that drives structures is a ``Drive``, or a function of assembly
-        and loads that gives one, and goes with ``to`` [m]
+        and loads that gives one, and goes with ``to`` [m]; ``stages`` of a method that follows histories are stages of
+        loading, or a function that gives them: "peak rotation", "residual displacement", "overturned" (see
+        ``dem.History.quantities``)
 
     Raises
     ------
@@ -199,7 +201,7 @@ def answer(
 
 def _answered(
     assembly: Assembly, loads: Loads, method: str, wanted: Sequence[str], *, test: ModalTest | None = None,
-    drive: Any = None, **options: Any,
+    drive: Any = None, stages: Any = None, **options: Any,
 ) -> tuple[Any, Mapping[str, float]]:  # fmt: skip
     """What a method found, and all its quantities."""
     if method == MODES:
@@ -215,6 +217,14 @@ def _answered(
             raise InputError(f"method {method!r} follows no drive; dem does")
         curve = driven(assembly, drive(assembly, loads) if callable(drive) else drive, **options)
         return curve, curve.quantities
+    if stages is not None:
+        follow = get_method(method).follow
+        if follow is None:
+            raise InputError(f"method {method!r} follows no stages; dem does")
+        history = follow(assembly, stages(assembly, loads) if callable(stages) else stages, loads=loads, **options)
+        if str(history.status) != "finished":
+            raise NotConverged(f"the history of method {method!r} ended '{history.status}'")
+        return history, history.quantities
     found = predict(assembly, loads, method, **options)
     if found.status not in (SOLVED, ALMOST_SOLVED) or not math.isfinite(found.collapse_multiplier):
         raise NotConverged(f"method {method!r} ended '{found.status}' (multiplier {found.collapse_multiplier:.4g})")

@@ -49,6 +49,9 @@ COLUMNS = {
 """Recorded scalars and their units; in quasi-static mode time counts steps and kinetic energy is of scaled masses."""
 
 
+OVERTURNED = np.radians(60.0)
+"""Turn beyond which a block counts as overturned [rad]: past atan(b / h), where all fall that are h > .6 b high."""
+
 _ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", "opening", "slip", "crushed", "used", "failed")
 
 
@@ -218,6 +221,31 @@ class History(Displayed, Tabular, ReadOnly):
             status=self.status, warnings=self.warnings, source="dem",
             references=(*PAPERS, *data_behind(self.assembly.recipe)),
         )  # fmt: skip
+
+    @property
+    def quantities(self) -> dict[str, float]:
+        """What a test on a table that shakes, or a release, would write down, by name.
+
+        "peak rotation" [rad] is the largest turn of any block at any time. "peak displacement" and "residual
+        displacement" [m] are the largest at any time and at the end, against the mean of the held blocks. "overturned"
+        is 1 where a block has turned by more than ``OVERTURNED``, else 0.
+
+        Raises
+        ------
+        InputError
+            Where nothing is recorded, or all blocks are held.
+        """
+        free = ~self.assembly.held.all(axis=1)
+        if not len(self.shift) or not free.any():
+            raise InputError("this history has no block that moves, or nothing recorded: it has no quantities")
+        ground = self.shift[:, ~free].mean(axis=1, keepdims=True) if not free.all() else 0.0
+        moved = np.linalg.norm(self.shift[:, free] - ground, axis=2)
+        q = self.quaternion[:, free]
+        turned = float(2.0 * np.arctan2(np.linalg.norm(q[..., 1:], axis=2), np.abs(q[..., 0])).max())
+        return {
+            "peak rotation": turned, "peak displacement": float(moved.max()),
+            "residual displacement": float(moved[-1].max()), "overturned": float(turned > OVERTURNED),
+        }  # fmt: skip
 
     def diagram(self) -> dict[str, Any]:
         """What ``plot()`` draws: displacement of the block that ends farthest from where it stood [mm].

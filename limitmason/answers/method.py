@@ -90,6 +90,8 @@ class Method:
         the displaced structure, "simulation" for others
     drive : follows a structure that is driven to a displacement: called with assembly, ``Drive`` and ``to=`` [m]; None
         where the method has no such thing
+    follow : follows a structure through stages of loading: called with assembly, stages and ``loads=``; None where the
+        method has no such thing
     references : papers behind it, for ``cite()`` of answers that do not name their own
     levers : those of ``LEVERS`` that it feels and computes with its default points; by default all but "torsion"
     plane_levers : further ones that it computes in plane only
@@ -107,6 +109,7 @@ class Method:
     kept: tuple[str, ...] = ()
     theorem: str = "simulation"
     drive: Callable[..., Curve] | None = None
+    follow: Callable[..., Any] | None = None
     references: tuple[Cited, ...] = ()
     levers: tuple[str, ...] = tuple(lever for lever in LEVERS if lever != "torsion")
     plane_levers: tuple[str, ...] = ()

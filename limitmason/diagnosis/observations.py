@@ -29,12 +29,13 @@ class EvidenceKind(StrEnum):
 
 
 KIND_OF = {
-    EvidenceKind.DEFORMATION: ("stiffness", "drift", "displacement", "rotation", "sway"),
+    EvidenceKind.DEFORMATION: ("stiffness", "drift", "displacement", "rotation", "sway", "peak rotation",
+                               "peak displacement", "residual rotation", "residual displacement"),
     EvidenceKind.VIBRATION: ("frequency", "mode", "damping", "period"),
-    EvidenceKind.PATTERN: ("crack pattern", "opened", "slid", "crushed", "failure mode"),
-}  # all else is a force
+    EvidenceKind.PATTERN: ("crack pattern", "opened", "slid", "crushed", "failure mode", "overturned"),
+}  # fmt: skip; all else is a force
 SEEN = "seen"
-FLAGS = ("opened", "slid", "crushed", "failure mode")  # quantities that were seen (1) or not (0)
+FLAGS = ("opened", "slid", "crushed", "failure mode", "overturned")  # quantities that were seen (1) or not (0)
 SIGNED = ("mode", "residual displacement")  # quantities that may be negative: compared as they are, not as logarithms
 
 
@@ -50,7 +51,7 @@ class Observation:
     ----------
     specimen : its number, from 0, or its name (the "specimen" or "name" of its mapping)
     quantity : what was measured, as the simulator calls it: "peak", "stiffness", "frequency 1", "opened a|b", ...
-    value : NaN where it is missing; 1 or 0 for what was seen or not seen (opened, slid, crushed, failure mode)
+    value : NaN where it is missing; 1 or 0 for what was seen or not (opened, slid, crushed, overturned, failure mode)
     scatter : standard deviation, relative to the value for a logarithmic scale, in its unit for a linear one; the rate
         of misreading, below one half, of what was seen or not; None where the study states the noise
     unit : of the value, for reports

@@ -4,9 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
+import dem
 import limitmason as lm
 from limitmason import causes
+from limitmason.constants import GRAVITY
 from limitmason.diagnosis import Cause, Observation, Study, curves
 from limitmason.diagnosis.simulate import several
 from limitmason.errors import InputError
@@ -96,6 +99,48 @@ def test_a_curve_is_compared_by_features_or_by_points_that_are_not_each_a_witnes
     assert curves.points(shaken, load=0.05, displacement=1e-6)[1] == 1.0
     with pytest.raises(InputError, match="ends before"):
         curves.points(shaken, dict.fromkeys(truth, lm.Curve([0.0, 0.5], [0.0, 1.0])), load=0.05, displacement=1e-6)
+
+
+@pytest.mark.slow
+def test_histories_are_a_kind_of_data_peak_rotation_of_a_pulse_and_overturned_or_not():
+    b, h, push = 0.4, 1.6, 0.2
+
+    def build(s):
+        joint = lm.Joint(60.0, normal_stiffness=1e10)
+        made = lm.build.column(width=b * s.get("part", 1.0), depth=0.4, unit_height=h, courses=1, joint=joint)
+        return made, lm.Loads.weight(made)
+
+    def pulse(s):
+        shaken = dem.BaseMotion(acceleration=[s["g"] * GRAVITY] * (round(push / 0.01) + 1), sample_step=0.01,
+                                after="coast")  # fmt: skip
+        settled = dem.Hold(duration=0.05, damping=dem.Damping(0.8))
+        options = {"stages": [settled, shaken, dem.Hold(duration=0.25)], "mode": "dynamic",
+                   "contact_points": (2, 2), "joint_options": dem.JointOptions(dashpot=0.0)}  # fmt: skip
+        wanted = dict.fromkeys(("peak rotation", "overturned"), "dem")
+        return lm.answer(*build(s), wanted, dem=options).quantities
+
+    # a rigid block about its edge, Housner 1963: theta'' = -p^2 sin(alpha - theta) + p^2 a cos(alpha - theta) / g
+    alpha, p2 = np.arctan(b / h), 3.0 * GRAVITY / (2.0 * np.hypot(b, h))
+
+    def rock(t, y, a):
+        return [y[1], p2 * (-np.sin(alpha - y[0]) + (a if t < push else 0.0) * np.cos(alpha - y[0]))]
+
+    a = 0.4
+    top = solve_ivp(rock, (0.0, push + 0.25), [0.0, 0.0], args=(a,), max_step=1e-3).y[0].max()
+    shaken, still = pulse({"g": a}), pulse({"g": 0.8 * b / h})  # West: no rocking below g b / h
+    assert shaken["peak rotation"] == pytest.approx(top, rel=0.05)  # softer joints turn more
+    assert still["peak rotation"] < 1e-3 * top
+    assert (shaken["overturned"], still["overturned"]) == (0.0, 0.0)
+    rows = [Observation(0, "peak rotation", 1.1 * top, 0.05, "rad"), Observation(0, "overturned", 0.0, 0.1),
+            Observation(1, "residual displacement", 0.0, 0.001, "m")]  # fmt: skip
+    assert [r.kind for r in rows] == ["deformation", "pattern", "deformation"]
+    assert [r.link for r in rows] == ["log", "seen", "identity"]
+    made = Study([{"g": a}, {"g": a}], lambda s: {**pulse(s), "residual displacement": 0.0}, rows, shared=())
+    assert made.baseline() == pytest.approx([shaken["peak rotation"], 0.0, 0.0])
+    turned = dem.simulate(build({})[0], dem.Hold(duration=0.001), mode="dynamic").quantities
+    assert set(turned) == {"peak rotation", "peak displacement", "residual displacement", "overturned"}
+    with pytest.raises(InputError, match="follows no stages; dem does"):
+        lm.answer(*build({}), {"overturned": "limit"}, limit={"stages": []})
 
 
 def test_errors_of_what_was_seen_are_drawn_as_misreadings():
