@@ -15,10 +15,9 @@ from limitmason.diagnosis.inference.checks import LIKE, CheckedVerdict, Checks
 from limitmason.diagnosis.inference.plan import NextTests
 from limitmason.diagnosis.inference.shared import PLAUSIBLE
 from limitmason.diagnosis.inference.trends import is_numeric
-from limitmason.diagnosis.inference.verdict import Rule
+from limitmason.diagnosis.inference.verdict import Rule, VerdictKind
 from limitmason.diagnosis.result import Findings
 from limitmason.diagnosis.words import (
-    as_one_kind,
     basis,
     enumerated,
     gate_words,
@@ -257,7 +256,7 @@ def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
     out: list[str] = []
 
     def is_same(answer: CheckedVerdict) -> bool:
-        return answer.kind == as_one_kind(diagnosis) and set(answer.causes) == set(diagnosis.causes)
+        return answer.kind == _as_one_kind(diagnosis) and set(answer.causes) == set(diagnosis.causes)
 
     if diagnosis.noise.kind != "unknown":
         other = "With the noise taken as unknown the verdict is the same."
@@ -286,6 +285,13 @@ def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
             "other causes (a set may grow or shrink)."
         )
     return out
+
+
+def _as_one_kind(diagnosis: Findings) -> str:
+    """The kind, with "behaves like" as what would be said if names need not be identified."""
+    if diagnosis.kind != VerdictKind.BEHAVES_LIKE:
+        return str(diagnosis.kind)
+    return str(VerdictKind.TWO if diagnosis.pairs else VerdictKind.CAUSE)
 
 
 def _collinear(covariates: Mapping[str, Sequence[Any]], name: str) -> list[str]:

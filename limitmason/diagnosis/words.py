@@ -6,7 +6,7 @@ import numpy as np
 
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.discrepancy import CONSTANT, DRIFT, TOGETHER
-from limitmason.diagnosis.inference.verdict import Identification, VerdictKind
+from limitmason.diagnosis.inference.verdict import Identification
 from limitmason.diagnosis.result import Findings
 from limitmason.diagnosis.standing_out import carried_by, standing_out_words
 
@@ -388,13 +388,6 @@ def seen_from(cause: Cause, sizes: Sequence[float | None]) -> str:
         for s, side in zip(sizes, cause.sides, strict=True)
     ]
     return " or ".join(shown)
-
-
-def as_one_kind(diagnosis: Findings) -> str:
-    """The kind, with "behaves like" as what would be said if names need not be identified."""
-    if diagnosis.kind != VerdictKind.BEHAVES_LIKE:
-        return str(diagnosis.kind)
-    return str(VerdictKind.TWO if diagnosis.pairs else VerdictKind.CAUSE)
 
 
 def physics_of(causes: list[Cause]) -> str:
