@@ -230,7 +230,7 @@ class Rows:
             np.array([o.link == "log" for o in chosen], dtype=bool), None if np.isnan(values).all() else frozen(values),
             np.array(stated) if stated else None,
             tuple(float(o.scatter or 0.0) * o.seen for o in chosen) if any(o.seen for o in chosen) else None,
-            *((low, high) if cut else (None, None)),
+            low if cut else None, high if cut else None,
             {i: o.counted for i, o in zip(of, chosen, strict=True) if o.counted}, planned,
         )  # fmt: skip
 
