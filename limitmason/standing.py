@@ -30,6 +30,8 @@ from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 from limitmason.model.plausibility import PlausibilityWarning
 
+__all__ = ["Standing", "minimum_thickness", "stability"]
+
 LARGEST_DIVISOR = 1e3
 """Divisor of tan(phi) up to which a structure is tried; one that stands there needs no friction to speak of."""
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence, Sized
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 from limitmason.answers.results import CANNOT_STAND, Prediction
@@ -38,7 +39,8 @@ class Strengthening:
     bound : smallest multiplier with all candidates: no choice among them gives more
     structure : the assembly with the chosen ties
     prediction : of its governing load case
-    reached : whether the target was reached; None without one
+    target : multiplier that was asked for, if any
+    fewest : whether it is proven that no smaller choice reaches it; None where it was not reached
     """
 
     before: float
@@ -47,7 +49,13 @@ class Strengthening:
     bound: float
     structure: Assembly
     prediction: Prediction
-    reached: bool | None = None
+    target: float | None = None
+    fewest: bool | None = None
+
+    @property
+    def reached(self) -> bool | None:
+        """Whether the target was reached; None without one."""
+        return None if self.target is None else self.after >= self.target
 
     @property
     def after(self) -> float:
@@ -64,7 +72,13 @@ class Strengthening:
         lines = [f"without candidates: {self.before:.6g}"]
         for s in self.steps:
             lines.append(f"+ {s.name}: {s.multiplier:.6g} (gain {s.gain:.4g}, alone {self.alone[s.name]:.6g})")
-        return "\n".join([*lines, f"all candidates: {self.bound:.6g}, {self.left:.3g} more at most"])
+        lines.append(f"all candidates: {self.bound:.6g}, {self.left:.3g} more at most")
+        if self.target is not None:
+            proven = "proven: no fewer do" if self.fewest else "that no fewer do is not proven"
+            missed = "not reached" if self.bound >= self.target else "out of reach of all candidates"
+            said = f"reached with {len(self.steps)}; {proven}" if self.reached else missed
+            lines.append(f"target {self.target:.6g} {said}")
+        return "\n".join(lines)
 
 
 def strengthen(
@@ -75,11 +89,12 @@ def strengthen(
     most: int | None = None,
     target: float | None = None,
     least_gain: float = 1e-6,
+    proof: int = 400,
     **options: Any,
 ) -> Strengthening:
-    r"""Ties from candidates for the largest multiplier, or few of them for a target.
+    r"""Ties from candidates for the largest multiplier, or the fewest for a target.
 
-    They are chosen greedily.
+    They are chosen greedily. For a target smaller choices are then looked through, as far as bounds leave any.
 
     .. math:: S_{k+1} = S_k \cup \{\arg\max_t \lambda(S_k \cup \{t\})\}, \qquad
         \lambda(S) \le \lambda(\text{all candidates})
@@ -92,13 +107,15 @@ def strengthen(
     most : ties that are added at most; all by default
     target : multiplier at which no more are added
     least_gain : gain below which a tie is not worth adding, over the multiplier or 1 [-]
+    proof : programs spent at most on smaller choices that reach the target; 0 for none
     options : of :func:`limitmason.limit.limit_analysis`
 
     Returns
     -------
     Strengthening
         ``left`` proves how far from the best choice it may be: a tie only adds admissible forces, so that no choice
-        carries more than all candidates do. The fewest for a target are not proven.
+        carries more than all candidates do. ``fewest`` says whether fewer for the target are ruled out: every choice of
+        one tie less is, by itself or with all that it may still take. One that is found is returned instead.
 
     Raises
     ------
@@ -133,12 +150,15 @@ def strengthen(
         return sorted(found, key=lambda pair: pair[0])
 
     def values(names: Sequence[str]) -> tuple[float, ...]:
-        return tuple(value for value, _ in solved(names))
+        key = frozenset(names)
+        if key not in known:
+            known[key] = tuple(value for value, _ in solved(names))
+        return known[key]
 
+    known: dict[frozenset[str], tuple[float, ...]] = {}
     now, bound = values(()), values(list(ties))[0]
     before, alone = now[0], {name: values([name]) for name in ties}
     chosen: list[str] = []
-    steps: list[AddedTie] = []
     while len(chosen) < most and not (target is not None and now[0] >= target):
         trials = {n: values([*chosen, n]) if chosen else alone[n] for n in ties if n not in chosen}
         # what differs by rounding is the same: the next smallest multiplier then tells
@@ -146,14 +166,70 @@ def strengthen(
         if best is None or not _better(trials[best], now, least_gain):
             break
         chosen.append(best)
-        gain = trials[best][0] - now[0] if math.isfinite(now[0]) else math.inf
-        steps.append(AddedTie(best, trials[best][0], gain))
         now = trials[best]
+    fewest = None
+    if target is not None and bound >= target:
+        enough = partial(_enough, values, target)
+        if not enough(chosen) and (other := _without_the_idle(enough, list(ties))) and len(other) <= most:
+            chosen = other
+        if enough(chosen):
+            chosen, fewest = _fewest(enough, chosen, list(ties), len(known) + proof, known)
+    steps = []
+    for k, name in enumerate(chosen):
+        before_it, with_it = (values(chosen[:n])[0] for n in (k, k + 1))
+        steps.append(AddedTie(name, with_it, with_it - before_it if math.isfinite(before_it) else math.inf))
     return Strengthening(
         before, tuple(steps), {n: v[0] for n, v in alone.items()}, bound,
         assembly.with_ties([*assembly.ties, *(ties[n] for n in chosen)]), solved(chosen)[0][1],
-        None if target is None else now[0] >= target,
+        target, fewest,
     )  # fmt: skip
+
+
+def _enough(values: Callable[[Sequence[str]], tuple[float, ...]], target: float, names: Sequence[str]) -> bool:
+    return values(names)[0] >= target
+
+
+def _without_the_idle(enough: Callable[[Sequence[str]], bool], names: list[str]) -> list[str]:
+    """Names of which none can be left out, where all are enough."""
+    for name in list(names):
+        if enough(rest := [n for n in names if n != name]):
+            names = rest
+    return names
+
+
+class _SpentError(Exception):
+    """More programs were needed than a proof may take."""
+
+
+def _fewest(
+    enough: Callable[[Sequence[str]], bool], chosen: list[str], names: list[str], most: int, known: Sized
+) -> tuple[list[str], bool]:
+    """The smallest choice that is enough, of all or of those looked through, and whether it is proven to be.
+
+    Parameters
+    ----------
+    enough : whether a choice is; more ties never make it less
+    chosen : one that is, in the order in which it was found
+    most : size of ``known`` at which to give up
+    """
+
+    def search(taken: list[str], rest: list[str], room: int) -> list[str] | None:
+        if len(known) >= most:
+            raise _SpentError
+        if enough(taken):
+            return taken
+        if not room or not enough([*taken, *rest]):
+            return None
+        first, *others = rest
+        return search([*taken, first], others, room - 1) or search(taken, others, room)
+
+    rest = [*chosen, *(n for n in names if n not in chosen)]  # ties that helped first
+    try:
+        while chosen and (smaller := search([], rest, len(chosen) - 1)) is not None:
+            chosen = smaller
+    except _SpentError:
+        return chosen, False
+    return chosen, True
 
 
 def _better(new: tuple[float, ...], old: tuple[float, ...], least: float) -> bool:

@@ -58,7 +58,36 @@ def test_few_for_a_target_and_the_proof_of_what_is_left():
     goal = lm.strengthen(model, loads, ties, target=0.5 + PULL * 1.0 / weight)
     assert goal.reached
     assert [s.name for s in goal.steps] == ["left 1.8"]
-    assert lm.strengthen(model, loads, ties, target=9.0).reached is False
+    assert goal.fewest
+    assert "reached with 1; proven: no fewer do" in str(goal)
+    beyond = lm.strengthen(model, loads, ties, target=9.0)
+    assert beyond.reached is False
+    assert beyond.fewest is None
+    assert "out of reach of all candidates" in str(beyond)
+
+
+@pytest.mark.slow
+def test_the_fewest_for_a_target_where_the_best_first_is_no_part_of_them():
+    """Two pushes: the anchor helps against both and is taken first, but a tie on either side is enough without it."""
+    model, ties = pier()
+    weight, both = model.weights[3], [lm.Loads.horizontal(model, (s, 0, 0)) for s in (1, -1)]
+    anchor = lm.Tie("pier", (0.5, 0.5, 0.2), "ground", (0.5, 0.5, -0.5), yield_force=PULL, name="anchor")
+    some, target = [anchor, ties[0], ties[2], ties[5]], 0.5 + PULL * 1.8 / weight * (1.0 - 1e-6)
+    greedy = lm.strengthen(model, both, some, target=target, proof=0)
+    assert [s.name for s in greedy.steps[:1]] == ["anchor"]
+    assert len(greedy.steps) == 3
+    assert greedy.reached
+    assert greedy.fewest is False
+    assert "reached with 3; that no fewer do is not proven" in str(greedy)
+    found = lm.strengthen(model, both, some, target=target)
+    assert sorted(s.name for s in found.steps) == ["left 1.8", "right 1.8"]
+    assert found.fewest
+    enough = [
+        len(names) for n in range(len(some) + 1) for names in combinations(some, n)
+        if min(lm.limit_analysis(model.with_ties(names), c).collapse_multiplier for c in both) >= target
+    ]  # fmt: skip
+    assert min(enough) == len(found.steps)
+    assert found.after == pytest.approx(0.5 + PULL * 1.8 / weight, rel=1e-5)
 
 
 @pytest.mark.slow
