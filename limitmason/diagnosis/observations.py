@@ -199,7 +199,7 @@ class Rows:
             For a specimen that is not there, a number given twice, or a scatter stated for some rows only.
         """
         seen_somewhere = {o.quantity for o in observed if not np.isnan(o.value)}
-        planned = {o.quantity: (str(o.kind), o.link == "log", o.compared[1]) for o in observed
+        planned = {o.quantity: (str(o.kind), o.link == "log", float(o.compared[1] or 0.0)) for o in observed
                    if seen_somewhere and o.quantity not in seen_somewhere and o.scatter is not None}  # fmt: skip
         called = [name_of(s) for s in specimens]
         names = {name: i for i, name in enumerate(called) if name is not None}
