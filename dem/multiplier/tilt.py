@@ -19,6 +19,7 @@ from dem.stages.resuming import RunStatus
 from dem.stages.simulate import simulate
 from limitmason.answers.results import UNBOUNDED, Prediction
 from limitmason.arrays import Array
+from limitmason.display.notebook import Displayed
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
@@ -45,7 +46,7 @@ DID_NOT_FALL = TiltStatus.DID_NOT_FALL
 
 
 @dataclass(frozen=True, eq=False)
-class TiltTest(ReadOnly):
+class TiltTest(Displayed, ReadOnly):
     """A tilting test.
 
     Parameters

@@ -13,6 +13,7 @@ from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.missing import position_of, visible
 from limitmason.diagnosis.inference.noise import DRAWS, Draws
 from limitmason.diagnosis.inference.verdict import Verdict, VerdictKind
+from limitmason.display.notebook import Displayed
 from limitmason.display.progress import reached, watched
 
 OUTCOMES = ("none", "named", "behaves like it", "set with it", "wrong name", "behaves like another", "set without it",
@@ -31,7 +32,7 @@ def binomial_interval(k: int, n: int, level: float = 0.95) -> tuple[float, float
 
 
 @dataclass(frozen=True)
-class Rehearsal:
+class Rehearsal(Displayed):
     """Outcomes of blind trials.
 
     Parameters

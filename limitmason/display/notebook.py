@@ -36,7 +36,7 @@ class Drawing(Protocol):
         """Picture of an object as HTML, or empty where there is none."""
         ...
 
-    def plot(self, shown: Any, **options: Any) -> Any:
+    def plot(self, shown: Any, *which: Any, **options: Any) -> Any:
         """Figure of an object."""
         ...
 
@@ -52,17 +52,18 @@ def draws(load: Callable[[], Drawing]) -> None:
 class Displayed:
     """An object that a notebook shows with its picture, and that ``plot()`` draws."""
 
-    def plot(self, **options: Any) -> Any:
+    def plot(self, *which: Any, **options: Any) -> Any:
         """Draw this object as a ``matplotlib.figure.Figure``.
 
-        The options are those of the function that draws it.
+        Arguments are those of the function that draws it, behind the object itself: the number of a mode, the column of
+        a table.
 
         Raises
         ------
         InputError
             Where there is nothing to draw; the message says why.
         """
-        return _drawing[0]().plot(self, **options)
+        return _drawing[0]().plot(self, *which, **options)
 
     def _repr_html_(self) -> str:
         """Its words and its picture."""

@@ -1,23 +1,25 @@
 """Figures ready for print: assembly, mechanism, joint forces, predicted against published, simulations, diagnoses.
 
 Every function returns a ``matplotlib.figure.Figure`` made without pyplot (``animate`` writes a film, ``diagnosis_page``
-a page, ``view`` an interactive scene): no window opens, no global state changes.
+a page, ``view`` an interactive scene): no window opens, no global state changes. Arguments stand in one order: the
+model where it is needed, what is shown of it, the file that is written. An answer draws itself: ``answer.plot()``.
 """
+
+from types import ModuleType
 
 from limitmason.figures.assessment_page import assessment_report
 from limitmason.figures.comparison import predicted_against_published, predicted_beside_references
 from limitmason.figures.confusion import confusable, rehearsal
 from limitmason.figures.contacts import contact_report
-from limitmason.figures.cracks import cracks
+from limitmason.figures.crack_patterns import cracks
 from limitmason.figures.deformation import animate, deformed
-from limitmason.figures.diagnosis import diagnosis
-from limitmason.figures.diagnosis_folder import diagnosis_folder
-from limitmason.figures.diagnosis_page import diagnosis_page
+from limitmason.figures.diagnosis_files import diagnosis_folder
+from limitmason.figures.diagnosis_panels import diagnosis
 from limitmason.figures.forces import contact_forces
 from limitmason.figures.history import history_curves, load_displacement
-from limitmason.figures.mechanism import assembly, mechanism
 from limitmason.figures.modes import mac_matrix, mode_film, mode_shape
-from limitmason.figures.plasticity import plasticity
+from limitmason.figures.moving_blocks import assembly, mechanism
+from limitmason.figures.plastic_zones import plasticity
 from limitmason.figures.safety import assessment, axle_envelope, load_region
 from limitmason.figures.scene import Scene, view
 from limitmason.figures.solids import solid_map
@@ -27,6 +29,7 @@ from limitmason.figures.studies import gap, side_by_side, study_lines
 from limitmason.figures.style import print_style
 from limitmason.figures.ties import before_and_after
 from limitmason.figures.tilt import tilt_test
+from limitmason.figures.verdict_page import diagnosis_page
 
 __all__ = [
     "Scene",
@@ -69,3 +72,12 @@ __all__ = [
     "view",
     "word_shares",
 ]
+
+# here is what draws, and nothing else: the name of a file would be found where a figure is looked for
+for _name in [n for n, v in globals().items() if isinstance(v, ModuleType)]:
+    del globals()[_name]
+
+
+def __dir__() -> list[str]:
+    """Functions that draw."""
+    return sorted(__all__)

@@ -11,29 +11,37 @@ from matplotlib.figure import Figure
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
 from limitmason.comparison import SideBySide
-from limitmason.diagnosis import Diagnosis
+from limitmason.diagnosis import Confusable, Diagnosis, Rehearsal
 from limitmason.errors import InputError
-from limitmason.figures.diagnosis import diagnosis
+from limitmason.figures.confusion import confusable, rehearsal
+from limitmason.figures.diagnosis_panels import diagnosis
 from limitmason.figures.history import history_curves, load_displacement
-from limitmason.figures.mechanism import assembly, mechanism
-from limitmason.figures.modes import mode_shape
-from limitmason.figures.studies import side_by_side
+from limitmason.figures.modes import mac_matrix, mode_shape
+from limitmason.figures.moving_blocks import assembly, mechanism
+from limitmason.figures.safety import axle_envelope, load_region
+from limitmason.figures.studies import gap, side_by_side, study_lines
+from limitmason.figures.tilt import tilt_test
+from limitmason.limit import AxleEnvelope, LoadRegion
 from limitmason.model import Assembly
-from limitmason.vibration.modes import Modes
+from limitmason.study import GapAttribution, Table
+from limitmason.vibration import Mac, Modes
 
 MANY = 400
 """Blocks beyond which a notebook is shown the words alone: the picture takes seconds."""
 
 
 @singledispatch
-def plot(shown: Any, **options: Any) -> Figure:
+def plot(shown: Any, *which: Any, **options: Any) -> Figure:
     """Figure of an object of this package.
 
-    A record is drawn as its own ``diagram()`` says.
+    A record is drawn as its own ``diagram()`` says, and a tilting test by its angles: both stand above this package.
     """
     if hasattr(shown, "diagram"):
         return history_curves(**shown.diagram(), **options)
-    with_them = f" with {', '.join(options)}" if options else ""
+    if hasattr(shown, "tilt_deg"):
+        return tilt_test(shown, **options)
+    given = [*map(repr, which), *options]
+    with_them = f" with {', '.join(given)}" if given else ""
     raise InputError(f"there is no figure of a {type(shown).__name__}{with_them}")
 
 
@@ -68,6 +76,18 @@ def _(shown: SideBySide, **options: Any) -> Figure:
 @plot.register
 def _(shown: Diagnosis, **options: Any) -> Figure:
     return diagnosis(shown, **options)
+
+
+@plot.register
+def _(shown: Table, x: str, **options: Any) -> Figure:
+    return study_lines(shown, x, **options)
+
+
+for kind, draw in {
+    Mac: mac_matrix, LoadRegion: load_region, AxleEnvelope: axle_envelope, GapAttribution: gap, Rehearsal: rehearsal,
+    Confusable: confusable,
+}.items():  # fmt: skip
+    plot.register(kind, draw)
 
 
 def html(shown: Any) -> str:

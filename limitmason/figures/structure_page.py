@@ -13,8 +13,8 @@ from limitmason.comparison import SideBySide
 from limitmason.constants import VERSION
 from limitmason.figures.contacts import contact_report
 from limitmason.figures.forces import contact_forces
-from limitmason.figures.mechanism import assembly as draw_assembly
-from limitmason.figures.mechanism import mechanism
+from limitmason.figures.moving_blocks import assembly as draw_assembly
+from limitmason.figures.moving_blocks import mechanism
 from limitmason.figures.page import bullets, image, table, write_page
 from limitmason.figures.studies import side_by_side
 from limitmason.model import Assembly, Joint, Loads

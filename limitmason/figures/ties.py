@@ -11,7 +11,7 @@ from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.figures.mechanism import mechanism
+from limitmason.figures.moving_blocks import mechanism
 from limitmason.model import Assembly
 
 

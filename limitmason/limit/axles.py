@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
+from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError, NotConverged
 from limitmason.limit.analysis import limit_analysis
 from limitmason.model.assembly import Assembly
@@ -20,7 +21,7 @@ from limitmason.model.model_call import of_model
 
 
 @dataclass(frozen=True, eq=False)
-class AxleEnvelope:
+class AxleEnvelope(Displayed):
     """Multiplier of a train of axles over its positions.
 
     Parameters

@@ -26,6 +26,7 @@ from limitmason.answers.results import (
     Resultants,
 )
 from limitmason.arrays import Array
+from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError, NotConverged
 from limitmason.limit.associative import contact_facts
 from limitmason.limit.program.cones import make_cones
@@ -59,7 +60,7 @@ class HalfPlane(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class LoadRegion:
+class LoadRegion(Displayed):
     """Set of multipliers that a structure carries at once, from inside and outside.
 
     Parameters

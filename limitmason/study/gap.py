@@ -10,6 +10,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from limitmason.answers.results import ALMOST_SOLVED, SOLVED
+from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.mechanics.default_stiffness import default_stiffness
 from limitmason.methods import ASSOCIATIVE, DEM, get_method, predict
@@ -68,7 +69,7 @@ class GapShare:
 
 
 @dataclass(frozen=True, eq=False)
-class GapAttribution(ReadOnly):
+class GapAttribution(Displayed, ReadOnly):
     """The way from the associative multiplier to the DEM's.
 
     Parameters

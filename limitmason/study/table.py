@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.display.notebook import html_table
+from limitmason.display.notebook import Displayed, html_table
 from limitmason.display.text_table import aligned
 from limitmason.storage.csv_table import Tabular, write_table
 
 
 @dataclass(frozen=True, eq=False)
-class Table(Tabular):
+class Table(Displayed, Tabular):
     """Rows of a study.
 
     Parameters

@@ -9,7 +9,7 @@ from limitmason import figures, study
 from limitmason.continuum import Box, Continuum
 from limitmason.errors import InputError, NotApplicable
 from limitmason.figures import style
-from limitmason.figures.cracks import one_a_sample
+from limitmason.figures.crack_patterns import one_a_sample
 from limitmason.figures.studies import colours_of
 from limitmason.methods import available_methods
 

@@ -68,6 +68,17 @@ def test_an_answer_draws_itself_and_says_when_it_cannot(answer):
     assert "<svg" not in copy._repr_html_()
 
 
+def test_answers_of_every_kind_draw_themselves(answer):
+    table = lm.study.Table(({"psi": 0.0, "multiplier": 0.4}, {"psi": 30.0, "multiplier": 0.5}), {"psi": "deg"})
+    assert table.plot("psi").axes[0].get_xlabel().startswith("psi")
+    modes = lm.modes(WALL)
+    assert modes.plot(2).axes
+    region = lm.load_region(WALL, lm.Loads.weight(WALL), [LOADS, lm.Loads.horizontal(WALL, (0, 1, 0))], tolerance=0.3)
+    for shown in (modes, lm.mac(modes, modes), lm.compare(WALL, LOADS, ("associative", "mechanisms")), region):
+        assert shown.plot().axes, type(shown)
+        assert "<svg" in shown._repr_html_(), type(shown)
+
+
 def test_a_short_line_does_not_make_two_structures_the_same_to_a_store():
     # same counts, sizes and names, another bond: values on disk of one must not be taken for the other's
     other = lm.build.wall(length=1.2, courses=3, unit=(0.4, 0.2, 0.2), joint=JOINT, start="half")

@@ -3,6 +3,7 @@
 import ast
 import importlib
 import inspect
+import pkgutil
 import subprocess
 import sys
 from pathlib import Path
@@ -30,6 +31,27 @@ def test_public_modules_list_their_own_names_and_not_what_they_import(name):
     module = getattr(lm, name)
     assert not {"np", "NDArray", "Array", "Index", "Any", "Mapping"} & set(module.__all__)
     assert all(hasattr(module, n) for n in module.__all__)
+
+
+def test_figures_offer_functions_alone_and_no_file_is_called_like_one():
+    # `lm.figures.comparison(r)` was a module, "mechanism" a function here and a module there
+    figures = lm.figures
+    assert dir(figures) == sorted(figures.__all__)
+    assert not [n for n in figures.__all__ if inspect.ismodule(getattr(figures, n))]
+    with pytest.raises(AttributeError, match="comparison"):
+        figures.comparison  # noqa: B018
+    assert not {m.name for m in pkgutil.iter_modules(figures.__path__)} & set(figures.__all__)
+    assert importlib.import_module("limitmason.figures.comparison")  # imports of files are as they were
+
+
+def test_what_draws_takes_the_model_first_then_what_is_shown_then_the_file():
+    order = ("model", "modes", "mac", "history", "prediction", "what", "report", "state", "values", "number", "path")
+    for name in lm.figures.__all__:
+        function = getattr(lm.figures, name)
+        if inspect.isfunction(function):
+            given = [p.name for p in inspect.signature(function).parameters.values() if p.kind is not p.KEYWORD_ONLY]
+            known = [order.index(n) for n in given if n in order]
+            assert known == sorted(known), (name, given)
 
 
 def signatures(module):

@@ -12,6 +12,7 @@ from limitmason.diagnosis.inference.design import Design, Listed, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy
 from limitmason.diagnosis.inference.fit import Likelihood, fit
 from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.display.notebook import Displayed
 
 KNOWN = Likelihood()
 CLEAR = 25.0  # d2 at which a cause is named in 98 of 100 data sets
@@ -24,7 +25,7 @@ REJECTED = 2.326  # distance, in standard deviations, at which a rival is reject
 
 
 @dataclass(frozen=True)
-class Confusable:
+class Confusable(Displayed):
     """Squared distance d2 from every cause to every other.
 
     The other and the measured inputs are refitted.

@@ -21,8 +21,8 @@ from limitmason.diagnosis.words import (
     trend_words,
 )
 from limitmason.figures.confusion import rehearsal as draw_rehearsal
-from limitmason.figures.diagnosis import diagnosis as diagnosis_figure
-from limitmason.figures.diagnosis import with_unit
+from limitmason.figures.diagnosis_panels import diagnosis as diagnosis_figure
+from limitmason.figures.diagnosis_panels import with_unit
 from limitmason.figures.page import bullets, image, paragraphs, table, write_page
 
 
@@ -47,7 +47,7 @@ def diagnosis_page(
     result : from ``Study.diagnose(causes)``
     path : file to write
     title : of the page
-    units, quantity : as for :func:`~limitmason.figures.diagnosis.diagnosis`
+    units, quantity : as for :func:`~limitmason.figures.diagnosis_panels.diagnosis`
     next_tests : from ``Diagnosis.next_tests(pool)`` or ``Study.plan``; left out where None
     rehearsal : from ``Study.rehearse(causes)``; left out where None
     missing : from ``Study.rehearse(causes, hide="each")``; left out where None

@@ -14,7 +14,7 @@ from limitmason.arrays import Array
 from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.figures.cracks import one_a_sample, sample_of
+from limitmason.figures.crack_patterns import one_a_sample, sample_of
 
 _DRAWN = 0.04
 """Largest displacement in the drawing over the size of the structure [-]."""

@@ -8,8 +8,8 @@ from typing import Any
 from limitmason.diagnosis.report import write_record
 from limitmason.errors import InputError
 from limitmason.figures.confusion import confusable, rehearsal
-from limitmason.figures.diagnosis import diagnosis
-from limitmason.figures.diagnosis_page import diagnosis_page
+from limitmason.figures.diagnosis_panels import diagnosis
+from limitmason.figures.verdict_page import diagnosis_page
 from limitmason.storage.csv_table import write_table
 from limitmason.storage.files import save_figure, write_text
 
