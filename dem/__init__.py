@@ -10,6 +10,7 @@ from dem.settings import DemSettings, PushSettings
 from dem.stages.ambient_vibration import identify, white_noise
 from dem.stages.history import History
 from dem.stages.simulate import resume, simulate
+from dem.stages.store import Store
 from limitmason.display.notebook import shows
 from limitmason.model.stages import BaseMotion, Damping, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
 
@@ -28,6 +29,7 @@ __all__ = [
     "Settle",
     "Stage",
     "State",
+    "Store",
     "Tilt",
     "TiltTest",
     "UnsettledError",

@@ -103,12 +103,12 @@ def identify(
     first, last = max(zip(edges[::2], edges[1::2], strict=True), key=lambda e: e[1] - e[0])
     rows = slice(first + int(np.ceil(skip / step)), last + 1)
     held = np.flatnonzero(assembly.fixed)
-    base = history.shift[rows, held[0]] if len(held) else 0.0
+    base = history.displacement_of(int(held[0]))[rows] if len(held) else 0.0
     signals = []
     for block, axis in channels:
         if axis not in _AXES:
             raise InputError(f"channel ({block!r}, {axis!r}): the direction must be 'x', 'y' or 'z'")
-        moved = history.shift[rows, assembly.block_index(block)] - base
+        moved = history.displacement_of(block)[rows] - base
         signals.append(moved[:, _AXES[axis]])
     return identify_modes(
         np.column_stack(signals), step, method=method, count=count, band=band, lines=lines, order=order, lags=lags

@@ -14,6 +14,7 @@ from dem.model.state import DYNAMIC, State
 from dem.model.vibration import state_system
 from dem.papers import PAPERS
 from dem.stages.resuming import Position, RunStatus, check_continues
+from dem.stages.store import CHECKPOINT, Store, StoredSamples
 from limitmason.answers.curve import Curve
 from limitmason.answers.references import data_behind
 from limitmason.arrays import Array, Index
@@ -76,6 +77,8 @@ class History(Displayed, Tabular, ReadOnly):
         ``simulate(start=...)`` for further stages
     tie_force : tension in every tie of the assembly [N], shape (samples, t)
     position, settings : where in its stages a run was cut off, and how it was run, for :func:`dem.resume`
+    store, recorded : folder in which the samples are, None for those in memory; numbers of the blocks in ``shift`` and
+        ``quaternion``, all where none were chosen
     same : digests by name of what a run that takes up the file must have in common with this one; runs that start from
         a history keep those of it
     """
@@ -97,21 +100,27 @@ class History(Displayed, Tabular, ReadOnly):
     warnings: tuple[str, ...] = ()
     factors: tuple[float, ...] = ()
     position: Position | None = None
-    settings: tuple[int, Damping | None, tuple[str, ...], int | None, RunStatus] = (
+    settings: tuple[int | float, Damping | None, tuple[str, ...], int | None, RunStatus] = (
         1, None, (), None, RunStatus.FINISHED
     )  # fmt: skip
     tie_force: Array = field(default_factory=lambda: np.zeros((0, 0)))
     same: Mapping[str, str] = field(default_factory=dict)
+    store: Store | None = None
+    recorded: Index | None = None
 
     def save(self, path: str | Path) -> None:
         """Write everything but the assembly to a numpy archive.
 
-        The file is whole, or the one that was there before.
+        The file is whole, or the one that was there before. Samples that are in a store are not written to its own
+        checkpoint again.
         """
+        own = self.store is not None and Path(path) == self.store.checkpoint
         sample, damping, stages, every, status = self.settings
         arrays: dict[str, Any] = {f"state.{k}": v for k, v in self.state.arrays().items()}
-        arrays |= {f"scalar.{k}": v for k, v in self.scalars.items()} | {k: getattr(self, k) for k in _ARRAYS}
-        arrays["tie_force"] = self.tie_force
+        arrays |= {f"scalar.{k}": v for k, v in self.scalars.items()}
+        arrays |= {} if own else {k: getattr(self, k) for k in (*_ARRAYS, "tie_force")}
+        arrays["reaction_blocks"] = self.reaction_blocks
+        arrays["recorded"] = np.arange(self.assembly.n_blocks) if self.recorded is None else self.recorded
         arrays |= self.position.arrays() if self.position is not None else {}
         brake = [np.nan] * 4
         if damping is not None:
@@ -127,7 +136,9 @@ class History(Displayed, Tabular, ReadOnly):
 
     @classmethod
     def load(cls, path: str | Path, assembly: Assembly) -> History:
-        """Read a history written by :meth:`save`, or the checkpoint of a run.
+        """Read a history written by :meth:`save`, the checkpoint of a run, or the folder of a :class:`dem.Store`.
+
+        Samples in a folder are read when they are looked at.
 
         Parameters
         ----------
@@ -138,7 +149,8 @@ class History(Displayed, Tabular, ReadOnly):
         InputError
             For an assembly with other blocks, interfaces or joint laws, and a file that lacks something, by name.
         """
-        file = read_archive(path)
+        folder = Path(path) if Path(path).is_dir() else None
+        file = read_archive(path if folder is None else folder / CHECKPOINT)
 
         def take(name: str) -> Any:
             if name not in file:
@@ -149,17 +161,24 @@ class History(Displayed, Tabular, ReadOnly):
             {k.removeprefix("state."): v for k, v in file.items() if k.startswith("state.")}, path
         )
         check_continues(assembly, state, Loads(state.dead, state.live), None)
+        recorded, store = take("recorded").astype(np.intp), None
+        samples = {k: take(k) for k in (*_ARRAYS, "tie_force")} if folder is None else {}
+        if folder is not None:
+            stored = StoredSamples.read(folder, len(take("scalar.step")))
+            samples = {k: v for k, v in stored.arrays().items() if k != "rows"}
+            samples["reaction_blocks"] = take("reaction_blocks")
+            chosen = None if len(recorded) == assembly.n_blocks else tuple(recorded.tolist())
+            store = Store(folder, chosen, stored.shapes["opening"] == (len(assembly.interfaces),))
         brake, every = take("settings.damping").tolist(), int(take("settings.detect_every"))
         damping = None if np.isnan(brake[0]) else Damping(*brake[:2], *map(bool, brake[2:]))
         return cls(
             assembly, RunStatus(str(take("status"))), {c: take(f"scalar.{c}") for c in COLUMNS}, state=state,
-            **{k: take(k) for k in _ARRAYS},
-            tie_force=take("tie_force"),
+            **samples, store=store, recorded=recorded,
             stages=tuple(take("stages").tolist()),
             warnings=tuple(take("notes").tolist()), factors=tuple(take("factors").tolist()),
             position=Position.from_arrays(file),
             settings=(
-                int(take("settings.sample")), damping, tuple(take("settings.stages").tolist()),
+                take("settings.sample").item(), damping, tuple(take("settings.stages").tolist()),
                 None if every < 0 else every, RunStatus(str(take("settings.status"))),
             ),
             same=dict(zip(take("same.names").tolist(), take("same.digests").tolist(), strict=True)),
@@ -191,14 +210,27 @@ class History(Displayed, Tabular, ReadOnly):
 
     def displacement_of(self, block: int | str) -> Array:
         """Displacement of a block's centroid [m], shape (samples, 3)."""
-        return self.shift[:, self.assembly.block_index(block)]
+        return self.shift[:, self._column(block)]
+
+    def _column(self, block: int | str) -> int:
+        """Where a block stands in ``shift`` and ``quaternion``."""
+        i = self.assembly.block_index(block)
+        found = np.flatnonzero(self._blocks == i)
+        if not len(found):
+            name = self.assembly.blocks[i].name
+            raise InputError(f"the motion of block {name!r} was not recorded: it is not among Store(blocks=...)")
+        return int(found[0])
+
+    @property
+    def _blocks(self) -> Index:
+        return np.arange(self.assembly.n_blocks) if self.recorded is None else self.recorded
 
     def rotation_of(self, block: int | str) -> Array:
         """Rotation vector of a block [rad], shape (samples, 3).
 
         The second column is the rotation of a block that rocks about y.
         """
-        return rotation_vectors(self.quaternion[:, self.assembly.block_index(block)])
+        return rotation_vectors(self.quaternion[:, self._column(block)])
 
     def curve(self, block: int | str, direction: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> Curve:
         """Load-displacement curve of a driven block along a direction.
@@ -252,7 +284,7 @@ class History(Displayed, Tabular, ReadOnly):
 
         It stands over time, or over steps in quasi-static mode, whose time counts steps.
         """
-        block = int(np.argmax(np.linalg.norm(self.shift[-1], axis=1)))
+        block = int(self._blocks[np.argmax(np.linalg.norm(self.shift[-1], axis=1))])
         against, unit = ("time", "s") if self.state.mode == DYNAMIC else ("step", "")
         columns = {against: self[against]} | dict(zip("xyz", 1e3 * self.displacement_of(block).T, strict=True))
         label = f"displacement of {self.assembly.blocks[block].name} [mm]"
@@ -264,11 +296,12 @@ class History(Displayed, Tabular, ReadOnly):
         Every block has one array (v, 3).
         """
         out = []
-        for i, block in enumerate(self.assembly.blocks):
+        for k, block in enumerate(self.assembly.blocks):
+            i = self._column(k)
             s, x, y, z = self.quaternion[sample, i]
             skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
             turn = np.eye(3) + 2.0 * s * skew + 2.0 * skew @ skew
-            centre = self.assembly.centroids[i]
+            centre = self.assembly.centroids[k]
             out.append((block.vertices - centre) @ turn.T + centre + self.shift[sample, i])
         return out
 

@@ -25,6 +25,7 @@ from dem.model.tie_arrays import pulls
 from dem.stages.history import COLUMNS, History
 from dem.stages.resuming import Position, RunStatus
 from dem.stages.samples import Samples
+from dem.stages.store import Store, StoredSamples
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
@@ -65,6 +66,7 @@ class Recorder:
         state: State,
         stages: Sequence[Stage],
         detect_every: int | None,
+        store: Store | None = None,
     ) -> None:
         n = assembly.n_blocks
         self.assembly, self.state, self.stages = assembly, state, stages
@@ -85,17 +87,21 @@ class Recorder:
         # an earlier run may have left blocks held by a Drive
         held = (assembly.held | state.bodies.held).any(axis=1)
         self.blocks = np.array(sorted({*np.flatnonzero(held).tolist(), *driven}), dtype=np.intp)
-        joints = (len(assembly.interfaces),)
-        self.samples = Samples(
-            rows=(len(COLUMNS),), reaction=(len(self.blocks), 6), shift=(n, 3), quaternion=(n, 4),
-            **dict.fromkeys(JointMarks._fields, joints), tie_force=(len(assembly.ties),),
-        )  # fmt: skip
+        self.store = store
+        self.recorded = np.arange(n) if store is None else store.recorded(assembly)
+        joints = (len(assembly.interfaces) if store is None or store.joints else 0,)
+        shapes: dict[str, tuple[int, ...]] = {
+            "rows": (len(COLUMNS),), "reaction": (len(self.blocks), 6), "shift": (len(self.recorded), 3),
+            "quaternion": (len(self.recorded), 4), **dict.fromkeys(JointMarks._fields, joints),
+            "tie_force": (len(assembly.ties),),
+        }  # fmt: skip
+        self.samples = Samples(**shapes) if store is None else StoredSamples(store.folder, shapes)
         self.margin, self.reach = near_margin(assembly), reaches(assembly)
         self.every, self.watch = detect_every, Watch()
         self._beyond_noted = False
         self.begun = self._energies()
         self.notes: list[str] = list(state.warnings)
-        self.settings: tuple[int, Damping | None, tuple[str, ...]] = (1, None, ())
+        self.settings: tuple[int | float, Damping | None, tuple[str, ...]] = (1, None, ())
         self.same: Mapping[str, str] = {}
         self.position: Position | None = None
         self.status = RunStatus.FINISHED
@@ -243,6 +249,8 @@ class Recorder:
     def start(self) -> None:
         """Begin: real masses that stand still under loads, and contacts where blocks have moved already."""
         state = self.state
+        if isinstance(self.samples, StoredSamples):
+            self.samples.begin()
         still = not (state.bodies.vel.any() or state.bodies.ang.any())
         if state.mode == DYNAMIC and state.total[kernels.E_STEPS] == 0.0 and still:
             stand_back(state, self.assembly, np.tensordot(self.factors, self.cases, 1))
@@ -291,7 +299,8 @@ class Recorder:
             rows=[row[c] for c in COLUMNS],
             # what the support adds so that the held degrees of freedom follow their prescribed motion
             reaction=np.where(state.bodies.held, -state.bodies.net, 0.0)[self.blocks],
-            shift=state.bodies.shift.copy(), quaternion=state.bodies.quat.copy(), **marks._asdict(),
+            shift=state.bodies.shift[self.recorded], quaternion=state.bodies.quat[self.recorded],
+            **(marks._asdict() if self.store is None or self.store.joints else dict.fromkeys(JointMarks._fields, ())),
             tie_force=pulls(state.ties, state.bodies),
         )  # fmt: skip
         worked = abs(row["applied"] - self.begun["applied"]) + abs(row["support"] - self.begun["support"])
@@ -314,5 +323,5 @@ class Recorder:
             state=self.state, stages=tuple(s.name or type(s).__name__ for s in self.stages),
             warnings=tuple(dict.fromkeys(self.notes)), factors=tuple(self.factors.tolist()),
             position=copy.deepcopy(self.position), settings=(*self.settings, self.every, self.status), same=self.same,
-            **columns,
+            store=self.store, recorded=self.recorded, **columns,
         )  # fmt: skip

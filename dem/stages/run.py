@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from dem.stages.resuming import RunStatus, interrupts_wait
-from limitmason.display.progress import reached, watched
+from limitmason.display.progress import reached, taken_up, watched
 from limitmason.errors import InputError
 
 Progress = Callable[[Mapping[str, Any]], object]
@@ -76,6 +76,8 @@ def go(
     try:
         with interrupts_wait() as interrupt:
             run.begin()
+            if not run.over:
+                taken_up(*run.where)
             while not run.over:
                 sampled, stop = run.advance(), False
                 if sampled is not None:

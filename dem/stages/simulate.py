@@ -8,7 +8,7 @@ from typing import Unpack
 
 import numpy as np
 
-from dem.model.state import State, make_state
+from dem.model.state import DYNAMIC, State, UnstableError, make_state
 from dem.settings import StateOptions, given
 from dem.stages.history import History
 from dem.stages.recording import Recorder
@@ -16,6 +16,8 @@ from dem.stages.resuming import RunStatus, check_continues, check_same_stages, s
 from dem.stages.run import Progress, go
 from dem.stages.stage_checks import check_base_motions, check_gentle, prescribed
 from dem.stages.stage_run import StageRun
+from dem.stages.store import Store
+from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.model_call import of_model
@@ -29,7 +31,8 @@ def simulate(
     *,
     loads: Loads | None = None,
     damping: Damping | None = None,
-    sample: int = 200,
+    sample: int | float = 200,
+    store: Store | str | Path | None = None,
     progress: Progress | None = None,
     start: History | State | None = None,
     factors: Sequence[float] | None = None,
@@ -46,7 +49,10 @@ def simulate(
     loads : dead and live loads; self weight alone by default, those of ``start`` where there is one. Blocks' weights
         are part of the dead loads
     damping : of every stage without its own; local 0.8 to settle and 0.5 to load (quasi-static), none (dynamic)
-    sample : steps between samples, and between two calls of ``progress``
+    sample : steps between samples, and between two calls of ``progress``; a number with a point, such as 0.02, is the
+        time between them [s], counted from the begin of every stage, in dynamic runs
+    store : folder in which the samples are kept while it runs, or a :class:`dem.Store` that says of which blocks. The
+        history then reads them from there, and its checkpoint is there: ``History.load(folder)`` goes on after a kill
     progress : called with the last sample as a mapping; return True to stop ("interrupted")
     start : a history, or a state, to continue from, with its own mode, laws, points and loads; one that differs from
         them is refused by name. What was cut off in the middle of a stage goes on with :func:`resume`
@@ -74,11 +80,32 @@ def simulate(
     InputError
         For stages that the mode does not allow, what does not fit ``start``, and what :func:`dem.make_state` refuses.
     """
+    kept = Store(store) if isinstance(store, str | Path) else store
+    if kept is not None:
+        kept.check_free()
     run = prepared(
         assembly, stages, loads=loads, damping=damping, sample=sample, start=start, factors=factors,
-        detect_every=detect_every, **model,
+        detect_every=detect_every, store=kept, **model,
     )  # fmt: skip
-    status = go(run, progress=progress, checkpoint=checkpoint, checkpoint_every=checkpoint_every)
+    return _gone(run, progress=progress, checkpoint=checkpoint, every=checkpoint_every)
+
+
+def _gone(
+    run: StageRun, *, progress: Progress | None, checkpoint: str | Path | None, every: int
+) -> History:
+    """History of a run that has been stepped to its end; one with a store ends with a checkpoint there."""
+    store = run.rec.store
+    if store is None:
+        status = go(run, progress=progress, checkpoint=checkpoint, checkpoint_every=every)
+        return run.rec.history(status)
+    if checkpoint is not None:
+        raise InputError(f"the checkpoint of a run with a store is in its folder {store.folder}: leave checkpoint out")
+    try:
+        status = go(run, progress=progress, checkpoint=store.checkpoint, checkpoint_every=every)
+    except UnstableError:
+        run.save(store.checkpoint, RunStatus.UNSTABLE)
+        raise
+    run.save(store.checkpoint, status)
     return run.rec.history(status)
 
 
@@ -88,10 +115,11 @@ def prepared(
     *,
     loads: Loads | None = None,
     damping: Damping | None = None,
-    sample: int = 200,
+    sample: int | float = 200,
     start: History | State | None = None,
     factors: Sequence[float] | None = None,
     detect_every: int | None = 50,
+    store: Store | None = None,
     **model: Unpack[StateOptions],
 ) -> StageRun:
     """Run that stands before its first step.
@@ -100,15 +128,21 @@ def prepared(
     """
     todo, chosen = [stages] if isinstance(stages, Stage) else list(stages), given(model, StateOptions, "simulate")
     notes = check_base_motions(todo)
-    if sample < 1 or (detect_every is not None and detect_every < 1):
-        raise InputError(
-            f"sample and detect_every must be at least 1, got {sample} and {detect_every}"
-        )
+    if not isinstance(sample, int | np.integer):
+        sample = positive("sample", sample, "s")
+        if (chosen.get("mode") or (None if start is None else _state_of(start).mode)) != DYNAMIC:
+            raise InputError(
+                f"sample = {sample:g} s is for dynamic runs: time counts steps in others, give a whole number"
+            )
+    elif (sample := int(sample)) < 1:
+        raise InputError(f"sample must be at least 1 step, got {sample}")
+    if detect_every is not None and detect_every < 1:
+        raise InputError(f"detect_every must be at least 1, got {detect_every}")
     if start is None:
         loads = loads if loads is not None else Loads.weight(assembly)
         state = make_state(assembly, loads, driven=prescribed(assembly, todo), **chosen)
     else:
-        state = (start.state if isinstance(start, History) else start).copy()
+        state = _state_of(start).copy()
         loads = loads if loads is not None else Loads(state.dead, state.live)
         mode, law = chosen.pop("mode", state.mode), chosen.pop("joint_options", None)
         for name in chosen:
@@ -123,11 +157,15 @@ def prepared(
         state.factors = now
     state.dead, state.live = loads.dead.copy(), loads.live.copy()
     check_gentle(todo, state.time > 0.0)
-    recorder = Recorder(assembly, loads, state, todo, detect_every)
+    recorder = Recorder(assembly, loads, state, todo, detect_every, store)
     recorder.notes += notes
     recorder.settings = (sample, damping, tuple(stage_as_text(s) for s in todo))
     recorder.same = start.same if isinstance(start, History) else {}
     return StageRun(recorder, None)
+
+
+def _state_of(start: History | State) -> State:
+    return start.state if isinstance(start, History) else start
 
 
 def resume(
@@ -157,9 +195,7 @@ def resume(
     """
     if history.position is None:
         raise InputError(f"the run is over ({history.status}): give simulate(start=history) further stages")
-    run = taken_up(history, stages)
-    status = go(run, progress=progress, checkpoint=checkpoint, checkpoint_every=checkpoint_every)
-    return run.rec.history(status)
+    return _gone(taken_up(history, stages), progress=progress, checkpoint=checkpoint, every=checkpoint_every)
 
 
 def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
@@ -173,7 +209,7 @@ def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
     state = history.state.copy()
     loads = Loads(state.dead, state.live)
     check_continues(history.assembly, state, loads, None)
-    recorder = Recorder(history.assembly, loads, state, todo, history.settings[3])
+    recorder = Recorder(history.assembly, loads, state, todo, history.settings[3], history.store)
     recorder.settings = (sample, damping, before)
     recorder.take_up(history)
     return StageRun(recorder, history.position, RunStatus(history.status) if history.position is None else None)

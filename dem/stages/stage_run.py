@@ -53,10 +53,17 @@ class StageRun:
     @property
     def where(self) -> tuple[float | None, str]:
         """Part of the stages that is done, None while a stage ends when it likes, and where it stands in words."""
-        count, done, steps = len(self.rec.stages), self.at.done, self.at.done + max(self._remaining(), 0)
-        words = f"{type(self.stage).__name__.lower()}, stage {self.at.stage + 1} of {count}"
-        settles = isinstance(self.stage, Settle)
-        return None if settles else (self.at.stage + done / max(steps, 1)) / count, words
+        words = f"{type(self.stage).__name__.lower()}, stage {self.at.stage + 1} of {len(self.rec.stages)}"
+        # stages in steps; how many a Settle takes nobody knows
+        steps = [0.0 if isinstance(s, Settle) else self._steps_of(s) for s in self.rec.stages]
+        done = self.at.done / max(self.at.done + max(self._remaining(), 0), 1)
+        part = sum(steps[: self.at.stage]) + done * steps[self.at.stage]
+        return None if isinstance(self.stage, Settle) else part / max(sum(steps), 1.0), words
+
+    def _steps_of(self, stage: Stage) -> float:
+        """Steps of a stage at the present time step."""
+        steps, duration = stage_length(stage)
+        return float(steps) if steps is not None else (duration or 0.0) / self.rec.state.dt
 
     def begin(self) -> None:
         """Stand ready for the first chunk."""
@@ -82,6 +89,7 @@ class StageRun:
                 return None
         rec, state, at = self.rec, self.rec.state, self.at
         count, waits = self._chunk()
+        number = self._sample_number()
         table, speeds = self._table(count), self._speeds(count, waits)
         # what acts where the blocks are at the beginning of a step are the loads of that time; scaled masses have none
         acting = table[:-1] if state.mode == DYNAMIC else table[1:]
@@ -97,7 +105,7 @@ class StageRun:
             at.done += count
         rec.look(count)
         self._keep()
-        if waits or (at.done % self.sample and self._remaining() > 0):
+        if waits or (self._sample_number() == number and self._remaining() > 0):
             return None
         sampled = rec.add(state, at.stage)
         if self._ends(sampled) or self._remaining() <= 0:
@@ -218,10 +226,23 @@ class StageRun:
         state = self.rec.state
         return int(np.ceil((self.duration - (state.time - self.at.begun)) / state.dt - 1e-9))
 
+    def _sample_number(self) -> int:
+        """Samples of the stage that are due by now: one every so many steps, or so many seconds."""
+        if isinstance(self.sample, int):
+            return self.at.done // self.sample
+        return int((self.rec.state.time - self.at.begun) / self.sample + 1e-9)
+
+    def _to_sample(self) -> int:
+        """Steps to the next sample: to a multiple of a number of steps, or to the first step after one of a time."""
+        if isinstance(self.sample, int):
+            return self.sample - self.at.done % self.sample
+        ahead = self.at.begun + (self._sample_number() + 1) * self.sample - self.rec.state.time
+        return max(1, int(np.ceil(ahead / self.rec.state.dt - 1e-9)))
+
     def _chunk(self) -> tuple[int, bool]:
         """Steps of the next chunk, and whether the drive waits for calm in it."""
         rec, state, at, left = self.rec, self.rec.state, self.at, self._remaining()
-        count = min(self.sample - at.done % self.sample, left, rec.steps_to_look())
+        count = min(self._to_sample(), left, rec.steps_to_look())
         if self.servos:
             count = min(count, SERVO_EVERY)
         if self.steps is None:

@@ -46,6 +46,7 @@ class _Bar:
     def __init__(self, title: str) -> None:
         self.tasks = [_Task(title)]
         self.begun = time.monotonic()
+        self.first = 0.0, self.begun  # part that was done when it was taken up, and when that was
         self.drawn = 0.0
         self.tqdm: Any = None
         self.lock = threading.RLock()
@@ -76,7 +77,8 @@ class _Bar:
                 return
             self.drawn = now
             (part, known), spent = self.part, now - self.begun
-            left = spent * (1.0 - part) / part if part and known else float("nan")
+            before, since = self.first
+            left = (now - since) * (1.0 - part) / (part - before) if known and part and part > before else float("nan")
             text = "; ".join(t.text for t in self.tasks if t.text)
             line = clock(spent) + (f", about {clock(left)} left" if left == left else "")
             line += f"; {text}" if text else ""
@@ -256,6 +258,13 @@ def reached(part: float | None, text: str | None = None, *, share: float = 0.0) 
         now.part, now.share = part, share
         now.text = now.text if text is None else text
         _bar[0].draw(time.monotonic())
+
+
+def taken_up(part: float | None, text: str | None = None) -> None:
+    """Say how far the innermost task was before, where it goes on from: the time left counts from here."""
+    reached(part, text)
+    if _bar and len(_bar[0].tasks) == 1 and threading.current_thread() is threading.main_thread():
+        _bar[0].first = part or 0.0, time.monotonic()
 
 
 def noted(text: str) -> None:

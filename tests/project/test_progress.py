@@ -14,7 +14,7 @@ from walls import running_bond
 import dem
 import limitmason as lm
 from limitmason.display import progress
-from limitmason.display.progress import clock, noted, reached, task, watched, write
+from limitmason.display.progress import clock, noted, reached, taken_up, task, watched, write
 from limitmason.errors import InputError
 
 
@@ -59,6 +59,17 @@ def test_a_bar_tells_what_is_done_and_the_time_left_and_goes_away(screen, monkey
     assert any("run:  25%" in f and "30 s, about 1:30 left; so far so good" in f for f in screen.frames)
     assert not progress._bar
     assert screen.getvalue().endswith("\r")
+
+
+def test_what_was_done_before_a_run_was_taken_up_took_no_time_of_it(screen, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    with task("run"):
+        taken_up(0.5)
+        now[0] += 30.0
+        reached(0.6)
+    # a tenth in 30 s: four tenths are left
+    assert any("run:  60%" in f and "30 s, about 2:00 left" in f for f in screen.frames)
 
 
 def test_what_runs_inside_fills_its_share_of_one_bar(screen):

@@ -1,0 +1,126 @@
+"""A run's samples on disk while it runs: a folder of plain binary files that are read without being loaded."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dem.stages.samples import Samples
+from limitmason.arrays import Index
+from limitmason.errors import InputError
+from limitmason.model import Assembly
+from limitmason.storage.files import read_text, write_text
+
+LAYOUT, CHECKPOINT = "layout.json", "checkpoint.npz"
+
+
+@dataclass(frozen=True)
+class Store:
+    """Folder in which a simulation keeps its samples, so that a history of any length takes no memory.
+
+    Parameters
+    ----------
+    folder : is made; one that holds a run already is refused
+    blocks : names or numbers of the blocks whose displacement and rotation are kept; all by default
+    joints : whether the marks of all joints are kept (opening, slip, crushing, strength in use)
+
+    Notes
+    -----
+    Every quantity is a file of 8-byte numbers, least byte first, one sample after the other. ``layout.json`` names them
+    with the shape of a sample. ``checkpoint.npz`` holds the rest of the history and the state from which
+    :func:`dem.resume` goes on. What a killed run wrote after its last checkpoint is left out when it is read.
+    """
+
+    folder: str | Path
+    blocks: Sequence[int | str] | None = None
+    joints: bool = True
+
+    @property
+    def checkpoint(self) -> Path:
+        """File of the state and of all that is no sample."""
+        return Path(self.folder) / CHECKPOINT
+
+    def recorded(self, assembly: Assembly) -> Index:
+        """Numbers of the blocks that are kept, in their order."""
+        chosen = range(assembly.n_blocks) if self.blocks is None else map(assembly.block_index, self.blocks)
+        return np.array(sorted(set(chosen)), dtype=np.intp)
+
+    def check_free(self) -> None:
+        """Refuse a folder that holds a run that can be taken up or read."""
+        if self.checkpoint.exists():
+            raise InputError(
+                f"{self.folder} holds a run already: go on with dem.resume(dem.History.load({str(self.folder)!r}, "
+                "assembly), stages), or give another folder"
+            )
+
+
+class StoredSamples(Samples):
+    """Columns of a record that are files, an entry for every sample."""
+
+    def __init__(self, folder: str | Path, shapes: Mapping[str, tuple[int, ...]], count: int = 0) -> None:
+        super().__init__(**shapes)
+        self.folder, self.count = Path(folder), count
+        self.columns = {}
+
+    def __len__(self) -> int:
+        return self.count
+
+    @classmethod
+    def read(cls, folder: str | Path, count: int) -> "StoredSamples":
+        """Those of a folder that was written before.
+
+        Raises
+        ------
+        InputError
+            For a folder that lacks something, by name.
+        """
+        layout = Path(folder) / LAYOUT
+        if not layout.exists():
+            raise InputError(f"{folder} lacks {LAYOUT!r}: no run was stored there")
+        shapes = json.loads(read_text(layout))["columns"]
+        out = cls(folder, {name: tuple(shape) for name, shape in shapes.items()}, count)
+        for name in out.shapes:
+            file, size = out._file(name), count * out._row(name)
+            if size and (not file.exists() or file.stat().st_size < size):
+                raise InputError(f"{file} is shorter than the {count} samples of the run: it was cut short")
+        return out
+
+    def begin(self) -> None:
+        """Write the layout, and cut the files to the samples that count."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        columns = {name: list(shape) for name, shape in self.shapes.items()}
+        write_text(self.folder / LAYOUT, json.dumps({"type": "<f8", "columns": columns}, indent=1))
+        for name in self.shapes:
+            with self._file(name).open("ab") as file:
+                file.truncate(self.count * self._row(name))
+
+    def add(self, **entry: Any) -> None:
+        """Write a sample down."""
+        for name, shape in self.shapes.items():
+            row = np.ascontiguousarray(entry[name], dtype="<f8").reshape(shape)
+            with self._file(name).open("ab") as file:
+                file.write(row.tobytes())
+        self.count += 1
+
+    def take_up(self, arrays: Mapping[str, Any]) -> None:
+        """Go on after the samples of a run before, whose arrays are those of the files."""
+        self.count = len(arrays["rows"])
+        self.begin()
+
+    def arrays(self) -> dict[str, Any]:
+        """All samples of every column, shape (samples, ...), read from the files where they are looked at."""
+        return {
+            name: np.memmap(self._file(name), "<f8", "r", shape=(self.count, *shape))
+            if self.count and self._row(name) else np.zeros((self.count, *shape))
+            for name, shape in self.shapes.items()
+        }  # fmt: skip
+
+    def _file(self, name: str) -> Path:
+        return self.folder / f"{name}.f8"
+
+    def _row(self, name: str) -> int:
+        """Bytes of a sample."""
+        return 8 * int(np.prod(self.shapes[name], dtype=np.int64))
