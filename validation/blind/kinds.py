@@ -15,6 +15,7 @@ from limitmason.diagnosis.rehearse import binomial_interval
 from limitmason.diagnosis.words import headline
 
 from . import campaigns
+from .kinds_dem import ByDem
 from .kinds_designs import FOUR, Monument, OtherCode, Patterns, PeaksAlone, Trials
 
 SEED = 20261125  # thresholds were set on trials of seed 20261124
@@ -100,6 +101,8 @@ def designs(cache):
                 6 + i, {"nothing": ALARMS, "clear": SINGLE, "off the list": SINGLE | OFF},
                 lambda c=columns: Trials(c, cache, FOUR)),
         }  # fmt: skip
+    out["all three of the truth by the DEM, all recorded"] = (
+        10, {"nothing": {}, "clear": {}, "off the list": {}}, lambda: ByDem(every, cache))  # fmt: skip
     return out | {
         "one monument, 3 to 6 modes at 6 to 12 sensors": (
             8, {"nothing": ALARMS, "one joint loose": ASKED["one joint loose"]}, Monument),

@@ -97,12 +97,9 @@ def with_effect(effect, size, specimens=TWELVE):
     return out
 
 
-def rows(found, quantities, rng=None):
-    """Observations of what was found, shaken where a generator is given."""
-    return [
-        Observation(i, q, f[q] * (np.exp(SCATTER[q] * rng.standard_normal()) if rng is not None else 1.0), SCATTER[q])
-        for i, f in enumerate(found) for q in quantities
-    ]  # fmt: skip
+def rows(found, quantities, scatter=SCATTER):
+    """Observations of what was found."""
+    return [Observation(i, q, f[q], scatter[q]) for i, f in enumerate(found) for q in quantities]
 
 
 class Trials:
@@ -123,7 +120,7 @@ class Trials:
             specimens, simulate, rows(found, quantities), nuisance=campaigns.NUISANCE, covariates=covariates,
             causes=CAUSES, cache=cache, version="1", shared=None if together else (), **SLOW,
         )  # fmt: skip
-        self.design = self.study.design()
+        self.design, self.drawn = self.study.design(), self.study.scale
         self._curves = {}
         self.felt = np.array([[q == want for q in self.study.rows.quantities] for want in quantities])
 
@@ -191,7 +188,7 @@ class Trials:
             each = np.unique(labels, return_inverse=True)[1]
             noise = np.sqrt(0.5) * (noise + rng.standard_normal(each.max() + 1)[each])
         moved = self.design.null.slopes @ rng.standard_normal(self.design.inputs)
-        shaken = values * np.exp(self.study.scale * (noise + moved))
+        shaken = values * np.exp(self.drawn * noise + self.study.scale * moved)
         return self.study.with_measured(shaken).diagnose(seed=int(rng.integers(1 << 31)), draws=DRAWS)
 
 
