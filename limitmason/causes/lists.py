@@ -206,10 +206,20 @@ def each_joint(
     return [joints.joint_stiffness(bounds, joint=pair) for pair in dict.fromkeys(pairs)]
 
 
+def felt_by(cause: Cause) -> tuple[str, ...]:
+    """Kinds of data, or quantities of a reading, that feel a cause by one method or another."""
+    if cause.acts_on == "measurement":
+        return cause.reads or ("all",)
+    force = any(acts_on(cause, m) for m in METHODS)
+    felt = {"force": force, "deformation": acts_on(cause, "pushover"), "vibration": acts_on(cause, MODES),
+            "pattern": force}  # fmt: skip
+    return tuple(kind for kind, feels in felt.items() if feels)
+
+
 def table() -> list[dict[str, str]]:
     """One row per cause.
 
-    Name, parameter, unit, baseline, bounds, methods, physics, isolating test, when hidden.
+    Name, parameter, unit, baseline, bounds, methods, what feels it, physics, isolating test, when hidden.
     """
     rows, methods = [], {name: get_method(name) for name in METHODS}
     for name, declared in ALL.items():
@@ -224,6 +234,7 @@ def table() -> list[dict[str, str]]:
                 "bounds": f"{cause.bounds[0]:g} to {cause.bounds[1]:g}",
                 "acts on": cause.acts_on if cause.acts_on == "measurement" else "every method" if feel == list(methods)
                 else ", ".join(feel),
+                "felt by": ", ".join(felt_by(cause)),
                 "physics": cause.physics,
                 "source": cause.source,
                 "isolating experiment": cause.isolate,

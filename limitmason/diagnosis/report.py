@@ -16,6 +16,7 @@ from limitmason.diagnosis.inference.plan import NextTests
 from limitmason.diagnosis.inference.shared import PLAUSIBLE
 from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.inference.verdict import Rule, VerdictKind
+from limitmason.diagnosis.observations import FLAGS
 from limitmason.diagnosis.result import Findings
 from limitmason.diagnosis.words import (
     basis,
@@ -70,6 +71,7 @@ class Diagnosis(Findings):
                 "Some specimens repeat a configuration (same covariates) and no groups are given: leaving out one "
                 "repeat says nothing about geometry. Give groups."
             )
+        out += _copies(self)
         if all(c.acts_on != "measurement" for c in self.listed):
             out.append(
                 "No measurement cause (offset, gain, batch) is in the list: a sensor's fault can pass as physics."
@@ -314,6 +316,22 @@ def _repeats(covariates: Mapping[str, Sequence[Any]]) -> bool:
     """Whether two specimens share all covariates."""
     rows = list(zip(*(map(str, c) for c in covariates.values()), strict=True))
     return len(set(rows)) < len(rows)
+
+
+def _copies(diagnosis: Findings) -> list[str]:
+    """Specimens whose values, two and more, are those of another to the last digit."""
+    found: dict[str, dict[str, float]] = {}
+    rows = zip(diagnosis.covariates.get("specimen", ()), diagnosis.quantities, diagnosis.measured, strict=False)
+    for name, quantity, value in rows:
+        found.setdefault(str(name), {})[quantity] = float(value)
+    first: dict[frozenset[tuple[str, float]], str] = {}
+    out = []
+    for name, values in found.items():
+        # what was seen or not is often the same
+        numbers = frozenset((q, v) for q, v in values.items() if not q.startswith(FLAGS))
+        if len(numbers) > 1 and (other := first.setdefault(numbers, name)) != name:
+            out.append(f"{name} has the values of {other} to the last digit: a row that is there twice counts twice.")
+    return out
 
 
 def _why(p: Mapping[str, float], rule: Rule) -> str:

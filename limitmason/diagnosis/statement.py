@@ -71,7 +71,8 @@ class Statement(ReadOnly):
         if rows.scatter is not None:
             noise = Noise(tuple(rows.scatter), noise.dof, noise.tails, by_row=True, misread=rows.misread)
         if n < (least := FEWEST if noise.kind == "unknown" else 2):
-            raise InputError(f"at least {least} specimens are needed, got {n}")
+            what = "numbers, of one specimen or several," if rows.several or n < 2 else "specimens"
+            raise InputError(f"at least {least} {what} are needed, got {n}")
         nuisance = dict(self.nuisance)
         covariates = covariates_of(self.covariates, specimens, rows)
         if unknown := [name for name in self.shared or () if name not in covariates]:

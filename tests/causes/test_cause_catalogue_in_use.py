@@ -30,7 +30,11 @@ def test_lists_hold_what_a_method_feels():
     names = [c.name for c in catalogue.standard(plane=False, tilting=True, overload=True, covariates=["order"])]
     assert {"effective thickness", "torsion strength", "wear", "angle offset", "block density", "gain"} <= set(names)
     assert any(c.acts_on == "measurement" for c in catalogue.standard(method="mechanisms"))
-    assert len(catalogue.table()) == len(catalogue.ALL)
+    felt = {row["cause"]: row["felt by"] for row in catalogue.table()}
+    assert len(felt) == len(catalogue.ALL)
+    assert felt["rig compliance"] == "stiffness, drift at peak"
+    assert felt["joint stiffness"] == "force, deformation, vibration, pattern"
+    assert felt["cohesion"] == "force, deformation, pattern"
     with pytest.raises(ValueError, match="no cause 'wind'"):
         catalogue.standard(without=["wind"])
     with pytest.raises(ValueError, match="method"):

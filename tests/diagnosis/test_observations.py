@@ -201,6 +201,26 @@ def test_other_dependences_are_positive_kernels():
     assert all(np.linalg.eigvalsh(k).min() > -1e-9 for parts in found.values() for k in parts)
 
 
+@pytest.mark.slow
+def test_answers_do_not_move_with_the_order_of_rows_and_a_copied_specimen_is_told():
+    rows, order = observed(ROUNDING, 0.012), np.random.default_rng(2).permutation(12)
+    place, turned = np.argsort(order), [specimens()[i] for i in order]
+    renamed = [{"one": s["height"], "two": s["width"], "three": s["batch"], **s} for s in turned]
+    moved = [dataclasses.replace(o, specimen=int(place[o.specimen])) for o in rows]
+    first = several_kinds(rows).diagnose(LISTED)
+    options = {"shared": (), "nuisance": {"friction_coefficient": Measured(0.70, 0.03)}}
+    other = Study(renamed, walls, moved[::-1], covariates=["two", "three", "one"], **options).diagnose(LISTED)
+    assert (other.causes, other.identified) == (first.causes, first.identified) == (("edge rounding",), True)
+    assert other.estimates["edge rounding"].size == pytest.approx(first.estimates["edge rounding"].size, rel=1e-9)
+    copied = rows + [dataclasses.replace(o, specimen=12) for o in rows if o.specimen == 3]
+    twice = Study([*specimens(), specimens()[3]], walls, copied, **options)
+    told = [w for w in twice.diagnose([ROUNDING, LOAD_CELL], pairs=False).warnings if "last digit" in w]
+    assert [w.split(" to the last")[0] for w in told] == ["specimen 12 has the values of specimen 3"]
+    assert not [w for w in first.warnings if "last digit" in w]
+    with pytest.raises(InputError, match="at least 2 numbers, of one specimen or several"):
+        several_kinds(rows[:1])
+
+
 def test_numbers_that_cannot_be_are_refused_by_name():
     for rows, words in (
         ([Observation("Q", "peak", 1.0, 0.1)], "no such specimen"),
@@ -386,6 +406,6 @@ def test_three_numbers_with_two_causes_are_called_scatter_only_together_with_wha
     report = found.report()
     assert found.kind == "scatter"
     assert "1 specimen, 3 numbers" in report
-    # nine deviations in one number are not noise by what was stated: the report says what follows if the statement holds
+    # nine deviations in one number are no noise as stated: the report says what follows if the statement holds
     assert "If the noise is as stated, the simulation is wrong" in report
     assert "3 numbers cannot tell" in report
