@@ -15,7 +15,7 @@ const TABS = { "wall.png": "Structure", "mechanism.png": "Mechanism", "forces.pn
 const FILES = { "answer.json": "Answer (JSON)", "model.json": "Model (JSON)", "report.html": "Report (HTML)" };
 const SECONDS = 4; // a drawing that takes longer is made on request only
 
-let forms, experimentFields = [], drawn = null, solved = null, tab = "", mine = new Map(), running = false, slow = false;
+let forms, drawn = null, solved = null, reported = null, tab = "", mine = new Set(), running = false, slow = false;
 let timer = 0, stale = false, told = null;
 
 async function ask(path, body, type = "application/json") {
@@ -33,7 +33,15 @@ function fieldRow(field, part) {
   const id = `${part}.${field.name}`;
   const title = field.hint || field.name;
   let input;
-  if (field.kind === "tick") input = make("input", { type: "checkbox", id, title });
+  if (field.kind === "word" && field.choices.length) {
+    input = make("select", { id, title });
+    const none = field.default || "–";
+    options(input, [["", `${none}`], ...field.choices.filter((c) => c !== field.default).map((c) => [c, c])], field.value);
+  } else if (field.kind === "list" && field.choices.length > 1) {
+    const chosen = field.value.split(",").map((v) => v.trim());
+    input = make("div", { id, title, className: "ticks" }, ...field.choices.map((c) => make("label", { className: "tick" },
+      make("input", { type: "checkbox", value: c, checked: chosen.includes(c) }), c)));
+  } else if (field.kind === "tick") input = make("input", { type: "checkbox", id, title });
   else if (field.kind === "lines") input = make("textarea", { id, value: field.value, title, spellcheck: false });
   else input = make("input", { id, value: field.value, placeholder: field.default, title, spellcheck: false,
     inputMode: field.kind === "number" ? "decimal" : "text" });
@@ -41,11 +49,6 @@ function fieldRow(field, part) {
   const row = make("div", { className: "field" },
     make("label", { htmlFor: id, title, textContent: field.name.replace(/_deg$/, "").replaceAll("_", " ") }), input,
     make("span", { className: "unit", textContent: field.unit || "" }), make("p", { className: "error", id: `${id}!` }));
-  if (field.choices.length && field.kind === "word") {
-    const list = make("datalist", { id: `${id}?` }, ...field.choices.map((c) => make("option", { value: c })));
-    input.setAttribute("list", list.id);
-    row.append(list);
-  }
   row.dataset.name = field.name;
   return row;
 }
@@ -62,11 +65,25 @@ function fill(place, fields, part) {
 function values(place) {
   const out = {};
   for (const row of place.querySelectorAll(".field")) {
-    const input = row.querySelector("input, textarea");
-    const value = input.type === "checkbox" ? input.checked : input.value;
+    const input = row.querySelector("input, textarea, select");
+    const ticks = row.querySelector(".ticks");
+    const value = ticks ? [...ticks.querySelectorAll(":checked")].map((c) => c.value).join(", ")
+      : input.type === "checkbox" ? input.checked : input.value;
     if (value !== "" && value !== false) out[row.dataset.name] = value;
   }
   return out;
+}
+
+function put(place, given) {
+  for (const row of place.querySelectorAll(".field")) {
+    const value = given[row.dataset.name] ?? "";
+    const ticks = row.querySelector(".ticks");
+    if (ticks) for (const c of ticks.querySelectorAll("input")) c.checked = value.split(", ").includes(c.value);
+    else {
+      const input = row.querySelector("input, textarea, select");
+      if (input.type === "checkbox") input.checked = Boolean(value); else input.value = value;
+    }
+  }
 }
 
 function options(select, pairs, kept) {
@@ -165,6 +182,7 @@ function addItem(place, part, call, name) {
   place.append(item);
   fill(body, call.fields, `${part}.${place.childElementCount - 1}.${Math.random().toString(36).slice(2)}`);
   drop.addEventListener("click", () => { item.remove(); changed(); });
+  return item;
 }
 
 function analysisChanged() {
@@ -184,12 +202,40 @@ function session() {
     analysis: { kind: $("analysis-kind").value, values: values($("analysis")) } };
 }
 
+// a page that is loaded again goes on where it was
+async function restore(s) {
+  $("structure-kind").value = s.structure.kind;
+  await structureChanged();
+  if (s.structure.source) {
+    $("experiment").value = `${s.structure.source}/${s.structure.specimen}`;
+    await experimentChanged();
+  }
+  if (s.structure.file) { $("file").value = s.structure.file; fileChanged(); }
+  $("replace-joints").checked = Boolean(s.structure.other_joints);
+  joints();
+  $("opening-rows").replaceChildren();
+  for (const given of s.structure.openings || []) put(opening(), given);
+  $("loads-kind").value = s.loads.kind;
+  loadsChanged();
+  for (const more of s.loads.more) put(addItem($("more-loads"), "more", forms.calls.more[more.kind], more.kind), more.values);
+  $("analysis-kind").value = s.analysis.kind;
+  analysisChanged();
+  for (const part of ["structure", "loads", "analysis"]) put($(part), s[part].values);
+  put($("joint"), s.joint);
+  if (sessionStorage.job) mine.add(Number(sessionStorage.job));
+  stale = Boolean(sessionStorage.job) && sessionStorage.solved !== sessionStorage.session;
+}
+
+const opening = () => addItem($("opening-rows"), "opening", forms.calls.opening.Opening, "Opening");
+
 async function run(what) {
   clearTimeout(timer);
   if (kind() === "file" && !$("file").value) return;
   try {
     const found = await ask(`api/run?kind=${what}`, JSON.stringify(session()));
-    mine.set(found.job, what);
+    mine.add(found.job);
+    sessionStorage.session = JSON.stringify(session());
+    if (what !== "draw") [sessionStorage.job, sessionStorage.solved] = [found.job, sessionStorage.session];
     if (what !== "draw") {
       problem(null);
       stale = false;
@@ -222,18 +268,20 @@ function problem(error) {
   $("problem").hidden = !error;
   if (!error) return;
   $("problem-name").textContent = error.name;
-  $("problem-text").textContent = error.text;
+  const text = error.text ?? error.message;
+  $("problem-text").textContent = text;
+  if (!error.part) return;
   const place = placeOf(error.part);
-  const row = place && fieldIn(place, error.text);
+  const row = place && fieldIn(place, text);
   if (row) {
     row.classList.add("wrong");
-    row.querySelector(".error").textContent = error.text;
+    row.querySelector(".error").textContent = text;
     const more = row.closest("details");
     if (more) more.open = true;
   } else {
     const line = error.part.startsWith("more.") ? place && place.querySelector(":scope > .error")
       : document.querySelector(`p.error[data-part="${CSS.escape(error.part)}"]`);
-    if (line) line.textContent = error.text;
+    if (line) line.textContent = text;
   }
 }
 
@@ -253,8 +301,8 @@ function fieldIn(place, text) {
   return best;
 }
 
-async function finished(job, what) {
-  const result = await ask(`api/result/${job}`);
+async function finished(job) {
+  const result = await ask(`api/result/${job}`), what = result.kind;
   if (result.state === "cancelled") {
     if (what !== "draw") $("go-text").textContent = "cancelled";
     return;
@@ -270,10 +318,14 @@ async function finished(job, what) {
     slow = drawn !== null && result.seconds > SECONDS; // the first one also waits for imports
     drawn = result;
     if (!solved) shown(result);
+    else $("go-text").textContent = stale ? "changed: solve again" : "";
+  } else if (what === "report") {
+    reported = result;
+    tab = "report.html";
   } else {
-    solved = result;
+    [solved, reported] = [result, null];
     shown(result);
-    tab = what === "report" ? "report.html" : result.summary.rows ? "table" : "";
+    tab = result.summary.rows ? "table" : "";
   }
   tabs();
 }
@@ -281,6 +333,10 @@ async function finished(job, what) {
 function shown(result) {
   const s = result.summary, lines = [];
   if (s.number !== undefined && s.number !== null) lines.push(make("p", { className: "number", textContent: shortly(s.number) }));
+  if (s.rows) {
+    const found = s.rows.map((r) => r[1]).filter((v) => v !== null);
+    if (found.length) lines.push(make("p", { className: "number", textContent: [Math.min(...found), Math.max(...found)].map(shortly).join(" – ") }));
+  }
   if (s.what) lines.push(make("p", { className: "what", textContent: s.what }));
   if (s.status) lines.push(make("span", { className: /^(solved|finished|limit point)/.test(s.status) ? "badge" : "badge doubt", textContent: s.status }));
   for (const text of [s.also, s.bound]) if (text) lines.push(make("p", { className: "bound", textContent: text }));
@@ -304,6 +360,7 @@ function tabs() {
   const of = (result, names) => { for (const name of names) if (result && result.files.includes(name)) found.push([name, TABS[name], result]); };
   if (solved && solved.summary.rows) found.push(["table", "Theories", solved]);
   of(solved, ["mechanism.png", "curve.png", "theories.png", "forces.png", "scene.html", "report.html"]);
+  of(reported, ["report.html"]);
   if (!found.some(([name]) => name === "scene.html")) of(drawn, ["scene.html"]);
   of(drawn, ["wall.png"]);
   if (!solved) found.reverse();
@@ -329,7 +386,7 @@ function stage(name, result) {
   const line = (result.lines || []).find((l) => l.includes(`"${name}"`));
   $("stage-line").textContent = line || "";
   if (name === "text") $("stage").replaceChildren(make("pre", { textContent: result.summary.text }));
-  else if (name === "table") $("stage").replaceChildren(table(result.summary.rows), make("pre", { textContent: result.summary.text }));
+  else if (name === "table") $("stage").replaceChildren(table(result.summary.rows));
   else if (name.endsWith(".html")) $("stage").replaceChildren(make("iframe", { src: address, title: TABS[name] }));
   else $("stage").replaceChildren(make("img", { src: address, alt: TABS[name] }));
 }
@@ -345,8 +402,10 @@ function downloads() {
   if (result) {
     links.push(["session.py", "Script (.py)"], ...Object.entries(FILES).filter(([name]) => result.files.includes(name)));
   }
-  const nodes = links.map(([name, text]) => make("a", { className: "button", textContent: text, href: `api/result/${result.job}/${name}?download=1` }));
-  if (solved && !solved.files.includes("report.html")) {
+  const link = ([name, text], of) => make("a", { className: "button", textContent: text, href: `api/result/${of.job}/${name}?download=1` });
+  const nodes = links.map((l) => link(l, result));
+  if (reported) nodes.push(link(["report.html", FILES["report.html"]], reported));
+  else if (solved && !solved.files.includes("report.html")) {
     const report = make("button", { type: "button", className: "quiet", textContent: "Make a report" });
     report.addEventListener("click", () => run("report"));
     nodes.push(report);
@@ -356,6 +415,7 @@ function downloads() {
 
 function state(now) {
   told = now;
+  if (!now.job) return; // nothing was asked for yet
   const active = now.state === "running" || now.state === "waiting";
   const wasRunning = running;
   running = Boolean(active) && now.kind !== "draw";
@@ -368,26 +428,31 @@ function state(now) {
     $("bar").parentElement.classList.toggle("unknown", !known);
     $("bar").style.width = known ? `${100 * now.part}%` : "";
   } else if (active) $("go-text").textContent = "drawing …";
-  for (const [job, what] of [...mine]) {
+  for (const job of [...mine]) {
     if (job > now.job || (job === now.job && active)) continue;
     mine.delete(job);
-    finished(job, what).catch(problem);
+    finished(job).catch(problem);
   }
   if (wasRunning && !running && stale && !slow) changed();
 }
 
 async function begin() {
   forms = await ask("api/forms");
-  $("about").textContent = `${forms.version} · folder ${forms.folder} · units: SI, shown at each field`;
+  $("about").textContent = `${forms.version} · folder ${forms.folder}`;
   options($("structure-kind"), [...Object.entries(forms.calls.structure).map(([name, call]) => [name, call.title]),
     ["experiment", "A packaged experiment"], ["file", "A model or a drawing from a file"]], "wall");
   options($("analysis-kind"), Object.entries(forms.calls.analysis).map(([name, call]) => [name, call.title]));
   options($("add-load"), [["", "+ load"], ...Object.entries(forms.calls.more).map(([name, call]) => [name, call.title])]);
   fill($("joint"), forms.calls.joint.Joint.fields, "joint");
   analysisChanged();
-  const opening = () => addItem($("opening-rows"), "opening", forms.calls.opening.Opening, "Opening");
   opening();
   await structureChanged();
+  if (sessionStorage.token !== location.pathname) { // of another run of the program: its jobs are gone
+    delete sessionStorage.job;
+    delete sessionStorage.solved;
+    sessionStorage.token = location.pathname;
+  }
+  if (sessionStorage.session) await restore(JSON.parse(sessionStorage.session)).catch(() => sessionStorage.clear());
   $("structure-kind").addEventListener("change", async () => { await structureChanged(); changed(); });
   $("loads-kind").addEventListener("change", loadsChanged);
   $("analysis-kind").addEventListener("change", analysisChanged);

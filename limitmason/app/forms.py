@@ -30,7 +30,7 @@ class Field:
     hint : what the docstring says of it
     value : that the form begins with; empty leaves the argument out
     default : what the call then takes
-    choices : words to propose
+    choices : words to choose from; none where any word may stand
     first : whether it is shown at once; others are under "more"
     """
 
@@ -98,6 +98,11 @@ _ANALYSES: dict[str, tuple[str, dict[str, Any]]] = {
     "compare": ("Theories side by side", {"methods": ", ".join(COMPARED_METHODS)}),
 }
 _DRAWING = {"thickness": "0.2", "scale": "", "mortar": "", "gap": "", "density": "2000", "fixed": "", "tilt": "x"}
+_CHOICES = {  # where the words in quotes of a docstring are not all, or not only, what may be chosen
+    "plan": ("straight", "L", "T", "U", "box"), "corner": ("left", "right"), "base": ("slab", "course", "none"),
+    "beam_over": ("facade", "returns", "all"), "column": ("left", "right"), "case": ("dead", "live"),
+    "methods": tuple(sorted({*COMPARED_METHODS, *available_methods()} - {"limit"})),
+}  # fmt: skip
 _OPENING = {"x": "0.8", "z": "0.6", "width": "0.8", "height": "0.8", "lintel": "0.2"}
 
 
@@ -166,14 +171,13 @@ def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool 
         hint, unit = told.get(name, ("", ""))
         if annotation in ("int", "int | None"):
             unit = "-"
-        elif not unit:
+        elif not unit and kind.startswith("number"):
             more, unit = next((t[name] for t in elsewhere if name in t), ("", ""))
             hint = f"{hint} {more}".strip()
         default = parameters[name].default
         words = kind in ("word", "words", "list", "lines")
-        choices: tuple[str, ...] = tuple(dict.fromkeys(_QUOTED.findall(hint))) if words else ()
-        if name == "methods":
-            choices = tuple(sorted({*COMPARED_METHODS, *available_methods()}))
+        found = tuple(dict.fromkeys(_QUOTED.findall(hint))) if words and kind != "lines" else ()
+        choices = _CHOICES.get(name, found)
         out.append(Field(
             name, kind, "" if words or kind == "tick" else unit or "-", hint, start.get(name, ""), _shown(default),
             choices, name in start,

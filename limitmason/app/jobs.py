@@ -18,6 +18,8 @@ from limitmason.app.worker import work
 GRACE = 5.0
 """Seconds after the last page has gone until its job ends: a page that is loaded again comes back sooner."""
 
+MOST_PAGES = 5
+
 _KEPT = 6  # jobs whose files can still be fetched
 
 
@@ -152,11 +154,14 @@ class Jobs:
         with self._changed:
             self._changed.wait(seconds)
 
-    def page_opened(self) -> None:
-        """A page looks on."""
+    def page_opened(self) -> bool:
+        """A page looks on, unless too many do: a browser has six connections to a server, and each page keeps one."""
         with self._changed:
+            if self._pages >= MOST_PAGES:
+                return False
             self._pages += 1
         self.warm()
+        return True
 
     def page_closed(self) -> None:
         """A page has gone; with the last one the process ends."""

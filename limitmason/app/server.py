@@ -195,10 +195,11 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _events(self) -> None:
         """Tell a page how far the job is until the page goes away."""
-        self._head(200, "text/event-stream", None)
+        if not self.server.jobs.page_opened():
+            raise Refused(409, "the application is open in too many pages: close one")
         self.close_connection = True
-        self.server.jobs.page_opened()
         try:
+            self._head(200, "text/event-stream", None)
             said = ""
             while True:
                 job = self.server.jobs.last()

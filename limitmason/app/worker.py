@@ -28,6 +28,9 @@ from limitmason.standing import Standing
 NAMED = (InputError, NotApplicable, NotConverged, TypeError, KeyError, OSError, ImportError, UnicodeError, MemoryError)
 """Errors that are an answer: their words go to the page; any other is a mistake of ours and is called one."""
 
+LEAST_MEMORY = 4 << 30
+"""Bytes of address space that the process gets on any machine."""
+
 MOST_NAMES = 2000
 """Block names that are sent for the fields that ask for one."""
 
@@ -106,7 +109,7 @@ def summary(names: Mapping[str, Any]) -> dict[str, Any]:
     out: dict[str, Any] = {
         "structure": f"{free} free block{'' if free == 1 else 's'}, {len(wall.interfaces)} joints",
         "blocks": [b.name for b in wall.blocks[:MOST_NAMES]],
-        "beside": _beside(names.get("test")),
+        "beside": [*_beside(names.get("test")), *_assumed(names.get("drawing"))],
     }
     answer = names.get("answer")
     if answer is None:
@@ -120,12 +123,13 @@ def summary(names: Mapping[str, Any]) -> dict[str, Any]:
             if math.isfinite(value):
                 out["also"] = f"tilt at collapse {answer.tilt_angle_deg:.2f}°"
     elif isinstance(answer, Curve):
-        out |= {"number": _plain(answer.peak.load), "what": f"largest load [{answer.load_unit}]",
+        what = "largest multiplier λ [-]" if answer.load_unit == "-" else f"largest load [{answer.load_unit}]"
+        out |= {"number": _plain(answer.peak.load), "what": what,
                 "status": answer.status, "also": f"at a displacement of {1e3 * answer.peak.displacement:.4g} mm"}
     elif isinstance(answer, Standing):
         out |= {"what": str(answer).partition("\n")[0], "warnings": list(answer.notes)}
     elif isinstance(answer, SideBySide):
-        out |= {"what": "theories side by side", "status": "", "rows": [
+        out |= {"what": "λ [-] by the theories side by side", "rows": [
             [r.method, _plain(r.multiplier), r.status, r.bound] for r in answer.rows]}  # fmt: skip
     return out
 
@@ -135,6 +139,11 @@ def _beside(test: Any) -> list[str]:
     if test is None:
         return []
     return [f"{k}, {name}: {v}" for k in ("measured", "published") for name, v in getattr(test, k).items()]
+
+
+def _assumed(drawing: Any) -> list[str]:
+    """What was assumed to make a model of a drawing."""
+    return [] if drawing is None else [f"assumed: {text}" for text in drawing.assumed]
 
 
 def _plain(value: float) -> float | None:
@@ -153,6 +162,8 @@ def _written(line: str, names: dict[str, Any], folder: str) -> dict[str, bytes]:
 
 
 def _words(error: BaseException) -> str:
+    if isinstance(error, ImportError):
+        return f"{error}; all that the application opens: pip install 'limitmason[app]'"
     if isinstance(error, MemoryError):
         return f"not enough memory, take fewer blocks: {error}".rstrip(": ")
     return str(error.args[0] if isinstance(error, KeyError) and error.args else error)
@@ -171,11 +182,11 @@ def _end_with_the_parent() -> None:
 
 
 def _limit_memory() -> None:
-    """Refuse memory beyond that of the machine by an error in place of a machine that stands still."""
+    """Refuse more than half of the machine's memory by an error, before the machine stands still."""
     try:
         import resource
 
-        most = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+        most = max(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2, LEAST_MEMORY)
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
     except (ImportError, ValueError, OSError):
         return  # not on this system

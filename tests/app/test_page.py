@@ -37,7 +37,8 @@ def page(browser, address):
     browser.open("about:blank")
     browser.open(address)
     browser.until(DRAWN)
-    return browser
+    yield browser
+    browser.run("sessionStorage.clear()")
 
 
 def shown(page):
@@ -63,6 +64,28 @@ def test_open_change_the_friction_solve_and_see_the_number_of_the_call(page):
     tabs = page.run("[...document.querySelectorAll('#tabs button')].map(b => b.textContent)")
     assert tabs == ["Mechanism", "Forces", "Turn it", "Structure", "Text"]
     assert page.until("(i => i.complete && i.naturalWidth)(document.querySelector('#stage img'))") > 500
+    page.run("[...document.querySelectorAll('#downloads button')].find(b => b.textContent === 'Make a report').click()")
+    page.until("document.querySelector('iframe[src*=report]')")
+    assert "Mechanism" in page.run("document.getElementById('tabs').innerText")
+    assert page.run("document.querySelectorAll('#downloads a').length") == 4
+
+
+def test_a_page_that_is_loaded_again_goes_on_where_it_was(page, address):
+    page.type("[id='joint.friction_angle_deg']", "17")
+    page.type("#structure-kind", "column")
+    page.type("[id='structure.courses']", "5")
+    page.run(SOLVE)
+    number = shown(page)
+    assert number == pytest.approx(0.3057, rel=1e-3)  # tan(17 degrees): it slides
+    page.open(address)
+    page.until("document.querySelector('#stage img') && document.getElementById('structure.courses').value === '5'")
+    assert page.run("document.getElementById('joint.friction_angle_deg').value") == "17"
+    assert shown(page) == number
+
+
+def test_no_job_is_taken_for_done_before_the_server_has_told_of_one(page):
+    # what a page hears first, when it was quick to ask for a drawing
+    assert page.run("(() => { mine.add(1e9); state({}); return mine.delete(1e9) })()")
 
 
 def test_a_wrong_input_shows_its_named_error_at_its_field_and_goes_when_it_is_mended(page):

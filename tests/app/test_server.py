@@ -17,7 +17,7 @@ from urllib.parse import quote
 import pytest
 
 import limitmason as lm
-from limitmason.app import folder, forms, jobs, script
+from limitmason.app import folder, forms, jobs, script, worker
 from limitmason.app.server import Server
 from limitmason.errors import InputError
 
@@ -297,6 +297,22 @@ def test_every_form_begins_with_something_that_solves():
         assert wall.n_blocks > 1
 
 
+def test_what_can_be_chosen_is_what_the_call_takes():
+    seen = 0
+    for name, call in forms.calls()["structure"].items():
+        start = {f.name: forms_literal(f) for f in call.fields if f.value != ""}
+        for field in call.fields:
+            if field.choices:
+                given = ", ".join(f"{k}={v}" for k, v in (start | {field.name: "'?'"}).items())
+                with pytest.raises(InputError) as refused:
+                    eval(f"lm.build.{name}({given}, joint=lm.Joint(33.0))", {"lm": lm})
+                allowed = str(refused.value).partition("one of ")[2].partition(", got")[0].split(", ")
+                known, chosen = {a.strip("'").lower() for a in allowed}, {c.lower() for c in field.choices}
+                assert known - {"none"} == chosen - {"none"}
+                seen += 1
+    assert seen >= 10
+
+
 def forms_literal(field):
     return script.literal(field.value, field.kind)
 
@@ -395,6 +411,18 @@ def test_a_packaged_experiment_and_a_model_file(client):
     (client.server.folder.path / "wall.json").unlink()
 
 
+def test_a_drawing_without_its_extra_has_a_named_error(tmp_path, monkeypatch):
+    (tmp_path / "wall.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'><path d='M0 0h1v1h-1z'/></svg>")
+    body = session() | {"structure": {"kind": "file", "file": "wall.svg", "values": {"scale": "1", "thickness": "0.2"}},
+                        "loads": {"kind": "own"}}  # fmt: skip
+    monkeypatch.setitem(sys.modules, "svg.path", None)
+    monkeypatch.chdir(tmp_path)
+    lines = script.statements(body, folder.Folder(tmp_path), kind="draw")
+    error = worker.run(lines, str(tmp_path))["error"]
+    assert (error["part"], error["name"]) == ("structure", "ImportError")
+    assert "pip install 'limitmason[app]'" in error["text"]
+
+
 def endless(pipe, _folder):
     """A worker that never ends by itself."""
     while True:
@@ -436,6 +464,8 @@ def test_a_page_that_is_closed_leaves_no_process_behind(tmp_path, monkeypatch):
         page = socket.create_connection(("127.0.0.1", client.port), timeout=10)
         page.sendall(f"GET /{server.token}/api/events HTTP/1.1\r\nHost: 127.0.0.1:{client.port}\r\n\r\n".encode())
         assert b"200" in page.recv(1000)
+        monkeypatch.setattr(jobs, "MOST_PAGES", 1)
+        assert client("api/events")[0] == 409  # a browser would wait for ever for a connection
         number = client.json("api/run", session())[1]["job"]
         process = server.jobs.process
         assert process is not None
