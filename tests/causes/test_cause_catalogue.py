@@ -184,8 +184,8 @@ def test_readings_of_displacements_follow_their_laws():
     assert drift.own == ("order",)
     moved = {"gain of displacements", "rig compliance", "wrong control point"}
     every = {m: {c.name for c in catalogue.standard(method=m, covariates=["height"])} & moved
-             for m in ("limit", "modes", "mechanisms", "pushover", "dem")}  # fmt: skip
-    assert every == {"limit": set(), "modes": set(), "mechanisms": set(), "pushover": moved, "dem": moved}
+             for m in ("limit", "modes", "pushover")}  # fmt: skip
+    assert every == {"limit": set(), "modes": set(), "pushover": moved}
 
 
 def test_every_cause_is_one_declared_function_that_says_which_methods_feel_it():

@@ -153,6 +153,7 @@ def test_a_cause_that_mends_the_peak_and_spoils_the_stiffness_is_not_named_and_t
     assert peaks.kind == "behaves like"  # and by peaks alone it passes for rounding, which is not said to be it
 
 
+@pytest.mark.slow
 def test_specimens_that_stand_out_are_told_with_what_they_share_and_whether_they_carry_the_verdict():
     late = {2: "second", 6: "second", 9: "second"}
     days = [late.get(i, "first") for i in range(12)]
