@@ -27,7 +27,7 @@ SLIP_FRACTION = 0.25
 TURN_LIMIT = np.deg2rad(3.0)
 """Turn of its blocks since it was made from which a joint is cut anew where they touch elsewhere [rad]."""
 
-PIVOT_TURN = np.deg2rad(0.5)
+PIVOT_TURN = np.deg2rad(0.05)
 """Turn from which a joint that slid and pivots on an edge of a is cut anew with b as its base [rad]."""
 
 STIFF_TURN = 1e-3
@@ -308,6 +308,13 @@ def _soonest_touch(assembly: Assembly, state: State, blocks: Array, gap: Array, 
     vel, turn = state.bodies.vel, np.linalg.norm(state.bodies.spin, axis=1) * reaches(assembly)
     speed = np.linalg.norm(vel[a] - vel[b], axis=1) + turn[a] + turn[b]
     return float((0.5 * gap[use] / np.maximum(speed, 1e-300)).min())
+
+
+def pivots_on_wrong_face(assembly: Assembly, state: State, now: PointForces) -> bool:
+    """Whether a joint that slid and turned bears on an edge of the block whose face is its plane."""
+    note_slid(state, now)
+    tipped = np.flatnonzero(_turned_since(state) > PIVOT_TURN)
+    return any(pivots_on_a(assembly, state, now, int(k)) for k in tipped)
 
 
 def near_margin(assembly: Assembly) -> float:

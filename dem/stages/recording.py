@@ -14,6 +14,7 @@ from dem.contact.detection import (
     Pieces,
     farthest,
     near_margin,
+    pivots_on_wrong_face,
     reaches,
     redetect,
     travel_per_step,
@@ -295,6 +296,8 @@ class Recorder:
         }
         if self.every is None:
             self._beyond()
+        elif not self.watch.searching and pivots_on_wrong_face(self.assembly, state, now):
+            self._detect()
         self.samples.add(
             rows=[row[c] for c in COLUMNS],
             # what the support adds so that the held degrees of freedom follow their prescribed motion

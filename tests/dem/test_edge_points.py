@@ -88,7 +88,8 @@ def test_a_hook_bears_no_more_where_its_bearing_would_rise_with_it(seed):
 
 @pytest.mark.slow
 def test_a_hook_that_is_pushed_off_its_posts_follows_the_exact_branch():
-    # until searches for contacts begin, at 1 % of a block, its normal is that of the post: 4 % too much
+    # its normal is that of the post until it has turned by a twentieth of a degree on their edges; a
+    # joint that is cut anew rings for a sample
     posts = [box((1, 0, -1), (1.2, 1, 0.9)), box((1.2, 0, -1), (2, 1, 1))]
     joint = lm.Joint(2.0, normal_stiffness=1e10, shear_stiffness=1e10)
     hook = lm.Assembly.from_polyhedra([*posts, prism(HOOK, 0, 1)], joint=joint, fixed=[0, 1])
@@ -105,6 +106,8 @@ def test_a_hook_that_is_pushed_off_its_posts_follows_the_exact_branch():
         leg, arm = np.array([-cos - mu * sin, sin - mu * cos]), np.array([sin - mu * cos, cos + mu * sin])
         turn = [r[0] * f[1] - r[1] * f[0] for r, f in (((1.0, 0.9) - at, leg), ((2.0, 1.0) - at, arm))]
         load.append(np.linalg.solve([[leg[0], arm[0], 1.0], [leg[1], arm[1], 0.0], [*turn, 0.0]], [0.0, 1.0, 0.0])[2])
-    late = curve.displacement > 0.01
+    late = curve.displacement > 0.002
     exact = np.interp(curve.displacement[late], centroid[0] - 1.25, load)
-    assert curve.load[late] / hook.weights[2] == pytest.approx(exact, rel=0.03)
+    off = np.abs(curve.load[late] / hook.weights[2] / exact - 1.0)
+    assert np.quantile(off, 0.99) < 0.005
+    assert off.max() < 0.03
