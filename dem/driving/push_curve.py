@@ -31,6 +31,9 @@ CRACK = 0.15e-3
 
 BY_WEIGHT = "fails under its own weight"
 
+SWING = 0.05
+"""Swing of the load about its running median, over the peak, from which a curve warns [-]."""
+
 FEW = 2
 """Joints that have failed by the peak up to which it does not hang on the order in which they did."""
 
@@ -299,6 +302,11 @@ def told(curve: PushCurve, label: str) -> PushCurve:
     # of sample 0 nothing was asked
     kinetic = curve.errors["kinetic"][1:]
     notes = [*curve.warnings, *dynamic_notes(curve.displacement[1:], kinetic)]
+    if (swing := swing_of(curve.load)) > SWING:
+        notes.append(
+            f"the load swings by {swing:.0%} of its peak about its running median: the peak is that of a swing; take "
+            "more steps, or damping=Damping(local=0.8)"
+        )
     sudden = any("at once" in law and "in failure: nothing" not in law for law in curve.law.split("; "))
     if sudden and (np.nan_to_num(curve.failed[curve.peak.index]) > 0.0).sum() > FEW:
         notes.append(
@@ -309,6 +317,15 @@ def told(curve: PushCurve, label: str) -> PushCurve:
         curve, label=label, source="dem.push", references=(*PAPERS, *data_behind(curve.assembly.recipe)),
         events=(*_failure_events(curve), *_zone_events(curve)), warnings=tuple(notes),
     )  # fmt: skip
+
+
+def swing_of(load: Array) -> float:
+    """Half the range in which nine tenths of the loads lie about their running median over a tenth, over the peak."""
+    width = len(load) // 10 | 1
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(load, width), axis=1)
+    about = load[width // 2 :][: len(middle)] - middle
+    low, high = np.quantile(about, (0.05, 0.95))
+    return float(0.5 * (high - low) / max(np.abs(load).max(), 1e-300))
 
 
 def dynamic_notes(displacement: Array, kinetic: Array) -> list[str]:

@@ -44,6 +44,9 @@ PLASTIC = 0.1
 WORD = 0.02
 """Change of the multiplier from which a check of the error budget warns [-]."""
 
+FAR = 0.1
+"""Change of the multiplier at ten times the stiffness from which as much again is taken for what is left [-]."""
+
 SHEAR = 0.4
 """Factor on ks in the error budget [-]: G / E of a mortar, where kn is ks by default."""
 
@@ -336,8 +339,10 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced
         return None
     low, high = found.stable - unbalanced, found.moving
     for check, row in budget.items():
-        # deformation fades as 1 / stiffness: a tenth of it is left at ten times the stiffness
-        share = 10.0 / 9.0 if check == "stiffness" else 1.0
+        # small deformation fades as 1 / stiffness: a tenth of it is left at ten times the stiffness. What is large
+        # changes the shape and fades more slowly
+        softened = 2.0 if abs(row["change"]) > FAR else 10.0 / 9.0
+        share = softened if check == "stiffness" else 1.0
         least, most = row["multiplier"], row["smallest moving"]
         if check == "rate" and "ramps" in found.details:
             least = found.stable - abs(least - found.stable)  # a line through two ramps misses to either side

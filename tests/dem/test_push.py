@@ -7,6 +7,7 @@ import pytest
 
 import dem
 import limitmason as lm
+from dem.driving.push_curve import swing_of
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError, NotConverged
 from limitmason.mechanics.lumped_units import with_lumped_units
@@ -397,3 +398,12 @@ def test_local_damping_alone_lets_a_wall_overshoot_where_it_begins_to_slide():
 def test_combined_damping_without_a_local_one_is_refused():
     with pytest.raises(InputError, match="give local > 0"):
         dem.Damping(combined=True)
+
+
+def test_the_swing_of_a_load_is_what_it_does_about_its_course():
+    # nine tenths of a sine lie within sin(.45 pi) of its amplitude; a ramp and a drop do not swing
+    x = np.linspace(0.0, 1.0, 401)
+    course = 1.0 + x
+    assert swing_of(course) < 1e-9
+    assert swing_of(np.where(x < 0.5, course, 0.5 * course)) < 0.01
+    assert swing_of(1.0 + 0.2 * np.sin(2 * np.pi * 20.0 * x)) == pytest.approx(0.2 / 1.2, rel=0.1)
