@@ -52,6 +52,10 @@ class Job:
     seconds: float = 0.0
     result: dict[str, Any] = field(default_factory=dict)
 
+    def done_lines(self) -> list[Statement]:
+        """Its lines without those that had nothing to show, with which the script would end."""
+        return [line for line in self.lines if line.text not in self.result.get("left_out", ())]
+
     def as_json(self) -> dict[str, Any]:
         """What all pages are told."""
         spent = time.monotonic() - self.begun if self.state in ("waiting", "running") else self.seconds

@@ -98,7 +98,10 @@ def _pictures(name: str, kind: str) -> list[str]:
             'lm.figures.load_displacement(answer).savefig("curve.png", dpi=160)', 'lm.view(wall, answer, "scene.html")',
             model,
         ]  # fmt: skip
-    return [line.format("answer.state" if name == "stability" else "answer") for line in mechanism] + [model]
+    if name == "stability":
+        falls, carries, *others = (line.format("answer.state") for line in mechanism)
+        return [f"if answer.stands:\n    {carries}\nelse:\n    {falls}", *others, model]
+    return [line.format("answer") for line in mechanism] + [model]
 
 
 def _model(session: Mapping[str, Any], folder: Folder) -> list[Statement]:

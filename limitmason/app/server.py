@@ -24,7 +24,8 @@ HOST = "127.0.0.1"
 _LARGEST_SESSION = 500_000  # bytes
 _BEAT = 1.0  # seconds between two signs of life to a page, by which one that has gone is noticed
 
-_STATIC = {"": ("page.html", "text/html"), "app.js": ("app.js", "text/javascript"), "app.css": ("app.css", "text/css")}
+_STATIC = {"": ("page.html", "text/html"), "app.css": ("app.css", "text/css"),
+           **{name: (name, "text/javascript") for name in ("form.js", "app.js")}}  # fmt: skip
 _TYPES = {"png": "image/png", "json": "application/json", "html": "text/html", "py": "text/x-python"}
 
 _OWN = (
@@ -218,8 +219,9 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refused(404, "this result is no longer kept: solve again")
         if not name:
             held = {k: v for k, v in job.result.items() if k != "files"}
-            lines = [line.text for line in job.lines if line.shows]
-            self._json({**job.as_json(), **held, "files": sorted(job.result.get("files", ())), "lines": lines})
+            done = job.done_lines()
+            self._json({**job.as_json(), **held, "files": sorted(job.result.get("files", ())), "script": source(done),
+                        "lines": [line.text for line in done if line.shows]})  # fmt: skip
             return
         data = self._file(job, name)
         kind = name.rpartition(".")[2]
@@ -228,7 +230,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _file(self, job: Job, name: str) -> bytes:
         if name == "session.py":
-            return source(job.lines).encode()
+            return source(job.done_lines()).encode()
         data = job.result.get("files", {}).get(name)
         if data is None:
             raise Refused(404, "the job has no such file")

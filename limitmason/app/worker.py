@@ -70,13 +70,14 @@ def run(lines: Sequence[Statement], folder: str) -> dict[str, Any]:
     Returns
     -------
     dict
-        "summary" of the answer, "files" that the lines wrote by name, "notes" with warnings, "seconds"; or "error" with
-        "part", "name" and "text" where a line was refused.
+        "summary" of the answer, "files" that the lines wrote by name, "notes" with warnings, "seconds", and lines
+        "left_out" that had nothing to show; or "error" with "part", "name" and "text" where a line was refused.
     """
     begun = time.monotonic()
     names: dict[str, Any] = {"__name__": "session"}
     files: dict[str, bytes] = {}
     notes: list[str] = []
+    left_out: list[str] = []
     with warnings.catch_warnings(record=True) as caught, task("solve"):
         warnings.simplefilter("always", UserWarning)
         for i, line in enumerate(lines):
@@ -91,6 +92,7 @@ def run(lines: Sequence[Statement], folder: str) -> dict[str, Any]:
             except NAMED as error:
                 if line.shows:  # a curve without states, an answer without mechanism: no picture is no failure
                     notes.append(_words(error))
+                    left_out.append(line.text)
                     continue
                 return {"error": {"part": line.part, "name": type(error).__name__, "text": _words(error)},
                         "notes": _told(caught)}  # fmt: skip
@@ -99,7 +101,7 @@ def run(lines: Sequence[Statement], folder: str) -> dict[str, Any]:
                         f"please report it with the script: {error}"}, "notes": _told(caught)}  # fmt: skip
     notes = list(dict.fromkeys([*_told(caught), *notes]))
     spent = round(time.monotonic() - begun, 2)
-    return {"summary": summary(names), "files": files, "notes": notes, "seconds": spent}
+    return {"summary": summary(names), "files": files, "notes": notes, "seconds": spent, "left_out": left_out}
 
 
 def summary(names: Mapping[str, Any]) -> dict[str, Any]:
@@ -125,7 +127,7 @@ def summary(names: Mapping[str, Any]) -> dict[str, Any]:
     elif isinstance(answer, Curve):
         what = "largest multiplier λ [-]" if answer.load_unit == "-" else f"largest load [{answer.load_unit}]"
         out |= {"number": _plain(answer.peak.load), "what": what,
-                "status": answer.status, "also": f"at a displacement of {1e3 * answer.peak.displacement:.4g} mm"}
+                "status": str(answer.status), "also": f"at a displacement of {1e3 * answer.peak.displacement:.4g} mm"}
     elif isinstance(answer, Standing):
         out |= {"what": str(answer).partition("\n")[0], "warnings": list(answer.notes)}
     elif isinstance(answer, SideBySide):

@@ -1,13 +1,12 @@
 """The page in headless Chromium: open, change the friction, solve, see the number; a wrong input shows its error."""
 
 import json
-import threading
 
 import pytest
+from application import served
 from browser import CHROMIUM, Browser
 
 import limitmason as lm
-from limitmason.app.server import Server
 
 pytestmark = [
     pytest.mark.slow,
@@ -19,10 +18,8 @@ SOLVE = "document.getElementById('solve').click()"
 
 @pytest.fixture(scope="module")
 def address(tmp_path_factory):
-    with Server(str(tmp_path_factory.mktemp("page"))) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield server.url
-        server.shutdown()
+    with served(tmp_path_factory.mktemp("page")) as client:
+        yield client.server.url
 
 
 @pytest.fixture(scope="module")
