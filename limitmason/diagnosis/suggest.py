@@ -11,6 +11,7 @@ from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy
 from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.plan import (
+    MANY,
     NextTests,
     apart,
     chance_of_verdict,
@@ -94,7 +95,7 @@ def _identify(
     scale = np.concatenate([design.scale, there.scale])
     rivals = Discrepancy.of(both, scale, np.concatenate(slopes))
     whole = np.concatenate(slopes), np.concatenate(effect)
-    chosen, before, after = tests_that_identify(rivals, *whole, design.n, k, price)
+    chosen, before, after, each = tests_that_identify(rivals, *whole, design.n, k, price)
     lost = [c for c in diagnosis.covariates if c not in both and c not in own and " in " not in c]
     told = f"; the pool does not say its {', '.join(lost)}" if lost else ""
     asked = diagnosis.identification.margin if diagnosis.identification is not None else 0.0
@@ -105,7 +106,10 @@ def _identify(
     # the excess is half the square of a distance, which noise moves by one standard deviation
     d = np.sqrt(2.0 * np.maximum([before, after], 0.0))
     low, high = (float(v) for v in ndtr(d - np.sqrt(2.0 * asked)))
-    return replace(_tests(there, chosen, pool, reason, price), chance=(low, high))
+    best = {q: float(each[[r == q for r in there.rows.quantities]].max()) for q in there.rows.needed}
+    top = max(best.values())
+    worth = {q: float(np.ceil(top / v)) if v > top / MANY else np.inf for q, v in best.items()} if top > 0.0 else {}
+    return replace(_tests(there, chosen, pool, reason, price), chance=(low, high), worth=worth)
 
 
 def _tests(

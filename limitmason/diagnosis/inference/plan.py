@@ -303,7 +303,7 @@ def worth_in_tests(
 ) -> dict[str, float]:
     """How many tests of each quantity bring what one of the best quantity does, in the sum over pairs of min(d2, cap).
 
-    The best specimen of each quantity is tested again and again.
+    The best specimen of each quantity is tested again and again. Empty where no test brings anything.
     """
 
     def reached(row: int, times: int) -> float:
@@ -315,6 +315,8 @@ def worth_in_tests(
         rows.setdefault(quantity, []).append(row)
     best = {q: max(each, key=lambda row: reached(row, 1)) for q, each in rows.items()}
     target = max(reached(row, 1) for row in best.values()) - 1e-9
+    if target <= sum(min(float(total.min()), cap) for total in sums):
+        return {}  # the pairs are apart as they are
     return {q: float(next((t for t in range(1, MANY + 1) if reached(row, t) >= target), np.inf))
             for q, row in best.items()}  # fmt: skip
 
@@ -322,7 +324,7 @@ def worth_in_tests(
 def tests_that_identify(
     discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, tested: int, k: int,
     price: np.ndarray,
-) -> tuple[list[int], float, float]:  # fmt: skip
+) -> tuple[list[int], float, float, np.ndarray]:  # fmt: skip
     """Greedy choice of specimens after which an effect, without noise, most exceeds every model discrepancy.
 
     Each step adds the specimen that raises min over the biases of f' (S + J J')^-1 f / 2 + log det(S + J J') / 2 most.
@@ -338,11 +340,13 @@ def tests_that_identify(
 
     Returns
     -------
-    chosen, before, after : positions in the pool; expected excess without and with them
+    chosen, before, after, each : positions in the pool; expected excess without and with them; what each test of the
+        pool would add to it alone, shape (n,)
     """
     n = len(effect)
     whole = discrepancy.kernels + np.eye(n) + slopes @ slopes.T
     done, chosen, values = list(range(tested)), list[int](), list[float]()
+    first = np.zeros(n - tested)
     for _ in range(k + 1):
         part = whole[:, done][:, :, done]
         inverse = np.linalg.inv(part)
@@ -359,7 +363,8 @@ def tests_that_identify(
         missed = effect[rest] - np.einsum("i,mir->mr", effect[done], pulled)
         worth = (square + paid)[:, None] + 0.5 * missed**2 / spread + 0.5 * np.log(spread)
         each = worth.min(axis=0) - values[-1]
+        first = first if chosen else each
         best = rest[int(np.argmax(each / price[np.array(rest) - tested]))]
         chosen.append(best - tested)
         done.append(best)
-    return chosen, values[0], values[-1]
+    return chosen, values[0], values[-1], first
