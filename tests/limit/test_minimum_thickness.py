@@ -75,3 +75,40 @@ def test_a_barrel_is_its_arch_and_a_dome_is_thinner_than_half_of_it():
 
     found = lm.minimum_thickness(dome, between=(0.03, 0.06), accuracy=1e-5)
     assert found.high == pytest.approx(0.042, rel=0.01)
+
+
+def with_friction(tangent, voussoirs=40):
+    return radial_cuts(voussoirs, joint=lm.Joint(np.degrees(np.arctan(tangent))))
+
+
+@pytest.mark.slow
+def test_friction_of_a_semicircular_arch_has_the_three_published_ranges():
+    """Cocchetti and Rizzi (2020), weight on the centre line: all hinges above tan(phi) = 0.395832, t / R = 0.107426.
+
+    Thicker with sliding springings below, to 0.200637 at 0.309215; below that no thickness is enough.
+    """
+    turning = lm.minimum_thickness(with_friction(0.3960), between=(0.08, 0.35), accuracy=1e-6).high
+    assert turning == pytest.approx(0.107426, rel=1e-3)
+    mixed = lm.minimum_thickness(with_friction(0.3940), between=(0.08, 0.35), accuracy=1e-6).low
+    assert mixed > turning * 1.001
+    last = lm.minimum_thickness(with_friction(0.3095), between=(0.08, 0.35), accuracy=1e-5).high
+    assert last == pytest.approx(0.200637, rel=0.02)
+    with pytest.raises(InputError, match="does not stand"):
+        lm.minimum_thickness(with_friction(0.3080), between=(0.08, 0.35))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::limitmason.ContactWarning")
+def test_a_groin_vault_is_far_thinner_than_its_barrel_and_grows_with_it():
+    def groin(radius):
+        return lambda t: lm.build.vault(
+            shape="groin", thickness=t, voussoirs=8, unit_length=0.5 * radius, radius=radius, projection=0.3 * radius,
+            joint=lm.Joint(60.0),
+        )  # fmt: skip
+
+    one = lm.minimum_thickness(groin(1.0), between=(0.005, 0.1), accuracy=1e-5)
+    assert one.low > 0.0
+    assert one.high < 0.5 * lm.minimum_thickness(radial_cuts(8), between=(0.05, 0.2), accuracy=1e-5).low
+    large = lm.minimum_thickness(groin(50.0), between=(0.25, 5.0), accuracy=5e-4)
+    assert large.low / 50.0 < one.high
+    assert large.high / 50.0 > one.low

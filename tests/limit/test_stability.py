@@ -1,6 +1,8 @@
 """Can it stand, how well, and with what thrust: blocks on slopes, arches and lines of thrust in closed form."""
 
 import math
+import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -117,6 +119,28 @@ def test_turned_mirrored_renumbered_and_scaled_copies_stand_alike():
         for name in ("friction", "share"):
             assert getattr(again, name).low == pytest.approx(getattr(first, name).low, rel=1e-7)
         assert again.tilt["along"].low == pytest.approx(first.tilt["along"].low, rel=1e-7)
+
+
+LACT3 = Path(os.environ.get("LIMITMASON_LACT3", "/not given"))
+"""Folder of the samples of LACT3 (GabrieleMilani/LACT3_v1.0), which are not packaged: their licence is the GPL."""
+
+
+@pytest.mark.slow
+def test_the_arch_of_another_program_falls_at_its_tilt():
+    """LACT3, arch_1: 25 voussoirs between radii of 317.0 and 373.3 mm, springing joints at 6 2/3 degrees: 17.10."""
+    joint = lm.Joint(30.0, dilatancy_angle_deg=30.0)
+    arch = lm.build.arch(
+        radius=0.34515, thickness=0.0563, width=0.1, voussoirs=25, angle_deg=500.0 / 3.0, joint=joint
+    )  # fmt: skip
+    assert lm.stability(arch, tilts="+x").tilt["+x"].low == pytest.approx(17.10, rel=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not LACT3.is_dir(), reason="LIMITMASON_LACT3 names no folder with the samples of LACT3")
+@pytest.mark.parametrize(("sample", "phi", "tilt"), [("wall", 26, 16.73), ("arch_1", 30, 17.10), ("Portal", 30, 27.30)])
+def test_samples_of_another_program_fall_at_its_tilts(sample, phi, tilt):
+    made = formats.model_of_drawing(LACT3 / f"{sample}.dxf", thickness=0.1, joint=lm.Joint(phi), scale=1e-3)
+    assert lm.limit_analysis(made.assembly, made.loads).tilt_angle_deg == pytest.approx(tilt, rel=1e-3)
 
 
 def test_a_tilt_of_the_ground_is_the_multiplier_of_dry_joints():
