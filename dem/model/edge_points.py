@@ -198,6 +198,9 @@ def pivots_on_a(assembly: Assembly, state: State, now: PointForces, k: int) -> b
     if not pressed.any() or pressed.all():
         return False
     if np.isnan(state.ends[mine.start, 0]):
+        xy = np.column_stack([state.points.s[mine], state.points.t[mine]])
+        if not any(_may_be_at_an_end(xy, pressed, axis) for axis in (0, 1)):
+            return False
         _find_ends_of(assembly, state, k)
     ends = state.ends[mine]
     for c in (0, 1):
@@ -208,3 +211,14 @@ def pivots_on_a(assembly: Assembly, state: State, now: PointForces, k: int) -> b
         if ((part < 0.001) & ((lower == OF_A) | ((lower == OF_BOTH) & (slip < 0.0)))).all():
             return True
     return False
+
+
+def _may_be_at_an_end(points: Array, chosen: Flags, axis: int) -> bool:
+    """Whether all chosen points may be at the lower, or all at the upper end of the outline along an axis.
+
+    They are not where another point lies beyond in the same row.
+    """
+    along, aside = points[:, axis], points[:, 1 - axis]
+    row = np.abs(aside[chosen, None] - aside) <= 1e-9 * np.ptp(aside)
+    beyond = (along - along[chosen, None]) / max(float(np.ptp(along)), 1e-300)
+    return bool(not (row & (beyond > 2e-3)).any() or not (row & (beyond < -2e-3)).any())

@@ -1,5 +1,7 @@
 """A run's samples on disk while it runs: a folder of plain binary files that are read without being loaded."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -69,7 +71,7 @@ class StoredSamples(Samples):
         return self.count
 
     @classmethod
-    def read(cls, folder: str | Path, count: int) -> "StoredSamples":
+    def read(cls, folder: str | Path, count: int) -> StoredSamples:
         """Those of a folder that was written before.
 
         Raises

@@ -8,6 +8,7 @@ from limitmason.study.block_size import block_size_study
 from limitmason.study.content import fingerprint
 from limitmason.study.dilatancy import contact_point_study, dilatancy_study, with_dilatancy
 from limitmason.study.draws import Random, lognormal, normal, uniform
+from limitmason.study.fragility import Fragility, fragility
 from limitmason.study.gap import GapAttribution, attribute_gap
 from limitmason.study.memo import Memo
 from limitmason.study.montecarlo import SobolIndices, curves_of, monte_carlo, sobol
@@ -17,6 +18,7 @@ from limitmason.study.table import Table
 from limitmason.study.workers import Unfinished
 
 __all__ = [
+    "Fragility",
     "GapAttribution",
     "Memo",
     "Random",
@@ -33,6 +35,7 @@ __all__ = [
     "curves_of",
     "dilatancy_study",
     "fingerprint",
+    "fragility",
     "lognormal",
     "monte_carlo",
     "normal",

@@ -6,6 +6,7 @@ import pytest
 import dem
 import limitmason as lm
 from dem import kernels
+from dem.contact import detection
 from dem.contact.detection import Pieces, near_margin, redetect
 from dem.contact.new_joints import assemble
 from limitmason.geometry import box
@@ -36,6 +37,33 @@ def place(state, assembly, block, matrix, centre, vel=(0, 0, 0), spin=(0, 0, 0))
     b.vel[block], b.spin[block] = vel, spin
     turn = b.rot[block] + np.eye(3)
     b.ang[block] = turn @ np.linalg.inv(b.inv_inertia[block]) @ turn.T @ spin
+
+
+@pytest.mark.slow
+def test_a_search_that_looks_at_changed_blocks_alone_gives_the_bits_of_one_that_looks_at_all(monkeypatch):
+    # two columns on a shaken ground, one of which falls onto the other; the stiffness of all blocks is looked at or not
+    joint = lm.Joint(30.0, normal_stiffness=1e8, shear_stiffness=5e7)
+    solids = [
+        box((-2, -2, -1), (2, 2, 0)), box((-0.2, -0.2, 0), (0.2, 0.2, 1)), box((0.3, -0.2, 0), (0.7, 0.2, 1.2)),
+        box((-0.2, -0.15, 1), (0.15, 0.2, 1.3)), box((0.3, -0.15, 1.2), (0.65, 0.2, 1.4)),
+    ]  # fmt: skip
+    model = lm.Assembly.from_polyhedra(solids, joint=joint, fixed=[0])
+    shake = dem.BaseMotion(tuple(7.0 * np.sin(6.0 * np.arange(0.0, 1.2, 0.01))), 0.01, after="coast")
+    looked_at = []
+
+    def all_blocks(assembly, state, stays, made, changed):
+        looked_at.append(changed.sum())
+        return assemble(assembly, state, stays, made, np.ones_like(changed))
+
+    few = dem.simulate(model, shake, mode="dynamic", contact_points=(3, 3))
+    monkeypatch.setattr(detection, "assemble", all_blocks)
+    every = dem.simulate(model, shake, mode="dynamic", contact_points=(3, 3))
+    assert len(looked_at) > 20
+    assert min(looked_at) < model.n_blocks
+    assert np.abs(few.rotation_of(1)).max() > 0.1
+    for name, value in few.state.arrays().items():
+        if value.dtype.kind == "f":
+            assert np.array_equal(value, every.state.arrays()[name], equal_nan=True), name
 
 
 def edge_up(along, out):
