@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
-from typing import TypeVar
+from collections.abc import Collection, Iterable
+from typing import Any, TypeVar
+
+import numpy as np
 
 from limitmason.errors import InputError
 
@@ -52,3 +54,33 @@ def choice(name: str, value: T, allowed: Collection[object]) -> T:
         told = (repr(str(a) if isinstance(a, str) else a) for a in allowed if a != "")
         raise InputError(f"{name} must be one of {', '.join(told)}, got {value!r}")
     return value
+
+
+def numbers(name: str, value: Any) -> np.ndarray:
+    """Return `value` as an array of floats, or say which argument holds something else than numbers."""
+    try:
+        return np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be numbers, got {_told(value)}") from None
+
+
+def instance(name: str, value: Any, kind: type[T], made: str = "") -> T:
+    """Return `value` if it is of a class, or say what was given instead and how one is made."""
+    if not isinstance(value, kind):
+        raise InputError(f"{name} must be a {kind.__name__}{f' ({made})' if made else ''}, got {_told(value)}")
+    return value
+
+
+def several(name: str, value: Any, kind: type[T]) -> tuple[T, ...]:
+    """Return the items of `value` if all are of a class, or say which is not; one alone is told how to write it."""
+    if isinstance(value, kind):
+        raise InputError(f"{name} must be a list: write [{name[:-1]}]")
+    if not isinstance(value, Iterable) or isinstance(value, str):
+        raise InputError(f"{name} must be a list of {kind.__name__}, got {_told(value)}")
+    return tuple(instance(f"{name}[{k}]", item, kind) for k, item in enumerate(value))
+
+
+def _told(value: Any) -> str:
+    """A value in a message: short ones themselves, others by their class."""
+    short = isinstance(value, str | int | float | None) and len(repr(value)) < 60
+    return repr(value) if short else type(value).__name__

@@ -8,6 +8,7 @@ import numpy as np
 
 from dem.stages.run import Progress
 from limitmason.arrays import Array, Flags
+from limitmason.checks import numbers
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.model.stages import Drive
@@ -42,7 +43,7 @@ class Follower:
 
 def turning_points(to: float | Sequence[float]) -> list[float]:
     """Displacements at which the path of a push turns or ends [m], checked."""
-    path = [float(v) for v in np.atleast_1d(np.asarray(to, dtype=float))]
+    path = [float(v) for v in np.atleast_1d(numbers("to [m]", to))]
     ends = np.diff([0.0, *path])
     if not len(path) or not np.isfinite(path).all() or not (np.abs(ends) > 0.0).all():
         raise InputError(f"to must be a displacement [m] or a path of different ones, got {to!r}")

@@ -17,7 +17,7 @@ from dem.stages.run import Progress, go
 from dem.stages.stage_checks import check_base_motions, check_gentle, prescribed
 from dem.stages.stage_run import StageRun
 from dem.stages.store import Store
-from limitmason.checks import positive
+from limitmason.checks import positive, several
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.model_call import of_model
@@ -126,7 +126,10 @@ def prepared(
 
     Arguments and errors as for :func:`simulate`.
     """
-    todo, chosen = [stages] if isinstance(stages, Stage) else list(stages), given(model, StateOptions, "simulate")
+    listed = [stages] if isinstance(stages, Stage) else stages
+    todo, chosen = list(several("stages", listed, Stage)), given(model, StateOptions, "simulate")
+    if not todo:
+        raise InputError("stages: give at least one, for example dem.Settle()")
     notes = check_base_motions(todo)
     if not isinstance(sample, int | np.integer):
         sample = positive("sample", sample, "s")

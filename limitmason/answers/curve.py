@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.answers.references import Citable, Cited
 from limitmason.arrays import Array
+from limitmason.checks import numbers
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.storage.csv_table import Tabular
@@ -102,7 +103,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
     def __post_init__(self) -> None:
         """Check that the columns fit each other, and freeze them."""
         for name in ("displacement", "load"):
-            column = np.array(getattr(self, name), dtype=float) + 0.0  # -0 is 0: nobody should read "-0 N"
+            column = numbers(name, getattr(self, name)) + 0.0  # -0 is 0: nobody should read "-0 N"
             if column.ndim != 1 or not len(column):
                 raise InputError(f"{name} must be a column of at least one number, got shape {column.shape}")
             if not np.isfinite(column).all():

@@ -42,6 +42,11 @@ class Opening:
     bearing: float | None = None
     head: str = "lintel"
 
+    def __post_init__(self) -> None:
+        """Check that its place and size are numbers; whether it fits is known to the wall."""
+        for name in ("x", "z", "width", "height"):
+            finite(f"opening: {name} [m]", getattr(self, name))
+
 
 @dataclass(frozen=True)
 class Placed:

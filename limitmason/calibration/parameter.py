@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.checks import finite, numbers
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly, frozen
 
@@ -44,6 +45,10 @@ class Parameter:
         """Check every field."""
         if not str(self.name).isidentifier():
             raise InputError(f"a parameter's name must be a keyword of the model, got {self.name!r}")
+        pair = numbers(f"parameter {self.name!r}: bounds", self.bounds)
+        if pair.shape != (2,):
+            raise InputError(f"parameter {self.name!r}: bounds (low, high) stand behind the start, got {self.bounds!r}")
+        finite(f"parameter {self.name!r}: start", self.start)
         low, high = self.bounds
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
             raise InputError(f"parameter {self.name!r}: bounds must be finite and increasing, got {self.bounds!r}")

@@ -44,6 +44,7 @@ examples:
   limitmason diagnose --template data.csv              measured values to fill in, then
   limitmason diagnose data.csv --noise 0.04 --out result
   limitmason app                                       all of this on a page in the browser
+  limitmason view wall.json --open                     a scene to turn, in the browser
   limitmason figure mechanism wall.json -o wall.pdf    also: assembly, forces; .png, .pdf or .svg
 
 units: SI (m, kg, N, Pa), angles in degrees where a name ends in _deg; z is up, compression positive.
@@ -87,6 +88,8 @@ def _run(options: argparse.Namespace) -> int:
             raise
         if isinstance(error, FileNotFoundError):
             error = InputError(f"{error.filename}: no such file")
+        elif isinstance(error, OSError) and error.filename and error.strerror:
+            error = InputError(f"{error.filename}: {error.strerror.lower()}")
         say(f"error: {error.args[0] if isinstance(error, KeyError) and error.args else error}")
         return 2
 

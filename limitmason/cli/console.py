@@ -161,6 +161,8 @@ def outline_settings(options: argparse.Namespace) -> dict[str, Any]:
 def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
     from limitmason import formats
 
+    if not path.exists():
+        raise InputError(f"{path}: no such file")
     if options is None or options.friction is None:
         raise InputError(
             f"{path} holds geometry alone: `limitmason solve {path.name} --thickness 0.4 --friction 33 --tilt x` "

@@ -1,8 +1,9 @@
-"""Commands on one model: solve, figure, template."""
+"""Commands on one model: solve, figure, view, template."""
 
 from __future__ import annotations
 
 import argparse
+import webbrowser
 from pathlib import Path
 
 from limitmason.answers.results import Prediction
@@ -13,6 +14,7 @@ from limitmason.cli.console import (
     figure_file,
     load_target,
     method_of,
+    page_file,
     refuse,
     report,
     say,
@@ -28,7 +30,7 @@ from limitmason.storage.files import save_figure
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
-    """Add ``solve``, ``figure`` and ``template``."""
+    """Add ``solve``, ``figure``, ``view`` and ``template``."""
     solve = commands.add_parser("solve", help="collapse multiplier of a model with its certificate")
     solve.add_argument("target", metavar="TARGET")
     solve.add_argument("--output", type=writable, metavar="FILE", help="write the whole prediction as JSON")
@@ -48,6 +50,15 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     analysis_options(figure)
     drawing_options(figure)
     figure.set_defaults(run=_figure)
+
+    view = commands.add_parser("view", help="write a scene of a model and its answer to turn in a browser")
+    view.add_argument("target", metavar="TARGET")
+    view.add_argument("-o", "--output", type=page_file, metavar="FILE", help="default: scene.html")
+    view.add_argument("--open", action="store_true", help="open it in the browser")
+    view.add_argument("--alone", action="store_true", help="the structure alone: nothing is analysed")
+    analysis_options(view)
+    drawing_options(view)
+    view.set_defaults(run=_view)
 
     template = commands.add_parser("template", help="write a small model file to edit")
     template.add_argument("file", type=Path)
@@ -88,6 +99,24 @@ def _figure(options: argparse.Namespace) -> int:
     status = report(prediction, assembly)
     if status == 0 or (options.kind == "mechanism" and prediction.mechanism is not None):
         draw(output, options.kind, assembly, prediction, title, view=options.view, dpi=options.dpi)
+    return status
+
+
+def _view(options: argparse.Namespace) -> int:
+    from limitmason import figures
+
+    assembly, loads, title = load_target(options.target, options, needs_live_load=not options.alone)
+    output, shown, status = options.output or Path("scene.html"), None, 0
+    if options.alone:
+        refuse(options, ("method", *ANALYSIS), "with --alone, which analyses nothing")
+    else:
+        method = method_of(options)
+        shown = predict(assembly, loads, method, **told(settings_of(options), method))
+        status = report(shown, assembly)
+    figures.view(assembly, shown, output, title=title)
+    say(f"wrote {output}: open it in a browser; it needs no network")
+    if options.open:
+        webbrowser.open(output.resolve().as_uri())
     return status
 
 

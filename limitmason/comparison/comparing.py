@@ -12,7 +12,8 @@ from typing import Any
 
 from limitmason.answers.references import LIMITMASON, Citation
 from limitmason.answers.results import Bound, Prediction
-from limitmason.comparison.findings import Answers
+from limitmason.checks import finite
+from limitmason.comparison.findings import HOLDS, Answers
 from limitmason.comparison.rows import Row
 from limitmason.display.notebook import Displayed
 from limitmason.display.progress import reached, watched
@@ -117,18 +118,20 @@ class SideBySide(Displayed, Tabular):
         return "\n".join(markdown(self._lines()))
 
     def findings(self) -> tuple[str, ...]:
-        """What theory demands of the answers.
+        """What theory demands of the answers, where an answer could have failed it.
 
         Each line begins with "holds", "open", "BROKEN" or "not checked".
 
         Notes
         -----
         Non-associative <= associative, and associative <= a mechanism that is admissible on the same interfaces, are
-        theorems. A simulation must lie inside the range of the non-associative law within its own error budget. Finite
-        stiffness and the pressure in the faces may take it out: that is "open" and needs an explanation. A demand on an
-        answer that was not computed is "not checked", or says which end of the range is missing.
+        theorems: that they hold says nothing of the structure and is left out, that one is broken is shown. A
+        simulation must lie inside the range of the non-associative law within its own error budget. Finite stiffness
+        and the pressure in the faces may take it out: that is "open" and needs an explanation. A demand on an answer
+        that was not computed is "not checked", or says which end of the range is missing.
         """
-        return tuple(map(str, Answers(self.rows).findings()))
+        found = Answers(self.rows).findings()
+        return tuple(str(f) for f in found if not (f.theorem and f.state == HOLDS))
 
     def _told(self) -> list[str]:
         """What the loads mean, as lines of a terminal."""
@@ -215,24 +218,30 @@ def compare(
     of this package: that of another version is refused.
     """
     methods = (methods,) if isinstance(methods, str) else tuple(methods)
+    if not methods:
+        raise InputError(f"methods: name at least one, for example {', '.join(COMPARED_METHODS)}")
     settings = _settings(methods, options)
     if proven is not None and not any(get_method(m).theorem == "admissible" for m in methods):
         raise InputError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")
     test = measured_range(measured)
     memo = None if store is None else Memo(Path(store) / ANSWERS, kind=dict)
     say = progress or (lambda _: None)
-    rows: list[Row] = []
-    for k, method in enumerate(methods, 1):
+    keys: list[list[str]] = []
+    for method in methods:
         # without a store there is nothing to identify, and options may be any objects
-        key = [method]
-        if memo is not None:
-            limit = proven if get_method(method).theorem == "admissible" else None
-            key.append(fingerprint(assembly, loads, method, settings[method], limit))
+        limit = proven if get_method(method).theorem == "admissible" else None
+        known = [] if memo is None else [fingerprint(assembly, loads, method, settings[method], limit)]
+        keys.append([method, *known])
+    missing = len(keys) if memo is None else sum(key not in memo for key in keys)
+    rows: list[Row] = []
+    done = 0
+    for k, (method, key) in enumerate(zip(methods, keys, strict=True), 1):
         row = None if memo is None or key not in memo else Row.restored(memo[key], memo.path)
         where = f"[{k}/{len(methods)}] {method}"
-        reached((k - 1) / len(methods), method, share=1.0 / len(methods))
         if row is None:
             say(f"{where} ...")
+            reached(done / missing, method, share=1.0 / missing)
+            done += 1
             given = {**settings[method], **_taken_over(method, settings, rows)}
             row = _solve(assembly, loads, method, given, proven)
             if memo is not None:
@@ -279,10 +288,10 @@ def measured_range(measured: float | Sequence[float] | None) -> tuple[float, flo
     """
     if measured is None:
         return None
-    numbers = [float(v) for v in measured] if isinstance(measured, Sequence) else [float(measured)]
-    if len(numbers) == 2:
-        numbers.insert(1, 0.5 * (numbers[0] + numbers[1]))
-    low, value, high = numbers * 3 if len(numbers) == 1 else numbers if len(numbers) == 3 else (0.0, 0.0, 0.0)
+    given = [finite("measured", v) for v in (measured if isinstance(measured, list | tuple) else [measured])]
+    if len(given) == 2:
+        given.insert(1, 0.5 * (given[0] + given[1]))
+    low, value, high = given * 3 if len(given) == 1 else given if len(given) == 3 else (0.0, 0.0, 0.0)
     if not 0.0 < low <= value <= high < math.inf:
         raise InputError(f"measured must be positive: a number, (low, high) or (low, value, high); got {measured!r}")
     return low, value, high

@@ -23,11 +23,15 @@ _ENDS = {"upper": "associative", "admissible": "smallest admissible"}
 
 
 class Finding(NamedTuple):
-    """One demand of theory: "holds", "open", "BROKEN" or "not checked", in words, of the answer by a method."""
+    """One demand of theory: "holds", "open", "BROKEN" or "not checked", in words, of the answer by a method.
+
+    A ``theorem`` can be broken by a mistake of a program alone.
+    """
 
     state: str
     text: str
     method: str
+    theorem: bool = False
 
     def __str__(self) -> str:
         """The line of a table."""
@@ -81,7 +85,7 @@ class Answers:
         if lower.multiplier == upper.multiplier and not lower.has_range:
             return Finding(NOT_CHECKED, f"{demand} ({pair}): psi = phi, one program gave both", lower.method)
         good = lower.multiplier <= upper.multiplier * (1.0 + _SAME) + 1e-9
-        return Finding(HOLDS if good else BROKEN, f"{demand} ({pair})", lower.method)
+        return Finding(HOLDS if good else BROKEN, f"{demand} ({pair})", lower.method, theorem=True)
 
     def _simulation(self, row: Row) -> Finding | None:
         upper, lower = self.upper, self.lower
@@ -121,7 +125,7 @@ class Answers:
         else:
             good = upper.multiplier <= bound * (1.0 + _SAME) + 1e-9
             pair = f"({upper.multiplier:.5f}, {mechanism.details.get('smallest_upper_bound_of')} {bound:.5f})"
-            return Finding(HOLDS if good else BROKEN, f"{demand} {pair}", method)
+            return Finding(HOLDS if good else BROKEN, f"{demand} {pair}", method, theorem=True)
         return Finding(NOT_CHECKED, f"{demand} ({why})", method)
 
 

@@ -263,8 +263,8 @@ def reached(part: float | None, text: str | None = None, *, share: float = 0.0) 
 def taken_up(part: float | None, text: str | None = None) -> None:
     """Say how far the innermost task was before, where it goes on from: the time left counts from here."""
     reached(part, text)
-    if _bar and len(_bar[0].tasks) == 1 and threading.current_thread() is threading.main_thread():
-        _bar[0].first = part or 0.0, time.monotonic()
+    if _bar and part and threading.current_thread() is threading.main_thread():
+        _bar[0].first = _bar[0].part[0] or 0.0, time.monotonic()
 
 
 def noted(text: str) -> None:

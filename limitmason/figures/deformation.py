@@ -199,6 +199,9 @@ def moved_blocks(model: Assembly, state: Any, sample: int) -> tuple[Array, Array
             raise InputError(f"sample {sample} is not one of the {len(state.shift)} samples of the history")
         shift, quaternion = state.shift[sample], state.quaternion[sample]
     else:
+        if not (isinstance(state, tuple | list) and len(state) == 2):
+            told = f"{state!r}; a file to write is path=" if isinstance(state, str) else type(state).__name__
+            raise InputError(f"what is shown must be an answer, a history, a state or (shift, quaternion), got {told}")
         shift, quaternion = state
     return _checked(model, shift, quaternion)
 

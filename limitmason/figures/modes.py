@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from limitmason.arrays import Array
-from limitmason.checks import positive
+from limitmason.checks import instance, positive
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.deformation import _writer, animate, deformed
@@ -101,7 +101,8 @@ def mode_film(
 
 
 def _drawn(modes: Modes, number: int, reach: float) -> Array:
-    if not 1 <= number <= len(modes):
+    instance("modes", modes, Modes, "of lm.modes")
+    if not (isinstance(number, int | np.integer) and 1 <= number <= len(modes)):
         raise InputError(f"mode must lie between 1 and {len(modes)}, got {number!r}")
     positive("reach", reach)
     shape = modes.shape[number - 1]

@@ -12,6 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from limitmason.answers.method import Look
+from limitmason.checks import instance
+from limitmason.comparison import SideBySide
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.methods import available_methods, get_method
@@ -67,6 +69,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     InputError
         When no theory has a finite multiplier.
     """
+    instance("result", result, SideBySide, "of lm.compare")
     rows = [r for r in result.rows if math.isfinite(r.multiplier)]
     left_out = [r for r in result.rows if not math.isfinite(r.multiplier)]
     if not rows:

@@ -115,6 +115,8 @@ def write(
         For an unknown suffix; and for a prediction given with a .json model, which goes to a file of its own with
         :func:`write_prediction`.
     """
+    if not isinstance(path, str | Path):
+        raise InputError(f"path must be the name of a file, got {type(path).__name__}: write(path, assembly)")
     suffix = Path(path).suffix.lower()
     if suffix not in _WRITERS:
         raise InputError(f"{path}: cannot write {suffix or 'a file without suffix'}; known: {', '.join(_WRITERS)}")

@@ -147,7 +147,9 @@ class DocumentNode:
             return maker(*given, **values)
         except (InputError, TypeError) as error:
             own = isinstance(error, InputError) and str(error).startswith(self.file)
-            raise (error if own else self.error(str(error))) from None
+            # a law says itself that it is a joint: the key that leads to it says no more
+            said = str(error).removeprefix(f"{self.where}: ")
+            raise (error if own else self.error(said)) from None
 
     def array(self, columns: int | None, *, rows: int | None = None) -> Array:
         """The value as numbers: rows of a number of columns, or one row when ``columns`` is None.

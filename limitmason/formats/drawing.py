@@ -150,7 +150,7 @@ def _read(
     if suffix not in PLANE_DRAWINGS:
         for name, value in (("thickness", thickness), ("gap", gap), ("mortar", mortar), ("layers", layers)):
             if value is not None:
-                raise InputError(f"{path}: {name} is for outlines ({', '.join(PLANE_DRAWINGS)}), not for solids")
+                raise InputError(f"{path}: {name} is for outlines ({', '.join(PLANE_DRAWINGS)}); solids have their own")
         read = read_obj if suffix == ".obj" else read_solids
         solids, names = read(path) if scale is None else read(path, scale=scale)
         return Assembly.from_polyhedra(solids, names=names, **given), None

@@ -53,6 +53,8 @@ def proposal(path: str | Path, **given: Any) -> Proposal | None:
     Proposal
         None where the stones meet as they are drawn, where nothing that was tried helps, and for solids.
     """
+    if not isinstance(path, str | Path):
+        raise InputError(f"path must be the name of a drawing, got {path!r}")
     path = Path(path)
     if path.suffix.lower() not in PLANE_DRAWINGS:
         return None

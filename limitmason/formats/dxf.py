@@ -16,7 +16,7 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.checks import positive
 from limitmason.errors import InputError
-from limitmason.formats.outlines import DrawnOutlines, Outlines
+from limitmason.formats.outlines import DrawnOutlines, Outlines, named_layers
 from limitmason.model.plausibility import PlausibilityWarning
 
 # $INSUNITS: code -> (name, metres)
@@ -102,7 +102,7 @@ def read_dxf(
         # a file that ends too early leaves the reader with what it did not expect
         raise InputError(f"{path}: not a whole DXF drawing ({type(error).__name__} {error}): written again?") from None
     metres = _metres_per_unit(drawing, path) if scale is None else positive("scale", scale, "m per drawing unit")
-    wanted = None if layers is None else {name.casefold() for name in ([layers] if isinstance(layers, str) else layers)}
+    wanted = named_layers(layers)
     if wanted is not None:
         known = {layer.dxf.name.casefold(): layer.dxf.name for layer in drawing.layers}
         known |= {layer.casefold(): layer for _, layer in _entities(drawing.modelspace())}

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.checks import several
 from limitmason.errors import InputError
 from limitmason.formats.svg_paths import LARGEST
 from limitmason.formats.tracing import loops, need_shapely
@@ -152,6 +153,16 @@ class DrawnOutlines:
                 f"(their ends must meet within gap={gap:g} m)", PlausibilityWarning, stacklevel=5,
             )  # fmt: skip
         return [f for f in faces if not any(_same(f, c) for c in self.closed[layer])]
+
+
+def named_layers(layers: str | Iterable[str] | None) -> set[str] | None:
+    """Layers that are asked for, in lower case; None for all."""
+    if layers is None:
+        return None
+    wanted = (layers,) if isinstance(layers, str) else several("layers", layers, str)
+    if not wanted:
+        raise InputError("layers: name at least one, or leave them out to read all")
+    return {name.casefold() for name in wanted}
 
 
 def _open(ring: Array) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.arrays import Array
 from limitmason.errors import InputError
-from limitmason.formats.outlines import DrawnOutlines, Outlines
+from limitmason.formats.outlines import DrawnOutlines, Outlines, named_layers
 from limitmason.formats.svg_paths import Line, matrix_of, numbers_of, shape_lines, viewport
 
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
@@ -167,9 +167,9 @@ def _shapes(
 
 
 def _on_layers(shapes: list[_Shape], layers: str | Iterable[str] | None, path: str | Path) -> list[_Shape]:
-    if layers is None:
+    wanted = named_layers(layers)
+    if wanted is None:
         return shapes
-    wanted = {name.casefold() for name in ([layers] if isinstance(layers, str) else layers)}
     known = {s.layer.casefold(): s.layer for s in shapes}
     unknown = sorted(wanted - set(known))
     if unknown:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import not_negative, numbers, positive
 from limitmason.errors import InputError
 from limitmason.formats.mortar import grown
 
@@ -108,10 +109,10 @@ def clean(
     joints, k = E_m / thickness and the like (:mod:`limitmason.mechanics.stiffness_from_moduli`). The weight of the
     mortar is counted at the density of the stones.
     """
-    if not (np.isfinite(mortar) and mortar >= 0.0):
-        raise InputError(f"mortar must be a length, zero or more [m], got {mortar!r}")
-    if not (np.isfinite(gap) and gap > 0.0):
-        raise InputError(f"gap must be a positive length [m], got {gap!r}")
+    not_negative("mortar [m]", mortar)
+    positive("gap", gap, "m")
+    if isinstance(outlines, str) or not len(outlines):
+        raise InputError("outlines: give at least one closed polygon x, z [m]")
     labels = [f"stone {i}" for i in range(1, len(outlines) + 1)] if names is None else list(names)
     if len(labels) != len(outlines):
         raise InputError(f"there are {len(outlines)} outlines and {len(labels)} names")
@@ -154,7 +155,7 @@ def need_shapely() -> Any:
 
 
 def _checked(outline: ArrayLike, name: str, gap: float, shapely: Any) -> Array:
-    ring = np.asarray(outline, dtype=float)
+    ring = numbers(name, outline)
     if ring.ndim != 2 or ring.shape[1] != 2 or not np.isfinite(ring).all():
         raise InputError(f"{name}: an outline has finite corners x, z, shape (n, 2), got shape {ring.shape}")
     if len(ring) > 1 and np.allclose(ring[0], ring[-1], rtol=0.0, atol=1e-12):

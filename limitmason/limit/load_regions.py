@@ -26,6 +26,7 @@ from limitmason.answers.results import (
     Resultants,
 )
 from limitmason.arrays import Array
+from limitmason.checks import several
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError, NotConverged
 from limitmason.limit.associative import contact_facts
@@ -174,6 +175,7 @@ def load_region(
     Associative. Every corner's forces and every half-plane's mechanism are checked as certificates are, without the
     solver. Wrong beyond small displacements, and for blocks that deform.
     """
+    cases = several("cases", cases, Loads)
     if not 1 <= len(cases) <= 3:
         raise InputError(f"cases: one to three loads make a region, got {len(cases)}")
     if dead.live.any():

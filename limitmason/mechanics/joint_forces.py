@@ -11,6 +11,7 @@ import numpy as np
 
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array, Flags
+from limitmason.checks import instance
 from limitmason.errors import InputError
 from limitmason.mechanics.law import interface_law
 from limitmason.model.assembly import Assembly
@@ -55,7 +56,7 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
     InputError
         When the prediction has no resultants, or those of another assembly.
     """
-    r = prediction.resultants
+    r = instance("prediction", prediction, Prediction, "of lm.limit_analysis, lm.predict ...").resultants
     if r is None:
         raise InputError(
             f"this prediction ({prediction.method}) has no joint forces: its status is '{prediction.status}'"
@@ -131,6 +132,7 @@ def force_table(answer: Prediction, assembly: Assembly | None = None) -> ForceTa
     Joint forces of limit analysis are one admissible state of many: a row is no measure of what a joint really carries.
     The share of strength is that of friction and cohesion; rocking shows in the eccentricity.
     """
+    instance("answer", answer, Prediction, "of lm.limit_analysis, lm.predict ...")
     model = answer.structure if assembly is None else assembly
     if model is None:
         raise InputError(f"this prediction ({answer.method}) does not carry its structure: give the assembly")

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array, Flags, Index
+from limitmason.checks import instance
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 
@@ -163,6 +164,7 @@ def moving_joints(assembly: Assembly, twists: Array, threshold: float) -> Moving
 
 def checked_twists(assembly: Assembly, prediction: Prediction) -> Array:
     """The mechanism's twists, or an error that says why there is nothing to draw."""
+    instance("prediction", prediction, Prediction, "of lm.limit_analysis, lm.predict ...")
     if prediction.mechanism is None:
         raise InputError(
             f"this prediction ({prediction.method}) has no mechanism to draw: its status is '{prediction.status}'"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.checks import finite, positive
+from limitmason.checks import finite, numbers, positive, several
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.geometry.contact import KEPT, ContactRules, DoubtfulContact
@@ -193,7 +193,7 @@ class Assembly(Displayed, Blockwork):
         if tolerance is not None:
             finite("tolerance", tolerance)
         names = tuple(f"block-{i}" for i in range(len(outlines))) if names is None else tuple(names)
-        arrays = [np.asarray(o, dtype=float) for o in outlines]
+        arrays = [numbers(f"outlines: {name}", o) for name, o in zip(names, outlines, strict=True)]
         sizes = [np.ptp(o, axis=0).min() for o in arrays if o.ndim == 2 and o.shape[0] > 2 and np.isfinite(o).all()]
         slack = 1e-3 * tolerance if tolerance else 1e-9 * (float(np.median(sizes)) if sizes else 1.0)
         solids = []
@@ -240,7 +240,7 @@ class Assembly(Displayed, Blockwork):
 
         A new one for a block replaces the block's old one.
         """
-        new = tuple(supports)
+        new = several("supports", supports, Support)
         replaced = {self.block_index(s.block) for s in new}
         kept = tuple(s for s in self.supports if self.block_index(s.block) not in replaced)
         assembly = replace(self, supports=kept + new)
@@ -341,7 +341,7 @@ class Assembly(Displayed, Blockwork):
             For unknown blocks, a tie of a block to itself or between held blocks, an end far outside its block, and a
             tie to the ground where no block is wholly held.
         """
-        return replace(self, ties=fitted(self, tuple(ties)))
+        return replace(self, ties=fitted(self, several("ties", ties, Tie)))
 
     def with_contact_ends_pulled_in(self, inset: float, *, direction: ArrayLike | None = None) -> Assembly:
         """This assembly with every interface shortened at its ends.

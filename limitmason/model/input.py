@@ -75,6 +75,8 @@ def read_fixed(fixed: Any) -> tuple[int | str, ...]:
     """
     if isinstance(fixed, str | int | np.integer):
         raise InputError(f"fixed must be a list of block names or numbers: write fixed=[{fixed!r}]")
+    if fixed is None:
+        raise InputError("fixed must be a list of block names or numbers: for none write fixed=[]")
     out = tuple(fixed)
     for item in out:
         if not isinstance(item, str | int | np.integer) or isinstance(item, bool):

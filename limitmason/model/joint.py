@@ -105,7 +105,7 @@ class Joint:
         label = f"joint {self.name!r}" if self.name else "joint"
         for field in fields(self):
             value = getattr(self, field.name)
-            if field.name in ("name", "terms") or value is None:
+            if field.name in ("name", "terms") or (value is None and field.default is None):
                 continue
             if field.name in _CHOICES:
                 choices = _CHOICES[field.name]

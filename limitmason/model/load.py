@@ -85,6 +85,8 @@ class Loads(ReadOnly):
 
         Add live loads with the ``with_`` methods.
         """
+        if not hasattr(assembly, "n_blocks"):
+            raise InputError(f"loads are made of an Assembly, got {type(assembly).__name__}")
         dead = np.zeros((assembly.n_blocks, 6))
         dead[:, 2] = -assembly.weights
         return cls(dead, np.zeros_like(dead), "self weight")

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.arrays import Array, Flags
-from limitmason.checks import choice, positive
+from limitmason.checks import choice, numbers, positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
@@ -216,6 +216,8 @@ class Drive(Stage):
     def __post_init__(self) -> None:
         """Check what can be checked without a model."""
         for block, moves in self.displacement.items():
+            if not isinstance(moves, Mapping):
+                raise InputError(f"Drive: moves of block {block!r} must read {{'x': 0.005}} [m, rad], got {moves!r}")
             _finite(f"Drive: displacement of block {block!r}", list(moves.values()))
         if self.calm is not None and not (self.calm > 0.0 and self.duration is None):
             raise InputError(f"Drive: calm must be positive, and the length be given in steps, got {self.calm!r}")
@@ -266,7 +268,10 @@ class BaseMotion(Stage):
     def __post_init__(self) -> None:
         """Check what can be checked without a model."""
         choice("BaseMotion: after", self.after, (None, HOLD, COAST))
-        if not np.isfinite(np.asarray(self.acceleration, dtype=float)).all():
+        if isinstance(self.acceleration, str | Path):
+            name = str(self.acceleration)
+            raise InputError(f"BaseMotion takes numbers; a file is read by BaseMotion.from_csv({name!r})")
+        if not np.isfinite(numbers("BaseMotion: acceleration", self.acceleration)).all():
             raise InputError("BaseMotion: the record has samples that are not finite")
         positive("BaseMotion: sample_step", self.sample_step)
         if not np.linalg.norm(self.direction) > 0.0:

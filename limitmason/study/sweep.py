@@ -10,7 +10,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, TypedDict
 
-from limitmason.display.progress import reached, watched
+from limitmason.display.progress import reached, taken_up, watched
 from limitmason.errors import InputError
 from limitmason.study.content import fingerprint
 from limitmason.study.memo import Memo
@@ -83,6 +83,7 @@ def sweep(
     size = len(points) if enough is None else batch or len(points)
     if size < 1:
         raise InputError(f"batch must be at least 1, got {batch!r}")
+    taken_up(len(rows) / len(points))
     clock, done, end = time.perf_counter(), 0, 0
     while end < len(points):
         end = min(end + size, len(points))

@@ -205,6 +205,10 @@ def mac(
         sensors = tests[0].sensors
         frequencies = tests[0].frequency if len(tests) == 1 else (tests[0].frequency, tests[1].frequency)
     a, b = (m.shape if isinstance(m, ModalTest) else m for m in (a, b))
+    for name, m in (("a", a), ("b", b)):
+        if np.ndim(m) < 1 and not isinstance(m, Modes):  # type: ignore[arg-type]
+            got = "None" if m is None else type(m).__name__
+            raise InputError(f"{name} must be Modes (of lm.modes), a ModalTest or shapes in numbers, got {got}")
     if masses is not None and not weighted:
         raise InputError("masses are used by the weighted criterion only: say weighted=True, or leave them out")
     if sensors is not None and points is not None:

@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from limitmason import cli
+from limitmason.cli import main, models
 from limitmason.formats import read_json, read_prediction
 
 
@@ -204,3 +205,38 @@ def test_a_drawing_is_an_assembly(tmp_path):
     for wrong, words in (({"thickness": 0.3}, "thickness is for outlines"), ({}, "a drawing ends in .dxf, .svg, .obj")):
         with pytest.raises(lm.errors.InputError, match=words):
             lm.formats.read_drawing(tmp_path / ("wall.obj" if wrong else "wall.dwg"), **wrong)
+
+
+def test_a_scene_is_written_and_opened_on_demand(tmp_path, capsys, monkeypatch):
+    opened = []
+    monkeypatch.setattr(models.webbrowser, "open", opened.append)
+    model, scene = tmp_path / "wall.json", tmp_path / "scene.html"
+    assert main(["template", str(model)]) == 0
+    assert main(["view", str(model), "-o", str(scene)]) == 0
+    out = capsys.readouterr()
+    assert "lambda = " in out.out
+    assert f"wrote {scene}: open it in a browser; it needs no network" in out.err
+    assert "stone-1-1" in scene.read_text(encoding="utf-8")
+    assert not opened
+    # the structure alone needs no live load and no analysis
+    assert main(["view", str(model), "--alone", "--open", "-o", str(scene)]) == 0
+    assert "lambda" not in capsys.readouterr().out
+    assert opened == [scene.resolve().as_uri()]
+    assert main(["view", str(model), "--alone", "--method", "dem"]) == 2
+    assert "--method is not used with --alone" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["solve", "."], ".: is a directory"),
+        (["solve", "nofile.dxf", "--friction", "33"], "nofile.dxf: no such file"),
+        (["compare", "ferris-tin-loi-2001/wall-3", "--measured", "nan"], "measured must be a finite number"),
+    ],
+)
+def test_what_the_system_refuses_is_named_without_a_number(arguments, message, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == 2
+    said = capsys.readouterr().err
+    assert message in said
+    assert "Errno" not in said

@@ -103,6 +103,8 @@ BASES = {
     "region": ["region", "wall.json", "--live", "--push", "block-4", "0", "0", "-1e3"],
     "assess": ["assess", "wall.json", "--site", "0.15", "2.45", "0.28"],
     "template": ["template", "new.json"],
+    "view": ["view", "wall.json"],
+    "view, alone": ["view", "wall.json", "--alone"],
     "check": ["check", "wall.json"],
     "compare": ["compare", "wall.json"],
     "report": ["report", "wall.json"],
@@ -126,6 +128,7 @@ VALUES = {
     "--out": ["elsewhere"], "--title": ["A title"], "--group": ["batch"], "--covariates": ["height"],
     "--batches": ["group"], "--noise": ["0.05"], "--dof": ["8"], "--tails": ["5"], "--input": ["mu=0.6,0.03"],
     "--friction": ["33"], "--density": ["1800"], "--tilt": ["left"], "--held": ["b1"], "--gap": ["0.01"],
+    "--open": [], "--alone": [],
     "--mortar": ["0.01"], "--layers": ["stones"],
     "--causes": ["gain"], "--towards": ["other"], "--tilting": [], "--spatial": [], "--seed": ["3"],
     "--levels": ["11"], "--jobs": ["2"], "--fresh": [], "--pool": ["pool.csv"], "--next": ["2"], "--rehearse": ["2"],
@@ -141,7 +144,8 @@ VALUES = {
     "--confidence": ["1.2"],
     "--fill": ["1800"], "--spread": ["10"], "--port": ["8765"], "--folder": ["walls"], "--no-browser": [],
 }  # fmt: skip
-OTHER = {("predict", "--method"): ["first"], ("report", "-o"): ["other.html"], ("assess", "-o"): ["other.html"],
+OTHER = {("view", "-o"): ["other.html"], ("view, alone", "-o"): ["other.html"],
+         ("predict", "--method"): ["first"], ("report", "-o"): ["other.html"], ("assess", "-o"): ["other.html"],
          ("region", "--tolerance"): ["0.3"],
          ("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
          ("compare, associative", "--methods"): ["mechanisms"],
@@ -241,6 +245,7 @@ def run(canned, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(lm.figures, "diagnosis_folder", written)
     # what a figure shows is tested elsewhere: here it counts that it is drawn, of what, and how
     monkeypatch.setattr(models, "draw", lambda *a, **o: note("draw", a[:2], a[3] and a[3].method, a[4:], o))
+    monkeypatch.setattr(models.webbrowser, "open", lambda address: note("open", Path(address).name))
     drawn = SimpleNamespace(savefig=lambda path, **_: note("draw", path))
     monkeypatch.setattr(lm.figures, "predicted_beside_references", lambda _: drawn)
     monkeypatch.setattr(

@@ -37,9 +37,10 @@ def test_rows_hold_what_each_method_returns(wall, result):
 
 def test_theory_holds_on_the_wall(result):
     assert result["non-associative"].multiplier <= result["associative"].multiplier * (1 + 1e-6)
-    lines = result.findings()
-    assert len(lines) == 3
-    assert all(line.startswith("holds") for line in lines), lines
+    # the two theorems hold, which could not be otherwise: only what could have failed stands below the table
+    (line,) = result.findings()
+    assert line.startswith("holds: the DEM lies inside the admissible range")
+    assert str(result).count("holds:") == 1
 
 
 def test_a_broken_order_is_found(result):

@@ -57,7 +57,7 @@ def test_what_is_no_tie_is_refused(changes, message):
     (lm.Tie("block-0", (0, 0, -0.1), None, (-1, 0, 0), **ROD), "both ends are held"),
     (lm.Tie("block-2", (0, 0.5, 2.5), None, (-1, 0.5, 2.5), **ROD), "1.5 m outside block 'block-2'"),
     (lm.Tie("block-2", TOP, "block-1", (0, 0.5, -4.0), **ROD), "outside block 'block-1'"),
-    ("rod", "Tie objects"),
+    ("rod", "must be a Tie, got"),
 ])  # fmt: skip
 def test_ties_that_do_not_fit_the_assembly_are_refused(tie, message):
     wall = stack([(0.3, 0.5)] * 2)

@@ -72,6 +72,19 @@ def test_what_was_done_before_a_run_was_taken_up_took_no_time_of_it(screen, monk
     assert any("run:  60%" in f and "30 s, about 2:00 left" in f for f in screen.frames)
 
 
+def test_a_resume_inside_a_command_counts_what_is_computed_now(screen, monkeypatch):
+    """The command line's own task lies around every run: half was in a store, a tenth of the rest takes 10 s."""
+    now = [100.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    with task("limitmason"):
+        reached(0.0, share=1.0)
+        with task("sweep"):
+            taken_up(0.5)
+            now[0] += 10.0
+            reached(0.6, "going on")
+    assert any("60%" in f and "10 s, about 40 s left; going on" in f for f in screen.frames)
+
+
 def test_what_runs_inside_fills_its_share_of_one_bar(screen):
     with task("outer"):
         for k in range(2):

@@ -83,7 +83,7 @@ def test_modes_that_no_sensor_sees_are_named(found, read):
         (lambda r: r, {"sensors": [(*p, d) for p, d in PLAN]}, r"sensor 0 must be \(point, direction\)"),
         (lambda r: 0.0 * r, {}, "reads zero in every shape"),
         (lambda r: r, {"sensors": [(p, "up") for p, _ in PLAN]}, "direction must be 'x', '-x'"),
-        (lambda _: "shapes.csv", {}, "one number for each"),
+        (lambda _: "shapes.csv", {}, "b must be Modes"),
     ],
 )
 def test_tables_that_do_not_fit_the_plan_are_refused_with_what_to_do(found, read, shapes, more, message):

@@ -9,7 +9,7 @@ import numpy as np
 
 from limitmason.answers.results import ALMOST_SOLVED, SOLVED
 from limitmason.arrays import Array
-from limitmason.checks import choice
+from limitmason.checks import choice, positive
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.limit.associative import solve_associative
@@ -185,8 +185,7 @@ def proven_range(
         raise InputError(f"velocity_bound must exceed the mean live velocity, 1, got {velocity_bound}")
     choice("search", search, EFFORTS)
     for label, number in (("force_bound", force_bound), ("time_limit", time_limit), ("tolerance", tolerance)):
-        if not number > 0:
-            raise InputError(f"{label} must be positive, got {number}")
+        positive(label, number)
     problem = make_problem(assembly, loads, contact_model=contact_model, grid=chosen_grid(contact_model, grid))
     if problem.plane is None:
         raise NotApplicable(

@@ -1,0 +1,99 @@
+"""Wrong types, swapped arguments, units as text, NaN, empty lists: each ends in a named error, not in Python's own."""
+
+import re
+
+import numpy as np
+import pytest
+
+import dem
+import limitmason as lm
+from limitmason.errors import InputError
+
+J = lm.Joint(33.0)
+W = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=J)
+L = lm.Loads.horizontal(W)
+NAN = float("nan")
+SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+UNIT = {"unit": (0.4, 0.2, 0.2), "joint": J}
+
+
+@pytest.fixture(scope="module")
+def a():
+    return lm.limit_analysis(W, L)
+
+
+WRONG = {
+    "swapped, limit": (lambda _: lm.limit_analysis(L, W), "assembly must be an Assembly"),
+    "swapped, pushover": (lambda _: lm.pushover(L, W, to=0.01), "assembly must be an Assembly"),
+    "swapped, simulate": (lambda _: dem.simulate(dem.Settle(), W), "must be an Assembly"),
+    "swapped, mechanism": (lambda a: lm.figures.mechanism(a, W), "model must be an Assembly"),
+    "swapped, view": (lambda a: lm.view(a, W), "must be an Assembly"),
+    "no prediction": (lambda _: lm.figures.mechanism(W, None), "prediction must be a Prediction"),
+    "loads for prediction": (lambda _: lm.figures.contact_forces(W, L), "prediction must be a Prediction"),
+    "file for answer": (lambda _: lm.view(W, "wall.html"), "a file to write is path="),
+    "prediction for a table": (lambda a: lm.figures.side_by_side(a), r"result must be a SideBySide \(of lm.compare\)"),
+    "assembly for answer": (lambda _: lm.force_table(W), "answer must be a Prediction"),
+    "mode by name": (lambda _: lm.modes(W).plot("first"), "mode must lie between 1 and 3, got 'first'"),
+    "modes of loads": (lambda _: lm.modes(L), "a Loads has no vibration"),
+    "count of modes": (lambda _: lm.modes(W, 2.5), "count must lie between"),
+    "length as text, push": (lambda _: dem.push(W, dem.Drive({1: {"x": 1.0}}), to="1mm"), r"to \[m\] must be numbers"),
+    "length as text, pushover": (lambda _: lm.pushover(W, L, to="5mm"), "to"),
+    "length as text, wall": (lambda _: lm.build.wall(length="2 m", courses=3, **UNIT), "length"),
+    "length as text, gap": (lambda _: lm.formats.clean([SQUARE], "3mm"), "gap must be a finite number, got '3mm'"),
+    "length as text, opening": (lambda _: lm.build.Opening("1", 0.6, 0.8, 0.8), r"opening: x \[m\]"),
+    "seconds as text": (lambda _: lm.proven_range(W, L, time_limit="10 s"), "time_limit must be a finite number"),
+    "angle as text": (lambda _: lm.Joint("33 deg"), "friction_angle_deg must be a number, got '33 deg'"),
+    "no angle": (lambda _: lm.Joint(None), "friction_angle_deg must be a number, got None"),
+    "NaN, angle": (lambda _: lm.Joint(NAN), "friction_angle_deg is NaN"),
+    "NaN, radius": (lambda _: lm.build.arch(radius=NAN, thickness=0.1, width=1, voussoirs=9, joint=J), "radius"),
+    "NaN, record": (lambda _: dem.BaseMotion((0.0, NAN, 1.0), 0.01), "samples that are not finite"),
+    "NaN, measured": (lambda _: lm.compare(W, L, ("associative",), NAN), "measured must be a finite number"),
+    "measured as text": (lambda _: lm.compare(W, L, ("associative",), ["0.3"]), "measured must be a finite number"),
+    "no methods": (lambda _: lm.compare(W, L, []), "methods: name at least one"),
+    "no outlines": (lambda _: lm.formats.clean([]), "outlines: give at least one closed polygon"),
+    "no stages": (lambda _: dem.simulate(W, []), "stages: give at least one"),
+    "None for stages": (lambda _: dem.simulate(W, None), "stages must be a list of Stage, got None"),
+    "no layers": (lambda _: lm.formats.outlines.named_layers([]), "layers: name at least one"),
+    "layers by number": (lambda _: lm.formats.outlines.named_layers(3), "layers must be a list of str, got 3"),
+    "None for fixed": (lambda _: lm.Assembly.from_polygons([SQUARE], thickness=1, joint=J, fixed=None), r"fixed=\[\]"),
+    "file for outlines": (lambda _: lm.Assembly.from_polygons("w.json", thickness=1, joint=J), "must be numbers"),
+    "file for a record": (lambda _: dem.BaseMotion("record.csv", 0.01), r"BaseMotion.from_csv\('record.csv'\)"),
+    "drive without axis": (lambda _: dem.Drive({"x": 0.005}), "moves of block 'x' must read"),
+    "supports by name": (lambda _: W.with_supports(["base"]), r"supports\[0\] must be a Support, got 'base'"),
+    "ties by number": (lambda _: W.with_ties(3), "ties must be a list of Tie, got 3"),
+    "one case": (lambda _: lm.load_region(W, L, L), r"cases must be a list: write \[case\]"),
+    "loads of text": (lambda _: lm.Loads.horizontal("wall"), "loads are made of an Assembly, got str"),
+    "bounds before start": (lambda _: lm.Parameter("a", (0.1, 5.0), 0.5), "stand behind the start"),
+    "curve of text": (lambda _: lm.Curve("a", "b"), "displacement must be numbers, got 'a'"),
+    "path behind": (lambda _: lm.formats.write(W, "a.json"), r"write\(path, assembly\)"),
+    "shapes missing": (lambda _: lm.mac(lm.modes(W), None), "b must be Modes"),
+    "settlement of nothing": (lambda _: lm.settlement_analysis(W, None), "support"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_arguments_end_in_an_error_that_names_them(name, a):
+    call, message = WRONG[name]
+    with pytest.raises(InputError) as said:
+        call(a)
+    text = str(said.value)
+    assert re.search(message, text), text
+    assert not re.search("NoneType|has no attribute|ufunc|unpack|could not convert|<.* object at", text), text
+
+
+@pytest.mark.exact
+def test_a_wrong_law_in_a_file_is_called_a_joint_once(tmp_path):
+    path = tmp_path / "wall.json"
+    lm.formats.write_model_template(path)
+    text = path.read_text(encoding="utf-8").replace('"friction_angle_deg": 33.0', '"friction_angle_deg": -33.0')
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as said:
+        lm.formats.read_json(path)
+    assert str(said.value) == f"{path}: joint: friction_angle_deg = -33.0 must not be negative"
+
+
+@pytest.mark.exact
+def test_numbers_come_through_the_checks_as_they_are():
+    curve = lm.Curve([0, 1, 2], np.array([0, 1, 1]))
+    assert curve.load.tolist() == [0.0, 1.0, 1.0]
+    assert lm.comparison.comparing.measured_range((1, 3)) == (1.0, 2.0, 3.0)
