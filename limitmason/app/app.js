@@ -139,7 +139,7 @@ async function finished(job) {
   }
   if (result.error) {
     problem(result.error);
-    if (what !== "draw") $("go-text").textContent = "";
+    $("go-text").textContent = "";
     return;
   }
   problem(null);

@@ -81,7 +81,7 @@ async function structureChanged() {
     const at = make("select", { id: "experiment" });
     for (const [source, names] of Object.entries(forms.experiments)) {
       at.append(make("optgroup", { label: source },
-        ...names.map((n) => make("option", { value: `${source}/${n}`, textContent: n }))));
+        ...names.map((n) => make("option", { value: `${source}/${n}`, textContent: `${n} (${source})` }))));
     }
     at.value = "ferris-tin-loi-2001/wall-3";
     place.replaceChildren(at, make("div", { id: "structure" }), make("details", { className: "more" },

@@ -101,7 +101,7 @@ _DRAWING = {"thickness": "0.2", "scale": "", "mortar": "", "gap": "", "density":
 _CHOICES = {  # where the words in quotes of a docstring are not all, or not only, what may be chosen
     "plan": ("straight", "L", "T", "U", "box"), "corner": ("left", "right"), "base": ("slab", "course", "none"),
     "beam_over": ("facade", "returns", "all"), "column": ("left", "right"), "case": ("dead", "live"),
-    "methods": tuple(sorted({*COMPARED_METHODS, *available_methods()} - {"limit"})),
+    "methods": tuple(dict.fromkeys((*COMPARED_METHODS, *sorted(available_methods())))),
 }  # fmt: skip
 _OPENING = {"x": "0.8", "z": "0.6", "width": "0.8", "height": "0.8", "lintel": "0.2"}
 
