@@ -21,7 +21,7 @@ class Congruent(NamedTuple):
     """Bricks that are copies of one another: all share the strain matrix."""
 
     bricks: Index  # (k,)
-    strain: Array  # B, from 60 displacements to strains at the points [1/m], (q, 6, 60)
+    strain: Array  # B, from the k displacements to strains at the points [1/m], (q, 6, k)
     volume: Array  # weight of every point [m3], (q,)
 
 
@@ -46,16 +46,16 @@ class Discretisation:
         self.free = np.flatnonzero(~self.held)
         if not len(self.free) or not self.held.any():
             raise InputError("a solid needs nodes that are held and nodes that are free")
-        self.unknowns: Index = (3 * mesh.connectivity[:, :, None] + np.arange(3)).reshape(len(mesh), 60)
+        self.unknowns: Index = (3 * mesh.connectivity[:, :, None] + np.arange(3)).reshape(len(mesh), -1)
         place, weight = get_quadrature(RefHex, 2 * points - 1)
         self.per_brick = len(weight)
         corners = mesh.corners - mesh.corners[:, :1]
         size = float(np.abs(corners).max())
         _, group = np.unique(np.round(corners.reshape(len(mesh), 24) / (1e-7 * size)), axis=0, return_inverse=True)
         self.groups: list[Congruent] = []
-        shape = [mesh.element.lbasis(place, i) for i in range(20)]
-        self._shape = np.array([np.broadcast_to(s[0], len(weight)) for s in shape])  # (20, q)
-        gradient = np.array([s[1] for s in shape])  # (20, 3, q)
+        shape = [mesh.element.lbasis(place, i) for i in range(mesh.per_brick)]
+        self._shape = np.array([np.broadcast_to(s[0], len(weight)) for s in shape])  # (n, q)
+        gradient = np.array([s[1] for s in shape])  # (n, 3, q)
         for k in range(int(group.max()) + 1):
             bricks = np.flatnonzero(group == k)
             jacobian = _jacobian(mesh.corners[bricks[0]], place)  # (q, 3, 3), dx_i / dX_j
@@ -93,49 +93,51 @@ class Discretisation:
         out = np.empty((len(self.mesh), self.per_brick, 6))
         for g in self.groups:
             u = displacement[self.unknowns[g.bricks]]
-            out[g.bricks] = (u @ g.strain.reshape(-1, 60).T).reshape(len(g.bricks), -1, 6)
+            out[g.bricks] = (u @ g.strain.reshape(-1, u.shape[1]).T).reshape(len(g.bricks), -1, 6)
         return out
 
     def forces(self, stress: Array) -> Array:
         """Nodal forces that carry stresses of shape (m, q, 6) [Pa]: [N], shape (3 n,)."""
-        out = np.zeros(self.held.size)
+        out, k = np.zeros(self.held.size), self.unknowns.shape[1]
         for g in self.groups:
-            f = (stress[g.bricks] * g.volume[:, None]).reshape(len(g.bricks), -1) @ g.strain.reshape(-1, 60)
+            f = (stress[g.bricks] * g.volume[:, None]).reshape(len(g.bricks), -1) @ g.strain.reshape(-1, k)
             out += np.bincount(self.unknowns[g.bricks].ravel(), f.ravel(), minlength=out.size)
         return out
 
     def stiffness(self, tangent: Array) -> Array:
-        """Stiffness of every brick [N/m], shape (m, 60, 60), from tangents at the points.
+        """Stiffness of every brick [N/m], shape (m, k, k), from tangents at the points.
 
         Parameters
         ----------
         tangent : [Pa], shape (m, q, 6, 6), or (6, 6) per material, shape (k, 6, 6)
         """
-        values = np.empty((len(self.mesh), 60, 60))
+        n = self.unknowns.shape[1]
+        values = np.empty((len(self.mesh), n, n))
         by_material = tangent.ndim == 3
         for g in self.groups:
             b = g.strain
             if by_material:
                 for k in np.unique(self.mesh.material[g.bricks]):
                     db = np.einsum("q,ij,qjk->qik", g.volume, tangent[k], b)
-                    one = b.reshape(-1, 60).T @ db.reshape(-1, 60)
+                    one = b.reshape(-1, n).T @ db.reshape(-1, n)
                     values[g.bricks[self.mesh.material[g.bricks] == k]] = one
                 continue
             for first in range(0, len(g.bricks), _CHUNK):
                 rows = g.bricks[first : first + _CHUNK]
                 db = (tangent[rows] * g.volume[:, None, None]) @ b
-                values[rows] = b.reshape(-1, 60).T @ db.reshape(len(rows), -1, 60)
+                values[rows] = b.reshape(-1, n).T @ db.reshape(len(rows), -1, n)
         return values
 
     def mass(self, density: Array, extra: Array | None = None) -> Array:
-        """Consistent mass of every brick [kg], shape (m, 60, 60).
+        """Consistent mass of every brick [kg], shape (m, k, k).
 
         Parameters
         ----------
         density : per material [kg/m3], shape (k,)
         extra : further masses per unknown, lumped [kg], shape (3 n,)
         """
-        values = np.zeros((len(self.mesh), 20, 3, 20, 3))
+        n = self.mesh.per_brick
+        values = np.zeros((len(self.mesh), n, 3, n, 3))
         shape, volume = self._shape, self.volume
         if self.points < 3:  # products of shape functions need the finer rule
             fine = Discretisation(self.mesh, self.held.reshape(-1, 3), 3)
@@ -144,21 +146,21 @@ class Discretisation:
         one = np.einsum("aq,mq,bq->mab", shape, volume * rho[:, None], shape, optimize=True)
         for i in range(3):
             values[:, :, i, :, i] = one
-        out = values.reshape(len(self.mesh), 60, 60)
+        out = values.reshape(len(self.mesh), 3 * n, 3 * n)
         if extra is not None:  # each on one brick that has it
             unknown, first = np.unique(self.unknowns, return_index=True)
-            brick, place = np.divmod(first, 60)
+            brick, place = np.divmod(first, 3 * n)
             out[brick, place, place] += extra[unknown]
         return out
 
     def body_force(self, force: Array) -> Array:
         """Nodal forces of a force per volume of every brick [N/m3], shape (m, 3): [N], shape (3 n,)."""
         share = np.einsum("aq,mq->ma", self._shape, self.volume)
-        f = (share[..., None] * force[:, None]).reshape(len(self.mesh), 60)
+        f = (share[..., None] * force[:, None]).reshape(len(self.mesh), -1)
         return np.bincount(self.unknowns.ravel(), f.ravel(), minlength=self.held.size).astype(np.float64)
 
     def assembled(self, values: Array) -> sparse.csc_array:
-        """Matrix of the free unknowns in the order of elimination from those of the bricks, shape (m, 60, 60)."""
+        """Matrix of the free unknowns in the order of elimination from those of the bricks, shape (m, k, k)."""
         return assembled(values, self.elimination.rank, len(self.order))
 
     def factor(self, values: Array) -> Factor:
@@ -182,7 +184,7 @@ def _jacobian(corners: Array, place: Array) -> Array:
 
 
 def _strain_matrix(gradient: Array) -> Array:
-    """B from gradients of shape functions, shape (20, 3, q), as (q, 6, 60)."""
+    """B from gradients of shape functions, shape (n, 3, q), as (q, 6, 3 n)."""
     n, _, q = gradient.shape
     b = np.zeros((q, 6, n, 3))
     dx, dy, dz = gradient[:, 0].T, gradient[:, 1].T, gradient[:, 2].T

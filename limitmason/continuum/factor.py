@@ -39,7 +39,7 @@ class Elimination:
 
     Parameters
     ----------
-    unknowns : of every brick, 3 i + j for direction j of node i, shape (m, 60)
+    unknowns : of every brick, 3 i + j for direction j of node i, shape (m, k)
     held : unknowns that are zero, shape (3 n,)
     position : of the nodes [m], shape (n, 3)
     """
@@ -62,7 +62,7 @@ class Elimination:
         self.fronts = Fronts(elimination_tree(graph, pieces), free[ordered].sum(axis=1))
         first = np.where(self.rank < 0, len(self.order), self.rank).min(axis=1)
         owner = np.where(first < len(self.order), self.fronts.eliminating(first), -1)
-        # of the 60 unknowns of every brick, (b, 60), those that are held behind all others
+        # of the k unknowns of every brick, (b, k), those that are held behind all others
         self.bricks = [np.flatnonzero(owner == k) for k in range(len(self.fronts.owned))]
         self.places = [self._places(k, self.rank[bricks]) for k, bricks in enumerate(self.bricks)]
 
@@ -71,7 +71,7 @@ class Elimination:
         return np.where(rank < 0, size, self.fronts.place(front, rank))
 
     def factor(self, values: Array) -> "Factor":
-        """Factor of the stiffness with the matrices of the bricks, symmetric, shape (m, 60, 60)."""
+        """Factor of the stiffness with the matrices of the bricks, symmetric, shape (m, k, k)."""
         return Factor(self, values)
 
 
@@ -87,7 +87,7 @@ class Factor:
     Parameters
     ----------
     elimination : order and fronts
-    values : matrices of the bricks, symmetric, shape (m, 60, 60)
+    values : matrices of the bricks, symmetric, shape (m, k, k)
 
     Attributes
     ----------
@@ -269,12 +269,13 @@ def assembled(values: Array, rank: Index, count: int) -> sparse.csc_array:
 
     Parameters
     ----------
-    values : shape (m, 60, 60)
-    rank : row of every unknown of a brick, negative for those held, shape (m, 60)
+    values : shape (m, k, k)
+    rank : row of every unknown of a brick, negative for those held, shape (m, k)
     count : rows
     """
     narrow = rank.astype(np.int32)
-    row, column = np.repeat(narrow, 60, axis=1).ravel(), np.tile(narrow, (1, 60)).ravel()
+    k = rank.shape[1]
+    row, column = np.repeat(narrow, k, axis=1).ravel(), np.tile(narrow, (1, k)).ravel()
     kept = (row >= 0) & (column >= 0)
     entries = sparse.coo_array((values.ravel()[kept], (row[kept], column[kept])), shape=(count, count))
     return sparse.csc_array(entries.tocsc())

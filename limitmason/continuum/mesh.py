@@ -1,4 +1,4 @@
-"""Meshes of 20-node bricks: solids cut along the planes of their outline, whatever the units inside."""
+"""Meshes of bricks of 20 or 8 nodes: solids cut along the planes of their outline, whatever the units inside."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 from skfem import Basis, MeshHex
-from skfem.element import ElementHexS2
+from skfem.element import ElementHex1, ElementHexS2
 
 from limitmason.arrays import Array, Index
+from limitmason.checks import choice
 from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry import Solid
 from limitmason.storage.frozen import ReadOnly, frozen
@@ -34,22 +35,29 @@ class Box(NamedTuple):
 
 
 class Mesh(ReadOnly):
-    """20-node bricks with trilinear geometry.
+    """Bricks with trilinear geometry.
 
     Parameters
     ----------
     vertices : corners of the bricks [m], shape (n, 3)
     bricks : corners of every brick in the order of scikit-fem's hexahedron, shape (m, 8)
     material : number of the material of every brick, shape (m,)
+    nodes : of a brick, k: 20, whose displacements are quadratic along edges, or 8, trilinear
+
+    Notes
+    -----
+    Bricks of 8 nodes bend too stiffly, and a rotating crack in them stresses what lies beside it (stress locking).
     """
 
-    def __init__(self, vertices: Array, bricks: Index, material: Index) -> None:
+    def __init__(self, vertices: Array, bricks: Index, material: Index, nodes: int = 20) -> None:
         """Number the nodes: corners first, then middles of edges."""
+        choice("nodes of a brick", nodes, (8, 20))
         self.solid = MeshHex(np.ascontiguousarray(vertices.T), np.ascontiguousarray(bricks.T))
-        self.element = ElementHexS2()
+        self.element = ElementHexS2() if nodes == 20 else ElementHex1()
+        self.per_brick = nodes
         basis = Basis(self.solid, self.element, intorder=1)
         self.nodes: Array = np.ascontiguousarray(basis.doflocs.T)
-        self.connectivity: Index = np.ascontiguousarray(basis.element_dofs.T)  # (m, 20)
+        self.connectivity: Index = np.ascontiguousarray(basis.element_dofs.T)  # (m, k)
         self.bricks, self.material = np.asarray(bricks), np.asarray(material)
         frozen(vars(self))
 
@@ -105,16 +113,16 @@ class Mesh(ReadOnly):
         return frozen(np.asarray(faces))
 
     def at(self, points: ArrayLike) -> tuple[Index, Array]:
-        """Brick that holds each point, and the values of its 20 shape functions there.
+        """Brick that holds each point, and the values of its k shape functions there.
 
         Parameters
         ----------
-        points : [m], shape (k, 3)
+        points : [m], shape (p, 3)
 
         Returns
         -------
-        brick : shape (k,)
-        weight : shape (k, 20)
+        brick : shape (p,)
+        weight : shape (p, k)
 
         Raises
         ------
@@ -122,7 +130,7 @@ class Mesh(ReadOnly):
             For a point outside the solid by more than a thousandth of a brick.
         """
         p = np.atleast_2d(np.asarray(points, dtype=float))
-        brick, weight = np.empty(len(p), dtype=np.intp), np.empty((len(p), 20))
+        brick, weight = np.empty(len(p), dtype=np.intp), np.empty((len(p), self.per_brick))
         low, high = self.corners.min(axis=1), self.corners.max(axis=1)
         slack = 1e-3 * (high - low).max(axis=1)[:, None]
         for k, x in enumerate(p):
@@ -137,15 +145,16 @@ class Mesh(ReadOnly):
         return brick, weight
 
     def shape_at(self, brick: Index, points: Array) -> Array:
-        """Values of the 20 shape functions of a brick each at points in them.
+        """Values of the k shape functions of a brick each at points in them.
 
-        Points [m] have shape (k, 3), values shape (k, 20).
+        Points [m] have shape (p, 3), values shape (p, k).
         """
         return self._shape(_local(self.corners[brick], points))
 
     def _shape(self, local: Array) -> Array:
-        """Values of the shape functions at reference points, shape (k, 20)."""
-        return np.array([np.broadcast_to(self.element.lbasis(local.T, i)[0], len(local)) for i in range(20)]).T
+        """Values of the shape functions at reference points, shape (p, k)."""
+        shape = [self.element.lbasis(local.T, i)[0] for i in range(self.per_brick)]
+        return np.array([np.broadcast_to(s, len(local)) for s in shape]).T
 
 
 def _local(corners: Array, x: Array) -> Array:
@@ -186,7 +195,11 @@ def box_of(solid: Solid, name: str) -> Box:
 
 
 def mesh_boxes(
-    boxes: Sequence[Box], size: float | tuple[float, float, float], *, planes: Sequence[tuple[int, float]] = ()
+    boxes: Sequence[Box],
+    size: float | tuple[float, float, float],
+    *,
+    planes: Sequence[tuple[int, float]] = (),
+    nodes: int = 20,
 ) -> Mesh:
     """Mesh the union of boxes by bricks of at most a size.
 
@@ -197,6 +210,7 @@ def mesh_boxes(
     boxes : may touch, must not overlap with different materials
     size : largest edge of a brick [m], one or three along x, y and z
     planes : further planes (axis, coordinate [m]) that edges must follow, such as limits of a loaded patch
+    nodes : of a brick, 20 or 8, see :class:`Mesh`
     """
     if not boxes:
         raise InputError("no boxes to mesh")
@@ -221,7 +235,7 @@ def mesh_boxes(
     used, bricks = np.unique(number, return_inverse=True)
     where = np.stack(np.unravel_index(used, tuple(shape)), axis=1)
     vertices = np.stack([kept[i][where[:, i]] for i in range(3)], axis=1)
-    return Mesh(vertices, bricks.reshape(number.shape), material[tuple(cell.T)])
+    return Mesh(vertices, bricks.reshape(number.shape), material[tuple(cell.T)], nodes)
 
 
 def _distinct(values: Array, extent: float) -> Array:

@@ -37,7 +37,7 @@ class Reactions(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Continuum(ReadOnly):
-    """A homogeneous solid of 20-node bricks.
+    """A homogeneous solid of bricks of 20 or 8 nodes.
 
     A frozen value, the ``with_`` methods return changed copies.
 
@@ -85,6 +85,7 @@ class Continuum(ReadOnly):
         foot: float | None = None,
         planes: Sequence[tuple[int, float]] = (),
         points: int = 3,
+        nodes: int = 20,
     ) -> Continuum:
         """A solid of boxes along the axes, held on a level.
 
@@ -96,8 +97,9 @@ class Continuum(ReadOnly):
         foot : height of the level on which all nodes are held [m]; the lowest one by default
         planes : further planes (axis, coordinate [m]) that edges of bricks follow
         points : integration points along an edge, 2 or 3
+        nodes : of a brick, 20 or 8, see :class:`Mesh`
         """
-        mesh = mesh_boxes(boxes, size, planes=planes)
+        mesh = mesh_boxes(boxes, size, planes=planes, nodes=nodes)
         z = mesh.nodes[:, 2]
         level = float(z.min()) if foot is None else finite("foot", foot)
         held = np.abs(z - level) <= _ON * float(np.ptp(mesh.nodes, axis=0).max())
@@ -113,6 +115,7 @@ class Continuum(ReadOnly):
         slab: Material | None = None,
         planes: Sequence[tuple[int, float]] = (),
         points: int = 3,
+        nodes: int = 20,
     ) -> Continuum:
         """The solid that the free blocks fill, held where it stands on wholly held blocks.
 
@@ -126,6 +129,7 @@ class Continuum(ReadOnly):
         slab : material of the held blocks, which are then meshed too and held on their lowest face; None: rigid
         planes : further planes (axis, coordinate [m]) that edges of bricks follow, in the frame of the first block
         points : integration points along an edge, 2 or 3
+        nodes : of a brick, 20 or 8, see :class:`Mesh`
 
         Raises
         ------
@@ -144,7 +148,7 @@ class Continuum(ReadOnly):
             for part in block.parts:
                 box = box_of(part._replace(vertices=part.vertices @ frame.T), block.name)
                 (fixed if still else free).append(box._replace(material=int(still)))
-        mesh = mesh_boxes([*free, *fixed] if slab is not None else free, size, planes=planes)
+        mesh = mesh_boxes([*free, *fixed] if slab is not None else free, size, planes=planes, nodes=nodes)
         near = _ON * float(np.ptp(mesh.nodes, axis=0).max())
         if slab is None:
             held = np.zeros(len(mesh.nodes), dtype=bool)
@@ -155,7 +159,7 @@ class Continuum(ReadOnly):
         else:
             held = mesh.nodes[:, 2] <= min(box.low[2] for box in fixed) + near
         if not np.array_equal(frame, np.eye(3)):
-            mesh = Mesh(mesh.solid.p.T @ frame, mesh.bricks, mesh.material)
+            mesh = Mesh(mesh.solid.p.T @ frame, mesh.bricks, mesh.material, nodes)
         materials = (material,) if slab is None else (material, slab)
         return cls._bare(mesh, materials, np.repeat(held[:, None], 3, axis=1), points)
 

@@ -1,5 +1,7 @@
 """Elastic solids: exact bars and beams, loads on patches, turned copies, and the stiffness of the U walls."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -35,6 +37,28 @@ def test_beam_in_pure_bending_has_the_exact_curvature_and_stress():
     assert state.stress == pytest.approx(stress, abs=1e-3)
     assert state.at((0.15, 0.1, 1.5))[0, 0] == pytest.approx(-1e6 / e * 1.5**2 / 2, rel=1e-9)
     assert state.residual < 1e-12
+
+
+def test_bricks_of_eight_nodes_are_exact_in_tension_and_too_stiff_in_bending_by_the_known_factor():
+    # an even strain is exact; a brick of length l bends with a shear that is not there: E I -> E I + G A l^2 / 12
+    e, length, depth = 2e9, 0.3, 0.3
+    bar = Continuum.from_boxes([BAR], lm.Material(e, 0.2, 0.0), size=(depth, 0.2, length), nodes=8)
+    pulled = solve_elastic(bar.with_patch_pressure(SQUARE, pressure=-3e5), 1.0)
+    assert len(bar.mesh.nodes) == 4 * 6
+    free = lm.Material(e, 0.0, 0.0)
+    even = solve_elastic(replace(bar, materials=(free,)).with_patch_pressure(SQUARE, pressure=-3e5), 1.0)
+    assert even.at((0.11, 0.07, 0.75))[0] == pytest.approx([0.0, 0.0, 3e5 / e * 0.75], abs=1e-12)
+    assert pulled.reactions.force[2] == pytest.approx(-3e5 * 0.06)
+    beam = replace(bar, materials=(free,))
+    stress = np.zeros((*beam.discretisation.places.shape[:2], 6))
+    stress[..., 2] = 1e6 * (beam.discretisation.places[..., 0] - 0.15)
+    # the moment of that stress on the top alone: forces of both corners of each edge
+    moment, corner = 1e6 * 0.2 * depth**3 / 12, np.abs(bar.mesh.nodes[:, 2] - 1.5) < 1e-9
+    forces = np.zeros((len(bar.mesh.nodes), 3))
+    forces[corner, 2] = np.sign(bar.mesh.nodes[corner, 0] - 0.15) * moment / depth / 2
+    turned = solve_elastic(beam.with_forces(forces), 1.0)
+    exact = -1e6 / e * 1.5**2 / 2
+    assert turned.at((0.15, 0.1, 1.5))[0, 0] == pytest.approx(exact / (1.0 + 0.5 * (length / depth) ** 2), rel=1e-9)
 
 
 def test_slender_cantilever_bends_and_shears_as_timoshenkos():

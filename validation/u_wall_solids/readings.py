@@ -151,6 +151,8 @@ READINGS = (
     Reading("bricks of 0.15 m", size=0.15),
     Reading("crack band half the cube root, or twice the energy", push={"band": 0.5}),
     Reading("2 x 2 x 2 points", model={"points": 2}),
+    Reading("bricks of 0.15 m and eight nodes, 2 x 2 x 2 points", size=0.15, model={"points": 2, "nodes": 8}),
+    Reading("bricks of 0.10 m and eight nodes, 2 x 2 x 2 points", size=0.10, model={"points": 2, "nodes": 8}),
     Reading("strength 25 % higher", factors={"tensile_strength": 1.25}),
     Reading("no crushing", material={"compressive_strength": np.inf, "compressive_energy": np.inf}),
     Reading("Poisson's ratio 0.2", material={"poisson_ratio": 0.2}),

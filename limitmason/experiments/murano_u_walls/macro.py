@@ -48,9 +48,10 @@ def macro_model(
     size: float = 0.10,
     roof_mass: bool = False,
     points: int = 3,
+    nodes: int = 20,
     slab: Material | None = None,
 ) -> Continuum:
-    """The wall of an experiment of this source as a solid of 20-node bricks.
+    """The wall of an experiment of this source as a solid of bricks.
 
     Parameters
     ----------
@@ -58,7 +59,7 @@ def macro_model(
     properties : "final" or, for DS, "step 1"
     size : largest edge of a brick [m]; 0.10 in the source
     roof_mass : let the load on the side walls vibrate as a mass; False: it only weighs, as a spread force does
-    points : integration points along an edge of a brick
+    points, nodes : integration points along an edge of a brick, and its nodes: 20, as the source's text has it, or 8
     slab : what a base under the wall is made of; its size is that of the blocks' ground, one course thick (assumed);
         None: the ground is rigid
 
@@ -68,7 +69,7 @@ def macro_model(
         Weight and roof dead, an airbag of 1 kN live that pushes the facade off its side walls (towards -y).
     """
     solid = Continuum.from_assembly(
-        assembly(test), material(test.specimen, properties), size=size, points=points, slab=slab,
+        assembly(test), material(test.specimen, properties), size=size, points=points, nodes=nodes, slab=slab,
         planes=[(1, float(test.options["roof_from"]))],
     )  # fmt: skip
     return loaded(solid, test, roof_mass=roof_mass)
