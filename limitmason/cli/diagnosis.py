@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -141,11 +141,17 @@ def _run(options: argparse.Namespace) -> int:
     if not options.no_checks:
         say("judging again under other statements of the noise and without each specimen")
     files = figures.diagnosis_folder(found, options.out, checks=not options.no_checks)
-    record = found.answer.record()
-    show_text("\n".join([record["headline"][0].upper() + record["headline"][1:] + ".", *record["in words"][:2]]))
-    for file in files:
-        say(f"wrote {file}")
+    show_text("\n".join(_in_short(found.answer.record())))
+    say(f"wrote {options.out}: {', '.join(str(file.relative_to(options.out)) for file in files)}")
     return 0
+
+
+def _in_short(record: Mapping[str, Any]) -> list[str]:
+    """Three lines at most: the verdict, what it rests on, and what would settle it, which says more than its name."""
+    first, *others = record["in words"] or [""]
+    settles = next((line for line in others if line.startswith("What would")), others[0] if others else "")
+    headline = record["headline"]
+    return [line for line in (headline[0].upper() + headline[1:] + ".", first, settles) if line]
 
 
 def _of_folder(options: argparse.Namespace) -> dict[str, Any]:

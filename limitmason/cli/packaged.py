@@ -56,7 +56,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 def _predict(options: argparse.Namespace) -> int:
     from limitmason.comparison.wall_ladder import predict_walls
-    from limitmason.display.text_table import aligned
+    from limitmason.display.text_table import abridged, aligned
     from limitmason.experiments import registry
     from limitmason.storage.csv_table import write_table
 
@@ -75,7 +75,9 @@ def _predict(options: argparse.Namespace) -> int:
         write_table(options.csv, units, cells)
         say(f"wrote {options.csv}")
     else:
-        show_text(aligned([[k if u == "-" else f"{k} [{u}]" for k, u in units.items()], *cells]))
+        rows, cut = abridged(cells)
+        show_text("\n".join([aligned([[k if u == "-" else f"{k} [{u}]" for k, u in units.items()], *rows]),
+                             *(f"{c}: --csv FILE writes them" for c in cut)]))  # fmt: skip
     return 0
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from limitmason.answers.results import Prediction
 from limitmason.comparison.rows import NAN, Row
 from limitmason.display.progress import reached, watched
-from limitmason.display.text_table import aligned
+from limitmason.display.text_table import abridged, aligned
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import KINDS, Experiment, TargetValue
 from limitmason.experiments.registry import all_cases, tabled
@@ -184,7 +184,7 @@ def write_rows(rows: Iterable[Row], path: str | Path) -> None:
 
 
 def as_text(rows: Iterable[Row]) -> str:
-    """Rows as a table in plain text, one line each."""
+    """Rows as a table in plain text, one line each, the middle of many left out with a count."""
     header = ("experiment", "quantity", "kind", "reference", "predicted", "range", "ratio", "flow rule", "status", "s")
     lines: list[tuple[str, ...]] = [header]
     for r in rows:
@@ -198,4 +198,6 @@ def as_text(rows: Iterable[Row]) -> str:
         lines.append(line)
     if not any(line[5] for line in lines[1:]):
         lines = [line[:5] + line[6:] for line in lines]
-    return aligned(lines, "<<<>>" + ">" * (len(lines[0]) - 8) + "<<>")
+    shown, cut = abridged(lines[1:])
+    table = aligned([lines[0], *shown], "<<<>>" + ">" * (len(lines[0]) - 8) + "<<>")
+    return "\n".join([table, *(f"{c}: write_rows (--csv FILE) writes them" for c in cut)])

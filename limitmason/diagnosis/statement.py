@@ -176,7 +176,8 @@ class Statement(ReadOnly):
     def __str__(self) -> str:
         """What is measured, how well, and what may be wrong, in a line."""
         title = f"{self.about.title}: " if self.about.title else ""
-        causes = f"{len(self.causes)} causes: {', '.join(c.name for c in self.causes)}" if self.causes else "no causes"
+        count = f"{len(self.causes) or 'no'} cause{'s' * (len(self.causes) != 1)}"
+        causes = ": ".join(t for t in (count, ", ".join(c.name for c in self.causes)) if t)
         return f"{title}{self.n} values, noise {self.noise}, {causes}"
 
     @property

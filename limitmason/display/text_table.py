@@ -45,3 +45,22 @@ def markdown_line(cells: Sequence[str]) -> str:
     """
     plain = (re.sub(r"<(?=[A-Za-z/!?])", "&lt;", " ".join(c.splitlines())).replace("|", "\\|") for c in cells)
     return "| " + " | ".join(plain) + " |"
+
+
+SHOWN = 40
+"""Rows that a table shows of itself; what is longer is cut in the middle, with a count."""
+
+
+def abridged(rows: Sequence[Sequence[str]]) -> tuple[list[list[str]], list[str]]:
+    """Rows without the middle of a long table, and a line that says how many there are.
+
+    Parameters
+    ----------
+    rows : cells, without the head
+    """
+    if len(rows) <= SHOWN:
+        return [list(r) for r in rows], []
+    last = SHOWN // 4
+    gap = ["..."] * len(rows[0])
+    cut = [*map(list, rows[: SHOWN - last]), gap, *map(list, rows[-last:])]
+    return cut, [f"{len(rows) - SHOWN} of {len(rows)} rows are not shown"]

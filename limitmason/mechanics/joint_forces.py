@@ -12,6 +12,7 @@ import numpy as np
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array, Flags
 from limitmason.checks import instance
+from limitmason.display.text_table import abridged
 from limitmason.errors import InputError
 from limitmason.mechanics.law import interface_law
 from limitmason.model.assembly import Assembly
@@ -108,7 +109,8 @@ class ForceTable(Tabular):
         return COLUMNS, list(self.rows)
 
     def __str__(self) -> str:
-        return table_text(COLUMNS, self._text())
+        rows, cut = abridged(self._text())
+        return table_text(COLUMNS, rows) + "".join(f"# {c}: to_csv and to_dataframe have them\n" for c in cut)
 
     def _text(self) -> list[list[str]]:
         return [[f"{c:.9g}" if isinstance(c, float) else c or "" for c in row] for row in self.rows]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.display.notebook import Displayed, html_table
-from limitmason.display.text_table import aligned
+from limitmason.display.text_table import abridged, aligned
 from limitmason.storage.csv_table import Tabular, write_table
 
 
@@ -89,19 +89,20 @@ class Table(Displayed, Tabular):
 
     def __str__(self) -> str:
         """The table in plain text, units in the header."""
-        head, rows = self._cells()
-        return "\n".join([aligned([head, *rows]), *self.notes])
+        head, rows, notes = self._shown()
+        return "\n".join([aligned([head, *rows]), *notes])
 
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
         """The table as a notebook shows it."""
-        return html_table(*self._cells(), list(self.notes))
+        return html_table(*self._shown())
 
-    def _cells(self) -> tuple[list[str], list[list[str]]]:
-        """Head with units, and the rows, as text."""
+    def _shown(self) -> tuple[list[str], list[list[str]], list[str]]:
+        """Head with units, the rows as text without the middle of many, and the notes."""
         head = [c if self.units.get(c, "-") == "-" else f"{c} [{self.units[c]}]" for c in self.columns]
-        return head, [[_text(r.get(c)) for c in self.columns] for r in self.rows]
+        rows, cut = abridged([[_text(r.get(c)) for c in self.columns] for r in self.rows])
+        return head, rows, [*(f"{c}: write_csv and to_dataframe have them" for c in cut), *self.notes]
 
 
 def _text(value: Any) -> str:

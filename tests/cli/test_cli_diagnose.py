@@ -30,14 +30,18 @@ CAUSES = [
 
 
 def run(*arguments, capsys):
-    """Status, report and messages; the terminal shows three lines of the report at most."""
+    """Status, report and messages; the terminal shows three lines of the report at most, and one with its files."""
     status = cli.main(["diagnose", *(str(a) for a in arguments)])
     captured = capsys.readouterr()
-    report = next((w for w in captured.err.splitlines() if w.startswith("wrote ") and w.endswith("report.txt")), None)
-    if report is None:
+    wrote = [line for line in captured.err.splitlines() if line.startswith("wrote ") and ": report.txt" in line]
+    if not wrote:
         return status, captured.out, captured.err
-    shown, text = captured.out.splitlines(), Path(report.removeprefix("wrote ")).read_text()
+    (line,) = wrote
+    folder, _, names = line.removeprefix("wrote ").partition(": ")
+    assert all((Path(folder) / name).is_file() for name in names.split(", "))
+    shown, text = captured.out.splitlines(), (Path(folder) / "report.txt").read_text()
     assert 2 <= len(shown) <= 3
+    assert len(set(shown)) == len(shown)
     assert all(line in text for line in shown)
     return status, text, captured.err
 
@@ -80,7 +84,7 @@ def test_template_runs_as_it_stands_and_writes_report_figures_and_page(tmp_path,
     assert rows[1][4] == "unit"
     (size,) = [float(r[4]) for r in rows[2:] if r[0] == "gain"]
     assert size == pytest.approx(0.88, rel=0.03)
-    assert f"wrote {out / 'diagnosis.html'}" in err
+    assert f"wrote {out}: report.txt, diagnosis.html" in err
     status, _, err = run("--template", path, capsys=capsys)
     assert status == 2
     assert "exists already" in err

@@ -135,3 +135,18 @@ def test_long_fields_stand_by_kind_and_size():
     assert repr(drive) == "Drive(displacement={1: {'x': 1.0}}, steps=7)"
     assert eval(repr(drive), {"Drive": dem.Drive}) == drive
     assert "<f>" in repr(lm.causes.Cause("a", "b", 0.0, (0.0, 1.0), apply=partial(lambda x: x))).replace("partial", "f")
+
+
+def test_long_tables_are_cut_in_the_middle_with_a_count():
+    table = lm.study.Table(tuple({"n": k} for k in range(200)))
+    lines = str(table).splitlines()
+    assert len(lines) == 1 + 30 + 1 + 10 + 1
+    assert lines[1:3] == ["0", "1"]
+    assert lines[31] == "..."
+    assert lines[-1] == "160 of 200 rows are not shown: write_csv and to_dataframe have them"
+    assert table._repr_html_().count("<tr>") == 1 + 41
+    assert len(str(lm.study.Table(table.rows[:40])).splitlines()) == 41
+    bay = lm.build.wall(length=4.0, courses=8, unit=(0.4, 0.2, 0.2), joint=JOINT)
+    forces = lm.force_table(lm.limit_analysis(bay, lm.Loads.horizontal(bay)))
+    assert len(forces.rows) > 100
+    assert f"# {len(forces.rows) - 40} of {len(forces.rows)} rows are not shown" in str(forces)
