@@ -47,6 +47,51 @@ class NewPoint(NamedTuple):
     heir_of: int
 
 
+class Before(NamedTuple):
+    """Points before contacts are found anew in a pose.
+
+    Parameters
+    ----------
+    c, history, force : the points, their history, and their forces in that pose [N], shape (m, components)
+    now : where they are in that pose [m], shape (m, 3)
+    gone : which have left their face, shape (m,)
+    """
+
+    shapes: Shapes
+    c: PathContacts
+    pose: Pose
+    history: PlasticHistory
+    force: Array
+    now: Array
+    gone: Flags
+
+    @property
+    def pair(self) -> Index:
+        """Number of the pair of blocks of every point."""
+        return self.shapes.pair(self.c.block_a, self.c.block_b)
+
+    def places(self, near: Near) -> Array:
+        """Where corners at faces are in that pose [m]."""
+        return self.shapes.placed(self.pose, near.owner, near.place)
+
+    def close(self, near: Near) -> Flags:
+        """Whether a corner is close to a point and of the same two blocks, or that crossing again, (m, corners)."""
+        shapes, crosses = self.shapes, is_crossing(self.shapes, self.c)
+        reach = shapes.step * np.where(crosses, _MOVING, _HEIR)
+        near_by = np.linalg.norm(self.now[:, None] - self.places(near), axis=2) < reach[:, None] + np.abs(near.gap)
+        same = self.pair[:, None] == _pairs(shapes, near)
+        again = (self.c.corner[:, None] == near.corner) & crosses[:, None]
+        return np.asarray((near_by & same) | again)
+
+    def succeeded(self, near: Near) -> Flags:
+        """Points to which a corner has come close."""
+        return np.asarray(self.close(near).any(axis=1))
+
+    def directions(self, row: int) -> Array:
+        """Normal and tangents of a point as they are turned in that pose."""
+        return self.c.directions[row] @ (np.eye(3) + self.pose.turn[self.c.block_a[row]]).T
+
+
 def found_anew(
     shapes: Shapes, c: PathContacts, pose: Pose, history: PlasticHistory, force: Array, since: Pose
 ) -> Renewed | None:
@@ -71,15 +116,14 @@ def found_anew(
         crosses = is_crossing(shapes, near)
         fresh &= ~(crosses & np.isin(near.corner, c.corner[~gone]))
         fresh |= crosses & np.isin(near.corner, c.corner[gone & is_crossing(shapes, c)])
-    now_b = shapes.placed(pose, c.block_b, c.place_b)
+    old = Before(shapes, c, pose, history, force, shapes.placed(pose, c.block_b, c.place_b), gone)
     near = near.at(fresh)
     # over a deep gap a corner may be inside before the one whose place it takes has left: it waits, to be its heir
     leaves = ~gone & (inside < 0.0) & (c.corner != NO_CORNER) & ~is_crossing(shapes, c)
-    waits = _close(shapes, c.at(leaves), near, now_b[leaves], _present(shapes, pose, near)).any(axis=0)
-    near = near.at(np.flatnonzero(~waits))
+    near = near.at(~old.close(near)[leaves].any(axis=0))
     if space:
         # where sides stay in line they do not cross, and no corner comes inside
-        lost = gone & (force[:, 0] > 0.0) & ~_succeeded(shapes, c, near, now_b, _present(shapes, pose, near))
+        lost = gone & (force[:, 0] > 0.0) & ~old.succeeded(near)
         slid = (c.face >= 0) & (c.interface != NEW)
         back = _put_back(shapes, c, pose, slid & (lost | (gone & (c.corner == NO_CORNER))), gap)
         near = near.with_rows(back)
@@ -87,15 +131,15 @@ def found_anew(
         return None
     loaded = (force[:, 0] > 0.0) & (inside > -_WAITS * shapes.step)
     if space:
-        near = near.at(_single(shapes, c, gone, now_b, near, _present(shapes, pose, near)))
-    gone &= ~loaded | _succeeded(shapes, c, near, now_b, _present(shapes, pose, near))
-    shares = _shares(shapes, c, gone, now_b, near, _present(shapes, pose, near)) if space else None
+        near = near.at(_single(old, near))
+    gone = gone & (~loaded | old.succeeded(near))
+    old = old._replace(gone=gone)
+    shares = _shares(old, near) if space else None
     made: list[NewPoint] = []
     # in plane what has left has one heir, of the same two blocks before others
-    later = ~_close(shapes, c, near, now_b, _present(shapes, pose, near))[gone].any(axis=0)
+    later = ~old.close(near)[gone].any(axis=0)
     for row in np.lexsort((near.gap, near.face, later)):
-        share = None if shares is None else shares[row]
-        new = _made(shapes, c, pose, history, force, gone, now_b, near, int(row), made, share)
+        new = _made(old, near, int(row), made, None if shares is None else shares[row])
         made += [] if new is None else [new]
     if not (gone.any() or made):
         return None
@@ -165,47 +209,27 @@ def _pairs(shapes: Shapes, near: Near) -> Index:
     return shapes.pair(shapes.face_block[near.face], near.owner)
 
 
-def _present(shapes: Shapes, pose: Pose, near: Near) -> Array:
-    """Where corners at faces are in a pose [m]."""
-    return shapes.placed(pose, near.owner, near.place)
-
-
-def _succeeded(shapes: Shapes, c: PathContacts, near: Near, now_b: Array, now: Array) -> Flags:
-    """Points for which another corner of the same two blocks has come close by."""
-    return np.asarray(_close(shapes, c, near, now_b, now).any(axis=1))
-
-
-def _close(shapes: Shapes, c: PathContacts, near: Near, now_b: Array, now: Array) -> Flags:
-    reach = shapes.step * np.where(is_crossing(shapes, c), _MOVING, _HEIR)
-    close = np.linalg.norm(now_b[:, None] - now, axis=2) < reach[:, None] + np.abs(near.gap)
-    same = shapes.pair(c.block_a, c.block_b)[:, None] == _pairs(shapes, near)
-    again = (c.corner[:, None] == near.corner) & is_crossing(shapes, c)[:, None]
-    return np.asarray((close & same) | again)
-
-
-def _single(shapes: Shapes, c: PathContacts, gone: Flags, now_b: Array, near: Near, now: Array) -> Index:
+def _single(old: Before, near: Near) -> Index:
     """Rows of corners and crossings at which no point of the same two blocks stays and no other row lies."""
     rows: list[int] = []
-    pair, of = _pairs(shapes, near), shapes.pair(c.block_a, c.block_b)
+    pair, now, close = _pairs(old.shapes, near), old.places(near), 0.5 * old.shapes.step
     last = near.corner.max(initial=0) + 1
     for k in np.argsort(np.where(near.corner == NO_CORNER, last, near.corner), kind="stable"):  # corners first
-        here = (of == pair[k]) & ~gone & (np.linalg.norm(now_b - now[k], axis=1) < 0.5 * shapes.step)
-        if not here.any() and all(
-            pair[r] != pair[k] or np.linalg.norm(now[r] - now[k]) > 0.5 * shapes.step for r in rows
-        ):
+        here = (old.pair == pair[k]) & ~old.gone & (np.linalg.norm(old.now - now[k], axis=1) < close)
+        if not here.any() and all(pair[r] != pair[k] or np.linalg.norm(now[r] - now[k]) > close for r in rows):
             rows.append(int(k))
     return np.array(sorted(rows), np.intp)
 
 
-def _shares(shapes: Shapes, c: PathContacts, gone: Flags, now_b: Array, near: Near, now: Array) -> Array:
+def _shares(old: Before, near: Near) -> Array:
     """What every row takes over of every point that has gone, shape (rows, m): by the inverse distance.
 
     A crossing that is made again takes all of itself.
     """
-    again = (near.corner[:, None] == c.corner) & is_crossing(shapes, c)
-    apart = np.linalg.norm(now_b - now[:, None], axis=2)
-    weight = np.where(_close(shapes, c, near, now_b, now).T, 1.0 / (apart + 0.1 * shapes.step), 0.0)
-    weight = np.where(again.any(axis=0), again, weight) * gone
+    again = (near.corner[:, None] == old.c.corner) & is_crossing(old.shapes, old.c)
+    apart = np.linalg.norm(old.now - old.places(near)[:, None], axis=2)
+    weight = np.where(old.close(near).T, 1.0 / (apart + 0.1 * old.shapes.step), 0.0)
+    weight = np.where(again.any(axis=0), again, weight) * old.gone
     return np.asarray(weight / np.maximum(weight.sum(axis=0), 1e-300))
 
 
@@ -239,32 +263,25 @@ def _gaps(shapes: Shapes, c: PathContacts, pose: Pose) -> tuple[Array, Array]:
     return gap, inside
 
 
-def _made(
-    shapes: Shapes, c: PathContacts, pose: Pose, history: PlasticHistory, force: Array,
-    gone: Flags, now_b: Array, near: Near, row: int, others: list[NewPoint],
-    share: Array | None,
-) -> NewPoint | None:  # fmt: skip
+def _made(old: Before, near: Near, row: int, others: list[NewPoint], share: Array | None) -> NewPoint | None:
     """A new point, or None where a point of the same two blocks is there already.
 
     Parameters
     ----------
+    others : points made before it
     share : what it takes over of every point, in space, shape (m,); in plane it takes all of the nearest
     """
-    corner, face = int(near.corner[row]), int(near.face[row])
-    a, b = int(shapes.face_block[face]), int(near.owner[row])
-    assembly, x = shapes.assembly, shapes.assembly.centroids
-    place = near.place[row]
+    shapes, c, pose, gone = old.shapes, old.c, old.pose, old.gone
+    face, b, place = int(near.face[row]), int(near.owner[row]), near.place[row]
+    a, x = int(shapes.face_block[face]), shapes.assembly.centroids
     at = x[b] + pose.shift[b] + place - x[b] + pose.turn[b] @ (place - x[b])
-    apart = np.linalg.norm(now_b - at, axis=1)
-    same = ((c.block_a == a) & (c.block_b == b)) | ((c.block_a == b) & (c.block_b == a))
-    close = 0.5 * shapes.step
+    apart = np.linalg.norm(old.now - at, axis=1)
+    same, close = old.pair == _pairs(shapes, near.at(np.array([row]))), 0.5 * shapes.step
     if (same & ~gone & (apart < close)).any() or any(
         {int(r.block_a[0]), int(r.block_b[0])} == {a, b} and np.abs(r.place_b[0] - place).max() < close
         for r, *_ in others
     ):
         return None
-    rotation_a = np.eye(3) + pose.turn[a]
-    normal = shapes.normal[face]
     touching = (c.block_a == a) | (c.block_b == a) | (c.block_a == b) | (c.block_b == b)
     heirs = gone & touching & (apart < _HEIR * shapes.step + abs(float(near.gap[row])))
     heirs[[other.heir_of for other in others if other.heir_of >= 0]] = False
@@ -274,9 +291,10 @@ def _made(
         heirs = share > 0.0
     model = int(np.where(heirs if heirs.any() else same if same.any() else touching, apart, np.inf).argmin())
     # tangents of the model, turned into the face
-    directions = _frame(c, model, pose, rotation_a, normal)
+    rotation, normal = np.eye(3) + pose.turn[a], shapes.normal[face]
+    directions = _frame(old, model, rotation, normal)
     law, rest, interface = c.law.at(np.array([model])), c.rest.at(np.array([model])), c.interface[[model]]
-    damage = float(np.broadcast_to(history.damage, c.area.shape)[model])
+    damage = float(np.broadcast_to(old.history.damage, c.area.shape)[model])
     if not same[model]:
         # blocks that had no joint are not bonded, and nothing of their friction is lost
         zero = np.zeros(1)
@@ -288,56 +306,67 @@ def _made(
         taken, share = np.array([model]), np.ones(c.count)
     elif len(taken):
         area = float(share[taken] @ c.area[taken])
-    opening, slip, lift, components = float(near.gap[row]), np.zeros(c.components - 1), 0.0, np.zeros(c.components)
+    opening, slip, lift, force = float(near.gap[row]), np.zeros(c.components - 1), 0.0, np.zeros(c.components)
     if heirs.any():
-        onto, normal_force = np.zeros(3), 0.0
-        for g in taken:
-            old = share[g] * force[g] @ _directions_now(c, int(g), pose)
-            onto += old if (c.block_b[g] == b or c.block_a[g] == a) else -old
-            normal_force += float(share[g] * force[g, 0])
-        lift = float(history.lift[model])
-        if normal_force > 0.0:
-            components = (directions @ rotation_a.T) @ onto
-            components[0] = normal_force
-            size = float(np.linalg.norm(components[1:]))
+        lift = float(old.history.lift[model])
+        onto, pressed = _taken_over(old, taken, share, a, b)
+        if pressed > 0.0:
+            force = (directions @ rotation.T) @ onto
+            force[0] = pressed
+            size = float(np.linalg.norm(force[1:]))
             held = law.towards(rest, np.array([damage]))
-            most = float(held.shear_strength(np.array([components[0] / area]))[0]) * area
-            components[1:] *= min(1.0, max(most, 0.0) / max(size, 1e-300))
-            opening = lift - components[0] / (kn * area)
-            slip = components[1:] / (ks * area)
+            most = float(held.shear_strength(np.array([force[0] / area]))[0]) * area
+            force[1:] *= min(1.0, max(most, 0.0) / max(size, 1e-300))
+            opening = lift - force[0] / (kn * area)
+            slip = force[1:] / (ks * area)
     elif opening < 0.0:
         # seen late: what it has gone through the face by is not stored as energy that nobody put in
         opening = 0.0
     # the material point of a from which the opening counts and the sliding is nil
-    local = rotation_a.T @ (at - x[a] - pose.shift[a]) - opening * normal
+    local = rotation.T @ (at - x[a] - pose.shift[a]) - opening * normal
     sense = 1.0
     if interface[0] != NEW:
-        sense = 1.0 if assembly.interfaces[int(interface[0])].block_b == b else -1.0
-    return NewPoint(
-        PathContacts(
-            np.array([a]), np.array([b]), (x[a] + local)[None], place[None].copy(), directions[None],
-            np.array([area]), interface, np.array([sense]), law, np.array([kn]), np.array([ks]), np.array([corner]),
-            np.array([face]), rest, c.by_opening[[model]] * same[model],
-            c.by_slip[[model]] * same[model],
-        ),
-        components, slip, lift, damage, model if heirs.any() else -1,
-    )  # fmt: skip
+        sense = 1.0 if shapes.assembly.interfaces[int(interface[0])].block_b == b else -1.0
+    point = PathContacts(
+        block_a=np.array([a]),
+        block_b=np.array([b]),
+        place_a=(x[a] + local)[None],
+        place_b=place[None].copy(),
+        directions=directions[None],
+        area=np.array([area]),
+        interface=interface,
+        sense=np.array([sense]),
+        law=law,
+        kn=np.array([kn]),
+        ks=np.array([ks]),
+        corner=near.corner[[row]],
+        face=near.face[[row]],
+        rest=rest,
+        by_opening=c.by_opening[[model]] * same[model],
+        by_slip=c.by_slip[[model]] * same[model],
+    )
+    return NewPoint(point, force, slip, lift, damage, heir_of=model if heirs.any() else -1)
 
 
-def _directions_now(c: PathContacts, row: int, pose: Pose) -> Array:
-    return c.directions[row] @ (np.eye(3) + pose.turn[c.block_a[row]]).T
+def _taken_over(old: Before, rows: Index, share: Array, a: int, b: int) -> tuple[Array, float]:
+    """Force on block b of what a point between a and b takes over, in space, and its pressure [N]."""
+    onto, pressed = np.zeros(3), 0.0
+    for g in rows:
+        force = share[g] * old.force[g] @ old.directions(int(g))
+        onto += force if (old.c.block_b[g] == b or old.c.block_a[g] == a) else -force
+        pressed += float(share[g] * old.force[g, 0])
+    return onto, pressed
 
 
-def _frame(c: PathContacts, row: int, pose: Pose, rotation_a: Array, normal: Array) -> Array:
+def _frame(old: Before, row: int, rotation: Array, normal: Array) -> Array:
     """Normal of a face and tangents, in the reference axes of its block, near those of another point."""
-    if c.components == 2:
+    if old.c.components == 2:
         # as in the reference pose: the tangent is the normal turned in the plane
-        old = c.directions[row]
-        turn = np.cross(old[0], old[1])
-        return np.stack([normal, np.cross(turn, normal)])
-    tangent = rotation_a.T @ _directions_now(c, row, pose)[1]
+        first, second = old.c.directions[row]
+        return np.stack([normal, np.cross(np.cross(first, second), normal)])
+    tangent = rotation.T @ old.directions(row)[1]
     if abs(tangent @ normal) > 0.9:
-        tangent = rotation_a.T @ _directions_now(c, row, pose)[2]
+        tangent = rotation.T @ old.directions(row)[2]
     tangent = tangent - (tangent @ normal) * normal
     tangent = tangent / np.linalg.norm(tangent)
     return np.stack([normal, tangent, np.cross(normal, tangent)])
