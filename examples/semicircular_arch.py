@@ -31,5 +31,5 @@ print(f"t/R = {0.99 * minimum:.4f}: {falling.status}")
 
 # and it collapses when a springing gives way sideways: the least thrust it still needs from there
 spreading = lm.settlement_analysis(arch, "base-right", direction="+x")
-thrust = spreading.details["support_reaction"]
+thrust = spreading.reaction.least
 print(f"least horizontal thrust on the spreading support: {thrust / 1e3:.2f} kN")

@@ -6,6 +6,7 @@ prescribe their friction: engineering estimates, no bounds of limit analysis; ``
 """
 
 from limitmason.display.notebook import shows
+from limitmason.mechanics.wall_forces import CircularPierForces, WallForces, circular_pier_forces, wall_forces
 from mechanisms.arch import ArchLimit, arch_limit, geometric_safety
 from mechanisms.catalogue import NAMES, catalogue, smallest
 from mechanisms.classical import inclined_hinge, overturning, rigid_block, rondelet_thickness, sliding, stack
@@ -22,7 +23,6 @@ from mechanisms.light_damage import LightDamage, light_damage
 from mechanisms.out_of_plane import compound_rocking, simple_rocking
 from mechanisms.parameters import Facade
 from mechanisms.virtual_work import PowerBalance, check_contacts, flexure_power, rocking_power
-from mechanisms.wall_forces import CircularPierForces, WallForces, circular_pier_forces, wall_forces
 
 __all__ = [
     "NAMES",

@@ -64,8 +64,9 @@ def arch_limit(angle_deg: float = 180.0) -> ArchLimit:
         return (inner * beta * math.sin(beta) - rho * (1.0 - math.cos(beta))) / (outer - inner * math.cos(beta))
 
     def haunch(t: float) -> float:
-        found = minimize_scalar(lambda b: -need(b, t), bounds=(0.05 * alpha, alpha), method="bounded",
-                                options={"xatol": 1e-12})  # fmt: skip
+        found = minimize_scalar(
+            lambda b: -need(b, t), bounds=(0.05 * alpha, alpha), method="bounded", options={"xatol": 1e-12}
+        )
         return float(found.x)
 
     def spare(t: float) -> float:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from limitmason.answers.results import Prediction
+from limitmason.answers.results import Prediction, Range
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -151,7 +151,16 @@ def smallest(
         "smallest_estimate": estimates[estimate_of] if estimate_of else math.nan,
         "smallest_estimate_of": estimate_of,
     }
-    return replace(lead, details=details, governing=name, warnings=(*notes, *skipped))
+    between = Range() if bound_of else _friction_factor(lead)
+    return replace(lead, details=details, governing=name, range=between, warnings=(*notes, *skipped))
+
+
+def _friction_factor(estimate: Prediction) -> Range:
+    """Friction factor omega = 0 and 1; none where the mechanism knows none, or it changes nothing."""
+    ends = [*estimate.details.get("omega_bracket", ()), estimate.collapse_multiplier]
+    if max(ends) - min(ends) <= 1e-9 * max(map(abs, ends)):
+        return Range()
+    return Range(min(ends), max(ends), "friction factor omega 0 to 1")
 
 
 def _least(values: dict[str, float]) -> str | None:

@@ -65,6 +65,4 @@ def light_damage(
         raise InputError(f"the curve never loses {drop:.0%} of its initial stiffness: it ends before light damage")
     j = int(below[0])
     share = spare[j - 1] / (spare[j - 1] - spare[j])
-    return LightDamage(
-        float(f[j - 1] + share * (f[j] - f[j - 1])), float(d[j - 1] + share * (d[j] - d[j - 1])), k0
-    )  # fmt: skip
+    return LightDamage(float(f[j - 1] + share * (f[j] - f[j - 1])), float(d[j - 1] + share * (d[j] - d[j - 1])), k0)

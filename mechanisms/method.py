@@ -4,23 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from limitmason.answers.method import Look, Method, settings_of
-from limitmason.answers.results import Prediction, Range
 from mechanisms.catalogue import smallest
 from mechanisms.papers import PAPERS
-
-
-def _friction_factor(found: Prediction) -> Range:
-    """Friction factor omega = 0 and 1 of an estimate.
-
-    A bound has no prescribed friction and no range.
-    """
-    details, value = found.details, found.collapse_multiplier
-    if "omega_bracket" not in details or details.get("smallest_upper_bound_of") is not None:
-        return Range()
-    ends = [*details["omega_bracket"], value]
-    if max(ends) - min(ends) <= 1e-9 * max(map(abs, ends)):
-        return Range()
-    return Range(min(ends), max(ends), "friction factor omega 0 to 1")
 
 
 def _smallest_estimate(details: Mapping[str, Any]) -> str:
@@ -35,7 +20,6 @@ MECHANISMS = Method(
     "mechanisms",
     smallest,
     settings_of("MechanismSettings", smallest),
-    range_of=_friction_factor,
     look=Look("mechanism", "GREEN", "D"),
     beside=_smallest_estimate,
     kept=(

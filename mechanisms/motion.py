@@ -48,9 +48,7 @@ NOT_ADMISSIBLE = Bound(
     BoundKind.ESTIMATE,
     "estimate: the motion of these blocks is not admissible as a contact field; no bound of limit analysis",
 )
-NO_POWER_BALANCE = Bound(
-    BoundKind.ESTIMATE, "estimate: the closed form is not the power balance of these blocks"
-)
+NO_POWER_BALANCE = Bound(BoundKind.ESTIMATE, "estimate: the closed form is not the power balance of these blocks")
 
 ON_BLOCKS = "the motion is admissible on these blocks and gives the upper bound"
 

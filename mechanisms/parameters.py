@@ -342,5 +342,3 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
     if vertical["side"] > 0.0:
         out["side_overload"] = vertical["side"] / beyond
     return out
-
-

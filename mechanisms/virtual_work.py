@@ -147,9 +147,9 @@ def flexure_power(
         lift += np.sin(a) * density * middle * _box(lambda x, z: x, 0.0, t, z0, z0 + h)
         travel += np.sin(a) * density * middle * _box(lambda x, z: z, 0.0, t, z0, z0 + h)
         # triangle between the line (s = 0 on the vertical side, s = -z tan(a)) and the vertical side, two of them
-        lift += 2.0 * density * 0.5 * t**2 * np.sin(a) * _under(
-            lambda s, z: 1.0, 0.0, lambda z: z * tangent, z0, z0 + h
-        )  # fmt: skip
+        lift += (
+            2.0 * density * 0.5 * t**2 * np.sin(a) * _under(lambda s, z: 1.0, 0.0, lambda z: z * tangent, z0, z0 + h)
+        )
         # distance of a point from its line, in the plane of the wall
         travel += 2.0 * density * t * _under(
             lambda s, z: (z * tangent - s) * np.cos(a), 0.0, lambda z: z * tangent, z0, z0 + h

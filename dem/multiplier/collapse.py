@@ -25,6 +25,7 @@ from limitmason.answers.results import (
     BoundKind,
     ContactModel,
     Prediction,
+    Range,
 )
 from limitmason.deformable.levels import RIGID
 from limitmason.display.progress import reached, task
@@ -130,6 +131,7 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
     warnings += _doubts(assembly, found, controls, undecided, held)
     warnings += _far_notes(assembly, found, chosen.contacts) if held else []
     answered = found.status in (SOLVED, ALMOST_SOLVED, NOT_CONVERGED)
+    interval = _interval(found, budget, _unbalanced(assembly, loads, found))
     prediction = Prediction(
         method=f"dem, {chosen.loading}",
         collapse_multiplier=found.stable if answered else
@@ -148,10 +150,9 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
         details={
             "largest stable": found.stable, "smallest moving": found.moving, "undecided": undecided,
             "loads tried": [(value, str(v.outcome), v.steps) for value, v in found.record], "error budget": budget,
-            "interval": _interval(found, budget, _unbalanced(assembly, loads, found)),
-            "steps": found.steps, **found.details,
+            "interval": interval, "steps": found.steps, **found.details,
         },
-        contact_model=ContactModel(model), error_budget=budget,
+        contact_model=ContactModel(model), error_budget=budget, range=_range(found, interval, budget),
         lost_in_failure=losses(assembly, found.state.laws),
     )  # fmt: skip
     if prediction.resultants is not None and held:
@@ -327,6 +328,15 @@ def _unbalanced(assembly: Assembly, loads: Loads, found: Search) -> float:
         return 0.0
     twists = np.where(assembly.held, 0.0, found.mechanism.twists)
     return max(float((found.state.bodies.net * twists).sum() / (loads.live * twists).sum()), 0.0)
+
+
+def _range(found: Search, interval: tuple[float, float] | None, budget: Mapping[str, Mapping[str, Any]]) -> Range:
+    """The interval of an answer, and what widened it."""
+    if found.status not in (SOLVED, ALMOST_SOLVED) or interval is None:
+        return Range()
+    known = {name: np.isfinite(row["change"]) for name, row in budget.items()}
+    parts = [*(n for n, k in known.items() if k), *(f"{n} undecided" for n, k in known.items() if not k)]
+    return Range(*interval, f"error budget: {', '.join(['bracket', *parts])}" if budget else "bracket of the search")
 
 
 def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced: float) -> tuple[float, float] | None:

@@ -1,6 +1,7 @@
 """Ambient vibration test of a simulated structure: white noise at its base, modes from its record."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -56,13 +57,8 @@ def identify(
     history: History,
     channels: Sequence[tuple[int | str, str]],
     *,
-    method: str = "fdd",
-    count: int = 3,
-    band: tuple[float, float] | None = None,
-    lines: int = 1024,
-    order: int = 20,
-    lags: int = 30,
     skip: float = 0.0,
+    **options: Any,
 ) -> Identified:
     """Modes of a simulated structure from its motion against its base.
 
@@ -70,8 +66,8 @@ def identify(
     ----------
     history : of a dynamic run with a :class:`BaseMotion`, see :func:`white_noise`; ``sample`` steps apart in time
     channels : blocks and directions, ("stone 3", "y"), whose centroids' displacements are the signals
-    method, count, band, lines, order, lags : see :func:`limitmason.vibration.identification.identify_modes`
     skip : time at the beginning that is left out [s]
+    options : method, count, band and others of :func:`limitmason.vibration.identification.identify_modes`
 
     Returns
     -------
@@ -110,6 +106,4 @@ def identify(
             raise InputError(f"channel ({block!r}, {axis!r}): the direction must be 'x', 'y' or 'z'")
         moved = history.displacement_of(block)[rows] - base
         signals.append(moved[:, _AXES[axis]])
-    return identify_modes(
-        np.column_stack(signals), step, method=method, count=count, band=band, lines=lines, order=order, lags=lags
-    )
+    return identify_modes(np.column_stack(signals), step, **options)

@@ -1,7 +1,7 @@
 """What a method says of itself, so that tables, figures, the command line and the diagnosis ask it instead of its name.
 
-A method is one object in one file beside its theory: name, settings, solve, what its range and its bound mean, and how
-it looks beside others. ``limitmason.methods`` finds it by name.
+A method is one object in one file beside its theory: name, settings, solve, what its bound means, and how it
+looks beside others. ``limitmason.methods`` finds it by name.
 """
 
 import inspect
@@ -13,7 +13,7 @@ from typing import Any
 
 from limitmason.answers.curve import Curve
 from limitmason.answers.references import LIMITMASON, Citation, Cited
-from limitmason.answers.results import Prediction, Range
+from limitmason.answers.results import Prediction
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -35,7 +35,6 @@ DISPLACED = tuple(lever for lever in LEVERS if lever not in ("torsion", "displac
 """Levers of a theory that displaces blocks itself."""
 
 Solve = Callable[..., Prediction]
-
 
 
 def settings_of(name: str, *functions: Callable, without: tuple[str, ...] = ()) -> type:
@@ -79,7 +78,6 @@ class Method:
     name : by which ``predict``, ``compare``, the command line and causes know it
     solve : called with assembly, loads and the settings as keywords; raises ``NotApplicable`` for what it refuses
     settings : frozen dataclass of its options; None for a function of another package, which checks its own
-    range_of : low and high end of one of its predictions, and what they are
     look : how it is drawn
     cheap : settings of one run of many, in a study or a diagnosis, unless the user says otherwise
     stated : defaults that a comparison writes into its store, so that answers with and without them are told apart
@@ -101,7 +99,6 @@ class Method:
     name: str
     solve: Solve
     settings: type | None = None
-    range_of: Callable[[Prediction], Range] = lambda _: Range()
     look: Look = field(default_factory=lambda: Look("other"))
     cheap: Mapping[str, Any] = field(default_factory=dict)
     stated: Mapping[str, Any] = field(default_factory=dict)
@@ -135,7 +132,7 @@ class Method:
 
     def row_of(self, found: Prediction) -> dict[str, Any]:
         """Multiplier, range and status of one of its predictions as columns of a table."""
-        low, high, _ = found.range if found.range.known else self.range_of(found)
+        low, high, _ = found.range
         return {
             "multiplier": float(found.collapse_multiplier), "low": float(low), "high": float(high),
             "status": found.status,
@@ -167,10 +164,7 @@ class Method:
         """
         self.check_options(options)
         found = self.solve(assembly, loads, **options)
-        return replace(
-            found, range=found.range if found.range.known else self.range_of(found),
-            references=found.references or self.references,
-        )  # fmt: skip
+        return replace(found, references=found.references or self.references)
 
     def cite(self) -> Citation:
         """The papers behind the method, as text and as BibTeX (``cite().bibtex``)."""

@@ -177,9 +177,7 @@ class Citation(Sequence[Cited]):
     def _repr_html_(self) -> str:
         """The list, and the BibTeX entries to unfold."""
         rows = "".join(f"<tr><td>{role}</td><td>{escape(str(r))}</td></tr>" for role, r in self._lines())
-        return (
-            f"<table>{rows}</table><details><summary>BibTeX</summary><pre>{escape(self.bibtex)}</pre></details>"
-        )
+        return f"<table>{rows}</table><details><summary>BibTeX</summary><pre>{escape(self.bibtex)}</pre></details>"
 
 
 LIMITMASON = Cited(

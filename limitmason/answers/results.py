@@ -115,6 +115,18 @@ class Range(NamedTuple):
         return math.isfinite(self.low) and math.isfinite(self.high)
 
 
+class Reaction(NamedTuple):
+    """Least reaction of a support that gives way [N], or [N m] of one that turns; NaN where there is none.
+
+    ``by_mechanism`` and ``by_forces`` are what these prove of it, ``stands_without`` whether the structure needs none.
+    """
+
+    least: float = math.nan
+    by_mechanism: float = math.nan
+    by_forces: float = math.nan
+    stands_without: bool = False
+
+
 def member_of(kind: type[StrEnum], text: str, field_: str) -> StrEnum:
     """Member of a closed set by its words, or an error that lists them all."""
     try:
@@ -132,8 +144,9 @@ def flags(moved: Mapping[str, Array], joints: Sequence[str], least: float) -> di
     largest = np.max(list(moved.values()), axis=0)
     return {
         f"{name} {joint}": float(size == top > least)
-        for name, sizes in moved.items() for joint, size, top in zip(joints, sizes, largest, strict=True)
-    }  # fmt: skip
+        for name, sizes in moved.items()
+        for joint, size, top in zip(joints, sizes, largest, strict=True)
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +246,8 @@ class Prediction(Displayed, Citable, ReadOnly):
     stress_block : whether crushing is that of in-plane sections, not of points
     governing : which of several cases the answer belongs to; empty where there is one
     error_budget : what changed with every setting that was checked, by its name; empty without checks
-    range : low and high end about the multiplier and what they are; filled in by ``limitmason.predict``
+    range : low and high end about the multiplier and what they are
+    reaction : of a support that settles, whose answer this is in place of a multiplier
     structure, loads : assembly and loads that were solved, for ``plot()``; not kept by files, nor by copies to other
         processes
     lost_in_failure : what the joints lose where they fail, by what and over which energy, one sentence per joint law;
@@ -258,6 +272,7 @@ class Prediction(Displayed, Citable, ReadOnly):
     governing: str = ""
     error_budget: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     range: Range = field(default_factory=Range)
+    reaction: Reaction | None = None
     lost_in_failure: tuple[str, ...] = ()
     references: tuple[Cited, ...] = ()
     structure: Any = field(default=None, repr=False)
@@ -328,10 +343,9 @@ class Prediction(Displayed, Citable, ReadOnly):
 
         "lambda = ...", or of a support that settles its reaction.
         """
-        if "support_reaction" not in self.details:
+        if self.reaction is None:
             return f"lambda = {self.collapse_multiplier:.6g}"
-        reaction = float(self.details["support_reaction"])
-        return "no reaction" if np.isnan(reaction) else f"least reaction {reaction:.6g} N"
+        return "no reaction" if math.isnan(self.reaction.least) else f"least reaction {self.reaction.least:.6g} N"
 
     def __str__(self) -> str:
         """Multiplier, what it is, and its certificate."""
@@ -353,8 +367,8 @@ class Prediction(Displayed, Citable, ReadOnly):
 
     def _certificate_rows(self) -> list[str]:
         rows = str(self.certificate).splitlines()
-        if "reaction_bounds" not in self.details:
+        if self.reaction is None or math.isnan(self.reaction.by_forces):
             return rows
-        low, high = self.details["reaction_bounds"]
+        _, low, high, _ = self.reaction
         own = [f"{'reaction by the mechanism':<33}{low:.8g} N", f"{'reaction by the forces':<33}{high:.8g} N"]
         return [r for r in rows if " multiplier" not in r] + own

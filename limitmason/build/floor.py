@@ -74,9 +74,10 @@ def with_floor(
     # only what it touches, so that joints made by hand elsewhere stay as they are
     slack = 0.01 * float(np.min(corners[1] - corners[0]))
     near = [
-        k for k, b in enumerate(assembly.blocks)
+        k
+        for k, b in enumerate(assembly.blocks)
         if (b.bounds[0] <= corners[1] + slack).all() and (b.bounds[1] >= corners[0] - slack).all()
-    ]  # fmt: skip
+    ]
     if not near:
         raise InputError(f"the floor {name!r} touches no block: check footprint {tuple(plan)} and level {under:g} m")
     rules = assembly.contact_rules

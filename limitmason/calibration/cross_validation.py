@@ -127,6 +127,7 @@ def _toward_start(rest: Objective, best: Minimum, slopes: Array) -> Array:
     away = (scale.start - best.x) / width
     r = rest.at(best.x)
     rows, aim = np.vstack([slopes * width, faint]), np.concatenate([-r, faint @ away])
-    move = lsq_linear(rows, aim, ((scale.low - best.x) / width - 1e-12, (scale.high - best.x) / width + 1e-12),
-                      method="bvls").x  # fmt: skip
+    move = lsq_linear(
+        rows, aim, ((scale.low - best.x) / width - 1e-12, (scale.high - best.x) / width + 1e-12), method="bvls"
+    ).x
     return scale.clipped(best.x + width * move)

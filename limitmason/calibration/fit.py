@@ -217,8 +217,9 @@ class Fit(ReadOnly):
         at = list(base.values())
         columns = [
             (relative([found[2 * k + 1][n] for n in base], at) - relative([found[2 * k + 2][n] for n in base], at))
-            / width[k] for k in range(len(x))
-        ]  # fmt: skip
+            / width[k]
+            for k in range(len(x))
+        ]
         return list(base), at, np.array(columns).T
 
     def next_test(self, candidates: Mapping[str, tuple[Model, Mapping[str, float]]]) -> NextTest:

@@ -123,9 +123,7 @@ def descend(
     j = secants(objective, x, r, radius * width) if slopes is None else slopes
     for _ in range(most):
         noise = objective.variance(Minimum(x, r))
-        d = width * _boxed(
-            j * width, r, np.maximum(-radius, (low - x) / width), np.minimum(radius, (high - x) / width)
-        )  # fmt: skip
+        d = width * _boxed(j * width, r, np.maximum(-radius, (low - x) / width), np.minimum(radius, (high - x) / width))
         promised = float(r @ r - np.sum((r + j @ d) ** 2))
         if promised <= SMALL * noise:
             if fresh:

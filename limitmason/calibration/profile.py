@@ -74,8 +74,9 @@ def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: in
             checked += 1
             j[:, others] = secants(objective, inside.x, inside.residuals, _aside(slopes), others)
             inside, last, beyond = _outermost(objective, inside, limit, axis, sign), min(beyond, last), math.inf
-            d = furthest(j * width, inside.residuals, limit, axis, sign,
-                         (low - inside.x) / width, (high - inside.x) / width)  # fmt: skip
+            d = furthest(
+                j * width, inside.residuals, limit, axis, sign, (low - inside.x) / width, (high - inside.x) / width
+            )
             if sign * width[axis] * d[axis] <= near:
                 return sign * max(to, sign * float(inside.x[axis]))
             continue

@@ -250,8 +250,9 @@ def check_units(target: Any, found: Any, name: str) -> None:
     if isinstance(measured, Curve) and isinstance(found, Curve):
         a, b = ((c.displacement_unit, c.load_unit) for c in (measured, found))
         if a != b:
-            raise InputError(f"curve {name!r} was measured in {a[0]}, {a[1]} and is computed in {b[0]}, {b[1]}: "
-                             "use curve.in_units")  # fmt: skip
+            raise InputError(
+                f"curve {name!r} was measured in {a[0]}, {a[1]} and is computed in {b[0]}, {b[1]}: use curve.in_units"
+            )
 
 
 def outputs_of(result: Any) -> Mapping[str, Any]:

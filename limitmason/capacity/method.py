@@ -60,15 +60,20 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
         name: {"change": _largest([v / value - 1.0 for v in found.values()]), "resolution": steps.peak, **found}
         for name, found in tried.items()
     }
+    # the spread that was asked for, else the sampled limit point and what its sampling may hide above it
+    around, ends = Range(), _ends(value, tried) if tried else None
+    if math.isfinite(value):
+        around = Range(value, value + steps.peak * abs(value), "sampling of the limit point")
+        around = Range(*ends, f"spread over {', '.join(budget)}") if ends else around
     return Prediction(
         "pushover", value, Bound(BoundKind.ESTIMATE, meaning), status, mechanism, resultants, None, warnings,
         {"steps": curve.cost.steps, "programs": curve.cost.programs, "Newton iterations": curve.cost.iterations},
         {
             "curve": curve, "limit point displacement": math.nan if point is None else point.displacement,
-            "resolution": steps.peak * abs(value),
-            **({"interval": _ends(value, tried)} if tried else {}),
+            **({"interval": ends} if ends else {}),
         },
         error_budget=budget,
+        range=around,
         lost_in_failure=lost_in_failure(assembly, np.zeros(len(assembly.interfaces))),
     )  # fmt: skip
 
@@ -83,21 +88,10 @@ def _ends(value: float, tried: Mapping[str, Mapping[str, float]]) -> tuple[float
     return min(value, *known), max(value, *known)
 
 
-def _sampled(found: Prediction) -> Range:
-    """The spread that was asked for, else the sampled limit point and what its sampling may hide above it."""
-    value = found.collapse_multiplier
-    if not math.isfinite(value):
-        return Range()
-    if found.interval is not None:
-        return Range(*found.interval, f"spread over {', '.join(found.error_budget)}")
-    return Range(value, value + found.details["resolution"], "sampling of the limit point")
-
-
 PUSHOVER = Method(
     "pushover",
     first_limit_point,
     settings_of("PushoverSettings", first_limit_point, pushover, without=("start", "to", "initial")),
-    range_of=_sampled,
     look=Look("capacity curve", "ORANGE", "s"),
     theorem="simulation",
     references=PAPERS,

@@ -335,9 +335,10 @@ class _Path:
             met = made.through(new) if made.shapes is not None and new.looked is new.pose else ""
             if met:
                 return self._stopped(
-                    last, f"at {new.control:.4g} m blocks would go through each other where they have no contact "
+                    last,
+                    f"at {new.control:.4g} m blocks would go through each other where they have no contact "
                     f"point: {met}",
-                )  # fmt: skip
+                )
             self.nodes.append(new)
         else:
             weak = a.new._replace(looked=last.looked)
@@ -345,9 +346,10 @@ class _Path:
             broken = breaking.released(a.system, weak, a.due, self.ratio, weak.control)
             if broken is None:
                 return self._stopped(
-                    weak, "joints break and no equilibrium is found after it: a block that they held falls, or the "
+                    weak,
+                    "joints break and no equilibrium is found after it: a block that they held falls, or the "
                     "state lies too far",
-                )  # fmt: skip
+                )
             new = made.looked_at(broken._replace(generation=weak.generation, looked=last.looked), weak)
             self.nodes.append(new)
             self.rounds = 0

@@ -190,7 +190,7 @@ class PushoverCurve(Curve):
             warnings += (
                 "a joint has two points on a side, which bend three times too stiffly: frequencies are up to 1.7 times "
                 "too high; follow the path with contact_model='grid'",
-            )  # fmt: skip
+            )
         label = f"blocks at {self.displacement[sample]:.3g} m of a capacity curve, {found}"
         points = ContactPoints(p.place_a, p.interface, p.area, p.directions, p.block_a, p.block_b)
         shapes, blocks = (None, RIGID) if s.deformation is None else (s.deformation.shapes, s.deformation.blocks)

@@ -136,9 +136,10 @@ class SideBySide(Displayed, Tabular):
     def _told(self) -> list[str]:
         """What the loads mean, as lines of a terminal."""
         return [
-            row for text in self.loads_of_self_stress()
+            row
+            for text in self.loads_of_self_stress()
             for row in wrap(text, _WIDE, subsequent_indent="  ", break_long_words=False)
-        ]  # fmt: skip
+        ]
 
     def loads_of_self_stress(self) -> tuple[str, ...]:
         """What the smallest admissible, the sustained and the associative load mean.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +18,7 @@ from limitmason.experiments.modern_walls import BEAM, MODELS, NAME, axial_force,
 from limitmason.experiments.modern_walls.inputs import has_shear_span, inputs_of
 from limitmason.experiments.record import Experiment
 from limitmason.limit.analysis import limit_analysis
+from limitmason.mechanics.wall_forces import wall_forces
 from limitmason.model.assembly import Assembly
 from limitmason.study.content import fingerprint
 from limitmason.study.memo import Memo
@@ -150,7 +150,7 @@ _UNUSED = {"formulas": ("fb",), "diagonal strength": ("fb",), "unit strength": (
 
 def _by_formulas(test: Experiment) -> tuple[float, float, str]:
     row = test.row
-    forces = import_module("mechanisms").wall_forces(
+    forces = wall_forces(
         float(row["L"]), float(row["H"]), float(row["t"]), shear_span(test) * float(row["H"]),
         stress=1e6 * value(test, "sigma0"), strength=1e6 * value(test, "fc"), cohesion=1e6 * value(test, "fv0"),
         friction=value(test, "mu"), diagonal_strength=1e6 * value(test, "ft"),

@@ -18,6 +18,6 @@ __all__ = [
     "polynomial_blocks",
     "simply_deformable_block",
     "simply_deformable_blocks",
-]  # fmt: skip
+]
 
 shows(__name__)

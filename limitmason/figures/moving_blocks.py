@@ -119,7 +119,7 @@ def mechanism(
     )
     canvas.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
     rods = canvas.ties(motion, yields=stretching(model, twists, threshold) if model.ties else None)
-    settles = "support_reaction" in prediction.details  # its load is what holds the support
+    settles = prediction.reaction is not None  # its load is what holds the support
     push = canvas.load(prediction.loads, "support gives way" if settles else "live load")
     canvas.frame()
     handles = [*push, *canvas.handles(marks, ghost=bool(ghosts.any())), *rods] if legend else []

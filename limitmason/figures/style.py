@@ -372,9 +372,10 @@ def force_text(force: float) -> str:
 def prediction_text(prediction: Any) -> str:
     """Caption of a prediction: multiplier, bound, method with its flow rule, and the status where it is not solved."""
     # without a multiplier the status says what there is to say
-    silent = math.isnan(prediction.collapse_multiplier) and "support_reaction" not in prediction.details
-    answer = f"λ = {prediction.collapse_multiplier:.4g}"
-    parts = [] if silent else [answer if "support_reaction" not in prediction.details else str(prediction.answer)]
+    settles = prediction.reaction is not None
+    silent = math.isnan(prediction.collapse_multiplier) and not settles
+    answer = str(prediction.answer) if settles else f"λ = {prediction.collapse_multiplier:.4g}"
+    parts = [] if silent else [answer]
     parts += [] if silent else [str(prediction.bound)]
     parts.append(str(prediction.method))
     rule = prediction.flow_rule

@@ -22,6 +22,7 @@ from limitmason.answers.results import (
     Mechanism,
     Prediction,
     Range,
+    Reaction,
     Resultants,
 )
 from limitmason.formats.document import DocumentNode, plain, read_document, write_document
@@ -52,6 +53,7 @@ def write_prediction(path: str | Path, prediction: Prediction, *, assembly: Asse
         **{name: plain(value, name, strict=False) for name, value in held.items()},
         "collapse_multiplier": plain(float(prediction.collapse_multiplier), "collapse_multiplier"),
         "range": plain(prediction.range._asdict(), "range"),
+        "reaction": None if prediction.reaction is None else plain(prediction.reaction._asdict(), "reaction"),
         "references": [{"role": c.role, **given_fields(c.reference)} for c in prediction.references],
     }  # fmt: skip
     write_document(path, document)
@@ -81,6 +83,7 @@ def read_prediction(path: str | Path) -> Prediction:
         }),
         certificate=lambda part: part.make(Certificate, **part.values(Certificate)),
         range=lambda part: part.make(Range, **part.values(Range)),
+        reaction=lambda part: part.make(Reaction, **part.values(Reaction)),
         references=lambda part: tuple(map(_cited, part)),
     )  # fmt: skip
     if node["version"].value == 1:

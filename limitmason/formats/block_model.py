@@ -262,9 +262,7 @@ def _write_forces(results: Any, assembly: Assembly, found: Prediction) -> None:
         total = forces.point_force[rows].sum(axis=0)
         polygon = np.asarray(joint.polygon, dtype=float)
         frame = geometry.Frame(polygon.mean(axis=0).tolist(), axes[0].tolist(), axes[1].tolist())
-        table = [
-            {"c_np": max(n, 0.0), "c_nn": max(-n, 0.0), "c_u": u, "c_v": v} for u, v, n in local.tolist()
-        ]  # fmt: skip
+        table = [{"c_np": max(n, 0.0), "c_nn": max(-n, 0.0), "c_u": u, "c_v": v} for u, v, n in local.tolist()]
         points = forces.point_position[rows].tolist()
         values: dict[str, Any] = {
             "contact_polygon": geometry.Polygon(polygon.tolist()), "contact_frame": frame, "contact_points": points,

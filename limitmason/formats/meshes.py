@@ -105,10 +105,11 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
             MeshBody(
                 name if len(parts) == 1 else f"{name}-{k + 1}",
                 np.array(part.vertices, dtype=float)[:, order] * signs * scale,
-                np.array(part.faces, dtype=np.intp), float(part.volume) * scale**3,
+                np.array(part.faces, dtype=np.intp),
+                float(part.volume) * scale**3,
             )
             for k, part in enumerate(parts)
-        ]  # fmt: skip
+        ]
 
 
 def _within(body: MeshBody, other: MeshBody) -> bool:

@@ -90,7 +90,7 @@ def _bridged(whole: Any, stones: list[Any], reach: float, grid: float, shapely: 
 
 def _outlines(
     own: list[Any], whole: Any, stones: list[Any], names: Sequence[str], grid: float, shapely: Any
-) -> list[Array]:  # fmt: skip
+) -> list[Array]:
     """One outline a stone: what is cut off from it, or nobody's, goes to the neighbour with the longest border."""
     for k, (cell, stone) in enumerate(zip(own, stones, strict=True)):
         pieces = [p for p in shapely.get_parts(cell) if p.geom_type == "Polygon"]

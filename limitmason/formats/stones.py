@@ -74,8 +74,9 @@ class MetStones(NamedTuple):
         spread = (
             f"{len(between)} gaps closed, {between.min():.3g} to {between.max():.3g} mm, "
             f"median {np.median(between):.3g}"
-            if len(between) else "no gap closed"
-        )  # fmt: skip
+            if len(between)
+            else "no gap closed"
+        )
         lines = [
             f"{len(self.before)} stones; {spread}; volume {self.before.sum():.4g} -> {self.after.sum():.4g} m3",
             *(f"  {self.names[g.i]} and {self.names[g.j]} overlapped by {-1e3 * g.gap:.3g} mm and were cut"

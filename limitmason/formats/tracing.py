@@ -297,9 +297,10 @@ def loops(lines: Sequence[ArrayLike], gap: float) -> tuple[list[Array], list[int
     faces = [np.array(p.exterior.coords[:-1]) for p in enclosed if 2.0 * p.area > gap * p.length]
     edges = shapely.union_all([shapely.LinearRing(f) for f in faces]).buffer(1e-6 * max(gap, 1e-9)) if faces else None
     unused = [
-        k for k, s in enumerate(strokes)
+        k
+        for k, s in enumerate(strokes)
         if edges is None or not edges.intersects(shapely.LineString(s).interpolate(0.5, normalized=True))
-    ]  # fmt: skip
+    ]
     return [_straight(f) for f in faces], unused
 
 

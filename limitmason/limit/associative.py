@@ -148,7 +148,7 @@ def _first_certified(
         if torsion or _sure(best, problem):
             break
     assert best is not None, "there is at least one attempt"
-    if best.status == CANNOT_STAND and not best.details.get("falling_margin", 0.0) > 0 and not problem.cells:
+    if best.status == CANNOT_STAND and not _falls(best) and not problem.cells:
         reason = "neither forces that carry the dead load were found nor a motion that proves it cannot be carried"
         best = replace(best, status=NOT_CONVERGED, mechanism=None, warnings=(reason,))
     elif unknown and best.status == UNBOUNDED:
@@ -179,6 +179,11 @@ def _attempts(problem: Problem, solver: str) -> Iterator[tuple[Problem, str]]:
             yield own, "interior-point"
 
 
+def _falls(prediction: Prediction) -> bool:
+    """Whether a mechanism proves that the dead load alone sets the structure going."""
+    return bool(prediction.details.get("falling_margin", 0.0) > 0.0)
+
+
 def _rank(prediction: Prediction) -> tuple[int, float]:
     """Accepted or proven answers first, then the nearer to acceptance the better."""
     c = prediction.certificate
@@ -187,7 +192,7 @@ def _rank(prediction: Prediction) -> tuple[int, float]:
         worst = float(np.nanmax([c.block_residual, c.joint_excess, abs(numerical.gap)]))
         return (0 if prediction.status == SOLVED or numerical.accepted else 1), worst
     if prediction.status == CANNOT_STAND:
-        return (0 if prediction.details.get("falling_margin", 0.0) > 0 else 2), 0.0
+        return (0 if _falls(prediction) else 2), 0.0
     return (0 if prediction.status == UNBOUNDED else 3), 0.0
 
 
@@ -241,7 +246,7 @@ def _finer(problem: Problem, prediction: Prediction) -> Cells | None:
     if m is None:
         return None
     if prediction.status == CANNOT_STAND:
-        if prediction.details["falling_margin"] > 0.0:
+        if _falls(prediction):
             return None
         allowed = 0.1 * CELL_TARGET * float((loads.dead * m.twists).sum())
     elif c is not None and c.discretisation > CELL_TARGET:
@@ -264,12 +269,12 @@ def carry(problem: Problem) -> tuple[Resultants | None, Prediction | None]:
                 points, force = problem.points, scaled.forces(answer.force)
                 return resultants_from_points(
                     problem.assembly, points.position, points.interface, points.area, force
-                ), None  # fmt: skip
+                ), None
             if answer.velocity is None:
                 continue
             solution = Solution(CANNOT_STAND, np.nan, np.empty(0), answer.velocity, 0, answer.seconds)
             falling, _ = prediction_from(scaled, solution, False, {}, np.nan, False, answer.velocity)
-            if falling.details.get("falling_margin", 0.0) > 0.0:
+            if _falls(falling):
                 return None, falling
             cells = _finer(problem, falling) if problem.cells else None
         if cells is None:
@@ -304,9 +309,10 @@ def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None
 def contact_facts(problem: Problem) -> dict[str, Any]:
     """What a prediction says of the contacts that its forces act at, as its fields."""
     return {
-        "contact_model": ContactModel(problem.contact_model), "plane": problem.plane is not None,
+        "contact_model": ContactModel(problem.contact_model),
+        "plane": problem.plane is not None,
         "stress_block": problem.stress_block.count > 0,
-    }  # fmt: skip
+    }
 
 
 def prediction_from(

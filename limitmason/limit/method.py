@@ -1,10 +1,9 @@
 """Limit analysis as two methods: by the associative flow rule, and by that of the joints."""
 
-import math
 from typing import Any
 
 from limitmason.answers.method import Look, Method, settings_of
-from limitmason.answers.results import ALMOST_SOLVED, SOLVED, FlowRule, Prediction, Range
+from limitmason.answers.results import FlowRule, Prediction
 from limitmason.limit import papers
 from limitmason.limit.analysis import limit_analysis
 from limitmason.limit.nonassociative.analysis import solve_nonassociative
@@ -18,15 +17,6 @@ def _associative(assembly: Assembly, loads: Loads, **settings: Any) -> Predictio
 
 def _non_associative(assembly: Assembly, loads: Loads, **settings: Any) -> Prediction:
     return limit_analysis(assembly, loads, FlowRule.NON_ASSOCIATIVE, **settings)
-
-
-def _certified_states(found: Prediction) -> Range:
-    """Multipliers of the certified states that the search found."""
-    if "interval_at_mechanism" not in found.details or found.status not in (SOLVED, ALMOST_SOLVED):
-        return Range()
-    value, details = found.collapse_multiplier, found.details
-    ends = [e for e in (*details["interval_at_mechanism"], *details["spread"], value) if math.isfinite(e)]
-    return Range(min(ends), max(ends), "certified states found")
 
 
 _LEVERS = (
@@ -49,7 +39,6 @@ NON_ASSOCIATIVE = Method(
     "non-associative",
     _non_associative,
     settings_of("NonAssociativeSettings", limit_analysis, solve_nonassociative),
-    range_of=_certified_states,
     look=Look("limit analysis,\nnon-associative", "SKY", "^"),
     kept=("radenkovic",),
     theorem="admissible",

@@ -155,10 +155,11 @@ def _weighted_sum(assembly: Assembly, shares: list[tuple[float, Resultants]]) ->
     first = shares[0][1]
     position, interface = first.point_position, first.point_interface
     same = all(
-        np.array_equal(r.point_interface, interface) and np.array_equal(r.point_area, first.point_area)
+        np.array_equal(r.point_interface, interface)
+        and np.array_equal(r.point_area, first.point_area)
         and np.allclose(r.point_position, position, rtol=0.0, atol=1e-12 * np.abs(position).max(initial=1.0))
         for _, r in shares
-    )  # fmt: skip
+    )
     if same:
         force = np.asarray(sum(share * r.point_force for share, r in shares))
         return resultants_from_points(assembly, position, interface, first.point_area, force)

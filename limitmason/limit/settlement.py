@@ -1,12 +1,13 @@
 """Settlement of a support: is the structure stable when a support gives way, and by which mechanism."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from limitmason.answers.results import CANNOT_STAND, NO_TILT, UNBOUNDED, Prediction, Status
+from limitmason.answers.results import CANNOT_STAND, NO_TILT, UNBOUNDED, Prediction, Reaction, Status
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.limit.analysis import limit_analysis
@@ -59,9 +60,9 @@ def settlement_analysis(
     Returns
     -------
     Prediction
-        ``details["support_reaction"]`` is R, ``details["reaction_bounds"]`` what mechanism and forces prove of it,
-        ``details["stands_without_support"]`` whether the structure stands without it (R <= 0 within 1e-6 of the
-        weight); else it moves with the support by the mechanism returned. "cannot stand" means that no reaction keeps
+        ``reaction`` is R, what mechanism and forces prove of it, and whether the structure stands without it
+        (R <= 0 within 1e-6 of the weight); else it moves with the support by the mechanism returned. "cannot stand"
+        means that no reaction keeps
         it in equilibrium: already unstable. "unbounded": the support cannot move that way. R is NaN then.
         ``collapse_multiplier`` is NaN: no load is multiplied here. The two multipliers of the certificate are -R over
         the total dead load. ``structure`` is the model that was solved, without joints between held blocks: the ground
@@ -114,16 +115,14 @@ def settlement_analysis(
         cases[:, i] = total * across[:, 0] * unit
         prediction = largest_multiplier(guided, settling, cases, **options)
     no_tilt = "the reaction of a support is no multiplier of loads"
-    details = {**prediction.details, NO_TILT: no_tilt, "support_reaction": float("nan")}
+    details, reaction = {**prediction.details, NO_TILT: no_tilt}, Reaction()
     warnings = (_REASON[Status(prediction.status)],) if prediction.status in _REASON else prediction.warnings
     if np.isfinite(prediction.collapse_multiplier):
-        reaction = -prediction.collapse_multiplier * total
-        details["support_reaction"] = reaction
+        least, c, ends = -prediction.collapse_multiplier * total, prediction.certificate, (math.nan, math.nan)
+        if c is not None:
+            ends = float(-total * c.kinematic_multiplier), float(-total * c.static_multiplier)
         # rounding leaves a reaction of zero a little to either side
-        details["stands_without_support"] = bool(reaction <= 1e-6 * total)
-        if prediction.certificate is not None:
-            ends = (prediction.certificate.kinematic_multiplier, prediction.certificate.static_multiplier)
-            details["reaction_bounds"] = tuple(float(-total * end) for end in ends)
+        reaction = Reaction(least, *ends, stands_without=bool(least <= 1e-6 * total))
     if {assembly.block_index(s.block) for s in assembly.supports} <= set(moved):
         warnings = (*warnings, "every support settles: the structure follows as one, and R is its dead load alone")
     mechanism = prediction.mechanism
@@ -133,7 +132,7 @@ def settlement_analysis(
         twists[moved] = twists[i] + np.pad(np.cross(twists[i, 3:], arms), ((0, 0), (0, 3)))
         mechanism = replace(mechanism, twists=twists)
     return replace(
-        prediction, mechanism=mechanism, method=settling.name, details=details,
+        prediction, mechanism=mechanism, method=settling.name, details=details, reaction=reaction,
         collapse_multiplier=float("nan"), warnings=warnings,
     )  # fmt: skip
 

@@ -112,7 +112,8 @@ def thrust(
             assert support is not None
             motion = SupportMotion(tuple(sense * d))
             state = settlement_analysis(assembly, support, direction=motion, loads=loads, **options)
-            value = sense * state.details["support_reaction"]
+            assert state.reaction is not None
+            value = sense * state.reaction.least
         ends.append((-sense * math.inf if state.status == UNBOUNDED else value, state))
     (least, low), (greatest, high) = ends
     return Thrust(float(least), float(greatest), d, (low, high))

@@ -90,54 +90,56 @@ def _has(kind: type[JointTerm], assembly: Assembly) -> Flags:
 
 
 _ASSOCIATIVE_PLASTIC = Cell(
-    Taken.PLASTIC, says="tension and cohesion are taken as perfectly plastic: a section carries ft A L / 2, three "
+    Taken.PLASTIC,
+    says="tension and cohesion are taken as perfectly plastic: a section carries ft A L / 2, three "
     "times the elastic-brittle ft A L / 6; where ft > c / tan(phi) the apex of the Coulomb cone governs",
-)  # fmt: skip
+)
 _NON_ASSOCIATIVE_PLASTIC = Cell(
     Taken.PLASTIC, says="tension and cohesion are taken as perfectly plastic, and dilatancy goes on with any slip"
 )
 _CLOSED_FORM = Cell(
-    Taken.LEFT_OUT, "by closed forms; a motion that is admissible on the blocks is charged with their power",
+    Taken.LEFT_OUT,
+    "by closed forms; a motion that is admissible on the blocks is charged with their power",
     says="cohesion, tension and crushing of the joints are left out by this closed form",
-)  # fmt: skip
+)
 _STRENGTH = {
     **_all(_ASSOCIATIVE_PLASTIC, ASSOCIATIVE, INTERIOR_POINT),
     **_all(_NON_ASSOCIATIVE_PLASTIC, NON_ASSOCIATIVE, PROVEN_SMALLEST),
     PROVEN_RANGE: Cell(Taken.PLASTIC), **_all(TAKEN, DEM, PUSHOVER), MECHANISMS: _CLOSED_FORM,
 }  # fmt: skip
 _NO_SOFTENING = Cell(
-    Taken.LEFT_OUT, says="residual values of the joints are left out: joints keep their peak strength at any slip and "
+    Taken.LEFT_OUT,
+    says="residual values of the joints are left out: joints keep their peak strength at any slip and "
     "opening, so joints that soften carry less; the DEM follows them",
-)  # fmt: skip
+)
 _LEFT_OUT_OF_RANGE = Cell(Taken.LEFT_OUT, "a range has no warnings: its docstring says so")
 _PLASTIC_THEORIES = {**_all(_NO_SOFTENING, *LIMIT, MECHANISMS), PROVEN_RANGE: _LEFT_OUT_OF_RANGE}
 _NO_PROOF, _NO_TIES = (
     Cell(
-        Taken.REFUSED, f"a proof does not take: {why} the smallest multiplier can only be searched for",
+        Taken.REFUSED,
+        f"a proof does not take: {why} the smallest multiplier can only be searched for",
         "use lm.limit_analysis(..., flow_rule='non-associative') without prove=True",
     )
     for why in ("where joints crush", "with ties")
-)  # fmt: skip
+)
 _AT_CORNERS = Cell(
-    Taken.REFUSED, "points at the corners cannot represent (they would only crush at half the full load)",
+    Taken.REFUSED,
+    "points at the corners cannot represent (they would only crush at half the full load)",
     "use contact_model='grid' with grid=(8, 8) or finer",
-)  # fmt: skip
+)
 _CRUSHING = {
     **_all(_NO_PROOF, PROVEN_SMALLEST, PROVEN_RANGE),
     **_all(Cell(Taken.TAKEN, "at its contact points, like all others"), DEM, PUSHOVER),
-    MECHANISMS: _CLOSED_FORM._replace(
-        why="an upper bound stays one: a motion that opens every joint crushes nothing"
-    ),
-}  # fmt: skip
-_NOT_COVERED = Cell(
-    Taken.REFUSED, "the interior-point solver of this package does not cover", "use solver='clarabel'"
-)
+    MECHANISMS: _CLOSED_FORM._replace(why="an upper bound stays one: a motion that opens every joint crushes nothing"),
+}
+_NOT_COVERED = Cell(Taken.REFUSED, "the interior-point solver of this package does not cover", "use solver='clarabel'")
 _PSI_IS_PHI = Cell(Taken.LEFT_OUT, "psi = phi is taken, and the bound says so")
 _LOST = Cell(Taken.TAKEN, "with residual values it is lost, without them it is perfectly plastic")
 _TIES_PLASTIC = Cell(
-    Taken.PLASTIC, "tension only, up to the least of yield, bond and anchor plate, with any elongation",
+    Taken.PLASTIC,
+    "tension only, up to the least of yield, bond and anchor plate, with any elongation",
     says="ties yield at their strength with any elongation: where bond or an anchor plate governs that is assumed",
-)  # fmt: skip
+)
 _FC = "has a finite compressive strength"
 _BY = "by opening, by opening or slip, or not at all (Joint.lost_by); "
 

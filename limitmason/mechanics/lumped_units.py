@@ -39,9 +39,7 @@ def with_lumped_units(assembly: Assembly) -> Assembly:
     x = assembly.arrays
     normal = np.array([0.0 if m is None else 1.0 / m.young_modulus for m in made_of])
     shear = np.array([0.0 if m is None else 1.0 / m.shear_modulus for m in made_of])
-    reach = [
-        np.abs(np.einsum("ij,ij->i", x.normal, x.centre - x.centroid[block])) for block in (x.block_a, x.block_b)
-    ]
+    reach = [np.abs(np.einsum("ij,ij->i", x.normal, x.centre - x.centroid[block])) for block in (x.block_a, x.block_b)]
     soft = [reach[0] * c[x.block_a] + reach[1] * c[x.block_b] for c in (normal, shear)]
     interfaces, known = [], {}
     for k, i in enumerate(assembly.interfaces):
@@ -53,8 +51,9 @@ def with_lumped_units(assembly: Assembly) -> Assembly:
         key = (i.joint, round(float(soft[0][k]), 24), round(float(soft[1][k]), 24))
         if key not in known:
             known[key] = replace(
-                i.joint, normal_stiffness=1.0 / (1.0 / kn + float(soft[0][k])),
+                i.joint,
+                normal_stiffness=1.0 / (1.0 / kn + float(soft[0][k])),
                 shear_stiffness=1.0 / (1.0 / ks + float(soft[1][k])),
-            )  # fmt: skip
+            )
         interfaces.append(replace(i, joint=known[key]))
     return replace(assembly, interfaces=tuple(interfaces))

@@ -145,9 +145,10 @@ class Assembly(Displayed, Blockwork):
         supports = tuple(Support.fixed(f) for f in read_fixed(fixed))
         rules = ContactRules(
             None if tolerance is None else positive("tolerance", tolerance, "m"),
-            finite("angle_tolerance_deg", angle_tolerance_deg), finite("wedge_tolerance_deg", wedge_tolerance_deg),
+            finite("angle_tolerance_deg", angle_tolerance_deg),
+            finite("wedge_tolerance_deg", wedge_tolerance_deg),
             None if smallest_contact is None else finite("smallest_contact", smallest_contact),
-        )  # fmt: skip
+        )
         closed = closed_pieces(blocks)
         typical = typical_tolerance(closed) if tolerance is None else float(tolerance)
         blocks, closed = with_convex_parts(blocks, closed, typical)

@@ -55,7 +55,7 @@ def extrados(assembly: Assembly) -> list[Strip]:
                 covered = any(
                     abs(abs(n @ normal) - 1.0) < _NEAR and abs((centre - corners[0]) @ n) < _NEAR * size
                     for centre, normal in joints.get(int(k), ())
-                )  # fmt: skip
+                )
                 if n[2] <= _UP or covered:
                     continue
                 if abs(n[1]) > _NEAR:
@@ -124,4 +124,3 @@ def axle_wrenches(
         arm = np.array([0.5 * (a + b), s.y, 0.0]) - assembly.centroids[s.block]
         wrench[s.block] += np.concatenate([down, np.cross(arm, down)])
     return wrench
-

@@ -296,7 +296,7 @@ def _some(found: Candidates, keep: NDArray) -> Candidates:
 
 def _would_add(
     found: Candidates, pieces: BlockPieces, rules: ContactRules, widest: float
-) -> tuple[tuple[str, int], ...]:  # fmt: skip
+) -> tuple[tuple[str, int], ...]:
     """How many more pairs of faces would be contacts if one tolerance were wider.
 
     ``widest`` gap of a near miss [m].

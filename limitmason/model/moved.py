@@ -64,9 +64,7 @@ def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
     new = np.empty(assembly.n_blocks, dtype=int)
     new[order] = np.arange(assembly.n_blocks)
     names = [b.name for b in assembly.blocks]
-    supports = tuple(
-        replace_block(s, names[assembly.block_index(s.block)]) for s in assembly.supports
-    )
+    supports = tuple(replace_block(s, names[assembly.block_index(s.block)]) for s in assembly.supports)
     interfaces = tuple(
         replace(i, block_a=int(new[i.block_a]), block_b=int(new[i.block_b])) for i in assembly.interfaces
     )
@@ -94,8 +92,9 @@ def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False)
     new = np.searchsorted(rest, owner) if drop else owner
     interfaces = tuple(
         replace(i, block_a=int(new[i.block_a]), block_b=int(new[i.block_b]))
-        for i in assembly.interfaces if not (assembly.fixed[i.block_a] and assembly.fixed[i.block_b])
-    )  # fmt: skip
+        for i in assembly.interfaces
+        if not (assembly.fixed[i.block_a] and assembly.fixed[i.block_b])
+    )
     ties = tuple(
         replace(t, block_a=names[assembly.block_index(t.block_a)],
                 block_b=None if t.block_b is None else names[assembly.block_index(t.block_b)])

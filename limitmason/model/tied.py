@@ -88,7 +88,11 @@ def ring_beam(
     pairs = list(itertools.pairwise(range(len(line)))) + ([(len(line) - 1, 0)] if closed else [])
     ties = [
         Tie(
-            assembly.blocks[owner[i]].name, line[i], assembly.blocks[owner[j]].name, line[j], name=f"{name} {k + 1}",
+            assembly.blocks[owner[i]].name,
+            line[i],
+            assembly.blocks[owner[j]].name,
+            line[j],
+            name=f"{name} {k + 1}",
             **options,
         )
         for k, (i, j) in enumerate(pairs)

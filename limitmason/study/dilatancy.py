@@ -92,9 +92,7 @@ def _at_dilatancy(
 ) -> dict[str, Any]:
     del psi
     chosen = get_method(method)
-    return chosen.row_of(
-        chosen.predict(with_dilatancy(assembly, share), loads, **chosen.one_of_many(options[method]))
-    )
+    return chosen.row_of(chosen.predict(with_dilatancy(assembly, share), loads, **chosen.one_of_many(options[method])))
 
 
 @of_model

@@ -269,8 +269,9 @@ def _linked(assembly: Assembly, values: Mapping[str, Array], links: LinkedFormul
     if "friction_coefficient" in known:
         known["friction_angle_deg"] = np.degrees(np.arctan(known["friction_coefficient"]))
     for name in links.needs - set(known):
-        own = [i.joint.tan_phi if name == "friction_coefficient" else getattr(i.joint, name)
-               for i in assembly.interfaces]  # fmt: skip
+        own = [
+            i.joint.tan_phi if name == "friction_coefficient" else getattr(i.joint, name) for i in assembly.interfaces
+        ]
         if name == "friction_coefficient" and "friction_angle_deg" in values:
             own = list(np.tan(np.radians(values["friction_angle_deg"])))
         if any(v is None for v in own):

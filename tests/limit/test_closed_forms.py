@@ -147,10 +147,10 @@ def test_settling_support_keeps_the_least_reaction_that_carries_the_lintel():
     assembly = lm.Assembly.from_polyhedra([box(*b) for b in piers], joint=lm.Joint(30.0), fixed=[0, 1])
     lintel = assembly.weights[2]
     prediction = lm.settlement_analysis(assembly, "block-1")
-    assert prediction.details["support_reaction"] == pytest.approx(lintel * (2 - 1) / (4 - 1), rel=1e-6)
+    assert prediction.reaction.least == pytest.approx(lintel * (2 - 1) / (4 - 1), rel=1e-6)
     assert prediction.mechanism.twists[1, 2] < 0
-    assert prediction.details["reaction_bounds"] == pytest.approx((lintel / 3, lintel / 3), rel=1e-6)
-    assert prediction.details["stands_without_support"] is False
+    assert prediction.reaction[1:3] == pytest.approx((lintel / 3, lintel / 3), rel=1e-6)
+    assert prediction.reaction.stands_without is False
     # no load is multiplied: nothing here is called lambda
     assert np.isnan(prediction.collapse_multiplier)
     assert "lambda" not in str(prediction)

@@ -127,4 +127,4 @@ def test_settlement_of_one_of_two_structures():
     prediction = settlement_analysis(assembly, 1)
     # the beam of 3 m turns about the inner edge of the left support, 0.5 m from its middle: R (3 - 1) = W 0.5
     assert prediction.status == "solved"
-    assert prediction.details["support_reaction"] == pytest.approx(0.25 * assembly.weights[2], rel=1e-6)
+    assert prediction.reaction.least == pytest.approx(0.25 * assembly.weights[2], rel=1e-6)

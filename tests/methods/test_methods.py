@@ -17,11 +17,12 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def toy(assembly, loads, *, factor: float = 2.0):
     """A method that knows one number."""
-    return Prediction("toy", factor * 0.1, Bound(BoundKind.ESTIMATE, "estimate: a toy"), SOLVED)
+    return Prediction("toy", factor * 0.1, Bound(BoundKind.ESTIMATE, "estimate: a toy"), SOLVED,
+                      range=Range(0.18, 0.3, "toy's own"))
 
 
 TOY = Method(
-    "toy", toy, settings_of("ToySettings", toy), range_of=lambda p: Range(0.18, 0.3, "toy's own"),
+    "toy", toy, settings_of("ToySettings", toy),
     look=Look("TOY", "PURPLE", "X"), cheap={"factor": 3.0}, kept=(), beside=lambda _: "a word beside",
 )  # fmt: skip
 

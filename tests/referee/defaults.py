@@ -55,7 +55,7 @@ def _settlement(model: Model, **options) -> Asked:
     dead = lm.Loads(loads.dead, 0 * loads.live)
     found = lm.settlement_analysis(assembly, model.group[0], loads=dead, **options)
     # of a reaction of zero no part is told
-    return found.details["support_reaction"] / model.weight + 1.0, " ".join(found.warnings)
+    return found.reaction.least / model.weight + 1.0, " ".join(found.warnings)
 
 
 def _range(model: Model, **options) -> Asked:

@@ -63,7 +63,7 @@ def settlement(model: Model) -> Answer:
     assembly, loads = model.build()
     support = model.group[0] if len(model.group) == 1 else list(model.group)
     got = lm.settlement_analysis(assembly, support, direction=direction, loads=lm.Loads(loads.dead, 0 * loads.live))
-    reaction = got.details["support_reaction"]
+    reaction = got.reaction.least
     return {"status": str(got.status), "reaction": number(reaction, model.weight, length=1, mass=1, time=-2)}
 
 

@@ -240,6 +240,6 @@ SHOWN = Shown(
     "beside them. Joints "
     "crush at the masonry strength of the database. Units are rigid: cracks through them, seen in the tests of BNW2 "
     "and BNW3, cannot appear. The UDEC run was calibrated on these walls.",
-)  # fmt: skip
+)
 
 RECIPE = Recipe(specimens, load, assembly, loads, curve, SHOWN, drive)

@@ -33,13 +33,22 @@ LOSSES = tuple(str(v) for v in (LostBy.OPENING, LostBy.OPENING_OR_SLIP, LostBy.N
 
 OPTIONS = {
     "outline": Option(OUTLINES[0], "-", "pier [mm]/courses below/courses above the soldiers; inferred, not published"),
-    "start": Option("whole", "-", "bottom course starts with a 'whole' or a 'half' brick; assumed: either has 181 "
-                    "bricks; 'half' fits stiffness and first failure better, 'whole' the failure loads much better"),
+    "start": Option(
+        "whole",
+        "-",
+        "bottom course starts with a 'whole' or a 'half' brick; assumed: either has 181 "
+        "bricks; 'half' fits stiffness and first failure better, 'whole' the failure loads much better",
+    ),
     "young_modulus": Option(16.7e9, "Pa", "of the bricks; Table 4 prints a tenth of it, which contradicts the runs"),
     "poisson_ratio": Option(0.15, "-", "of the bricks; Table 4 prints 0.14"),
     "density": Option(2000.0, "kg/m3", "of the bricks"),
-    "loss": Option(LOSSES[0], "-", "what takes cohesion and tension from a joint: 'opening' (which the runs follow), "
-                   "'opening or slip' (the sentence of the paper) or 'nothing'", LOSSES),
+    "loss": Option(
+        LOSSES[0],
+        "-",
+        "what takes cohesion and tension from a joint: 'opening' (which the runs follow), "
+        "'opening or slip' (the sentence of the paper) or 'nothing'",
+        LOSSES,
+    ),
     "fracture_energy": Option(None, "J/m2", "GfI of a joint in tension, over which it loses both; None: at once"),
     "friction_deg": Option(None, "deg", "None: of the run, or of Table 4"),
     "cohesion": Option(None, "Pa", "None: of the run, or of Table 4"),

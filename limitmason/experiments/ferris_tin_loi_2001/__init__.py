@@ -136,7 +136,8 @@ SHOWN = Shown(
     proven={"wall-1": 120.0, "wall-3": 120.0, "wall-4": 120.0},
     departures=(
         Departure(
-            "wall-5, rounded", "not converged",
+            "wall-5, rounded",
+            "not converged",
             "The largest load held is 0.1 % below the smallest admissible multiplier found; every load tried above it "
             "neither settled nor ran away in 60,000 steps, so that the bracket has no upper end.",
         ),
@@ -144,6 +145,6 @@ SHOWN = Shown(
     assumed="Rounded corners are contacts pulled in by 20 mm. The published values for those are of two programs that "
     "step in time. HybriDFEM, rigid blocks on the same contacts, gives 0.586, 0.525, 0.337, 0.247 and 0.194 for walls "
     "1 to 5 and no convergence for wall 6.",
-)  # fmt: skip
+)
 
 RECIPE = Recipe(specimens, load, assembly, loads, shown=SHOWN)

@@ -45,17 +45,26 @@ OPTIONS = {
     "head_share": Option(1.0, "-", "cohesion and tension of filled head joints over those of the bed joints"),
     "head_friction": Option(1.0, "-", "friction of filled head joints over mu"),
     "unfilled_friction": Option(1.0, "-", "friction of head joints that are not filled over mu"),
-    "cracks": Option("unit strength", "-", "law of a potential crack across the middle of every unit: 'unit strength', "
-                     "'diagonal strength' or 'none'", ("unit strength", "diagonal strength", "none")),
+    "cracks": Option(
+        "unit strength",
+        "-",
+        "law of a potential crack across the middle of every unit: 'unit strength', 'diagonal strength' or 'none'",
+        ("unit strength", "diagonal strength", "none"),
+    ),
     "crack_factor": Option(2.0, "-", "of the law by the diagonal strength"),
     "crack_share": Option(1.0, "-", "cohesion and tension of cracks over those of their law"),
     "shear_span": Option(None, "-", "height of zero moment over that of the wall; None: of the table"),
     "overlap": Option(0.5, "-", "shorter overlap of a unit over the one below, of its length"),
     "coarse": Option(1, "-", "units that one block stands for, along a course and up: for effects, not for forces"),
-    "energy_share": Option(None, "-", "fracture energies of joints and cracks over those of ENERGIES; None: no "
-                           "strength is lost"),
-    "modulus_share": Option(None, "-", "elastic moduli of the joints' stiffness over those of the wall; None: no "
-                            "stiffness, or all of them where strength is lost"),
+    "energy_share": Option(
+        None, "-", "fracture energies of joints and cracks over those of ENERGIES; None: no strength is lost"
+    ),
+    "modulus_share": Option(
+        None,
+        "-",
+        "elastic moduli of the joints' stiffness over those of the wall; None: no "
+        "stiffness, or all of them where strength is lost",
+    ),
     "dilatancy_deg": Option(0.0, "deg", "dilatancy of all joints, used by non-associative limit analysis"),
 }
 

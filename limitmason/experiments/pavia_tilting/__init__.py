@@ -30,6 +30,7 @@ CONTACT_POINTS = {"facade": (2, 8), "return": (2, 2)}
 SENSES = {"outward": (0.0, -1.0, 0.0), "inward": (0.0, 1.0, 0.0)}
 CORNERS = ("half lap", "whole units")
 
+
 def specimen(
     *,
     facade_units: float,

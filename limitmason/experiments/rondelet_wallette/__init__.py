@@ -16,8 +16,12 @@ NAME = "rondelet-wallette"
 
 OPTIONS = {
     "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, 0 or 35 in the source; used where psi < phi"),
-    "column": Option("translations", "-", "column blocks held against 'translations' (the source) or wholly 'fixed'",
-                     ("translations", "fixed")),
+    "column": Option(
+        "translations",
+        "-",
+        "column blocks held against 'translations' (the source) or wholly 'fixed'",
+        ("translations", "fixed"),
+    ),
     "density": Option(2000.0, "kg/m3", "density; assumed, the multiplier does not depend on it"),
 }
 

@@ -1,5 +1,6 @@
 """Non-associative limit analysis, any 0 <= psi <= phi: the smallest admissible multiplier, proven or found."""
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,6 +18,7 @@ from limitmason.answers.results import (
     BoundKind,
     FlowRule,
     Prediction,
+    Range,
     Status,
 )
 from limitmason.arrays import Array
@@ -55,6 +57,7 @@ JUMP = 0.01
 
 JUMP_POINTS = 1000
 """Contact points up to which the jump is measured unasked: beyond, it may take as long as the search."""
+
 
 def solve_nonassociative(
     problem: Problem,
@@ -338,9 +341,13 @@ def _prediction(
     if status == TIME_ENDED:
         words = "estimate: multiplier of the nearest state when the time ended, not admissible"
     bound = Bound(kind, f"{words}; not unique, {between} (Radenkovic)")
+    value, certified = state.multiplier * problem.live_scale, Range()
+    if status in (SOLVED, ALMOST_SOLVED):
+        ends = [e for e in (*details["interval_at_mechanism"], *details["spread"], value) if math.isfinite(e)]
+        certified = Range(min(ends), max(ends), "certified states found")
     return Prediction(
-        METHOD, state.multiplier * problem.live_scale, bound, status, mechanism, resultants, None, (), provenance,
-        details, FlowRule.NON_ASSOCIATIVE, **contact_facts(problem),
+        METHOD, value, bound, status, mechanism, resultants, None, (), provenance, details, FlowRule.NON_ASSOCIATIVE,
+        range=certified, **contact_facts(problem),
     )  # fmt: skip
 
 

@@ -182,7 +182,12 @@ def polish(programs: PlanePrograms, state: ForceState, *, deadline: float = np.i
 
 
 def alternate_plane(
-    programs: PlanePrograms, state: ForceState, *, theta: float = 0.0, steps: int = 30, tolerance: float = 1e-11,
+    programs: PlanePrograms,
+    state: ForceState,
+    *,
+    theta: float = 0.0,
+    steps: int = 30,
+    tolerance: float = 1e-11,
     deadline: float = np.inf,
 ) -> ForceState | None:
     """Alternate force and velocity programs on theta lambda + gap, which never rises."""

@@ -127,9 +127,7 @@ def prove_smallest(
     seconds = time.perf_counter() - began
     if within is None:
         proven = best is not None and close(value, floor, tolerance)
-        return Extreme(
-            best, floor, proven, method, none, none, velocity_bound, float("nan"), none, nodes, seconds
-        )
+        return Extreme(best, floor, proven, method, none, none, velocity_bound, float("nan"), none, nodes, seconds)
     bound, velocity_bound, assumed = within
     share = _share(law, best, velocity_bound * limits) if best is not None else float("nan")
     proven = best is not None and close(value, bound, tolerance)

@@ -219,9 +219,10 @@ def proven_range(
     if found is None:
         none = lowest is not None and lowest.none
         raise NotConverged(
-            f"no admissible state exists with velocities up to {velocity_bound:g} times the mean live velocity" if none
+            f"no admissible state exists with velocities up to {velocity_bound:g} times the mean live velocity"
+            if none
             else "no admissible state was found to begin with; try search='thorough' or a longer time_limit"
-        )  # fmt: skip
+        )
     for number, name in enumerate(which):
         since = time.perf_counter()
         reached(number / len(which), f"the {name} multiplier, at most {time_limit:g} s")
