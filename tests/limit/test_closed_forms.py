@@ -8,6 +8,7 @@ from scipy.optimize import linprog
 from walls import arch_blocks, on_slab, running_bond, stack
 
 import limitmason as lm
+from limitmason.figures.style import prediction_text
 
 
 def collapse(assembly, direction=(1, 0, 0), **options):
@@ -156,7 +157,7 @@ def test_settling_support_keeps_the_least_reaction_that_carries_the_lintel():
     assert "lambda" not in str(prediction)
     assert "multiplier" not in str(prediction)
     assert f"least reaction {lintel / 3:.4g}" in str(prediction).replace(f"{lintel / 3:.6g}", f"{lintel / 3:.4g}")
-    assert "λ" not in lm.figures.style.prediction_text(prediction)
+    assert "λ" not in prediction_text(prediction)
     with pytest.raises(ValueError, match="reaction of a support is no multiplier"):
         _ = prediction.tilt_angle_deg
     with pytest.raises(ValueError, match="the live part has no role"):
