@@ -177,6 +177,7 @@ def _least(values: dict[str, float]) -> str | None:
 def _fitting(
     assembly: Assembly, loads: Loads, contact_factor: float
 ) -> tuple[dict[str, Callable[[], Prediction]], list[str]]:
+    """Mechanisms that fit a wall and its loads, by name, and why others are left out."""
     recipe = assembly.recipe
     if recipe.get("kind") != "wall":
         return {}, []

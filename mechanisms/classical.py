@@ -289,6 +289,7 @@ def flat_levels(assembly: Assembly) -> list[Level]:
 
 
 def _worst_level(name: str, assembly: Assembly, loads: Loads, motion: Any, source: str) -> Prediction:
+    """Smallest multiplier of one motion over all levels at which the structure can part."""
     best: tuple[float, Level, Array] | None = None
     for level in flat_levels(assembly):
         twists = motion(level)

@@ -158,6 +158,7 @@ def slender_wall(width: float, height: float, slope: float) -> float:
 
 
 def _on_blocks(wall: Assembly, loads: Loads | None) -> Prediction:
+    """Smallest stepped crack that blocks and bed joints of a straight wall admit."""
     recipe = wall_recipe(wall)
     _straight(len(recipe["returns"]), "the assembly's side walls")
     _straight(len(recipe["openings"]), "the assembly's openings")

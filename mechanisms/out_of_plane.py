@@ -249,6 +249,7 @@ def rocking_terms(
 
 
 def _stepped(seen: ReadParameters, hinge_courses: int | None) -> Prediction:
+    """Compound rocking whose crack follows whole courses, at the worst hinge."""
     f, h = seen.facade, seen.facade.course_height
     hinges = _range("hinge_courses", hinge_courses, f.courses)
     found = {n: best_steps(f, n) for n in hinges}
@@ -293,6 +294,7 @@ def _mean(arm: Array, force: Array) -> float:
 def _details(
     f: Facade, hinge: int, crossed: int, tangent: float, sums: FrictionSums, omega: float, bracket: tuple
 ) -> dict[str, Any]:
+    """Geometry and friction of a compound mechanism, by name."""
     return {
         "hinge_courses": hinge,
         "hinge_height": f.height - hinge * f.course_height,

@@ -203,6 +203,7 @@ def _erect(
     tolerance: float | None,
     recipe: dict,
 ) -> Assembly:
+    """Assembly of voussoirs between points of two curves, on piers where these are asked for."""
     wide = positive("width", width)
     positive("density", density)
     number = len(inner) - 1
@@ -245,6 +246,7 @@ def _add_piers(
     courses: int,
     base_thickness: float,
 ) -> None:
+    """Courses of two piers below the springings, and the base that holds them."""
     joint = abs(outer[0, 0] - inner[0, 0])
     level = max(abs(outer[0, 1] - inner[0, 1]), abs(outer[-1, 1] - inner[-1, 1]), abs(inner[0, 1] - inner[-1, 1]))
     if level > 1e-9 * joint:

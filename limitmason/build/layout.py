@@ -154,6 +154,7 @@ def _course(
 
 
 def _read(row: Row, number: int) -> list[float]:
+    """Widths of a row, a negative one for a gap [m]; refuses what holds no block."""
     try:
         tokens = [float(token) for token in row.split()] if isinstance(row, str) else list(row)
     except ValueError:

@@ -221,6 +221,7 @@ def _snap(field: str, z: float, levels: Sequence[float]) -> float:
 def _check_neighbours(
     where: str, here: Placed, placed: Sequence[Placed], occupied: Sequence[tuple[str, float, float]]
 ) -> None:
+    """Refuse an opening whose lintel cuts into a wall or into another opening."""
     x0, x1 = here.reach
     for name, low, high in occupied:
         if x0 < high - 1e-9 and x1 > low + 1e-9:

@@ -236,6 +236,7 @@ def _headers(given: object, leaves: int, bond: str) -> tuple[int, int] | None:
 
 
 def _ragged(ends: object, plan: str, bond: str) -> bool | tuple[bool, bool]:
+    """Whether the ends of a wall are left ragged, for both or as (left, right)."""
     if isinstance(ends, (tuple, list)):
         if len(ends) != 2 or plan != "straight":
             raise InputError(f"ends must be one word, or a pair (left, right) for a straight wall; got {ends!r}")
@@ -286,6 +287,7 @@ def _add_beams(
 def _add_spreader(
     site: Site, runs: Sequence[StraightWall], top: float, given: object, top_beam: object, density: float | None
 ) -> None:
+    """Add the block that spreads the load on a straight wall, in the middle of its top."""
     if given is None:
         return
     if len(runs) > 1 or top_beam is not None:

@@ -180,6 +180,7 @@ def _asked(
 
 
 def _scatter_known(entries: Sequence[Entry], unknowns: int) -> bool:
+    """Whether the scatter of all entries is given; none may be given alone."""
     stated = [e.scatter is not None for e in entries]
     for e in entries:
         if e.scatter is not None and e.scatter < 1e-12 * (1.0 if e.relative else abs(e.measured)):

@@ -213,6 +213,7 @@ def entries_of(test: str, name: str, target: Any) -> list[Entry]:
 
 
 def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
+    """Entries of what is asked of a measured curve: features, and loads at displacements."""
     curve, out = target.curve, []
     end = float(curve.displacement[-1])
     units = {"stiffness": f"{curve.load_unit}/{curve.displacement_unit}", "peak displacement": curve.displacement_unit,

@@ -72,6 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
+    """Run a command and return its exit code; errors of input are one line."""
     try:
         with task("limitmason"), warnings.catch_warnings():
             warnings.showwarning = _tell

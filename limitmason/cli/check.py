@@ -43,6 +43,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _check(options: argparse.Namespace) -> int:
+    """Print what is doubtful in a model, its contacts and its units; 1 where something is."""
     said = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", PlausibilityWarning)

@@ -159,6 +159,7 @@ def outline_settings(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
+    """A drawing as a model, with what the options say of joints and loads."""
     from limitmason import formats
 
     if not path.exists():

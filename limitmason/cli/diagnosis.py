@@ -90,6 +90,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _diagnose(options: argparse.Namespace) -> int:
+    """Run the command; an error of the user's own function keeps its traceback."""
     from limitmason.diagnosis.simulator import is_own
 
     try:
@@ -103,6 +104,7 @@ def _diagnose(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
+    """Diagnose what the options name, write the folder, and print the answer."""
     from limitmason import diagnosis, figures
     from limitmason.diagnosis.from_folder import write_folder
 

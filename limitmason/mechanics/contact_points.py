@@ -189,6 +189,7 @@ def on_few_points(assembly: Assembly, remedy: str) -> tuple[str, ...]:
 
 
 def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Grid | Mapping[str, Grid]) -> Index:
+    """Points along both sides of every joint by its kind or wall, shape (k, 2)."""
     if contact_model == "vertices":
         return np.full((len(kinds), 2), 2, dtype=np.intp)
     table = grid if isinstance(grid, Mapping) else dict.fromkeys(set(kinds.tolist()), grid)

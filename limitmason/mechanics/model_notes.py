@@ -153,6 +153,7 @@ def lost_in_failure(assembly: Assembly, lengths: Array | None = None) -> tuple[s
 
 
 def _joint_loses(joint: Joint, length: float | None) -> str:
+    """What a joint loses where it fails, and over which energy; empty where it loses nothing."""
     peak, rest = peak_law([joint], convex=False), residual_law([joint], convex=False)
     names = ("c", "ft", "tan(phi)")
     values = [[float(getattr(law, f)[0]) for law in (peak, rest)] for f in ("cohesion", "tension", "tan_phi")]

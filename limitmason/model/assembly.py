@@ -211,6 +211,7 @@ class Assembly(Displayed, Blockwork):
         )  # fmt: skip
 
     def _with_contacts(self, pieces: BlockPieces, joint: Joint, table: JointTable) -> Assembly:
+        """This assembly with the contacts that its rules find and the joints chosen for them."""
         rules = self.contact_rules
         # before the errors below: a wrong unit may be their cause
         warn_of_blocks(self.blocks, longest_sides(pieces.solids))

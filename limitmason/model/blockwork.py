@@ -98,6 +98,7 @@ class Blockwork(ReadOnly):
 
     @cached_property
     def _mass_properties(self) -> tuple[Array, Array, Array]:
+        """Volume, centroid and inertia of every block from those of its parts."""
         pieces = [part for block in self.blocks for part in block.parts]
         owner = np.repeat(np.arange(self.n_blocks), [len(b.parts) for b in self.blocks])
         part = mass_properties(pieces)

@@ -323,6 +323,7 @@ def _would_add(
 
 
 def _entries(assembly: Blockwork, pieces: BlockPieces, exact: float) -> list[ContactEntry]:
+    """A row for every joint: blocks, kind, area, width, gap and angle."""
     x = assembly.arrays
     gaps, angles = contact_gaps(assembly, pieces)
     out = []

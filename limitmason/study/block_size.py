@@ -133,6 +133,7 @@ def _wall(arguments: Mapping[str, Any], direction: tuple[float, float, float], u
 def _at_size(
     build: Build, unit: Unit, options: Mapping[str, Mapping[str, Any]], *, vary: str, method: str, size: float
 ) -> dict[str, Any]:
+    """Answer of one method for the wall of units of a size, as a row."""
     scaled = scaled_unit(unit, size, vary)
     assembly, loads = build(scaled)
     chosen = get_method(MECHANISMS if method == MONOLITH else method)

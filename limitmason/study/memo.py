@@ -107,6 +107,7 @@ class Memo:
     # ---- the file ------------------------------------------------------------------------------------------------
 
     def _read(self, data: bytes) -> None:
+        """Take over the rows of a file; a torn last line is left out."""
         whole = data[: data.rfind(b"\n") + 1]
         if not whole:
             if not self._header().startswith(data[:20]):
@@ -129,6 +130,7 @@ class Memo:
         return json.dumps({"schema": SCHEMA, "limitmason": VERSION, "of": self.of}).encode() + b"\n"
 
     def _check_header(self, line: bytes) -> None:
+        """Refuse a file that is no store, or one of another version or study."""
         try:
             header = json.loads(line)
         except ValueError:
@@ -150,6 +152,7 @@ class Memo:
             )
 
     def _append(self, entry: Mapping[str, Any]) -> None:
+        """Write a row behind those of all processes, the header before the first."""
         assert self.path is not None
         line = json.dumps(entry).encode() + b"\n"
         self.path.parent.mkdir(parents=True, exist_ok=True)

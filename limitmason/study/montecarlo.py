@@ -223,6 +223,7 @@ def _independent(names: Sequence[str], samples: int, seed: int) -> Array:
 
 
 def _sample(build: Any, run: Run, drawn: RandomInputs, *, sample: int, shares: Mapping[str, float]) -> dict[str, Any]:
+    """One sample: the model with its drawn numbers is built, run, and recorded."""
     given = {name: float(random.value(shares[name])) for name, random in drawn.parameters.items()}
     assembly, loads = build(**given) if callable(build) else build
     record: dict[str, float] = {}

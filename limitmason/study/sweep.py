@@ -115,6 +115,7 @@ def _table(rows: Mapping[int, Mapping[str, Any]], end: int, units: Mapping[str, 
 
 
 def _points(parameters: Any) -> list[dict[str, Any]]:
+    """Points of a sweep: all combinations of lists of values, or the points as given."""
     if isinstance(parameters, Mapping):
         values = {k: list(v) for k, v in parameters.items()}
         empty = next((k for k, v in values.items() if not v), None)

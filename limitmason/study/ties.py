@@ -97,6 +97,7 @@ LONGEST = 1000
 
 
 def _parsed(name: str, text: str) -> ast.Expression:
+    """Tree of a formula that holds numbers, names, signs and known functions alone."""
     try:
         if len(text) > LONGEST:
             raise InputError(f"the tie of {name!r} is a formula of {len(text)} characters, the most are {LONGEST}")
@@ -122,6 +123,7 @@ def _parsed(name: str, text: str) -> ast.Expression:
 
 
 def _value(node: ast.AST, values: Mapping[str, Any]) -> Any:
+    """Value of a checked formula at numbers by name."""
     if isinstance(node, ast.BinOp):
         return _BINARY[type(node.op)](_value(node.left, values), _value(node.right, values))
     if isinstance(node, ast.UnaryOp):

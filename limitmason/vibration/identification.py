@@ -164,6 +164,7 @@ Pole = tuple[Array, Array, Complex]
 
 
 def _subspace(y: Array, step: float, order: int, lags: int) -> list[Pole]:
+    """Poles of every even order, from the singular values of covariances at several lags."""
     n, channels = y.shape
     r = [y[k:].T @ y[: n - k] / (n - k) for k in range(1, 2 * lags)]
     toeplitz = np.block([[r[lags + i - j - 1] for j in range(lags)] for i in range(lags)])
@@ -186,6 +187,7 @@ def _continuous(value: Complex, shape: Complex, step: float) -> Pole:
 
 
 def _pyoma(y: Array, step: float, order: int, lags: int) -> list[Pole]:
+    """Poles of every order by pyOMA-2."""
     try:
         from pyoma2.algorithms import SSI
         from pyoma2.setup import SingleSetup

@@ -289,6 +289,7 @@ def _unseen(m: Shapes, where: Array | None, along: Array | None) -> tuple[int, .
 def _compared(
     products: tuple[Array, Array, Array], frequency: list[Array], unseen: tuple[tuple[int, ...], ...] = ((), ())
 ) -> Mac:
+    """MAC from the products of two sets of shapes; refuses a mode that moves nothing."""
     cross, first, second = products
     own = [np.real(np.diag(g)) for g in (first, second)]
     for which, square in zip(("first", "second"), own, strict=True):
@@ -363,6 +364,7 @@ def _where(
 
 
 def _flat(m: Shapes, where: Array | None, along: Array | None) -> Array:
+    """Shapes as rows of numbers, at points and along directions where they are modes of a model."""
     if isinstance(m, Modes):
         assert where is not None
         u = m.at(where)

@@ -75,6 +75,7 @@ class _Met(NamedTuple):
 
 
 def _met(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _Met:
+    """Where the lines of two sides meet as seen along the normal of the first side's face."""
     now = shapes.placed(pose, shapes.owner, shapes.corner_place)
     after, face = following(shapes), shapes.corner_face[p]
     n = turned(pose, shapes.face_block[face], shapes.normal[face])

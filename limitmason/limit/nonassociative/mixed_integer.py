@@ -291,6 +291,7 @@ class BoundedProgram:
         return polish(self.programs, ForceState(float(x[at["lambda"]][0]), force, x[at["v"]], "mixed-integer program"))
 
     def _on_alternatives(self, x: Array, at: dict[str, slice], largest: bool) -> ForceState | None:
+        """State with the same open and sliding points as a point of the program, None without one."""
         p = self.programs
         chosen = [np.round(x[at[name]]) > 0.5 for name in ("open", "slide+", "slide-")]
         zero = np.array([chosen[0], chosen[1][self.group], chosen[2][self.group], np.zeros(p.m, dtype=bool)])

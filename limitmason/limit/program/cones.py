@@ -120,6 +120,7 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
 
 
 def _add_torsion(problem: Problem, torsion: TorsionLimit, rows: _Rows) -> None:
+    """Add the cone of torsion of whole joints: moment about a pole within radius times normal force."""
     x = problem.assembly.arrays
     points = problem.points
     for k, pole, radius in zip(torsion.interface, torsion.pole, torsion.radius, strict=True):
