@@ -67,7 +67,8 @@ def numbers(name: str, value: Any) -> np.ndarray:
 def instance(name: str, value: Any, kind: type[T], made: str = "") -> T:
     """Return `value` if it is of a class, or say what was given instead and how one is made."""
     if not isinstance(value, kind):
-        raise InputError(f"{name} must be a {kind.__name__}{f' ({made})' if made else ''}, got {_told(value)}")
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        raise InputError(f"{name} must be {article} {kind.__name__}{f' ({made})' if made else ''}, got {_told(value)}")
     return value
 
 

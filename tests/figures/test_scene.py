@@ -143,6 +143,51 @@ def test_a_capacity_curve_is_shown_as_it_moved(column):
     assert f"λ = {curve.peak.load:.4g} at {1e3 * curve.peak.displacement:.3g} mm" == data["captions"][data["start"]]
 
 
+def test_modes_swing_one_after_the_other(column):
+    wall, _ = column
+    modes = lm.modes(wall, 2)
+    data = held(lm.view(wall, modes))
+    frames = data["motion"].reshape(2, 24, wall.n_blocks, 6)
+    assert data["captions"][0] == f"mode 1, {modes.frequency[0]:.4g} Hz"
+    size = float(np.ptp(np.vstack([b.bounds for b in wall.blocks]), axis=0).max())
+    for k in range(2):
+        assert np.abs(frames[k, 0]).max() == 0.0
+        # at a quarter of the swing the shape itself, its largest displacement a part of the structure's size
+        largest = np.linalg.norm(frames[k, 6, :, :3], axis=1).max()
+        assert 0.05 * size < largest < 0.2 * size
+        own = modes.shape[k] * largest / np.linalg.norm(modes.shape[k][:, :3], axis=1).max()
+        np.testing.assert_allclose(frames[k, 6], own, atol=1e-5)
+        np.testing.assert_allclose(frames[k, 18], -frames[k, 6], atol=1e-6)
+    other = lm.build.column(width=0.2, depth=0.3, height=1.0, courses=7, joint=lm.Joint(60.0))
+    with pytest.raises(InputError, match="do not belong to the"):
+        lm.view(other, modes)
+
+
+def test_two_structures_stand_side_by_side_and_move_as_each_does_alone(column):
+    wall, found = column
+    low = lm.build.column(width=0.2, depth=0.3, height=0.6, courses=3, joint=lm.Joint(60.0))
+    below = lm.limit_analysis(low, lm.Loads.horizontal(low))
+    data = held(lm.view([wall, low], [found, below]))
+    n = wall.n_blocks
+    frames = data["motion"].reshape(len(data["captions"]), n + low.n_blocks, 6)
+    for model, answer, mine in ((wall, found, slice(None, n)), (low, below, slice(n, None))):
+        alone = held(lm.view(model, answer))
+        poses = alone["motion"].reshape(len(alone["captions"]), model.n_blocks, 6)
+        np.testing.assert_allclose(frames[-1, mine], poses[-1], atol=1e-6)
+        assert data["names"][mine] == [f"{1 + (mine.start is not None)}: {name}" for name in alone["names"]]
+    centres = data["centroids"].reshape(-1, 3)
+    sides = [np.vstack([b.bounds for b in m.blocks]) for m in (wall, low)]
+    axis = int(np.argmax(np.ptp(sides[0], axis=0)[:2]))
+    width = [float(np.ptp(s[:, axis])) for s in sides]
+    assert centres[n:, axis].min() - centres[:n, axis].max() > 0.5 * sum(width) - max(width)
+    assert f"λ = {found.collapse_multiplier:.4g}" in lm.view([wall, low], [found, below]).html
+    assert len(held(lm.view([wall, low]))["captions"]) == 1
+    with pytest.raises(InputError, match="a list of answers, one for each"):
+        lm.view([wall, low], found)
+    with pytest.raises(InputError, match=r"model\[1\] must be an Assembly"):
+        lm.view([wall, found], [None, None])
+
+
 def test_a_joint_force_lies_at_its_centre_of_pressure_and_the_load_where_it_acts(column):
     wall, found = column
     data = held(lm.view(wall, found))

@@ -30,6 +30,8 @@ WRONG = {
     "swapped, view": (lambda a: lm.view(a, W), "must be an Assembly"),
     "no prediction": (lambda _: lm.figures.mechanism(W, None), "prediction must be a Prediction"),
     "loads for prediction": (lambda _: lm.figures.contact_forces(W, L), "prediction must be a Prediction"),
+    "frames as text": (lambda a: lm.view(W, a, frames="many"), "frames must be a finite number, got 'many'"),
+    "negative scale": (lambda a: lm.view(W, a, scale=-1), "scale must be positive"),
     "file for answer": (lambda _: lm.view(W, "wall.html"), "a file to write is path="),
     "prediction for a table": (lambda a: lm.figures.side_by_side(a), r"result must be a SideBySide \(of lm.compare\)"),
     "assembly for answer": (lambda _: lm.force_table(W), "answer must be a Prediction"),

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -21,49 +21,32 @@ from scipy.spatial.transform import Rotation
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array, Index
+from limitmason.checks import count, instance, positive, several
 from limitmason.constants import VERSION
 from limitmason.errors import InputError
 from limitmason.figures.canvas import resultant
 from limitmason.figures.deformation import largest_movement, moved_blocks, rigid_motion
 from limitmason.figures.outline import visible_edges, wall_plane
+from limitmason.figures.scene.beside import SceneMotion, ScenePose, side_by_side, together
 from limitmason.figures.solid import block_size
 from limitmason.figures.style import force_text, round_length
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.mechanics.joint_forces import joint_forces
 from limitmason.mechanics.motion import checked_twists, drawn_motion, free_bounds, structure_size
 from limitmason.model import Assembly
-from limitmason.model.model_call import of_model
 from limitmason.storage.files import write_text
+from limitmason.vibration import Modes
 
 _SEEN = 0.05
 """Largest displacement of a path over the size of the structure as the page first shows it [-]."""
 
 
-class ScenePose(NamedTuple):
-    """One position of all blocks: displacement of the centroids [m], rotation vector [rad], (n, 3) each, and a word."""
-
-    shift: Array
-    turn: Array
-    caption: str
+_SWING = 24
+"""Positions in one swing of a mode."""
 
 
-class SceneMotion(NamedTuple):
-    """Positions in their order.
-
-    ``title`` says what they are in one line, ``start`` is shown at first. ``scale`` is the factor on displacements, 0
-    where there is none to choose. Joints that move by more than ``crack`` [m] are marked.
-    """
-
-    poses: list[ScenePose]
-    title: str = ""
-    start: int = 0
-    scale: float = 0.0
-    crack: float = 0.0
-
-
-@of_model
 def view(
-    model: Assembly,
+    model: Assembly | Sequence[Assembly],
     what: Any = None,
     path: str | Path | None = None,
     *,
@@ -79,13 +62,14 @@ def view(
 
     Parameters
     ----------
-    model : the assembly
+    model : the assembly; or several, which then stand side by side
     what : nothing; a prediction (its mechanism, growing, and its joint forces); a capacity curve of this assembly; a
-        history of ``dem.simulate``; or a state
+        history of ``dem.simulate``; modes of ``lm.modes``, one after the other; or a state. Of several assemblies a
+        list with one for each, or nothing
     path : file to write; without one the scene is only returned (a notebook shows it; ``save`` writes it)
     title : of the page; what is shown by default
-    scale : of a mechanism: largest displacement over the structure's size [-], 0.12 by default; of a path: factor on
-        displacements and rotations that the page begins with [-], by default so that the largest can be seen
+    scale : of a mechanism or a mode: largest displacement over the structure's size [-], 0.12 by default; of a path:
+        factor on displacements and rotations that the page begins with [-], by default so that the largest can be seen
     frames : most positions that the file holds
     azimuth_deg, elevation_deg : where the viewer stands at first
 
@@ -99,25 +83,34 @@ def view(
     InputError
         For an answer of another assembly, one without motion and forces, or settings that make no sense.
     """
-    if frames < 1:
-        raise InputError(f"frames must be at least 1, got {frames!r}")
-    motion = _positions(model, what, scale, int(frames))
+    most = count("frames", frames)
+    if scale is not None:
+        positive("scale", scale)
+    if isinstance(model, list | tuple):
+        shown = [what] * len(model) if what is None else what
+        if not model or not isinstance(shown, list | tuple) or len(shown) != len(model):
+            raise InputError("of several assemblies give a list of answers, one for each (None where there is none)")
+        each = [_positions(m, w, scale, most) for m, w in zip(several("model", model, Assembly), shown, strict=True)]
+        whole, motion = side_by_side(model), together(each)
+    else:
+        whole = instance("model", model, Assembly, "write view(model, what)")
+        motion = _positions(whole, what, scale, most)
     answer = what if isinstance(what, Prediction) else None
-    push = None if answer is None else resultant(model, answer.loads)
-    data = _solids(model) | {
+    push = None if answer is None else resultant(whole, answer.loads)
+    data = _solids(whole) | {
         "motion": _text([np.concatenate([p.shift, p.turn], axis=1) for p in motion.poses]),
         "captions": [p.caption for p in motion.poses],
         "start": motion.start,
         "scale": motion.scale,
         "crack": motion.crack,
-        "joints": _joints(model),
-        "forces": _forces(model, answer),
+        "joints": _joints(whole),
+        "forces": _forces(whole, answer),
         "push": [] if push is None else np.concatenate(push).tolist(),
         "azimuth": float(np.radians(azimuth_deg)),
         "elevation": float(np.radians(elevation_deg)),
-        "front": _front(model),
+        "front": _front(whole),
     }
-    words = [motion.title, f"{model.n_blocks} blocks, {len(model.interfaces)} joints"]
+    words = [motion.title, f"{whole.n_blocks} blocks, {len(whole.interfaces)} joints"]
     scene = Scene(_page(title or "limitmason", " · ".join(w for w in words if w), data))
     if path is not None:
         scene.save(path)
@@ -157,8 +150,8 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
         if what.mechanism is None:
             return SceneMotion([rest], line)
         return _of_mechanism(model, what, line, 0.12 if scale is None else scale, min(most, 25))
-    if scale is not None and not (np.isfinite(scale) and scale > 0.0):
-        raise InputError(f"scale must be a positive factor, got {scale!r}")
+    if isinstance(what, Modes):
+        return _of_modes(model, what, 0.12 if scale is None else scale)
     if isinstance(what, Curve):
         poses, line, start = _of_curve(model, what, most)
     elif len(getattr(what, "shift", ())) and np.ndim(what.shift) == 3:
@@ -181,6 +174,19 @@ def _of_mechanism(model: Assembly, prediction: Prediction, line: str, scale: flo
         turn = Rotation.from_matrix(motion.rotation).as_rotvec()
         poses.append(ScenePose(motion.translation, turn, f"mechanism, {100 * share:.0f} %"))
     return SceneMotion(poses, line, len(poses) - 1, crack=0.01 * scale * structure_size(model))
+
+
+def _of_modes(model: Assembly, modes: Modes, scale: float) -> SceneMotion:
+    """One swing of every mode."""
+    shape = np.asarray(modes.shape)
+    if shape.shape[1] != model.n_blocks or shape.shape[2] < 6:
+        raise InputError(f"modes of {shape.shape[1]} places do not belong to the {model.n_blocks} blocks here")
+    poses = []
+    for k, (motion, hertz) in enumerate(zip(shape, modes.frequency, strict=True), 1):
+        motion = motion * scale * structure_size(model) / np.linalg.norm(motion[:, :3], axis=1).max()
+        for phase in np.sin(2.0 * np.pi * np.arange(_SWING) / _SWING):
+            poses.append(ScenePose(phase * motion[:, :3], phase * motion[:, 3:6], f"mode {k}, {hertz:.4g} Hz"))
+    return SceneMotion(poses, f"{len(modes)} modes of {modes.system.label}", _SWING // 4)
 
 
 def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose], str, int]:
