@@ -54,6 +54,26 @@ def test_two_pushes_on_a_block_have_the_parallelogram_of_sliding_and_turning():
     assert not len(found.cone)
 
 
+@pytest.mark.slow
+def test_axial_force_and_moment_of_a_pier_are_the_parabola_of_the_stress_block():
+    """M = N / 2 (b - N / (fc t)) in the worst bed joint, where own weight is part of N."""
+    b, t, strength = 0.6, 0.4, 2e6
+    joint = lm.Joint(35.0, dilatancy_angle_deg=35.0, compressive_strength=strength)
+    pier = lm.build.column(width=b, depth=t, unit_height=0.2, courses=6, joint=joint, density=1800.0)
+    most, cases = strength * b * t, []
+    for name, wrench in (("N", (0, 0, -most, 0, 0, 0)), ("M", (0, 0, 0, 0, 0.5 * most * b, 0))):
+        live = np.zeros((pier.n_blocks, 6))
+        live[-1] = wrench
+        cases.append(replace(lm.Loads.weight(pier), live=live, name=name))
+    found = lm.load_region(pier, lm.Loads.weight(pier), cases, tolerance=0.01)
+    assert found.status == "closed"
+    assert len(found.corners) > 16
+    n, m = found.corners.T
+    above = np.cumsum(pier.weights[~pier.fixed][::-1]) / most
+    wanted = ((n[:, None] + above) * (1.0 - n[:, None] - above)).min(axis=1)
+    assert np.abs(m) == pytest.approx(wanted, abs=1e-7)
+
+
 def test_a_region_without_end_has_its_cone_and_its_tip():
     """Down V, sideways H: turning about an edge, |0.75 H| <= (1 + V) / 2, tip at V = -1."""
     model = block()
