@@ -119,7 +119,7 @@ def test_deformed_shape_is_where_the_history_says_the_blocks_are():
     shift[TOP], quaternion[TOP] = (0.1, 0.0, 0.05), turned(0.6)
     figure = figures.deformed(COLUMN, (shift, quaternion))
     path = artist(figure, "blocks").get_paths()[-1]
-    fake = types.SimpleNamespace(assembly=COLUMN, shift=shift[None], quaternion=quaternion[None])
+    fake = types.SimpleNamespace(assembly=COLUMN, shift=shift[None], quaternion=quaternion[None], _column=int)
     corners = dem.History.corners(fake)[TOP][:, [0, 2]]
     drawn = path.vertices[:4]
     for corner in corners:
