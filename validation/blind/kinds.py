@@ -101,8 +101,8 @@ def designs(cache):
                 6 + i, {"nothing": ALARMS, "clear": SINGLE, "off the list": SINGLE | OFF},
                 lambda c=columns: Trials(c, cache, FOUR)),
         }  # fmt: skip
-    out["all three of the truth by the DEM, all recorded"] = (
-        10, {"nothing": {}, "clear": {}, "off the list": {}}, lambda: ByDem(every, cache))  # fmt: skip
+    beside = {"nothing": {}, "clear": ASKED["clear"], "off the list": ASKED["off the list"]}
+    out["all three of the truth by the DEM, all recorded"] = 10, beside, lambda: ByDem(every, cache)
     return out | {
         "one monument, 3 to 6 modes at 6 to 12 sensors": (
             8, {"nothing": ALARMS, "one joint loose": ASKED["one joint loose"]}, Monument),
