@@ -93,6 +93,19 @@ def test_answers_that_are_missing_are_not_checked(result):
     assert all("not checked" in f for f in comparing.SideBySide((failed, rows["dem"], bare)).findings())
 
 
+def test_a_resume_shares_its_bar_among_what_is_missing(wall, tmp_path, monkeypatch):
+    """Two of three answers were in the store: the third fills the bar, so that its speed is that of the whole."""
+    said = []
+    monkeypatch.setattr(comparing, "reached", lambda part, text=None, *, share=0.0: said.append((part, text, share)))
+    two = ("associative", "mechanisms")
+    first = lm.compare(*wall, two, store=tmp_path)
+    assert said == [(0.0, "associative", 0.5), (0.5, "mechanisms", 0.5)]
+    said.clear()
+    again = lm.compare(*wall, ("associative", "mechanisms", "sustained"), store=tmp_path)
+    assert said == [(0.0, "sustained", 1.0)]
+    assert [r.multiplier for r in again.rows[:2]] == [r.multiplier for r in first.rows]
+
+
 def test_one_program_is_no_check_of_itself():
     wall = lm.build.wall(length=0.6, courses=2, unit=(0.2, 0.1, 0.1), joint=lm.Joint(30.0, dilatancy_angle_deg=30.0))
     (line,) = lm.compare(wall, lm.Loads.horizontal(wall), ("associative", "non-associative")).findings()
