@@ -161,8 +161,8 @@ beyond what is asked. A set that lacks what was planted must end with "or someth
 is as rare as 10 %: what is said as closed is counted. "Peaks alone" are judged on the clear data sets of all kinds.
 Stored peaks of the DEM differ from limit analysis by 0.1 %, which is not declared. `python -m validation.blind.kinds
 --sets 300 --nulls 1000 --records kept.jsonl --cache kept_tables.jsonl --out kinds.md` makes all rows; thresholds were
-set on another seed, but for the odds of a gain against a drift, which were chosen on these data sets. Of a third seed 1 of
-100 drifts is then called a gain, and 54 of 60 clear gains are identified.
+set on another seed, but for the odds of a gain against a drift, which were chosen on these data sets. Of a third seed
+1 of 100 drifts is then called a gain, and 54 of 60 clear gains are identified.
 
 """
 
