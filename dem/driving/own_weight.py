@@ -1,6 +1,7 @@
 """Own weight that comes to rest before a structure is driven: at once, evenly, or on joints that lose nothing first."""
 
 from dataclasses import replace
+from typing import Any
 
 from dem.kernels import LAW
 from dem.model.holding import EVENLY, SLID, slid_and_moved
@@ -35,17 +36,11 @@ def settled(
         Where the keyboard stopped it: what is not at rest is not kept.
     """
     try:
-        history = simulate(assembly, stage, loads=loads, start=state)
+        history, stage = evenly_where_it_slides(assembly, stage, loads=loads, start=state)
     except UnstableError as error:
         if not sound or error.history is None or not _broken(error.history):
             raise
         history = error.history
-    if history.status == RunStatus.FINISHED and not (stage.gently or stage.servo):
-        slid, moved = slid_and_moved(assembly, history.state)
-        if slid > SLID * moved:
-            steps = max(EVENLY, round(history["step"][-1]))
-            stage = replace(stage, gently=steps, max_steps=stage.max_steps + steps)
-            history = simulate(assembly, stage, loads=loads, start=state)
     if sound and history.status != RunStatus.INTERRUPTED and _broken(history):
         whole = state.copy()
         # contacts that are found on the way take their laws from the second table
@@ -57,6 +52,23 @@ def settled(
         weaken(at_rest, state)
         history = simulate(assembly, stage, loads=loads, start=at_rest)
     return _rested(history)
+
+
+def evenly_where_it_slides(assembly: Assembly, stage: Settle, **how: Any) -> tuple[History, Settle]:
+    """Run of a first stage, and the stage: once more with loads that come on evenly where joints slide by at once.
+
+    Parameters
+    ----------
+    how : what :func:`dem.simulate` takes
+    """
+    history = simulate(assembly, stage, **how)
+    if history.status == RunStatus.FINISHED and not (stage.gently or stage.servo):
+        slid, moved = slid_and_moved(assembly, history.state)
+        if slid > SLID * moved:
+            steps = max(EVENLY, round(history["step"][-1]))
+            stage = replace(stage, gently=steps, max_steps=stage.max_steps + steps)
+            history = simulate(assembly, stage, **how)
+    return history, stage
 
 
 def _broken(history: History) -> bool:

@@ -134,10 +134,8 @@ def _least_thickness(assembly: Assembly) -> Array:
 
 
 def smallest_edge(assembly: Assembly) -> float:
-    """Smallest dimension of a free block along the axes [m], against which displacements are large or small."""
-    vertices, start = assembly.vertices
-    size = np.maximum.reduceat(vertices, start[:-1]) - np.minimum.reduceat(vertices, start[:-1])
-    return float(size[~assembly.fixed].min())
+    """Least thickness of a free block, however it is turned [m]: displacements are large or small against it."""
+    return float(_least_thickness(assembly)[~assembly.fixed].min())
 
 
 def run(

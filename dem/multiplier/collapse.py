@@ -45,8 +45,11 @@ PLASTIC = 0.1
 WORD = 0.02
 """Change of the multiplier from which a check of the error budget warns [-]."""
 
-FAR = 0.1
-"""Change of the multiplier at ten times the stiffness from which as much again is taken for what is left [-]."""
+FAR, MORE = 0.05, 3.0
+"""Change of the multiplier at ten times the stiffness from which so many times as much is taken for the whole [-].
+
+Rigid stones bore 1.6, 1.8 and 3.0 times as much more in three of 70 small structures.
+"""
 
 SHEAR = 0.4
 """Factor on ks in the error budget [-]: G / E of a mortar, where kn is ks by default."""
@@ -351,7 +354,7 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced
     for check, row in budget.items():
         # small deformation fades as 1 / stiffness: a tenth of it is left at ten times the stiffness. What is large
         # changes the shape and fades more slowly
-        softened = 2.0 if abs(row["change"]) > FAR else 10.0 / 9.0
+        softened = MORE if abs(row["change"]) > FAR else 10.0 / 9.0
         share = softened if check == "stiffness" else 1.0
         least, most = row["multiplier"], row["smallest moving"]
         if check == "rate" and "ramps" in found.details:

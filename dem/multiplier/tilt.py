@@ -9,6 +9,7 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
+from dem.driving.own_weight import evenly_where_it_slides
 from dem.model.holding import UNDECIDED, Scale
 from dem.multiplier.collapse import LOADING, collapse
 from dem.multiplier.search import Controls, Search
@@ -218,7 +219,7 @@ def tilt_test(
     weight = float(assembly.weights[~assembly.fixed].sum())
     options = given(contacts, ContactOptions, "tilt_test")
     every = sample or max(steps // 200, 20)
-    settled = simulate(assembly, Settle(tolerance=1e-6), sample=every, **options)
+    settled, _ = evenly_where_it_slides(assembly, Settle(tolerance=1e-6), sample=every, **options)
     if settled.status != RunStatus.FINISHED:
         fell = float(np.abs(settled.shift[-1]).max()) > moved_limit * scale.smallest
         found = _read(settled, float("nan"), d, weight)

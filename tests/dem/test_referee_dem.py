@@ -78,13 +78,14 @@ def test_rubble_that_rattles_and_rubble_held_by_its_tolerance_alone_lie_in_their
 
 
 @pytest.mark.slow
-def test_the_interval_of_an_arch_on_soft_joints_holds_what_rigid_stones_bear():
-    # 0.794 on its joints, 0.961 on ones ten times as stiff, 1.047 on a hundred times: it does not fade as 1 / stiffness
+@pytest.mark.parametrize("case", [(11, 24), (12, 13), (12, 18)])
+def test_the_interval_of_stones_on_soft_joints_holds_what_rigid_stones_bear(case):
+    # 11/24: 0.794 on its joints, 0.961 on ones ten times as stiff, 1.047 on a hundred times, 1.063 rigid
     engine = ENGINES["dem collapse"]
-    model = engine.model(11, 24)
+    model = engine.model(*case)
     answer = engine.ask(model)
     assert engine.judge(model, answer) == []
-    assert answer["multiplier"].value < 0.8 * Statics(model).limit()
+    assert answer["multiplier"].value < 0.9 * Statics(model).limit()
 
 
 def test_bonds_that_yield_and_never_end_carry_no_more_than_the_static_theorem_allows():
