@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from limitmason.answers.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
 from limitmason.arrays import Array
 from limitmason.capacity import PushoverCurve, pushover
+from limitmason.checks import finite
 from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotApplicable
 from limitmason.limit.associative import carry, contact_facts
@@ -140,7 +141,7 @@ def stability(
     if loads.live.any():
         raise InputError("loads: stability is asked of dead loads; give them with case='dead'")
     ground = {name: _horizontal(name, d) for name, d in _directions(tilts).items()}
-    if not 0.0 < accuracy < 0.1:
+    if not 0.0 < finite("accuracy", accuracy) < 0.1:
         raise InputError(f"accuracy must be above 0 and below 0.1, got {accuracy!r}")
 
     model: dict[str, Any] = {"contact_model": contact_model, "in_plane": in_plane}
@@ -201,6 +202,8 @@ def _shrunk(assembly: Assembly, share: float) -> list[Interface]:
 def _directions(tilts: Sequence[str] | Mapping[str, ArrayLike]) -> Mapping[str, ArrayLike]:
     if isinstance(tilts, Mapping):
         return tilts
+    if not isinstance(tilts, str | Sequence):
+        raise InputError(f"tilts: give names or directions by name, got {tilts!r}; none with ()")
     names = (tilts,) if isinstance(tilts, str) else tuple(tilts)
     if unknown := [n for n in names if n not in GROUND]:
         raise InputError(f"tilts: {unknown[0]!r} is none of {', '.join(GROUND)}; give other directions by name")
@@ -274,7 +277,9 @@ def minimum_thickness(
     and below 17.2 no thickness is enough (Cocchetti and Rizzi, 2020). The number of voussoirs counts: a coarse arch is
     thinner by some 1e-4 at 30 voussoirs. Wrong where a structure stands at one thickness and falls at a larger one.
     """
-    thin, thick = (float(t) for t in between)
+    if np.shape(between) != (2,) or not callable(build) or not callable(loads):
+        raise InputError("minimum_thickness: build and loads are functions, between is a small and a larger thickness")
+    thin, thick = (finite("between", t) for t in between)
     if not 0.0 < thin < thick:
         raise InputError(f"between must be a small and a larger thickness [m], got {between!r}")
 

@@ -165,10 +165,14 @@ def assess(
     if not confidence_factor >= 1.0:
         raise InputError(f"confidence_factor must be 1 or more, got {confidence_factor!r}")
     spectra = _spectra(spectrum)
+    if not isinstance(curve, Curve | None):
+        raise InputError(f"curve must be a Curve, of lm.pushover for example, got {type(curve).__name__}")
     found = limit_analysis(assembly, loads) if prediction is None else prediction
     if found.mechanism is None or not found.collapse_multiplier > 0.0:
         raise InputError(f"there is no mechanism to assess: {found.method!r} ended {found.status!r}")
     twists = found.mechanism.twists
+    if len(twists) != assembly.n_blocks:
+        raise InputError(f"prediction: it is of {len(twists)} blocks, the assembly has {assembly.n_blocks}")
     weight = np.linalg.norm(loads.live[:, :3], axis=1)
     push = np.divide(loads.live[:, :3], weight[:, None], out=np.zeros_like(twists[:, :3]), where=weight[:, None] > 0.0)
     moved = (push * twists[:, :3]).sum(axis=1)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
+from limitmason.checks import finite
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError, NotConverged
 from limitmason.limit.analysis import limit_analysis
@@ -84,7 +85,9 @@ def axle_envelope(
     -----
     Static positions, no impact; fill passes load on and resists nothing, which is on the safe side for most arches.
     """
-    train = [(float(x), float(p)) for x, p in axles]
+    if any(np.shape(axle) != (2,) for axle in axles):
+        raise InputError("axles: give pairs of a place behind the first [m] and a load above 0 [N]")
+    train = [(finite("axles", x), finite("axles", p)) for x, p in axles]
     if not train or not all(p > 0.0 for _, p in train):
         raise InputError("axles: give pairs of a place behind the first [m] and a load above 0 [N]")
     if loads.live.any():

@@ -26,7 +26,7 @@ from limitmason.answers.results import (
     Resultants,
 )
 from limitmason.arrays import Array
-from limitmason.checks import several
+from limitmason.checks import positive, several
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError, NotConverged
 from limitmason.limit.associative import contact_facts
@@ -98,6 +98,8 @@ class LoadRegion(Displayed):
         It is True where forces carry them and False where a mechanism moves. Between the two sets it is None.
         """
         y = np.asarray(multipliers, dtype=float)
+        if y.shape != (len(self.names),):
+            raise InputError(f"multipliers: give one for each of {' and '.join(self.names)}, got {multipliers!r}")
         if any(p.normal @ y > p.offset for p in self.outside):
             return False
         if len(self.corners) and np.linalg.norm(y - _nearest(self.corners, y)) <= 1e-9 * np.abs(self.corners).max():
@@ -180,6 +182,15 @@ def load_region(
         raise InputError(f"cases: one to three loads make a region, got {len(cases)}")
     if dead.live.any():
         raise InputError("dead: its live part has no role in a region; give it as a case")
+    positive("tolerance", tolerance)
+    limit = None if within is None else np.array([positive("within", v) for v in np.atleast_1d(within)])
+    if limit is not None and len(limit) not in (1, len(cases)):
+        raise InputError(f"within: give one size, or one for each of the {len(cases)} cases, got {within!r}")
+    limit = None if limit is None else np.broadcast_to(limit, (len(cases),))
+    for number, case in enumerate([dead, *cases], -1):
+        if len(case.dead) != assembly.n_blocks:
+            label = "dead" if number < 0 else f"case {case.name or number!r}"
+            raise InputError(f"{label}: for {len(case.dead)} blocks, the assembly has {assembly.n_blocks}")
     for number, case in enumerate(cases):
         if not case.live[~assembly.held].any():
             raise InputError(f"case {case.name or number!r} has no live load on a free block")
@@ -193,7 +204,6 @@ def load_region(
     def region(made: Assembly, dead: Loads, limit: Array | None) -> LoadRegion:
         return _closed(_Support(made, dead, live, model), names, tolerance, limit, most)
 
-    limit = None if within is None else np.broadcast_to(np.asarray(within, dtype=float), (len(cases),))
     found = region(assembly, dead, limit)
     if np.isfinite(found.within).any() and len(found.corners):
         dry = region(assembly.with_joints(_endless), replace(dead, dead=0.0 * dead.dead), np.ones(len(cases)))

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from limitmason.answers.results import CANNOT_STAND, Prediction
+from limitmason.checks import finite, several
 from limitmason.errors import InputError, NotConverged
 from limitmason.limit.analysis import limit_analysis
 from limitmason.model.assembly import Assembly
@@ -128,7 +129,12 @@ def strengthen(
     -----
     Associative. Ties yield without limit: one that snaps before the others are taut carries less.
     """
-    cases = [loads] if isinstance(loads, Loads) else list(loads)
+    if not isinstance(assembly, Assembly):
+        raise InputError(f"assembly must be an Assembly; got {type(assembly).__name__}: assembly, loads, candidates")
+    cases = [loads] if isinstance(loads, Loads) else list(several("loads", loads, Loads))
+    candidates = several("candidates", candidates, Tie)
+    if target is not None:
+        finite("target", target)
     ties = {tie.name or f"candidate {k}": tie for k, tie in enumerate(candidates)}
     if not ties or not cases:
         raise InputError("strengthen: give at least one candidate and one load case")

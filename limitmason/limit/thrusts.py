@@ -86,6 +86,8 @@ def thrust(
     Heyman's minimum and maximum thrust, with friction as the joints have it, associative. The real thrust lies between
     them, near the least once the supports have spread a little. Wrong for psi < phi: the range may then be narrower.
     """
+    if not isinstance(cut, str | Sequence):
+        raise InputError(f"cut: give joints by name, got {cut!r}")
     if (support is None) == (not cut):
         raise InputError("thrust: give either a support or a cut of joints")
     loads = Loads.weight(assembly) if loads is None else loads

@@ -37,6 +37,9 @@ def of_model(function: Callable[P, R]) -> Callable[P, R]:
             if not (isinstance(given[name], kind) or left_out):
                 got = type(given[name]).__name__
                 raise InputError(f"{name} must be {text}; got {got}. Write {function.__name__}({', '.join(names[:2])})")
+        model, loads = given.get(names[0]), given.get("loads")
+        if isinstance(model, Assembly) and isinstance(loads, Loads) and len(loads.dead) != model.n_blocks:
+            raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {model.n_blocks}")
         return function(*args, **kwargs)
 
     return checked

@@ -155,6 +155,8 @@ def test_three_loads_close_in_space_and_copies_agree(tmp_path):
 @pytest.mark.parametrize(("change", "message"), [
     (lambda m, c: (m, lm.Loads.weight(m), []), "one to three loads"),
     (lambda m, c: (m, c[0], c), "dead: its live part"),
+    (lambda m, c: (m, lm.Loads(np.zeros((3, 6)), np.zeros((3, 6))), c), "dead: for 3 blocks, the assembly has 2"),
+    (lambda m, c: (m, lm.Loads.weight(m), [lm.Loads(np.zeros((3, 6)), np.ones((3, 6)), "far")]), "'far': for 3 blocks"),
     (lambda m, c: (m, lm.Loads.weight(m), [c[0], replace(lm.Loads.weight(m), name="none")]), "'none' has no live load"),
     (lambda m, c: (m, lm.Loads.weight(m), [c[0], c[0].scaled(live=2.0)]), "one of the loads is made of the others"),
 ])  # fmt: skip

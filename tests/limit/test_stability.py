@@ -226,6 +226,13 @@ def test_thrust_of_three_hinges_through_a_group_and_a_cut():
     (lambda a: lm.thrust(a, ["base-left", "base-right"]), "none follows"),
     (lambda a: lm.stability(a, lm.Loads.horizontal(a)), "dead loads"),
     (lambda a: lm.stability(a, tilts="down"), "'down' is none of"),
+    (lambda a: lm.stability(a, tilts=None), "tilts: give names"),
+    (lambda a: lm.stability(a, accuracy="fine"), "accuracy must be a finite number, got 'fine'"),
+    (lambda a: lm.thrust(a, cut=3), "cut: give joints by name, got 3"),
+    (lambda a: lm.thrust(a, 0, loads=lm.Loads(np.zeros((3, 6)), np.zeros((3, 6)))), "for 3 blocks, the assembly has 6"),
+    (lambda a: lm.axle_envelope(a, lm.Loads.weight(a), [1e3], level=1.5), "axles: give pairs"),
+    (lambda a: lm.minimum_thickness(lambda _: a, between=0.1), "between is a small and a larger thickness"),
+    (lambda a: lm.strengthen(a, lm.Loads.horizontal(a), ["tie"]), "candidates.0. must be a Tie, got 'tie'"),
     (lambda a: lm.stability(a, tilts={"up": (0, 0, 1)}), "'up' must be a horizontal"),
 ])  # fmt: skip
 def test_what_makes_no_sense_is_refused_by_name(call, message):
