@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-from limitmason.app.script import Statement
+from limitmason.app.script import ScriptLine
 from limitmason.app.worker import work
 
 GRACE = 5.0
@@ -28,7 +28,7 @@ class Busy(RuntimeError):
 
 
 @dataclass
-class Job:
+class Computation:
     """A session that is, was or will be run.
 
     Parameters
@@ -44,7 +44,7 @@ class Job:
 
     number: int
     kind: str
-    lines: Sequence[Statement]
+    lines: Sequence[ScriptLine]
     state: str = "waiting"
     part: float | None = None
     text: str = ""
@@ -52,7 +52,7 @@ class Job:
     seconds: float = 0.0
     result: dict[str, Any] = field(default_factory=dict)
 
-    def done_lines(self) -> list[Statement]:
+    def done_lines(self) -> list[ScriptLine]:
         """Its lines without those that had nothing to show, with which the script would end."""
         return [line for line in self.lines if line.text not in self.result.get("left_out", ())]
 
@@ -76,9 +76,9 @@ class Jobs:
         self._folder, self._target = folder, target
         self._changed = threading.Condition(threading.RLock())
         self._numbers = itertools.count(1)
-        self._kept: dict[int, Job] = {}
-        self._now: Job | None = None
-        self._next: Job | None = None
+        self._kept: dict[int, Computation] = {}
+        self._now: Computation | None = None
+        self._next: Computation | None = None
         self._process: BaseProcess | None = None
         self._pipe: Connection | None = None
         self._pages = 0
@@ -90,7 +90,7 @@ class Jobs:
         process = self._process
         return process.pid if process is not None and process.is_alive() else None
 
-    def start(self, kind: str, lines: Sequence[Statement]) -> Job:
+    def start(self, kind: str, lines: Sequence[ScriptLine]) -> Computation:
         """Begin a job; a drawing that is still being made goes first, one that waits is dropped.
 
         Raises
@@ -102,7 +102,7 @@ class Jobs:
             now = self._now
             if now is not None and (now.kind != "draw" or (self._next is not None and self._next.kind != "draw")):
                 raise Busy("a solve is running, in this page or another one: wait for it, or cancel it")
-            job = Job(next(self._numbers), kind, lines)
+            job = Computation(next(self._numbers), kind, lines)
             self._kept[job.number] = job
             for number in list(self._kept)[:-_KEPT]:
                 del self._kept[number]
@@ -130,12 +130,12 @@ class Jobs:
         if pipe is not None:
             pipe.close()
 
-    def get(self, number: int) -> Job | None:
+    def get(self, number: int) -> Computation | None:
         """A job that is still known."""
         with self._changed:
             return self._kept.get(number)
 
-    def last(self) -> Job | None:
+    def last(self) -> Computation | None:
         """The job that pages are told of."""
         with self._changed:
             return self._next or self._now or (self._kept[max(self._kept)] if self._kept else None)
@@ -186,7 +186,7 @@ class Jobs:
         if not seen:
             self.cancel()
 
-    def _give(self, job: Job) -> None:
+    def _give(self, job: Computation) -> None:
         self.warm()
         job.state, self._now = "running", job
         assert self._pipe is not None

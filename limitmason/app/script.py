@@ -21,7 +21,7 @@ _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _NONE = "none"
 
 
-class Statement(NamedTuple):
+class ScriptLine(NamedTuple):
     """A statement of the script.
 
     Parameters
@@ -36,7 +36,7 @@ class Statement(NamedTuple):
     shows: bool = False
 
 
-def statements(session: Mapping[str, Any], folder: Folder, *, kind: str = "solve") -> list[Statement]:
+def statements(session: Mapping[str, Any], folder: Folder, *, kind: str = "solve") -> list[ScriptLine]:
     """Lines that do what a session says.
 
     Parameters
@@ -50,25 +50,25 @@ def statements(session: Mapping[str, Any], folder: Folder, *, kind: str = "solve
     InputError
         For a session that names a call, a field or a file that there is not.
     """
-    out = [Statement("import limitmason as lm\n", "structure"), *_model(session, folder)]
+    out = [ScriptLine("import limitmason as lm\n", "structure"), *_model(session, folder)]
     if kind == "draw":
         return [
             *out,
-            Statement('lm.figures.assembly(wall).savefig("wall.png", dpi=160)', "structure", True),
-            Statement('lm.view(wall, path="scene.html")', "structure", True),
-            Statement('lm.formats.write_json("model.json", wall, loads)', "structure", True),
+            ScriptLine('lm.figures.assembly(wall).savefig("wall.png", dpi=160)', "structure", True),
+            ScriptLine('lm.view(wall, path="scene.html")', "structure", True),
+            ScriptLine('lm.formats.write_json("model.json", wall, loads)', "structure", True),
         ]
     analysis = _of(session, "analysis")
     name, values = _word(analysis, "kind"), _of(analysis, "values")
     if kind == "report":
         rule = str(values.get("flow_rule") or "associative") if name == "limit_analysis" else "associative"
         name, values = "compare", {"methods": rule}
-    out.append(Statement(_analysis(name, values), "analysis"))
-    out.append(Statement("print(answer)", "analysis"))
-    return [*out, *(Statement(line, "analysis", True) for line in _pictures(name, kind))]
+    out.append(ScriptLine(_analysis(name, values), "analysis"))
+    out.append(ScriptLine("print(answer)", "analysis"))
+    return [*out, *(ScriptLine(line, "analysis", True) for line in _pictures(name, kind))]
 
 
-def source(lines: Sequence[Statement]) -> str:
+def source(lines: Sequence[ScriptLine]) -> str:
     """The script: every statement on lines of its own."""
     return "\n".join(line.text for line in lines) + "\n"
 
@@ -104,60 +104,60 @@ def _pictures(name: str, kind: str) -> list[str]:
     return [line.format("answer") for line in mechanism] + [model]
 
 
-def _model(session: Mapping[str, Any], folder: Folder) -> list[Statement]:
+def _model(session: Mapping[str, Any], folder: Folder) -> list[ScriptLine]:
     """Lines that make joint, structure and loads."""
     structure, loads = _of(session, "structure"), _of(session, "loads")
     kind, values = _word(structure, "kind"), _of(structure, "values")
-    joint = Statement(_filled(_known("joint", "Joint"), _of(session, "joint")), "joint")
+    joint = ScriptLine(_filled(_known("joint", "Joint"), _of(session, "joint")), "joint")
     own = False
     if kind in calls()["structure"]:
         out = [joint]
         openings = _rows(structure, "openings") if kind == "wall" else []
         if openings:
             each = [_filled(_known("opening", "Opening"), o) for o in openings]
-            out.append(Statement("openings = [\n" + "".join(f"    {o},\n" for o in each) + "]", "openings"))
+            out.append(ScriptLine("openings = [\n" + "".join(f"    {o},\n" for o in each) + "]", "openings"))
         more = ("openings=openings",) if openings else ()
-        out.append(Statement(_filled(_known("structure", kind), values, *more), "structure"))
+        out.append(ScriptLine(_filled(_known("structure", kind), values, *more), "structure"))
     elif kind == "experiment":
         out, own = _experiment(structure, values), True
     elif kind == "file":
         name, own = folder.known(_word(structure, "file")), True
         if name.lower().endswith(".json"):
-            out = [Statement(f"wall, loads = lm.formats.read_json({_quoted(name)})", "structure")]
+            out = [ScriptLine(f"wall, loads = lm.formats.read_json({_quoted(name)})", "structure")]
         else:
             drawing = _filled(_known("drawing", "drawing"), values, before=(_quoted(name),))
-            out = [joint, Statement(drawing, "structure")]
-            out.append(Statement("wall, loads = drawing.assembly, drawing.loads", "structure"))
+            out = [joint, ScriptLine(drawing, "structure")]
+            out.append(ScriptLine("wall, loads = drawing.assembly, drawing.loads", "structure"))
     else:
         known = ", ".join([*calls()["structure"], "experiment", "file"])
         raise InputError(f"structure: kind {kind!r} is none of {known}")
     if own and joint not in out and structure.get("other_joints"):
-        out += [joint, Statement("wall = wall.with_joints(joint)", "joint")]
+        out += [joint, ScriptLine("wall = wall.with_joints(joint)", "joint")]
     return out + _loads(loads, own)
 
 
-def _experiment(structure: Mapping[str, Any], values: Mapping[str, Any]) -> list[Statement]:
+def _experiment(structure: Mapping[str, Any], values: Mapping[str, Any]) -> list[ScriptLine]:
     at, specimen = _word(structure, "source"), _word(structure, "specimen")
     if at not in registry.sources() or specimen not in registry.specimens(at):
         raise InputError(f"there is no packaged experiment {at}/{specimen}")
     given = _arguments(experiment_fields(at, specimen), values)
     return [
-        Statement(f"test = lm.experiments.load({', '.join([_quoted(at), _quoted(specimen), *given])})", "structure"),
-        Statement("wall, loads = test.assembly(), test.loads()", "structure"),
+        ScriptLine(f"test = lm.experiments.load({', '.join([_quoted(at), _quoted(specimen), *given])})", "structure"),
+        ScriptLine("wall, loads = test.assembly(), test.loads()", "structure"),
     ]
 
 
-def _loads(loads: Mapping[str, Any], own: bool) -> list[Statement]:
+def _loads(loads: Mapping[str, Any], own: bool) -> list[ScriptLine]:
     kind = _word(loads, "kind")
     out = []
     if kind == "own":
         if not own:
             raise InputError("loads: this structure brings none of its own: choose others")
     else:
-        out.append(Statement(_filled(_known("loads", kind), _of(loads, "values")), "loads"))
+        out.append(ScriptLine(_filled(_known("loads", kind), _of(loads, "values")), "loads"))
     for i, more in enumerate(_rows(loads, "more")):
         call = _known("more", _word(more, "kind"))
-        out.append(Statement(_filled(call, _of(more, "values")), f"more.{i}"))
+        out.append(ScriptLine(_filled(call, _of(more, "values")), f"more.{i}"))
     return out
 
 

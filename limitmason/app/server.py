@@ -14,7 +14,7 @@ from urllib.parse import parse_qs, unquote, urlsplit
 
 from limitmason.app import forms
 from limitmason.app.folder import LARGEST, Folder
-from limitmason.app.jobs import Busy, Job, Jobs
+from limitmason.app.jobs import Busy, Computation, Jobs
 from limitmason.app.script import source, statements
 from limitmason.constants import VERSION
 from limitmason.errors import InputError
@@ -228,7 +228,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._send(200, data, _TYPES.get(kind, "application/octet-stream"), policy=_MADE if kind == "html" else _OWN,
                    attachment=name if download else None)  # fmt: skip
 
-    def _file(self, job: Job, name: str) -> bytes:
+    def _file(self, job: Computation, name: str) -> bytes:
         if name == "session.py":
             return source(job.done_lines()).encode()
         data = job.result.get("files", {}).get(name)

@@ -19,7 +19,7 @@ from typing import Any
 
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
-from limitmason.app.script import Statement
+from limitmason.app.script import ScriptLine
 from limitmason.comparison import SideBySide
 from limitmason.display.progress import reached, task, told_to
 from limitmason.errors import InputError, NotApplicable, NotConverged
@@ -40,7 +40,7 @@ def work(pipe: Connection, folder: str) -> None:
 
     Parameters
     ----------
-    pipe : gets ``list[Statement]``; sends ``("progress", part, text)`` and ``("done", result)``
+    pipe : gets ``list[ScriptLine]``; sends ``("progress", part, text)`` and ``("done", result)``
     folder : where the lines run, so that they name files as the downloaded script does
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in the terminal is for the server, which ends this process
@@ -64,7 +64,7 @@ def work(pipe: Connection, folder: str) -> None:
         send("done", result)
 
 
-def run(lines: Sequence[Statement], folder: str) -> dict[str, Any]:
+def run(lines: Sequence[ScriptLine], folder: str) -> dict[str, Any]:
     """Run the lines of a session.
 
     Returns

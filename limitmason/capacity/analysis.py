@@ -35,6 +35,7 @@ from limitmason.capacity.point_law import ElastoplasticLaw, softening_by_plastic
 from limitmason.capacity.refused import refuse, refuse_partial_rotations
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.start import begin
+from limitmason.capacity.stepping import Node
 from limitmason.capacity.steps import Steps
 from limitmason.capacity.system import System
 from limitmason.capacity.ties import make_ties
@@ -223,9 +224,8 @@ def pushover(
     end = None if to is None else system.controlled(origin) + to
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
     warnings += said
-    soft = stiffness is not None or bool((assembly.arrays.normal_stiffness > 0.0).any())
-    if soft and contact_model is None and grid is None and initial is None and not weakening(assembly).any():
-        warnings += told_of_edges(generations, nodes) + told_of_sharing(generations, nodes)
+    if contact_model is None and grid is None and initial is None:
+        warnings += _told_of_points(generations, nodes, stiffness)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     return certified_curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
 
@@ -241,6 +241,17 @@ def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming
     if deforming and contacts == ANEW:
         raise NotApplicable(f"contacts are not found anew between {blocks} blocks: leave contacts out")
     return contacts == ANEW or (contacts is None and not deforming)
+
+
+def _told_of_points(
+    generations: Generations, nodes: list[Node], stiffness: float | tuple[float, float] | None
+) -> list[str]:
+    """What default points at the edges make of faces whose finite stiffness somebody named."""
+    assembly = generations.structures[0].assembly
+    named = stiffness is not None or bool((assembly.arrays.normal_stiffness > 0.0).any())
+    if not named or weakening(assembly).any():
+        return []
+    return told_of_edges(generations, nodes) + told_of_sharing(generations, nodes)
 
 
 def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, int] | None) -> tuple[float, float]:

@@ -134,7 +134,7 @@ def test_the_script_of_every_analysis_runs_to_its_end(analysis, structure, value
     found = worker.run(lines, str(tmp_path / "app"))
     assert list((tmp_path / "app").iterdir()) == []  # what the page shows stands in no folder
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "session.py").write_text(script.source(jobs.Job(1, "solve", lines, result=found).done_lines()))
+    (tmp_path / "session.py").write_text(script.source(jobs.Computation(1, "solve", lines, result=found).done_lines()))
     names = runpy.run_path("session.py")
     same, shown = worker.summary(names), found["summary"]
     assert same["number"] == shown["number"]
