@@ -35,6 +35,7 @@ PACKAGES = ("limitmason", "dem", "mechanisms")
 PROTOCOLS = {
     # causes of the measurement are called with (size, prediction, specimen), units are read by the declaration
     ("measurement.py", "gain", "specimen"), ("measurement.py", "angle_offset", "specimen"),
+    ("measurement.py", "displacement_gain", "specimen"),
     ("measurement.py", "rig_friction", "unit"),
     # no edit of the model: refuses whatever it is called with
     ("faces.py", "torsion_strength", "size"), ("faces.py", "torsion_strength", "assembly"),
@@ -206,7 +207,7 @@ def run(canned, tmp_path, monkeypatch, capsys):
         known = {k: v for k, v in settings.items() if k != "progress"}
         read = (study.covariates, study.groups, study.nuisance, str(study.noise), list(study.measured), study.levels,
                 study.shared)  # fmt: skip
-        note("study", study.about, study.specimens, read, study.n_jobs, [(c.name, c.unit) for c in study.causes])
+        note("study", vars(study.about), study.specimens, read, study.n_jobs, [(c.name, c.unit) for c in study.causes])
         note("by", getattr(study.simulate, "method", None), getattr(study.simulate, "options", None))
         note("investigate", known)
         said = types.SimpleNamespace(record=lambda: {"headline": "none", "in words": []})
