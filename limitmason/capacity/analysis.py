@@ -289,8 +289,11 @@ def _equations(
 
 def _as_one(assembly: Assembly, loads: Loads, control: Any) -> tuple[Assembly, Loads, Any]:
     """The model in which a support that is to be moved is one block without joints to the ground, and its control."""
-    if isinstance(control, str) or len(control) != 2 or control[1] not in _AXES:
+    if isinstance(control, str):
         return assembly, loads, control
+    if len(control) != 2 or control[1] not in _AXES:
+        turns = "; a group that turns: lm.settlement_analysis, or dem.Drive" if not isinstance(control[-1], str) else ""
+        raise InputError(f"control must be 'live' or (block, 'x' or 'y' or 'z'), got {control!r}{turns}")
     group = group_of(assembly, control[0])
     control = (assembly.blocks[group[0]].name, control[1])
     if not assembly.fixed[group[0]] or len(loads.dead) != assembly.n_blocks:
