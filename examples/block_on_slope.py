@@ -21,3 +21,4 @@ for height in (0.2, 0.4, 0.8):
         f"0.3 x {height} m: lambda = {prediction.collapse_multiplier:.5f} (exact {exact:.5f}), "
         f"tilt at collapse {prediction.tilt_angle_deg:.2f} deg, gap {prediction.certificate.gap:.1e}"
     )
+lm.figures.mechanism(block, prediction, title="The tallest rocks").savefig("block_on_slope.png")

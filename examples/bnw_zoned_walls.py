@@ -1,6 +1,6 @@
-"""BNW shear walls with units that deform, yield and crack: predicted with inputs of codes, beside the measured peaks.
+"""Shear walls whose units yield and crack: BNW walls predicted with inputs of codes, beside the measured peaks.
 
-    python examples/bnw_zoned_walls.py [--out FOLDER]     # BNW1 in coarse zones, one speed: some seconds
+    python examples/bnw_zoned_walls.py            # BNW1 in coarse zones, one speed: some seconds
     python examples/bnw_zoned_walls.py --full             # BNW1 to BNW3 in finer zones with rate errors, and what
                                                           # E, friction and strengths do to BNW1: some ten minutes
 
@@ -12,13 +12,11 @@ middle too. docs/papers/bnw.md has all three walls beside the paper.
 """
 
 import sys
-from pathlib import Path
 
 import dem
 import limitmason as lm
 
 FULL = "--full" in sys.argv
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 ZONE = 0.0625 if FULL else 0.11  # largest edge of a zone [m]; units of 257 x 250 mm and their halves
 
 
@@ -51,7 +49,7 @@ for specimen in ("BNW1", "BNW2", "BNW3") if FULL else ("BNW1",):
     found[specimen] = push(specimen)
     row(specimen, *found[specimen])
     lm.figures.plasticity(found[specimen][1], title=f"{specimen}: predicted, nothing fitted").savefig(
-        OUT / f"{specimen.lower()}_plasticity.png", dpi=200
+        f"{specimen.lower()}_plasticity.png", dpi=200
     )
 if FULL:
     for name, options in (

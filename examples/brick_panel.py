@@ -1,4 +1,4 @@
-"""A brick panel with an opening, its spreader driven down: load-displacement curve, cracks, mode, and what is open.
+"""A brick panel with an opening: its spreader driven down, load-displacement curve, cracks, mode, and what is open.
 
     python brick_panel.py [--full]
 
@@ -8,12 +8,10 @@ joints. ``--full``: twice the steps and the other outlines.
 """
 
 import sys
-from pathlib import Path
 
 import dem
 import limitmason as lm
 
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
 FULL = "--full" in sys.argv
 
 panel = lm.experiments.load("brick-panels-opening", "S1", dilation_deg=0.0)
@@ -34,5 +32,5 @@ for outline in panel.open_options["outline"] if FULL else (panel.options["outlin
 curve = curves[panel.options["outline"]]
 caption = "Outline inferred, not published; rigid bricks, compliance lumped in the joints."
 figure = lm.figures.load_displacement(list(curves.values()), measured=panel, title="Panel S1", caption=caption)
-figure.savefig(OUT / "brick_panel.png")
-lm.figures.cracks(curve, width=0.2e-3, title="Panel S1", caption=caption).savefig(OUT / "brick_panel_cracks.png")
+figure.savefig("brick_panel.png")
+lm.figures.cracks(curve, width=0.2e-3, title="Panel S1", caption=caption).savefig("brick_panel_cracks.png")

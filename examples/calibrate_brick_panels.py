@@ -34,6 +34,11 @@ fit = lm.calibrate(surrogate.panel_response, panels, unknown)
 print("Four panels of one geometry\n")
 print(fit)
 print(f"\n{fit.left_out}\n")
+rows = [(row[0], row[2] / 1e3, row[3] / 1e3, row[1]) for row in fit.rows]
+figure = lm.figures.predicted_against_published(
+    rows, quantity="load [kN]", published="measured", predicted="fitted", band=0.18, title="Four brick panels"
+)
+figure.savefig("calibrate_brick_panels.png")
 
 # the paper's set meets the same numbers: it is one of many that do
 joint = brick_panels_opening.joint(test)

@@ -1,4 +1,4 @@
-"""Joint stiffness of two stone walls from natural frequencies: the first stage of the fit in two stages.
+"""Joint stiffness from natural frequencies: two stone walls, the first stage of the fit in two stages.
 
 The source fits stiffness first, kn = 2 ks, from averages of the literature that are two outliers; here from their
 medians. The frequencies are those of its 3DEC models (the measured ones are not printed), the bond is assumed. Every
@@ -27,3 +27,6 @@ for name, masonry in (("DS", "dry"), ("REGW", "mortar")):
     for _, label, measured, fitted, residual in fit.rows:
         print(f"  {label}: 3DEC {measured:.2f} Hz, fitted {fitted:.2f} Hz, {residual:+.1f} deviations")
     fits[name] = fit
+rows = [(f"mode {k}", row[2], row[3], name) for name, fit in fits.items() for k, row in enumerate(fit.rows, 1)]
+figure = lm.figures.predicted_against_published(rows, quantity="frequency [Hz]", published="3DEC", predicted="fitted")
+figure.savefig("calibrate_murano_stiffness.png")

@@ -1,17 +1,11 @@
-"""Capacity curve of a dry wall pushed in its plane, with and without dilation, beside what limit analysis says.
+"""Capacity curve of a dry wall: with and without dilation, beside what limit analysis says.
 
 Wall 4 of Ferris and Tin-Loi (2001) with stiff joints: at psi = phi the path peaks at the associative multiplier, less
 the change of geometry; at psi = 0 at the smallest multiplier published for it. Both then fall with the displacement.
 """
 
-import sys
-from pathlib import Path
-
 import limitmason as lm
 from limitmason import experiments
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figure
-OUT.mkdir(parents=True, exist_ok=True)
 
 curves, levels = {}, {}
 for label, psi_deg in (("ψ = 0", 0.0), ("ψ = φ", 33.0238)):
@@ -27,4 +21,4 @@ for label, psi_deg in (("ψ = 0", 0.0), ("ψ = φ", 33.0238)):
 levels["limit analysis, associative"] = weight * lm.limit_analysis(wall, loads, "associative").collapse_multiplier
 levels["published, non-associative"] = weight * float(test.published["non-associative"])
 figure = lm.figures.load_displacement(curves, levels=levels, title="Wall 4, dry joints, kn = ks = 10 GPa/m")
-figure.savefig(OUT / "capacity_curve.png")
+figure.savefig("capacity_curve.png")

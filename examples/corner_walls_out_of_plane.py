@@ -1,12 +1,6 @@
-"""Straight, L- and U-shaped walls pushed out of plane: what the interlocking corners add to t / H."""
-
-import sys
-from pathlib import Path
+"""Straight, L and U walls out of plane: what the interlocking corners add to t / H."""
 
 import limitmason as lm
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 joint = lm.Joint(friction_angle_deg=33.0)
 common = {"length": 2.4, "courses": 9, "unit": (0.4, 0.2, 0.2), "joint": joint}
@@ -29,4 +23,4 @@ for plan, wall in walls.items():
         f"{plan:<9}{wall.n_blocks - 1:4d} blocks: lambda = {prediction.collapse_multiplier:.4f} "
         f"(torsion limited: {with_torsion.collapse_multiplier:.4f}), gap {prediction.certificate.gap:.1e}"
     )
-    lm.figures.mechanism(wall, prediction).savefig(OUT / f"corner_{plan}.png")
+    lm.figures.mechanism(wall, prediction).savefig(f"corner_{plan}.png")

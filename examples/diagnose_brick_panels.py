@@ -1,4 +1,4 @@
-"""Four brick panels against a response surface of 18 published UDEC runs: what four tests can and cannot say.
+"""Diagnosis of four brick panels: what four tests can and cannot say against a surface of 18 UDEC runs.
 
 The plan of the panels is not published, so the simulator is a surface through the published runs on the same opening:
 log V = a + b log tan(phi) + c log c + d log ft. It is asked at the joint strengths that the authors calibrated on
@@ -6,16 +6,11 @@ these very panels: their mean level is no prediction. What differs between the f
 """
 
 import math
-import sys
-from pathlib import Path
 
 import numpy as np
 
 from limitmason import experiments, figures
 from limitmason.diagnosis import Cause, Measured, Noise, Study
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 SOURCE = "brick-panels-opening"
 cases = {name: experiments.load(SOURCE, name) for name in experiments.specimens(SOURCE)}
@@ -82,7 +77,7 @@ for label, noise in {"noise unknown": Noise.unknown(), "noise 9.1 % (assumed)": 
     print(f"\n=== {label} ===\n{verdicts[label].report()}")
     figures.diagnosis(verdicts[label], quantity="failure load [kN]", units={"mortar": "MPa"},
                       title=f"Brick panels S1-S4, {label}"
-                      ).savefig(OUT / f"diagnose_brick_panels_{noise.kind}.png")  # fmt: skip
+                      ).savefig(f"diagnose_brick_panels_{noise.kind}.png")  # fmt: skip
 confusable = study.confusable(CAUSES)
 print(f"\n{confusable}")
 pool = [

@@ -1,4 +1,4 @@
-"""Rounded block corners in other programs and in our DEM, diagnosed by limit analysis of sharp-cornered walls.
+"""Diagnosis of rounded block corners: in other programs and in our DEM, by limit analysis of sharp-cornered walls.
 
 First the values of LMGC90 and UDEC on the six walls of Ferris and Tin-Loi, computed with corners rounded by 20 mm, are
 treated as measurements: what survives of a list that does not know? Then the same rounding is planted in our own DEM
@@ -9,7 +9,6 @@ again (half an hour).
 """
 
 import csv
-import sys
 from math import hypot
 from pathlib import Path
 
@@ -21,9 +20,6 @@ from limitmason import causes as catalogue
 from limitmason import experiments, figures
 from limitmason.causes.joints import with_friction_factor
 from limitmason.diagnosis import Cause, Extension, Noise, Study
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 STORE = Path(__file__).parent / "stored" / "diagnose_ferris_tin_loi.csv"
 SOURCE, FRICTION, IN_PLANE = "ferris-tin-loi-2001", 0.65, (0.0, 1.0, 0.0)
@@ -181,4 +177,4 @@ if __name__ == "__main__":
     for name, verdict in {"published": theirs_verdict, "planted": planted}.items():
         figures.diagnosis(verdict, quantity="collapse multiplier [-]", title=f"Rounded corners, {name}",
                           units={"slenderness": "-", "block": "m"},
-                          ).savefig(OUT / f"diagnose_ferris_tin_loi_{name}.png")  # fmt: skip
+                          ).savefig(f"diagnose_ferris_tin_loi_{name}.png")  # fmt: skip

@@ -1,4 +1,4 @@
-"""Thirty-one peaks of 21 dry-joint shear walls: what the rigid-block model gets wrong, and what the data say of causes.
+"""Diagnosis of 21 dry-joint shear walls: what the rigid-block model gets wrong, and what the data say of causes.
 
     python diagnose_minho.py [--simulator dem] [--cache FOLDER] [--full]
 
@@ -191,7 +191,6 @@ def study_of(part, specimens, measured, method):
 
 if __name__ == "__main__":
     words = argparse.ArgumentParser()
-    words.add_argument("--out", type=Path, default=Path(), help="folder for the figures")
     words.add_argument("--simulator", choices=tuple(LISTS), default="limit")
     words.add_argument("--cache", type=Path, help="folder that keeps the peaks")
     words.add_argument("--full", action="store_true", help="pairs and checks for all parts, next tests by the DEM")
@@ -212,7 +211,7 @@ if __name__ == "__main__":
         figure = figures.diagnosis(
             verdict, units=UNITS, quantity="peak [kN]", title=f"Minho, {part}: {given.simulator}"
         )
-        figure.savefig(given.out / f"diagnose_minho_{part}_{given.simulator}.png")
+        figure.savefig(f"diagnose_minho_{part}_{given.simulator}.png")
     # which walls would tell the kept physical causes of the WS walls apart?
     kept = {name for names in verdicts["WS"].kept for name in names}
     rivals = [c for c in LISTS[given.simulator] if c.name in kept and c.acts_on == "simulation"]

@@ -1,6 +1,6 @@
-"""One measured wall, three numbers: fit a cause on the first frequency, predict the second one and the stiffness.
+"""Diagnosis of one wall by three numbers: fit a cause on the first frequency, predict the second one and the stiffness.
 
-    python diagnose_murano.py [--rehearse 60] [--out FOLDER]
+    python diagnose_murano.py [--rehearse 60]
 
 REGW is a U-shaped wall of stone and mortar under an airbag. The source prints how far its three models are from the
 first two measured frequencies, in whole per cent: three such pairs enclose each frequency within 0.5 %. It does not
@@ -12,7 +12,6 @@ was not used.
 """
 
 import argparse
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -90,7 +89,6 @@ def rehearsed(count, error, side_walls, seed=20261124):
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rehearse", type=int, default=0, metavar="N", help="walls to draw")
-    parser.add_argument("--out", type=Path, default=Path(), help="folder for the figure")
     arguments = parser.parse_args()
     (first, first_error), (second, second_error) = measured(FIRST), measured(SECOND)
     print(f"measured: {first:.2f} +- {first_error:.2f} Hz, {second:.2f} +- {second_error:.2f} Hz, {STIFFNESS} kN/mm")
@@ -122,6 +120,4 @@ if __name__ == "__main__":
     ax.set_yticks(places, list(rows))
     ax.set_xlabel("predicted over measured, less 1 [%]")
     fig.legend(loc="outside upper center", ncols=3, fontsize=8, frameon=False)
-    OUT = arguments.out
-    OUT.mkdir(parents=True, exist_ok=True)
-    fig.savefig(OUT / "diagnose_murano.png", dpi=150)
+    fig.savefig("diagnose_murano.png", dpi=150)

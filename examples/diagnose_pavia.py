@@ -1,4 +1,4 @@
-"""Twelve tilting tests of Pavia against the published 3DEC values: what is wrong, where no plan is known.
+"""Diagnosis of twelve tilting tests: Pavia against the published 3DEC values, where no plan is known.
 
 Godio, Stefanou and Sab 2017 publish two multipliers per specimen, for joints without dilatancy and with psi = phi. No
 geometry and no covariates are at hand, so a cause can act on the output (zero of the inclinometer, gain of the
@@ -6,17 +6,12 @@ sensor), or along the one sensitivity that is published: log lambda between psi 
 """
 
 import math
-import sys
-from pathlib import Path
 
 import numpy as np
 
 from limitmason import causes as catalogue
 from limitmason import experiments, figures
 from limitmason.diagnosis import Cause, Noise, Study
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 SOURCE = "pavia-tilting"
 
@@ -80,7 +75,7 @@ for label, model, causes in (
     print(f"\n=== 3DEC with {label} ===\n{verdict.report()}\n\n{study.confusable(causes)}")
     figures.diagnosis(
         verdict, quantity="collapse multiplier [-]", title=f"Pavia tilting tests against 3DEC, {label}"
-    ).savefig(OUT / f"diagnose_pavia_{label.replace(' = ', '_')}.png")
+    ).savefig(f"diagnose_pavia_{label.replace(' = ', '_')}.png")
 again = verdicts["psi = 0"].next_tests(specimens, k=4)
 print("\nTo be repeated first:", ", ".join(s["name"] for s in again.specimens), f"(smallest d2 {again.before:.1f} -> "
       f"{again.after:.1f})")  # fmt: skip

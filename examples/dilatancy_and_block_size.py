@@ -1,4 +1,4 @@
-"""What dilatancy, contact points and block size do to a wall with a return, pushed out of plane.
+"""Dilatancy, contact points and block size: what they do to a wall with a return, pushed out of plane.
 
 Blocks and joints of the Pavia tilting tests (80 x 40 x 28 mm, phi 33.82 degrees), a layout of our own. Two
 block-size studies are kept apart: growing the blocks in the wall's plane changes the bond, growing the thickness too
@@ -7,13 +7,9 @@ of 12 courses down to quarter blocks, all dilatancy angles and more contact poin
 """
 
 import sys
-from pathlib import Path
 
 import limitmason as lm
 from limitmason.limit.nonassociative.search import EFFORTS
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 FULL = "--full" in sys.argv
 UNIT, OUTWARDS = (0.08, 0.04, 0.028), (0, -1, 0)
@@ -29,7 +25,7 @@ def say(line):
 
 
 def draw(table, name, x, x_label, title, **options):
-    lm.figures.study_lines(table, x, x_label=x_label, title=title, **options).savefig(OUT / f"{name}.png", dpi=200)
+    lm.figures.study_lines(table, x, x_label=x_label, title=title, **options).savefig(name + ".png", dpi=200)
 
 
 # dilatancy and contact points: on the small wall, whose search in 3-D takes seconds

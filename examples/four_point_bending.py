@@ -1,4 +1,4 @@
-"""Block masonry wallettes in four-point bending at five orientations of the bed joints, by the distinct element method.
+"""Wallettes in four-point bending: five orientations of the bed joints, by the distinct element method.
 
 The joints of Godio, Stefanou and Sab 2017, Table 4; spans, bond at the edges and brittle failure are assumed (printed
 below); the measured strengths are only in a figure of the source and not packaged. ``--full`` runs at half the speed
@@ -6,7 +6,6 @@ with twice the contact points, and with blocks of half the length and height.
 """
 
 import sys
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,9 +13,6 @@ from matplotlib.figure import Figure
 import dem
 from limitmason import experiments, figures
 from limitmason.experiments import mcmaster_bending as mcmaster
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 FULL = "--full" in sys.argv
 SPECIMENS = experiments.specimens("mcmaster-bending")
@@ -81,11 +77,11 @@ ax.tick_params(labelsize=7.5)
 ax.set_ylim(0.0, None)
 ax.legend(fontsize=7, frameon=False)
 page.tight_layout()
-page.savefig(OUT / "four_point_bending_cracks.png")
+page.savefig("four_point_bending_cracks.png")
 figures.load_displacement(
     curves, ylabel="6 M / (b t²) [MPa]", xlabel="travel of the loading bars [mm]", title="Four-point bending, DEM",
     caption="Assumed: spans 1.5 and 0.7 m, brittle joints. Joints: Godio et al. 2017.",
-).savefig(OUT / "four_point_bending.png")  # fmt: skip
+).savefig("four_point_bending.png")  # fmt: skip
 
 straight = 0.36e6 * (1.0 + 2.0 / (15 if FULL else 7) ** 2)
 print(f"straight bed joint, elastic until its edge breaks (contact points counted): {straight / 1e6:.3f} MPa")

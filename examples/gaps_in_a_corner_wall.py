@@ -1,4 +1,4 @@
-"""What joints that do not quite fit do to a corner wall out of plane: first loss of equilibrium, and what it sustains.
+"""Joints that do not quite fit: a corner wall out of plane, first loss of equilibrium, and what it sustains.
 
 An L wall of 22 blocks without dilation. A path at large displacement from an admissible state says what is still
 carried after a tenth of the thickness. Random gaps of 1e-4 of a block then open every joint of the wall: the load at
@@ -18,8 +18,6 @@ from limitmason.answers.curve import Curve
 from limitmason.capacity import Ensemble, imperfection_ensemble
 from limitmason.storage.csv_table import parsed, write_table
 
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figure
-OUT.mkdir(parents=True, exist_ok=True)
 STORED = Path(__file__).parent / "stored" / "gaps_in_a_corner_wall.csv"
 PATHS = int(sys.argv[sys.argv.index("--paths") + 1]) if "--paths" in sys.argv else 0
 STIFFNESS = 6e9  # Pa/m
@@ -72,4 +70,4 @@ figure = figures.load_displacement(
     drawn, levels=levels, ylabel="multiplier [-]", title="L wall of 22 blocks, gaps of 1e-4 of a block",
     caption=f"{len(drawn)} paths, each from other random gaps; the first is named.",
 )  # fmt: skip
-figure.savefig(OUT / "gaps_in_a_corner_wall.png", bbox_inches="tight")
+figure.savefig("gaps_in_a_corner_wall.png", bbox_inches="tight")

@@ -1,4 +1,4 @@
-"""Dry-joint shear walls of the University of Minho by the distinct element method, pushed once and back and forth.
+"""Dry-joint shear walls pushed once and in cycles: the Minho walls by the distinct element method.
 
     python minho_pushover.py [SW.30 SW.100 SW.200 SW.250 WS.100] [--full]
 
@@ -9,15 +9,11 @@ nu = 0.2 assumed. Measured curves and peaks beside the DEM and limit analysis. `
 
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 import dem
 from limitmason import experiments, figures, limit_analysis
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 FULL = "--full" in sys.argv
 LEVELS = [w for w in sys.argv[1:] if w.startswith(("SW.", "WS."))]
@@ -97,9 +93,9 @@ for level in LEVELS:
         block="beam", levels={"limit analysis, psi = 0": 1e3 * rigid["non-associative"]},
         title=f"{level}: {test.parameters['N on top']} on top", xlabel="displacement of the beam [mm]",
         caption="Assumed: weightless rigid beam free to turn, friction, nu = 0.2; the test's curve is thinned.",
-    ).savefig(OUT / f"minho_{name}.png")  # fmt: skip
+    ).savefig(f"minho_{name}.png")  # fmt: skip
     figures.deformed(wall, once, scale=2.0, title=f"{level} pushed by {TRAVEL[level[:2]]} mm").savefig(
-        OUT / f"minho_{name}_deformed.png"
+        f"minho_{name}_deformed.png"
     )
     if FULL and level == "SW.100":
-        figures.animate(wall, cycles, OUT / "minho_sw_100.gif", scale=5.0)
+        figures.animate(wall, cycles, "minho_sw_100.gif", scale=5.0)

@@ -1,18 +1,12 @@
-"""The 21 dry-joint shear walls of the University of Minho: 31 measured peaks against the plain rigid-block model.
+"""21 dry-joint shear walls of Minho: 31 measured peaks against the plain rigid-block model.
 
 Nothing is tuned. What the sources leave open is shown as a range: the friction of the WS walls (0.5 to 0.75), the
 height of the force on the SW walls (0.95 or 1.0 m).
 """
 
-import sys
-from pathlib import Path
-
 import numpy as np
 
 from limitmason import experiments, figures, limit_analysis
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 SOURCE = "minho-dry-stone-2005-2009"
 
@@ -54,4 +48,4 @@ figures.predicted_against_published(
     quantity="peak horizontal force [kN]",
     published="measured",
     title="Dry-joint shear walls, University of Minho",
-).savefig(OUT / "minho_shear_walls.png", dpi=200)
+).savefig("minho_shear_walls.png", dpi=200)

@@ -1,4 +1,4 @@
-"""Two U-shaped stone walls under an airbag, dry (DS) and mortared (REGW): test, DEM, limit analysis, mechanisms.
+"""Two U-shaped stone walls under an airbag: dry (DS) and mortared (REGW), test, DEM, limit analysis, mechanisms.
 
     python murano_pushover.py [--full]
 
@@ -21,7 +21,6 @@ grows until the facade runs away. What comes out:
 """
 
 import sys
-from pathlib import Path
 
 import numpy as np
 
@@ -29,9 +28,6 @@ import dem
 from limitmason import experiments, figures, limit_analysis, modes
 from limitmason.experiments import murano_u_walls as murano
 from mechanisms import Facade, compound_rocking, horizontal_flexure, simple_rocking
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 FULL = "--full" in sys.argv
 SOURCE = "murano-u-walls"
@@ -115,11 +111,11 @@ for name in experiments.specimens(SOURCE):
         f"joints calibrated on this test by the source; driven by the load, not by displacement.{plastic}",
     )
     figure.axes[0].axhspan(min(measured), max(measured), color="0.75", alpha=0.6, linewidth=0, zorder=0)
-    figure.savefig(OUT / f"murano_pushover_{name}.png")
+    figure.savefig(f"murano_pushover_{name}.png")
     moved = int(np.argmax(u > 0.03))
     figures.deformed(
         wall, history, sample=moved, scale=3.0, title=title, azimuth_deg=-120.0, elevation_deg=30.0
-    ).savefig(OUT / f"murano_pushover_{name}_moved.png")
+    ).savefig(f"murano_pushover_{name}_moved.png")
 
 print(f"facade {weight / 1e3:.2f} kN at 10 m/s2; line load 20 kN over 3.65 m = {LINE_LOAD / 1e3:.2f} kN/m")
 

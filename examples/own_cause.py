@@ -58,6 +58,7 @@ others = [
 ]
 diagnosis = study.with_measured(measured).diagnose([hollow, *others], seed=0)
 print(diagnosis.report())
+lm.figures.diagnosis(diagnosis, title="Stacks with hollow upper units").savefig("own_cause.png")
 size = diagnosis.estimates[hollow.name].size
 better = lm.limit_analysis(*hollow.apply(size, *stack(tall)))
 print(f"\nbetter model of the 1.2 m stack: {better}")

@@ -1,4 +1,4 @@
-"""Contact points and dilatancy on Rondelet's wallette: the DEM beside limit analysis on the same points.
+"""Contact points on Rondelet's wallette: the DEM beside limit analysis on the same points.
 
 The wallette of 3 x 13 blocks of Godio, Stefanou and Sab 2017 (their Figs 3, 11, 12), phi = 35 degrees, kn = ks =
 14 GPa/m. Its bond is only in a figure of the source: every plausible one is run (assumed). Published: about 0.40 for
@@ -10,15 +10,11 @@ and its torsional strength mu N r with the mean radius r of the pressure stays f
 """
 
 import sys
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from limitmason import experiments, study
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 FULL = "--full" in sys.argv
 BONDS = experiments.specimens("rondelet-wallette") if FULL else ("toothed-odd-ragged",)
@@ -78,7 +74,7 @@ for ax, bond in zip(figure.subplots(1, len(standing), sharey=True, squeeze=False
     ax.spines[["top", "right"]].set_visible(False)
 figure.axes[0].set_ylabel("collapse multiplier [-]")
 figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside right center", fontsize=7, frameon=False)
-figure.savefig(OUT / "rondelet_contact_points.png")
+figure.savefig("rondelet_contact_points.png")
 
 block, n = test.parameters, ACROSS[-1]
 half_lap = (0.5e-3 * float(block["block width"]), 1e-3 * float(block["block thickness"]))

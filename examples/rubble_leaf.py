@@ -5,14 +5,10 @@ A stone is its convex hull, mortar is counted to the stones, half to each; what 
 are those of the source's input file; 139 kN on the beam are read as kN, its sense of push is assumed.
 """
 
-import sys
 from pathlib import Path
 
 import limitmason as lm
 from limitmason.geometry import box
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 stones = lm.formats.read_stones(Path(__file__).with_name("rubble_leaf.zip"), up="x")
 print(f"{len(stones.names)} stones, volume over that of the convex hull {min(stones.convexity):.3f} and more")
@@ -37,4 +33,4 @@ for name, joint in mortar.items():
     predictions[name] = prediction
     outcome = f"H / V = {prediction.collapse_multiplier:.3f}" if prediction.status == "solved" else prediction.status
     print(f"{name}: {leaf.n_blocks} blocks, {len(leaf.interfaces)} joints: {outcome}")
-    lm.figures.mechanism(leaf, prediction).savefig(OUT / f"rubble_leaf_{name}.png")
+    lm.figures.mechanism(leaf, prediction).savefig(f"rubble_leaf_{name}.png")

@@ -4,13 +4,7 @@ A semicircular arch with radial joints needs t / R = 0.1075 to stand under its o
 more thickness it also carries a horizontal acceleration.
 """
 
-import sys
-from pathlib import Path
-
 import limitmason as lm
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 minimum = lm.build.arch_minimum_thickness(voussoirs=60)
 print(f"minimum t/R of a semicircular arch of 60 voussoirs: {minimum:.5f} (Milankovitch 0.1075)")
@@ -21,8 +15,8 @@ horizontal = lm.Loads.horizontal(arch)
 prediction = lm.limit_analysis(arch, horizontal)
 print(prediction)
 
-lm.figures.mechanism(arch, prediction).savefig(OUT / "arch_mechanism.png")
-lm.figures.contact_forces(arch, prediction).savefig(OUT / "arch_thrust.png")
+lm.figures.mechanism(arch, prediction).savefig("arch_mechanism.png")
+lm.figures.contact_forces(arch, prediction).savefig("arch_thrust.png")
 
 # a little thinner than the minimum it cannot stand: that is a result, not an error
 thin = lm.build.arch(radius=2.0, thickness=0.99 * 2.0 * minimum, width=0.6, voussoirs=60, joint=joint)

@@ -1,4 +1,4 @@
-"""Brick panels whose bricks and joints vary, 4 sets, spatial and not, beside the published means and spreads.
+"""Brick panels whose joints vary at random: 4 sets, spatial and not, beside the published means and spreads.
 
 The runs are read from a file: a run takes a second. ``python -m validation.stochastic --store FOLDER --runs 300``
 makes them, goes on where FOLDER ends, and ``--out docs/papers`` writes the page. The outline of the panel is inferred,
@@ -7,7 +7,6 @@ Strengths are linked by c = 2 ft tan(phi), joint by joint.
 """
 
 import csv
-import sys
 from pathlib import Path
 
 import limitmason as lm
@@ -15,8 +14,6 @@ from limitmason import figures, study
 from limitmason.display.text_table import markdown
 from limitmason.experiments import stochastic_brick_panels as published
 
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 STORED = Path(__file__).parent / "stored" / "stochastic_panels.csv"
 
 rows = {}
@@ -68,5 +65,5 @@ loads = {
     for kind in ("spatial", "non-spatial")
 }
 figures.histogram(loads, "load", label="ultimate load [kN]", title="Set 1: all properties vary").savefig(
-    OUT / "stochastic_panels.png"
+    "stochastic_panels.png"
 )

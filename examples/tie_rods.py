@@ -5,14 +5,8 @@ lambda = t / H + 2 (sum of strengths) h / (W H), and the answer of limit analysi
 show what it leaves open: how far the rods stretch before they yield, and what the facade still carries as it leans.
 """
 
-import sys
-from pathlib import Path
-
 import limitmason as lm
 from limitmason.geometry import box
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 thickness, height, width = 0.3, 3.0, 4.0
 joint = lm.Joint.from_friction_coefficient(0.6)
@@ -67,4 +61,4 @@ for name, curve in curves.items():
 figure = lm.figures.before_and_after(
     (house, predictions["bare"]), (tied, predictions["rods"]), curves=(curves["bare"], curves["rods"]), title="Tie rods"
 )
-figure.savefig(OUT / "tie_rods.png")
+figure.savefig("tie_rods.png")

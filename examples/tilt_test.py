@@ -1,4 +1,4 @@
-"""A wall of small marble blocks on a tilting table, with one return wall: joints that dilate and joints that do not.
+"""A wall on a tilting table: small marble blocks with one return wall, joints that dilate and joints that do not.
 
     python tilt_test.py [--full]
 
@@ -10,14 +10,10 @@ the finer contacts and the slower table.
 """
 
 import sys
-from pathlib import Path
 
 import dem
 from limitmason import Joint, Loads, build, figures, limit_analysis
 from limitmason.experiments import load
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 FULL = "--full" in sys.argv
 given = load("pavia-tilting", "S1").parameters
@@ -57,7 +53,7 @@ figures.tilt_test(
     caption="Plan assumed, blocks and joints of the Pavia tests. A table that still turns while the wall falls reads "
     + " and ".join(f"{100 * (t.runs[-1][1] / t.collapse_multiplier - 1):.1f} %" for t in tests.values())
     + " too much, against a table that stops.",
-).savefig(OUT / "tilt_test.png")
+).savefig("tilt_test.png")
 figures.deformed(wall, zero.history, scale=2.0, title="The wall begins to fall, ψ = 0").savefig(
-    OUT / "tilt_test_fall.png"
+    "tilt_test_fall.png"
 )

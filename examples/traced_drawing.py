@@ -6,13 +6,9 @@ millimetres included. `tolerance` says how much of that is drawing error. A DXF 
 """
 
 import json
-import sys
 from pathlib import Path
 
 import limitmason as lm
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 drawing = json.loads((Path(__file__).parent / "traced_wall.json").read_text(encoding="utf-8"))
 wall = lm.Assembly.from_polygons(
@@ -37,5 +33,5 @@ for name, prediction in predictions.items():
     )
 governing = min(predictions, key=lambda name: predictions[name].collapse_multiplier)
 print(f"governing: {governing}")
-lm.figures.mechanism(wall, predictions[governing], title=f"Traced wall, {governing}").savefig(OUT / "traced_wall.png")
-lm.figures.contact_forces(wall, predictions[governing]).savefig(OUT / "traced_wall_forces.png")
+lm.figures.mechanism(wall, predictions[governing], title=f"Traced wall, {governing}").savefig("traced_wall.png")
+lm.figures.contact_forces(wall, predictions[governing]).savefig("traced_wall_forces.png")

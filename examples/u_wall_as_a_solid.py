@@ -2,19 +2,16 @@
 
 The mortared wall of Murano et al. (REGW). The solid needs no layout of stones; the blocks stand on the assumed bond.
 
-    python examples/u_wall_as_a_solid.py [--out FOLDER] [--push]
+    python examples/u_wall_as_a_solid.py [--push]
 """
 
 import sys
-from pathlib import Path
 
 import limitmason as lm
 from limitmason import experiments, figures
 from limitmason.continuum import push, solve_elastic
 from limitmason.experiments.murano_u_walls.macro import control_point, macro_model, published
 
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 test = experiments.load("murano-u-walls", "REGW")
 solid = macro_model(test, size=0.15)
 point = control_point(test)
@@ -31,5 +28,5 @@ print(alike)
 if "--push" in sys.argv:  # some minutes
     curve = push(solid, control=(point, (0.0, -1.0, 0.0)), to=2e-3, first=2e-5, largest=1e-4, progress=print)
     print(curve)
-figures.mode_shape(of_solid, 1).savefig(OUT / "u_wall_mode_1.png")
-figures.mac_matrix(alike, names=("solid", "blocks"), title="REGW").savefig(OUT / "u_wall_mac.png")
+figures.mode_shape(of_solid, 1).savefig("u_wall_mode_1.png")
+figures.mac_matrix(alike, names=("solid", "blocks"), title="REGW").savefig("u_wall_mac.png")

@@ -1,16 +1,10 @@
-"""Barrel vault, groin vault, dome and tower under a horizontal load; fill on haunches; the thinnest dome that stands.
+"""Vaults, domes and a tower: horizontal load, fill on haunches, and the thinnest dome that stands.
 
 A vault or a dome has hundreds of voussoirs, built from a few numbers. The dome's meridian joints run from springing to
 crown, as the cracks of real domes do, so that its least thickness can be read beside Heyman's 4.2 % of the radius.
 """
 
-import sys
-from pathlib import Path
-
 import limitmason as lm
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 joint = lm.Joint(friction_angle_deg=40.0)
 section = {"radius": 2.5, "thickness": 0.4, "voussoirs": 11, "unit_length": 0.8, "joint": joint}
@@ -30,7 +24,7 @@ for name, structure in structures.items():
     prediction = lm.limit_analysis(structure, loads)
     multipliers[name] = prediction.collapse_multiplier
     print(f"{name:<14}{structure.n_blocks:4d} blocks: lambda = {prediction.collapse_multiplier:.4f}")
-    lm.figures.mechanism(structure, prediction).savefig(OUT / f"vaults_{name.replace(' ', '_')}.png")
+    lm.figures.mechanism(structure, prediction).savefig(f"vaults_{name.replace(' ', '_')}.png")
 
 # fill up to the crown: more weight on the haunches, and the horizontal load of the fill itself is not counted here
 barrel = structures["barrel vault"]

@@ -1,16 +1,10 @@
-"""One wall in plane, associative against non-associative, with the dilatancy angle from zero to the friction angle.
+"""One wall, joints that dilate more and less: from no dilatancy to the friction angle.
 
 The associative value is an upper bound for every dilatancy. With psi < phi the multiplier is not unique; what is
 certain is Radenkovic's bracket.
 """
 
-import sys
-from pathlib import Path
-
 import limitmason as lm
-
-OUT = Path(sys.argv[sys.argv.index("--out") + 1]) if "--out" in sys.argv else Path()  # folder for the figures
-OUT.mkdir(parents=True, exist_ok=True)
 
 FRICTION_DEG = 33.0
 wall = lm.build.wall(
@@ -33,5 +27,5 @@ for share in (0.0, 0.5, 1.0):
     multipliers[share] = prediction.collapse_multiplier
     print(f"psi = {share:.1f} phi: smallest multiplier found {prediction.collapse_multiplier:.5f}; certain: {bracket}")
     if share == 0.0:
-        lm.figures.mechanism(wall, prediction, title="psi = 0").savefig(OUT / "wall_psi_0.png")
-lm.figures.mechanism(wall, associative, title="psi = phi").savefig(OUT / "wall_psi_phi.png")
+        lm.figures.mechanism(wall, prediction, title="psi = 0").savefig("wall_psi_0.png")
+lm.figures.mechanism(wall, associative, title="psi = phi").savefig("wall_psi_phi.png")

@@ -23,7 +23,8 @@ extensions = [
     "numpydoc",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["gallery_source", "gallery/*.ipynb", "gallery/*.py", "gallery/*.zip", "*/sg_execution_times.rst"]
+exclude_patterns = ["gallery_source", "gallery/**/*.ipynb", "gallery/**/*.py", "gallery/**/*.zip"]
+exclude_patterns += ["**/sg_execution_times.rst", "sg_execution_times.rst"]
 default_role = "literal"
 suppress_warnings = ["config.cache"]
 
@@ -42,6 +43,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "gallery_source",
     "gallery_dirs": "gallery",
     "plot_gallery": False,
+    "within_subsection_order": "site_sources.GalleryOrder",
     "download_all_examples": False,
     "show_signature": False,
     "write_computation_times": False,
@@ -52,6 +54,9 @@ html_theme = "pydata_sphinx_theme"
 html_title = "limitmason"
 html_theme_options = {"show_toc_level": 2, "navigation_with_keys": False, "show_prev_next": True}
 html_show_sourcelink = False
+# pages without pages below them: the room is for their tables
+ALONE = ("index", "quickstart", "application", "conventions", "theory", "validation", "made/*")
+html_sidebars = {name: [] for name in ALONE}
 html_static_path = ["static"]
 html_css_files = ["wide.css"]
 

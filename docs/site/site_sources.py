@@ -83,9 +83,41 @@ STORED = SITE / "gallery_stored"
 """What the examples printed and drew, one folder per example; see :mod:`store_gallery`."""
 
 
+GALLERY = {
+    "First steps": (
+        "stack", "block_on_slope", "wall_with_opening", "two_mechanisms", "wall_flow_rules",
+        "corner_walls_out_of_plane", "semicircular_arch", "modes_of_a_wall", "capacity_curve", "rocking_column",
+    ),
+    "Walls": (
+        "traced_drawing", "tie_rods", "rubble_leaf", "three_theories_one_wall", "mechanisms_of_a_u_shaped_wall",
+        "dilatancy_and_block_size", "gaps_in_a_corner_wall", "u_wall_as_a_solid",
+    ),
+    "Arches and vaults": ("axles_on_an_arch", "vaults_and_domes"),
+    "Distinct elements": ("tilt_test", "rondelet_contact_points", "four_point_bending"),
+    "Capacity curves": ("brick_panel", "minho_pushover", "murano_pushover", "bnw_zoned_walls"),
+    "Diagnosis and calibration": (
+        "own_cause", "calibrate_murano_stiffness", "calibrate_brick_panels", "diagnose_murano", "diagnose_pavia",
+        "diagnose_brick_panels", "diagnose_ferris_tin_loi", "diagnose_minho",
+    ),
+    "Papers": ("ferris_tin_loi_walls", "minho_shear_walls", "minho_cracking_stone", "stochastic_panels"),
+}  # fmt: skip
+"""Groups of the gallery and their examples, both in the order shown; those of the first are read in a minute each."""
+
+
 def examples() -> list[Path]:
-    """The scripts of the gallery."""
-    return sorted((ROOT / "examples").glob("*.py"))
+    """The scripts of the gallery in its order."""
+    return [ROOT / "examples" / f"{name}.py" for names in GALLERY.values() for name in names]
+
+
+class GalleryOrder:
+    """Sorts the scripts of a group of the gallery."""
+
+    def __init__(self, folder: str) -> None:
+        self.names = [p.name for p in examples()]
+
+    def __call__(self, script: str) -> int:
+        """Place of a script."""
+        return self.names.index(Path(script).name)
 
 
 def title_of(script: Path) -> tuple[str, str]:
@@ -95,14 +127,8 @@ def title_of(script: Path) -> tuple[str, str]:
     return title, "\n".join(readable(words.splitlines()))
 
 
-def gallery_script(script: Path, folder: Path) -> str:
-    """An example as sphinx-gallery reads it: title, code, and the stored output below.
-
-    Parameters
-    ----------
-    script : the example
-    folder : of the copy; paths of pictures are relative to the page that is made of it
-    """
+def gallery_script(script: Path) -> str:
+    """An example as sphinx-gallery reads it: title, code, and the stored output below."""
     title, rest = title_of(script)
     text = script.read_text(encoding="utf-8")
     code = text[re.match(r'""".*?"""\n', text, flags=re.DOTALL).end() :]
@@ -123,16 +149,21 @@ def gallery_script(script: Path, folder: Path) -> str:
 
 
 def write_gallery(folder: Path) -> None:
-    """Write the examples as sphinx-gallery reads them."""
+    """Write the examples as sphinx-gallery reads them, a folder for each group."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / "GALLERY_HEADER.rst").write_text(
-        "Gallery\n=======\n\nShort scripts, each also a test. Output and figures are stored; "
-        "``python docs/site/store_gallery.py NAME ...`` runs them anew.\n",
+        "Gallery\n=======\n\nScripts with what they print and draw, each also a test. They stand in the folder "
+        "``examples`` and write their figures where they are run.\n",
         encoding="utf-8",
     )
-    for script in examples():
-        (folder / script.name).write_text(gallery_script(script, folder), encoding="utf-8")
+    for number, (group, names) in enumerate(GALLERY.items(), 1):
+        part = folder / f"{number}_{group.lower().replace(' ', '_')}"
+        part.mkdir()
+        (part / "GALLERY_HEADER.rst").write_text(f"{group}\n{'-' * len(group)}\n", encoding="utf-8")
+        for name in names:
+            script = ROOT / "examples" / f"{name}.py"
+            (part / script.name).write_text(gallery_script(script), encoding="utf-8")
 
 
 def linked(text: str, origin: Path) -> str:

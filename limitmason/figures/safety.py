@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull, QhullError
 
 from limitmason.arrays import Array
@@ -37,7 +41,7 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
     """
     if len(region.names) != 2 or not len(region.corners):
         raise InputError(f"a region is drawn of two loads that can be carried, not: {region}")
-    figure, ax = style.paper(3.4, 3.0, ax)
+    own, (_, ax) = ax is None, style.paper(style.page_width(3.4), 3.0, ax)
     for drawn, shade in ((region, "#d8d8d8"), (region.certain, "#a0a0a0")):
         if drawn is not None and len(drawn.corners):
             outline = _outline(drawn.corners)
@@ -54,8 +58,23 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
             line.set(color="white", lw=1.2, ls=(0, (4, 4)))
     ax.set_xlabel(f"multiplier of {region.names[0]} [-]")
     ax.set_ylabel(f"multiplier of {region.names[1]} [-]")
-    style.frame(ax, title, str(region))
-    return figure
+    handles: list[Any] = [Patch(facecolor="#d8d8d8", edgecolor="black", linewidth=0.8, label="carried")]
+    if region.certain is not None and len(region.certain.corners):
+        handles.append(Patch(facecolor="#a0a0a0", edgecolor="black", linewidth=0.8, label="certain for ψ < φ"))
+    if any(plane.twists is not None for plane in region.outside):
+        handles.append(Line2D([], [], color=style.ORANGE, linewidth=1.0, label="a mechanism"))
+    return _finished(ax, own, title, str(region), handles)
+
+
+def _finished(ax: Axes, own: bool, title: str | None, text: str, handles: list[Any]) -> Figure:
+    """The figure with its heading and legend, on its own page or in axes of the caller."""
+    if own:
+        style.frame(ax, None)
+        return style.finished(style.figure_of(ax), title, text, handles)
+    style.frame(ax, title, text)
+    if handles:
+        ax.legend(handles=handles)
+    return style.figure_of(ax)
 
 
 def _outline(corners: Array) -> Array:
@@ -81,7 +100,7 @@ def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes 
     title : heading
     ax : axes to draw in; its own by default
     """
-    figure, ax = style.paper(3.4, 2.2, ax)
+    own, (_, ax) = ax is None, style.paper(style.page_width(3.4), 2.2, ax)
     least = float(envelope.multipliers.min())
     shown = np.where(np.isfinite(envelope.multipliers), envelope.multipliers, np.nan)
     ax.plot(envelope.positions, shown, color="black", lw=0.9)
@@ -89,8 +108,7 @@ def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes 
     ax.set_ylim(0.0, min(float(np.nanmax(shown)), 6.0 * least) * 1.05)
     ax.set_xlabel("first axle at x [m]")
     ax.set_ylabel("multiplier of the axles [-]")
-    style.frame(ax, title, str(envelope))
-    return figure
+    return _finished(ax, own, title, str(envelope), [])
 
 
 @style.in_print_style

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 from dataclasses import replace
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -186,6 +187,21 @@ def test_two_structures_stand_side_by_side_and_move_as_each_does_alone(column):
         lm.view([wall, low], found)
     with pytest.raises(InputError, match=r"model\[1\] must be an Assembly"):
         lm.view([wall, found], [None, None])
+
+
+def test_a_history_is_seen_from_the_ground_that_carries_it(column):
+    wall, _ = column
+    shift, turn = np.zeros((2, 3, wall.n_blocks, 3))
+    shift[:, :, 0] = np.array([0.0, 0.4, -0.2])[:, None]
+    shift[2, -1, 0] += 0.01
+    quaternion = np.array([quaternions(t) for t in turn])
+    loads = {"multiplier": np.zeros(3)}
+    history = SimpleNamespace(shift=shift, quaternion=quaternion, scalars=loads, status="finished")
+    data = held(lm.view(wall, history))
+    frames = data["motion"].reshape(3, wall.n_blocks, 6)
+    assert np.abs(frames[:, :-1]).max() < 1e-6
+    assert frames[2, -1, 0] == pytest.approx(0.01, abs=1e-7)
+    assert data["captions"] == ["sample 0", "sample 1", "sample 2"]  # a load that is nought is not told
 
 
 def test_a_joint_force_lies_at_its_centre_of_pressure_and_the_load_where_it_acts(column):

@@ -23,8 +23,8 @@ TUTORIALS = sorted((SITE / "tutorials").glob("[0-9]*.md"))
 MADE = {f"made/{name}" for name in (*site_sources.COPIED, "cite.md")}
 
 
-def test_there_are_six_tutorials_with_topics_time_and_files_on_top():
-    assert [p.name[0] for p in TUTORIALS] == ["1", "2", "3", "4", "5", "6"]
+def test_there_are_eight_tutorials_with_topics_time_and_files_on_top():
+    assert [p.name[0] for p in TUTORIALS] == ["1", "2", "3", "4", "5", "6", "7", "8"]
     for page in TUTORIALS:
         top = page.read_text(encoding="utf-8").partition("```")[0]
         for word in ("Topics", "Time needed", "Files"):
@@ -136,13 +136,24 @@ def test_every_example_has_a_title_and_a_page(tmp_path):
     site_sources.write_gallery(tmp_path / "gallery_source")
     for script in site_sources.examples():
         title, _ = site_sources.title_of(script)
-        assert 10 < len(title) < 150, script.name
-        page = (tmp_path / "gallery_source" / script.name).read_text(encoding="utf-8")
+        assert 10 < len(title) < 50, script.name  # a card of the gallery has room for two lines
+        (copy,) = (tmp_path / "gallery_source").glob(f"*/{script.name}")
+        page = copy.read_text(encoding="utf-8")
         compile(page, script.name, "exec")
         body = re.match(r'""".*?"""\n', script.read_text(encoding="utf-8"), flags=re.DOTALL).end()
         assert script.read_text(encoding="utf-8")[body:] in page
         for picture in re.findall(r"image:: /(\S+)", page):
             assert (SITE / picture).exists()
+
+
+def test_the_gallery_shows_every_example_once_with_a_picture_and_ten_short_ones_first():
+    names = [p.stem for p in site_sources.examples()]
+    assert sorted(names) == sorted(p.stem for p in (ROOT / "examples").glob("*.py"))
+    assert not [name for name in names if not list((site_sources.STORED / name).glob("*.png"))]
+    first = site_sources.GALLERY["First steps"]
+    assert len(first) == 10
+    for name in first:  # read in a minute
+        assert len((ROOT / "examples" / f"{name}.py").read_text(encoding="utf-8").splitlines()) <= 35, name
 
 
 def test_stored_output_belongs_to_examples():

@@ -155,7 +155,7 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
     if isinstance(what, Curve):
         poses, line, start = _of_curve(model, what, most)
     elif len(getattr(what, "shift", ())) and np.ndim(what.shift) == 3:
-        poses, line = _of_history(model, what, most), f"history, {what.status}"
+        poses, line = _of_history(model, what, most), f"history, {what.status}, seen from the ground"
         start = len(poses) - 1
     else:
         poses, line, start = [_moved(model, what, 0, "")], "", 0
@@ -214,13 +214,19 @@ def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose]
 
 
 def _of_history(model: Assembly, history: Any, most: int) -> list[ScenePose]:
-    units = {"multiplier": "λ = {:.4g}", "time": "{:.3g} s"}
-    return [
-        _moved(model, history, k, ", ".join(
-            [f"sample {k}"] + [w.format(float(history.scalars[c][k])) for c, w in units.items() if c in history.scalars]
-        ))
-        for k in _spread(len(history.shift), most)
-    ]  # fmt: skip
+    words = {"multiplier": "λ = {:.4g}"}
+    if getattr(getattr(history, "state", None), "mode", "") == "dynamic":
+        words = {"time": "{:.3g} s"} | words
+    told = {c: w for c, w in words.items() if c in history.scalars and np.any(history.scalars[c])}
+    poses = []
+    for k in _spread(len(history.shift), most):
+        said = [w.format(float(history.scalars[c][k])) for c, w in told.items()] or [f"sample {k}"]
+        pose = _moved(model, history, k, ", ".join(said))
+        ground = pose.shift[model.fixed]
+        # what carries everything, as the ground of a record, is taken away
+        common = ground[0] if len(ground) and np.ptp(ground, axis=0).max() < 1e-9 else 0.0
+        poses.append(pose._replace(shift=pose.shift - common))
+    return poses
 
 
 def _spread(count: int, most: int) -> list[int]:
