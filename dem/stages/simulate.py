@@ -50,7 +50,8 @@ def simulate(
         are part of the dead loads
     damping : of every stage without its own; local 0.8 to settle and 0.5 to load (quasi-static), none (dynamic)
     sample : steps between samples, and between two calls of ``progress``; a number with a point, such as 0.02, is the
-        time between them [s], counted from the begin of every stage, in dynamic runs
+        time between them [s], counted from the begin of every stage, in dynamic runs. Searches for contacts begin where
+        a sample sees that blocks have moved: other samples move a rocking wall by some per cent
     store : folder in which the samples are kept while it runs, or a :class:`dem.Store` that says of which blocks. The
         history then reads them from there, and its checkpoint is there: ``History.load(folder)`` goes on after a kill
     progress : called with the last sample as a mapping; return True to stop ("interrupted")

@@ -242,7 +242,7 @@ def test_equal_specimens_are_simulated_once(told, tmp_path):
     again = Simulator(Counted(told), specimens[1:], cache=path)  # the repeat alone finds what the other left on disk
     assert again.predict([Job(0, (("mu", 0.6),))])[0] == pytest.approx(wanted[0])
     assert again.calls == 0
-    other = first.on([{"x": 0.7, "order": 9} if told else {"x": 0.7}])
+    other = first.on([{"x": 0.7, "order": 9} if told else {"x": 0.7}], first.needed)
     assert other.predict([Job(0, (("mu", 0.7),))])[0] == pytest.approx(wanted[-1])
     assert other.calls == 0
 

@@ -40,7 +40,7 @@ def rocking_column(g):
 def axles_on_an_arch(g):
     # a bridge of one shape: the place and its mirror image bear the same
     found = dict(zip(g["axles"].positions.round(6).tolist(), g["axles"].multipliers.tolist(), strict=True))
-    mirrored = [(x, -x - 1.8) for x in found if round(-x - 1.8, 6) in found]
+    mirrored = [(x, 1.8 - x) for x in found if round(1.8 - x, 6) in found]  # the second axle stands 1.8 m on
     assert len(mirrored) > 5
     for x, y in mirrored:
         assert found[x] == pytest.approx(found[round(y, 6)], rel=1e-4)
@@ -218,8 +218,9 @@ def minho_shear_walls(g):
 
 def three_theories_one_wall(g):
     result, gap = g["result"], g["gap"]
-    assert all(line.startswith("holds") for line in result.findings())
-    assert len(result.findings()) == 3
+    # what cannot fail is not listed: of the bounds and the DEM, the DEM alone could have
+    (finding,) = result.findings()
+    assert finding.startswith("holds: the DEM lies inside the admissible range")
     # the program's associative value, the same as without the DEM
     assert result["associative"].multiplier == pytest.approx(0.36197, abs=1e-4)
     assert result["non-associative"].multiplier <= result["dem"].high <= result["associative"].multiplier
