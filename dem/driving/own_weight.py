@@ -50,7 +50,8 @@ def settled(
                 law[softens, strength] = BEYOND
         at_rest = _rested(simulate(assembly, stage, loads=loads, start=whole)).state
         weaken(at_rest, state)
-        history = simulate(assembly, stage, loads=loads, start=at_rest)
+        # all of the weight is on it
+        history = simulate(assembly, replace(stage, gently=0), loads=loads, start=at_rest)
     return _rested(history)
 
 

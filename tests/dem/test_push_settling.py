@@ -138,6 +138,31 @@ def test_a_keyboard_that_stops_any_run_of_settling_leaves_no_settled_file(tmp_pa
     assert not list(tmp_path.iterdir())
 
 
+def test_sound_joints_are_tried_where_the_weight_has_come_on_once_more_evenly():
+    # a block that slides brings the weight on evenly; the bond of another one breaks even so, and its floor bears it
+    slope = np.array([[1.0, 0.0], [2.0, 0.0], [2.0, 0.5], [1.0, 0.1]])
+    up, out = np.array([1.0, 0.4]) / np.hypot(1.0, 0.4), np.array([-0.4, 1.0]) / np.hypot(1.0, 0.4)
+    foot = slope[3] + 0.4 * up
+    block = np.array([foot, foot + 0.2 * up, foot + 0.2 * up + 0.2 * out, foot + 0.2 * out])
+    floor, side, top = (np.array([[x, z], [x + b, z], [x + b, z + h], [x, z + h]]) for x, z, b, h in (
+        (0.0, 0.0, 0.2, 0.1), (0.2, 0.1, 0.1, 0.2), (0.0, 0.1, 0.2, 0.2)))  # fmt: skip
+    names = ["slope", "block", "floor", "side", "top"]
+    wall = lm.Assembly.from_polygons(
+        [slope, block, floor, side, top], thickness=0.1, fixed=["slope", "floor", "side"], names=names, density=2000.0,
+        joint=lm.Joint(30.0, normal_stiffness=KN, shear_stiffness=KS),
+    )  # fmt: skip
+    weak = lm.Joint(
+        30.0, cohesion=100.0, tensile_strength=100.0, normal_stiffness=KN, shear_stiffness=KS, residual_cohesion=0.0,
+        residual_tensile_strength=0.0, lost_by="opening or slip",
+    )  # fmt: skip
+    wall = wall.with_interfaces([
+        replace(i, joint=weak) if {names[i.block_a], names[i.block_b]} == {"side", "top"} else i for i in wall.interfaces
+    ])  # fmt: skip
+    words = {**HUNG, "settle": dem.Settle(tolerance=1e-4, max_steps=20000)}
+    curve = dem.push(wall, DOWN, sound=True, **words)
+    assert curve.settlement == pytest.approx(2000.0 * GRAVITY * 0.2 / KN, rel=0.01)
+
+
 def test_sound_joints_that_do_not_settle_either_are_said_to(monkeypatch):
     settling(monkeypatch, 2, lambda h: replace(h, status=RunStatus.NOT_SETTLED))
     with pytest.raises(UnsettledError, match="does not settle"):
