@@ -156,7 +156,8 @@ def test_sound_joints_are_tried_where_the_weight_has_come_on_once_more_evenly():
         residual_tensile_strength=0.0, lost_by="opening or slip",
     )  # fmt: skip
     wall = wall.with_interfaces([
-        replace(i, joint=weak) if {names[i.block_a], names[i.block_b]} == {"side", "top"} else i for i in wall.interfaces
+        replace(i, joint=weak) if {names[i.block_a], names[i.block_b]} == {"side", "top"} else i
+        for i in wall.interfaces
     ])  # fmt: skip
     words = {**HUNG, "settle": dem.Settle(tolerance=1e-4, max_steps=20000)}
     curve = dem.push(wall, DOWN, sound=True, **words)
