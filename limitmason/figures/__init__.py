@@ -25,7 +25,7 @@ from limitmason.figures.scene import Scene, view
 from limitmason.figures.solids import solid_map
 from limitmason.figures.spread import curve_fan, histogram, running_spread, sensitivity_bars, word_shares
 from limitmason.figures.structure_page import structure_report
-from limitmason.figures.studies import gap, side_by_side, study_lines
+from limitmason.figures.studies import side_by_side, study_lines
 from limitmason.figures.style import print_style
 from limitmason.figures.ties import before_and_after
 from limitmason.figures.tilt import tilt_test
@@ -48,7 +48,6 @@ __all__ = [
     "diagnosis",
     "diagnosis_folder",
     "diagnosis_page",
-    "gap",
     "histogram",
     "history_curves",
     "load_displacement",

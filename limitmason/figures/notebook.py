@@ -19,11 +19,11 @@ from limitmason.figures.history import history_curves, load_displacement
 from limitmason.figures.modes import mac_matrix, mode_shape
 from limitmason.figures.moving_blocks import assembly, mechanism
 from limitmason.figures.safety import axle_envelope, load_region
-from limitmason.figures.studies import gap, side_by_side, study_lines
+from limitmason.figures.studies import side_by_side, study_lines
 from limitmason.figures.tilt import tilt_test
 from limitmason.limit import AxleEnvelope, LoadRegion
 from limitmason.model import Assembly
-from limitmason.study import GapAttribution, Table
+from limitmason.study import Table
 from limitmason.vibration import Mac, Modes
 
 MANY = 400
@@ -84,7 +84,7 @@ def _(shown: Table, x: str, **options: Any) -> Figure:
 
 
 for kind, draw in {
-    Mac: mac_matrix, LoadRegion: load_region, AxleEnvelope: axle_envelope, GapAttribution: gap, Rehearsal: rehearsal,
+    Mac: mac_matrix, LoadRegion: load_region, AxleEnvelope: axle_envelope, Rehearsal: rehearsal,
     Confusable: confusable,
 }.items():  # fmt: skip
     plot.register(kind, draw)

@@ -1,4 +1,4 @@
-"""Figures of comparisons and studies: theories beside a test, lines over a parameter, and a gap taken apart."""
+"""Figures of comparisons and studies: theories beside a test, and lines over a parameter."""
 
 from __future__ import annotations
 
@@ -43,9 +43,6 @@ def colours_of(methods: Iterable[Any]) -> dict[Any, str]:
         own = (getattr(style, _look(method).colour),) if _known(method) else ()
         out[method] = next((c for c in (*own, *style.SERIES) if c not in out.values()), style.FAINT)
     return out
-
-
-_ORDERS = {"switched in this order": ("v", style.BLACK), "in the reverse order": ("^", "white")}
 
 
 @style.in_print_style
@@ -268,80 +265,3 @@ def _group_name(by: Sequence[str], group: Sequence[Any]) -> str:
         else:
             parts.append(f"{name} {value}")
     return ", ".join(parts)
-
-
-@style.in_print_style
-def gap(result: Any, *, title: str | None = None, ax: Axes | None = None) -> Figure:
-    """The way from the associative multiplier down to the DEM's.
-
-    Each assumption is one step.
-
-    Parameters
-    ----------
-    result : from ``limitmason.study.attribute_gap``
-    title : heading
-    ax : axes to draw on; a new figure when not given
-
-    Returns
-    -------
-    Figure
-        Bars hang from step to step by the mean share; marks show the shares in the two orders where they differ. The
-        last bar but one is what remains unexplained. Grey numbers are below what the searches resolve.
-    """
-    figure, ax = style.paper(style.page_width(), 3.5, ax)
-    names = ["limit analysis,\nassociative"]
-    level, k = result.associative, 1
-    colours = {"flow rule": style.BLUE, "pressure in the faces": style.GREEN, "geometry change": style.ORANGE,
-               "shear softness": style.PURPLE, "rate": style.YELLOW}  # fmt: skip
-    ax.bar([0], [level], 0.62, color=style.pale(style.BLUE, 0.55), edgecolor=style.OUTLINE, gid="associative")
-    steps: list[tuple[str, float, tuple[float, float] | None]] = [
-        (s.assumption, s.mean, (s.forward, s.backward)) for s in result.shares
-    ]
-    steps.append(("not\nexplained", result.remainder, None))
-    lows = [result.associative, result.dem]
-    for name, mean, orders in steps:
-        ax.bar([k], [-mean], 0.62, bottom=level, color=colours.get(name, "white"), alpha=0.75, zorder=2,
-               edgecolor=style.OUTLINE, hatch=None if orders else "////", gid="share")  # fmt: skip
-        ax.plot([k - 0.69, k + 0.31], [level, level], color=style.FAINT, linewidth=0.5, zorder=1)
-        tops = [level, level - mean]
-        if orders:
-            ends = [level - v for v in orders]
-            tops += ends
-            if abs(ends[0] - ends[1]) > max(result.resolution, 0.01 * abs(result.gap)):
-                ax.vlines([k], min(ends), max(ends), color=style.BLACK, linewidth=0.8, zorder=3, gid="orders")
-                for (mark, face), end in zip(_ORDERS.values(), ends, strict=True):
-                    ax.plot(
-                        [k], [end], mark, color=style.BLACK, markerfacecolor=face, markersize=5, zorder=4, gid="order"
-                    )
-        lows.append(min(tops))
-        tone = style.GHOST if abs(mean) < result.resolution else style.BLACK
-        ax.annotate("0" if abs(mean) < 5e-5 else f"{-mean:+.4f}", (k, max(tops)), (0, 5), textcoords="offset points",
-                    ha="center", fontsize=style._SMALL, gid="number", color=tone)  # fmt: skip
-        names.append(name.replace("pressure in the faces", "pressure in\nthe faces").replace(" ", "\n", 1)
-                     if "\n" not in name and "pressure" not in name else
-                     name.replace("pressure in the faces", "pressure in\nthe faces"))  # fmt: skip
-        level -= mean
-        k += 1
-    ax.bar([k], [result.dem], 0.62, color=style.pale(style.VERMILION, 0.55), edgecolor=style.OUTLINE, gid="dem")
-    ax.plot([k - 0.69, k + 0.31], [level, level], color=style.FAINT, linewidth=0.5, zorder=1)
-    names.append("DEM\nas given")
-    for place, value in ((0, result.associative), (k, result.dem)):
-        ax.annotate(f"{value:.4f}", (place, value), (0, 4), textcoords="offset points", ha="center", fontweight="bold",
-                    fontsize=style._SMALL)  # fmt: skip
-    span = max(result.associative, result.dem) - min(lows)
-    bottom = min(lows) - max(0.6 * span, 0.01 * result.associative)
-    ax.set_ylim(max(bottom, 0.0), max(result.associative, result.dem, *lows) + 0.25 * max(span, 0.01 * result.dem))
-    ax.set_xticks(range(k + 1), names)
-    ax.set_ylabel("collapse multiplier λ [-]")
-    notes = [
-        "bars: mean of both orders; marks apart: assumptions act together",
-        f"grey: below the {result.resolution:.4f} resolved",
-    ]
-    style.frame(ax, title, " · ".join(notes + ["axis cut"] * (bottom > 0)))
-    ax.tick_params(axis="x", length=0, colors=style.BLACK)
-    handles = [
-        Line2D([], [], color=style.BLACK, marker=mark, markerfacecolor=face, linestyle="none", markersize=5, label=text)
-        for text, (mark, face) in _ORDERS.items()
-    ]
-    ax.legend(handles=handles, loc="upper right", fontsize=style._SMALL)
-    return figure

@@ -9,7 +9,6 @@ from limitmason.study.content import fingerprint
 from limitmason.study.dilatancy import contact_point_study, dilatancy_study, with_dilatancy
 from limitmason.study.draws import Random, lognormal, normal, uniform
 from limitmason.study.fragility import Fragility, fragility
-from limitmason.study.gap import GapAttribution, attribute_gap
 from limitmason.study.memo import Memo
 from limitmason.study.montecarlo import SobolIndices, curves_of, monte_carlo, sobol
 from limitmason.study.spread import Running, Sensitivity, Stop, WordShare, running, sensitivity, shares
@@ -19,7 +18,6 @@ from limitmason.study.workers import Unfinished
 
 __all__ = [
     "Fragility",
-    "GapAttribution",
     "Memo",
     "Random",
     "Running",
@@ -29,7 +27,6 @@ __all__ = [
     "Table",
     "Unfinished",
     "WordShare",
-    "attribute_gap",
     "block_size_study",
     "contact_point_study",
     "curves_of",

@@ -217,18 +217,13 @@ def minho_shear_walls(g):
 
 
 def three_theories_one_wall(g):
-    result, gap = g["result"], g["gap"]
+    result = g["result"]
     # what cannot fail is not listed: of the bounds and the DEM, the DEM alone could have
     (finding,) = result.findings()
     assert finding.startswith("holds: the DEM lies inside the admissible range")
     # the program's associative value, the same as without the DEM
     assert result["associative"].multiplier == pytest.approx(0.36197, abs=1e-4)
     assert result["non-associative"].multiplier <= result["dem"].high <= result["associative"].multiplier
-    shares = {s.assumption: s for s in gap.shares}
-    assert shares["flow rule"].forward < 0.1 * shares["flow rule"].backward
-    assert gap.associative == pytest.approx(math.sqrt(0.5), rel=1e-6)
-    assert gap.dem == pytest.approx(0.3826, rel=0.03)
-    assert abs(gap.remainder) < 0.01 * gap.associative
 
 
 def dilatancy_and_block_size(g):

@@ -275,33 +275,6 @@ def test_block_size_in_plane_keeps_the_slenderness_and_whole_block_moves_it():
     assert list(flat.where(method="associative")["status"]) == ["extrapolated", "solved", "solved", "solved"]
 
 
-def test_shares_of_the_gap_of_a_twisted_block_add_up_and_act_together(tmp_path):
-    block, twist = twisted_block()
-    found = study.attribute_gap(block, twist, contact_points=(8, 8), store=tmp_path / "gap.jsonl")
-    # torsion over mu N a: 0.7071 with the weight in the corners, 0.3826 with uniform pressure (points: 2 % more)
-    assert found.associative == pytest.approx(math.sqrt(0.5), rel=1e-6)
-    assert found.dem == pytest.approx(0.3826, rel=0.03)
-    for order in ("forward", "backward", "mean"):
-        total = sum(getattr(s, order) for s in found.shares)
-        assert total + found.remainder == pytest.approx(found.gap, abs=1e-12)
-    assert abs(found.remainder) < 2e-3 * found.associative
-    by = {s.assumption: s for s in found.shares}
-    # alone neither flow rule nor pressure takes anything, the second one switched takes all
-    for first, second in ((by["flow rule"].forward, by["pressure in the faces"].forward),
-                          (by["pressure in the faces"].backward, by["flow rule"].backward)):  # fmt: skip
-        assert abs(first) < 2.0 * found.resolution
-        assert second == pytest.approx(found.gap, rel=0.01)
-    assert by["shear softness"].mean == 0.0
-    assert "remainder" in str(found)
-    drawn = [p for p in lm.figures.gap(found).axes[0].patches if p.get_gid() == "share"]
-    assert sum(p.get_height() for p in drawn) == pytest.approx(-found.gap)
-    lines = []
-    assert study.attribute_gap(
-        block, twist, contact_points=(8, 8), store=tmp_path / "gap.jsonl", progress=lines.append
-    ).shares == found.shares  # fmt: skip
-    assert len(lines) == 1
-
-
 def test_lines_show_every_row_and_refuse_an_empty_table(table):
     figure = lm.figures.study_lines(table, "friction_coefficient", by=("status",), published={"test": [(0.6, 0.7)]})
     lines = {line.get_gid(): line for line in figure.axes[0].lines}
