@@ -10,7 +10,8 @@ from importlib.resources.abc import Traversable
 
 from limitmason.answers.references import DATA, Cited, Reference
 from limitmason.errors import InputError
-from limitmason.experiments.record import Quantity, Source
+from limitmason.experiments.record import Option, Quantity, Source
+from limitmason.experiments.shown import Departure, Settings, Shown, Variant
 from limitmason.storage.csv_table import parsed
 
 
@@ -97,8 +98,27 @@ def parse_table(text: str, name: str) -> TextTable:
 
 @cache
 def read_description(source: str) -> Mapping:
-    """Content of a source's ``source.json``: citation, licence, references, caveats, columns and checksums."""
+    """Content of a source's ``source.json``: citation, licence, caveats, options, columns and checksums."""
     return json.loads((folder(source) / "source.json").read_text(encoding="utf-8"))
+
+
+@cache
+def read_options(source: str) -> Mapping[str, Option]:
+    """Options of a source's assemblies, as its ``source.json`` states them."""
+    return {
+        name: Option(said["default"], said["unit"], said["meaning"], tuple(said.get("choices", ())))
+        for name, said in read_description(source)["options"].items()
+    }
+
+
+@cache
+def read_shown(source: str) -> Shown:
+    """How a source is shown beside the theories, as its ``source.json`` states it."""
+    said = dict(read_description(source)["shown"])
+    variants = tuple(Variant(name, options) for name, options in said.pop("variants", {"": {}}).items())
+    settings = {k: tuple(v) if isinstance(v, list) else v for k, v in said.pop("settings", {}).items()}
+    departures = tuple(Departure(**one) for one in said.pop("departures", ()))
+    return Shown(variants, Settings(**settings), tuple(said.pop("stubborn", ())), departures=departures, **said)
 
 
 @cache

@@ -14,9 +14,8 @@ from limitmason.answers.curve import Curve
 from limitmason.build import wall as running_wall
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
-from limitmason.experiments.shown import Settings, Shown, Variant
-from limitmason.experiments.tables import names_in, read_source, read_table
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.tables import names_in, read_description, read_options, read_shown, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -32,21 +31,7 @@ NO_FRICTION = (
     "shear strength of the database, cohesion=0.25e6"
 )
 
-OPTIONS = {
-    "friction": Option(None, "-", "friction coefficient; not in the sources at hand, so it must be given"),
-    "cohesion": Option(0.0, "Pa", "cohesion of the joints; 0 is assumed, the database gives fv0 = 0.25e6"),
-    "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, used by non-associative limit analysis"),
-    "crushing": Option(None, "-", "joints have the compressive strength of the masonry; None: where units are rigid"),
-    "beam_height": Option(0.02, "m", "height of the model's beam; small, so that the force acts at the wall's top"),
-    "kn": Option(None, "Pa/m", "normal stiffness of the joints; None: the method's own, 30e9 of units that deform"),
-    "ks": Option(None, "Pa/m", "shear stiffness of the joints; None: the method's own, 12e9 of units that deform"),
-    "young_modulus": Option(None, "Pa", "of units that deform and yield; None: rigid. Sister series BNL: 3.088e9"),
-    "poisson_ratio": Option(None, "-", "of units that deform; None: 0.15"),
-    "unit_strength": Option(None, "Pa", "compressive strength of units that deform; None: that of the masonry"),
-    "unit_friction_deg": Option(None, "deg", "friction angle of units that deform; None: 35"),
-    "unit_tension": Option(None, "Pa", "tensile strength of units that deform, and of their cracks; None: 0.2e6"),
-    "unit_cracks": Option(None, "-", "True: units that deform may crack, brittle, across their middle; None: no"),
-}
+OPTIONS = read_options(NAME)
 
 ASSUMED: Mapping[str, Any] = {
     "kn": 30e9, "ks": 12e9, "poisson_ratio": 0.15, "unit_friction_deg": 35.0, "unit_tension": 0.2e6,
@@ -74,36 +59,15 @@ def load(specimen: str, **options: Any) -> Experiment:
         for name in ("poisson_ratio", "unit_strength", "unit_friction_deg", "unit_tension", "unit_cracks"):
             if chosen[name] is not None:
                 raise InputError(f"{NAME}: {name} is of units that deform: give young_modulus too, or leave it out")
-    measured = {
-        "Vmax+": "V_max_pos", "Vmax-": "V_max_neg", "drift at first crack": "d_cr", "drift at Vmax+": "d_max_pos",
-        "drift at Vmax-": "d_max_neg", "ultimate drift+": "d_u_pos", "ultimate drift-": "d_u_neg",
-        "bilinear force+": "V_bl_pos", "bilinear force-": "V_bl_neg", "bilinear elastic drift+": "d_e_pos",
-        "bilinear elastic drift-": "d_e_neg", "bilinear ultimate drift+": "d_bu_pos",
-        "bilinear ultimate drift-": "d_bu_neg",
-    }  # fmt: skip
-    parameters = {
-        "height": "H", "length": "L", "thickness": "t", "courses": "courses", "unit length": "unit_l",
-        "unit width": "unit_w", "unit height": "unit_h", "unit strength": "fb", "mortar strength": "f_mortar",
-        "masonry strength": "f_masonry", "initial shear strength": "fv0", "H0 over H": "H0_over_H",
-        "vertical stress": "sigma0",
-    }  # fmt: skip
+    said = read_description(NAME)
     return Experiment(
         source=read_source(NAME),
         specimen=specimen,
         title=f"Hollow clay unit wall with mortar, cyclic, constant vertical stress {row['sigma0']} MPa",
-        parameters={**table.quantities(row, parameters), "failure type": row["failure_type"]},
-        measured=table.quantities(row, measured),
+        parameters={**table.quantities(row, said["quantities"]["parameters"]), "failure type": row["failure_type"]},
+        measured=table.quantities(row, said["quantities"]["measured"]),
         published=table.quantities(row, {"UDEC limit force": "V_udec"}, "calibrated on these walls"),
-        assumptions=(
-            "Running bond of ten expanded units per course without mortar thickness is assumed, wall length and height "
-            "divided evenly; the bottom course is assumed to start with a whole unit.",
-            "Friction is yours to assume: not in the sources at hand. Cohesion is assumed zero unless given: the "
-            "database has an initial shear strength of 0.25 MPa without saying how it was obtained.",
-            "The vertical force is taken as sigma0 L t at the top; wall and beam are assumed weightless.",
-            "The horizontal force is assumed at the top of the wall (H0/H = 1), on a thin beam that carries both "
-            "forces and is free to rotate (cantilever).",
-            *_assumed_of_units(chosen),
-        ),
+        assumptions=(*said["assumptions"]["always"], *_assumed_of_units(chosen)),
         targets=(
             TargetValue("Vmax+", "measured", None, "+"),
             TargetValue("Vmax-", "measured", None, "-"),
@@ -228,18 +192,4 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     )
 
 
-SHOWN = Shown(
-    variants=(
-        Variant("friction 0.4, cohesion 0.2 MPa", {"friction": 0.4, "cohesion": 0.2e6}),
-        Variant("friction 0.6, no cohesion", {"friction": 0.6}),
-    ),
-    settings=Settings((8, 2), grid=(8, 2)),
-    assumed="Friction of the joints is not in the sources at hand; the database has an initial shear strength of 0.25 "
-    "MPa. Assumed here are 0.4 and 0.2 MPa and no tension. These are characteristic values of EN 1996-1-1:2005 (3.6.2 "
-    "and Table 3.4, clay units, general purpose mortar M2.5 to M9). To show what they do, 0.6 without cohesion stands "
-    "beside them. Joints "
-    "crush at the masonry strength of the database. Units are rigid: cracks through them, seen in the tests of BNW2 "
-    "and BNW3, cannot appear. The UDEC run was calibrated on these walls.",
-)
-
-RECIPE = Recipe(specimens, load, assembly, loads, curve, SHOWN, drive)
+RECIPE = Recipe(specimens, load, assembly, loads, curve, read_shown(NAME), drive)

@@ -11,8 +11,16 @@ from limitmason.answers.curve import Curve
 from limitmason.errors import InputError
 from limitmason.experiments.brick_panels_opening.layout import BASIS, OUTLINES, panel, read_outline
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
-from limitmason.experiments.tables import names_in, papers_of, read_parameters, read_source, read_table
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.tables import (
+    names_in,
+    papers_of,
+    read_description,
+    read_options,
+    read_parameters,
+    read_source,
+    read_table,
+)
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint, LostBy
 from limitmason.model.load import Loads
@@ -31,41 +39,7 @@ _TABLE_4 = "input of the UDEC model calibrated on S1 to S4, Table 4; not measure
 
 LOSSES = tuple(str(v) for v in (LostBy.OPENING, LostBy.OPENING_OR_SLIP, LostBy.NOTHING))
 
-OPTIONS = {
-    "outline": Option(OUTLINES[0], "-", "pier [mm]/courses below/courses above the soldiers; inferred, not published"),
-    "start": Option(
-        "whole",
-        "-",
-        "bottom course starts with a 'whole' or a 'half' brick; assumed: either has 181 "
-        "bricks; 'half' fits stiffness and first failure better, 'whole' the failure loads much better",
-    ),
-    "young_modulus": Option(16.7e9, "Pa", "of the bricks; Table 4 prints a tenth of it, which contradicts the runs"),
-    "poisson_ratio": Option(0.15, "-", "of the bricks; Table 4 prints 0.14"),
-    "density": Option(2000.0, "kg/m3", "of the bricks"),
-    "loss": Option(
-        LOSSES[0],
-        "-",
-        "what takes cohesion and tension from a joint: 'opening' (which the runs follow), "
-        "'opening or slip' (the sentence of the paper) or 'nothing'",
-        LOSSES,
-    ),
-    "fracture_energy": Option(None, "J/m2", "GfI of a joint in tension, over which it loses both; None: at once"),
-    "friction_deg": Option(None, "deg", "None: of the run, or of Table 4"),
-    "cohesion": Option(None, "Pa", "None: of the run, or of Table 4"),
-    "tensile_strength": Option(None, "Pa", "None: of the run, or of Table 4"),
-    "dilation_deg": Option(None, "deg", "None: of the run, or of Table 4"),
-    "kn": Option(None, "Pa/m", "None: of the run, or of Table 4"),
-    "ks": Option(None, "Pa/m", "None: of the run, or of Table 4"),
-}
-
-_ASSUMED = (
-    "Outline, bond and spreader are inferred, not published: assumed.",
-    "The spreader is assumed to be a brick of 225 x 75 mm on the middle of the wall, its joint like the others, free "
-    "to turn.",
-    "The bottom bricks are assumed to stand on a held base through joints like the others.",
-    "Young's modulus of the bricks is assumed as 16.7 GPa, not the 1670 MPa that Table 4 prints: with that, own weight "
-    "alone would settle more than Table 3 prints at three of its four stiffnesses.",
-)
+OPTIONS = read_options(NAME)
 
 
 specimens = names_in(NAME, "panels.csv", "udec_runs.csv")
@@ -130,7 +104,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         parameters=parameters,
         measured=measured,
         published=published,
-        assumptions=_ASSUMED,
+        assumptions=tuple(read_description(NAME)["assumptions"]["always"]),
         targets=targets,
         multiplier_to_measured=Quantity(1.0, "kN"),
         recipe=RECIPE,

@@ -4,9 +4,8 @@ from typing import Any
 
 from limitmason.build import layout
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
-from limitmason.experiments.shown import Departure, Settings, Shown, Variant
-from limitmason.experiments.tables import names_in, read_source, read_table
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.tables import names_in, read_description, read_options, read_shown, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -15,13 +14,7 @@ NAME = "ferris-tin-loi-2001"
 BLOCK = (0.4, 0.175)  # length and height [m]; 4 x 1.75 units in the authors' model data
 ROUNDING = 0.020  # ends pulled in by LMGC90, UDEC and the rounded HybriDFEM column [m]
 
-OPTIONS = {
-    "friction": Option(0.65, "-", "friction coefficient of every joint, the ground included"),
-    "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, used by non-associative limit analysis"),
-    "rounding": Option(0.0, "m", "distance by which contact ends are pulled in; 0.02 as in LMGC90, UDEC, HybriDFEM"),
-    "thickness": Option(0.175, "m", "thickness; assumed, the multiplier does not depend on it"),
-    "density": Option(2000.0, "kg/m3", "density; assumed, the multiplier does not depend on it"),
-}
+OPTIONS = read_options(NAME)
 
 _PUBLISHED = {  # name: (column, flow rule, rounded, starred column)
     "associative": ("associative", "associative", False, None),
@@ -49,7 +42,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     See ``OPTIONS``.
     """
     table = read_table(NAME, "walls.csv")
-    row = table.row(specimen)
+    row, said = table.row(specimen), read_description(NAME)
     chosen = chosen_options(OPTIONS, options, NAME)
     published, targets = {}, []
     for name, (column, flow_rule, rounded, starred) in _PUBLISHED.items():
@@ -73,16 +66,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         "block height": Quantity(BLOCK[1], "m"),
         "friction coefficient": Quantity(chosen["friction"]),
         "live load": "the weight of every block sideways, at its centroid",
-        **table.quantities(
-            row,
-            {
-                "blocks": "n_blocks",
-                "half blocks": "n_half_blocks",
-                "contacts": "n_contacts",
-                "width": "width",
-                "courses": "n_courses",
-            },
-        ),
+        **table.quantities(row, said["quantities"]["parameters"]),
     }
     return Experiment(
         source=read_source(NAME),
@@ -91,10 +75,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         parameters=parameters,
         published=published,
         recomputed=recomputed,
-        assumptions=(
-            "Thickness and density are assumed; with dry joints and rigid blocks the multiplier depends on neither.",
-            "The ground is assumed to be one held slab; each block of the bottom course has one contact with it.",
-        ),
+        assumptions=tuple(said["assumptions"]["always"]),
         targets=tuple(targets),
         recipe=RECIPE,
         options=chosen,
@@ -129,22 +110,4 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     return Loads.horizontal(wall, direction=(sense, 0.0, 0.0))
 
 
-SHOWN = Shown(
-    variants=(Variant(), Variant("rounded corners", {"rounding": ROUNDING})),
-    settings=Settings((2, 2)),
-    stubborn=("wall-6",),
-    proven={"wall-1": 120.0, "wall-3": 120.0, "wall-4": 120.0},
-    departures=(
-        Departure(
-            "wall-5, rounded",
-            "not converged",
-            "The largest load held is 0.1 % below the smallest admissible multiplier found; every load tried above it "
-            "neither settled nor ran away in 60,000 steps, so that the bracket has no upper end.",
-        ),
-    ),
-    assumed="Rounded corners are contacts pulled in by 20 mm. The published values for those are of two programs that "
-    "step in time. HybriDFEM, rigid blocks on the same contacts, gives 0.586, 0.525, 0.337, 0.247 and 0.194 for walls "
-    "1 to 5 and no convergence for wall 6.",
-)
-
-RECIPE = Recipe(specimens, load, assembly, loads, shown=SHOWN)
+RECIPE = Recipe(specimens, load, assembly, loads, shown=read_shown(NAME))

@@ -14,12 +14,17 @@ from limitmason.checks import positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
-from limitmason.experiments.shown import Settings, Shown
-from limitmason.experiments.tables import names_in, read_parameters, read_source, read_table
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.tables import (
+    names_in,
+    read_options,
+    read_parameters,
+    read_shown,
+    read_source,
+    read_table,
+)
 from limitmason.geometry import box, polygon_area_centroid, prism
 from limitmason.geometry.polygon import clip_convex
-from limitmason.methods import DEM
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -31,19 +36,7 @@ _HARD = 75.0  # stiffness of their contact over that of the joints, as of a bar 
 _SLIVER = 0.04  # pieces below this part of a block are left out [-]
 _NARROW = 0.025  # and those narrower than this [m]
 
-OPTIONS = {
-    "support_span": Option(1.5, "m", "distance of the supports; assumed, not found"),
-    "load_span": Option(0.7, "m", "distance of the two line loads; assumed, not found"),
-    "bar_width": Option(0.002, "m", "width of the bars, or of the strips under them, along the span; assumed"),
-    "block_scale": Option(1.0, "-", "block length and height over those of the source (size study: 0.5, 0.25)"),
-    "scale_thickness": Option(False, "-", "True: block_scale is of the thickness too"),
-    "bond_shift": Option(0.0, "-", "shift of the bond across its bed joints in courses; 0: a bed joint at the centre"),
-    "density": Option(None, "kg/m3", "None: no weight; a number: the wallette lies flat, its weight with the load"),
-    "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, 0 in the source's validation"),
-    "residual": Option(
-        "none", "-", "strength after failure: 'none' (c and ft drop to 0), 'full' (perfectly plastic)", ("none", "full")
-    ),
-}
+OPTIONS = read_options(NAME)
 
 
 specimens = names_in(NAME, "wallettes.csv")
@@ -235,14 +228,4 @@ def _is_sliver(piece: Array, whole: float) -> bool:
     return bool(area < _SLIVER * whole or area < _NARROW * longest)
 
 
-SHOWN = Shown(
-    settings=Settings((4, 8)),
-    left_out={
-        DEM: "under a given force the narrow loading bars turn and slide off before the wallette breaks; "
-        "examples/four_point_bending.py drives them by displacement",
-    },
-    assumed="Spans are assumed, measured strengths are only in a figure of the source: nothing to compare with. Limit "
-    "analysis lets tension and cohesion go on for ever; the DEM drops both where a joint breaks, as the case states.",
-)
-
-RECIPE = Recipe(specimens, load, assembly, loads, shown=SHOWN)
+RECIPE = Recipe(specimens, load, assembly, loads, shown=read_shown(NAME))

@@ -13,9 +13,16 @@ from limitmason.build import wall as running_wall
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
-from limitmason.experiments.shown import Settings, Shown
-from limitmason.experiments.tables import names_in, papers_of, read_source, read_table
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.tables import (
+    names_in,
+    papers_of,
+    read_description,
+    read_options,
+    read_shown,
+    read_source,
+    read_table,
+)
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -27,26 +34,7 @@ WS_FRICTION = 0.65  # not found for these walls: assumed, to be shown over 0.5 t
 BEAM = "beam"
 FORCE = 1e3  # live load [N]: the multiplier is the horizontal force in kN
 
-OPTIONS = {
-    "friction": Option(None, "-", "friction coefficient; None: 0.62 for SW (model of others), 0.65 for WS (assumed)"),
-    "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, used by non-associative limit analysis"),
-    "force_height": Option(None, "m", "height of the horizontal force; None: H0 of the database; SW by geometry: 0.95"),
-    "crushing": Option(False, "-", "give the joints the prism strength fc of the masonry"),
-    "first_course": Option("half", "-", "bottom course starts with a 'half' or a 'whole' block; WS: assumed as SW"),
-    "beam_rotation": Option("free", "-", "'free', or 'held': the loading beam stays level", ("free", "held")),
-}
-
-_MEASURED = {
-    "Vmax+": "V_max_pos", "Vmax-": "V_max_neg", "Vcr": "V_cr", "Vu+": "V_u_pos", "Vu-": "V_u_neg",
-    "drift at Vmax+": "d_max_pos", "drift at Vmax-": "d_max_neg", "ultimate drift+": "d_u_pos",
-    "ultimate drift-": "d_u_neg", "Keff+": "K_eff_pos", "Keff-": "K_eff_neg",
-    "largest force of the curve": "V_peak_curve",
-}  # fmt: skip
-_PARAMETERS = {
-    "length": "L", "height": "H", "thickness": "t", "force height H0": "H0", "block length": "lb", "block height": "hb",
-    "masonry strength fc": "fc", "masonry modulus": "E_pc", "stone strength": "fc_b", "stone modulus": "E_b",
-    "precompression": "sigma0_pc", "N total at the base": "N_tot", "N on top": "N_top",
-}  # fmt: skip
+OPTIONS = read_options(NAME)
 
 
 specimens = names_in(NAME, "tests.csv")
@@ -90,17 +78,10 @@ def load(specimen: str, **options: Any) -> Experiment:
     See ``OPTIONS``.
     """
     table, series_table = read_table(NAME, "tests.csv"), read_table(NAME, "series.csv")
-    row = table.row(specimen)
+    row, said = table.row(specimen), read_description(NAME)
     series = series_table.row(row["series"], "series")
     chosen = chosen_options(OPTIONS, options, NAME)
-    assumptions = [
-        "The loading beam is assumed rigid and weightless, as long and as thick as the wall, and twice as high as the "
-        "distance from the top of the wall to the horizontal force, so that the force acts at its centroid.",
-        "The top load is assumed to act at the beam's centroid, so N on top + wall weight (20 kN/m3) = N total at the "
-        "base, as in the database.",
-        "The joints under the beam and on the ground are assumed to have the friction of the wall's joints.",
-        "The horizontal force is assumed to act on the beam alone; nothing else is moved by the multiplier.",
-    ]
+    assumptions, names = list(said["assumptions"]["always"]), said["quantities"]
     if chosen["friction"] is None:
         if series["friction"]:
             chosen["friction"] = float(series["friction"])
@@ -132,7 +113,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         left_open["friction"] = (float(series["friction_low"]), float(series["friction_high"]))
     if not series["odd_courses_start_with_half"]:
         left_open["first_course"] = ("half", "whole")
-    measured = table.quantities(row, _MEASURED)
+    measured = table.quantities(row, names["measured"])
     targets = [TargetValue(f"Vmax{s}", "measured", None, s) for s in "+-" if f"Vmax{s}" in measured]
     failure = [w for w, c in (("flexural", "F"), ("rocking", "R"), ("sliding", "SL"), ("toe crushing", "TC"))
                if row[f"failure_{c}"] == "1"]  # fmt: skip
@@ -142,7 +123,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         title=f"{row['stone']} wall with dry joints, {row['loading'].lower()}, {row['N_top']} kN on top; "
         f"{row['reference']}",
         parameters={
-            **table.quantities(row, _PARAMETERS),
+            **table.quantities(row, names["parameters"]),
             **series_table.quantities(series, {"courses": "courses", "blocks per course": "blocks_per_course"}),
             "friction coefficient": Quantity(chosen["friction"]),
             "failure type": f"{row['failure_type']} ({', '.join(failure)})",
@@ -193,10 +174,4 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     )
 
 
-SHOWN = Shown(
-    settings=Settings((2, 2)),
-    assumed="The vertical load is constant, and the horizontal force acts at the loading beam, which is free to turn. "
-    "Blocks are rigid, so that the DEM keeps its default stiffness (examples/minho_pushover.py has the measured one).",
-)
-
-RECIPE = Recipe(specimens, load, assembly, loads, curve, SHOWN)
+RECIPE = Recipe(specimens, load, assembly, loads, curve, read_shown(NAME))

@@ -18,9 +18,8 @@ from limitmason.build import wall as running_wall
 from limitmason.errors import InputError
 from limitmason.experiments.modern_walls.inputs import complete, has_shear_span, inputs_of
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
-from limitmason.experiments.shown import Settings, Shown
-from limitmason.experiments.tables import names_in, read_source, read_table
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.tables import names_in, read_description, read_options, read_shown, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -33,40 +32,7 @@ DENSITY = 1000.0
 FORCE = 1e3  # live load [N]: the multiplier is the horizontal force in kN
 FILLED = ("F", "TF")
 
-OPTIONS = {
-    "fv0": Option(None, "MPa", "initial shear strength; None: of the table"),
-    "mu": Option(None, "-", "friction coefficient; None: of the table, or the median of what is assumed"),
-    "fc": Option(None, "MPa", "compressive strength of the masonry, of every joint; None: of the table"),
-    "fb": Option(None, "MPa", "normalised strength of the units; None: of the table"),
-    "ft": Option(None, "MPa", "diagonal tensile strength; None: of the table, or the median of what is assumed"),
-    "sigma0": Option(None, "MPa", "axial load over the gross section; None: of the table"),
-    "cohesion_share": Option(1.0, "-", "cohesion of the bed joints over fv0"),
-    "tension_share": Option(0.5, "-", "tensile strength of the joints over fv0"),
-    "head_share": Option(1.0, "-", "cohesion and tension of filled head joints over those of the bed joints"),
-    "head_friction": Option(1.0, "-", "friction of filled head joints over mu"),
-    "unfilled_friction": Option(1.0, "-", "friction of head joints that are not filled over mu"),
-    "cracks": Option(
-        "unit strength",
-        "-",
-        "law of a potential crack across the middle of every unit: 'unit strength', 'diagonal strength' or 'none'",
-        ("unit strength", "diagonal strength", "none"),
-    ),
-    "crack_factor": Option(2.0, "-", "of the law by the diagonal strength"),
-    "crack_share": Option(1.0, "-", "cohesion and tension of cracks over those of their law"),
-    "shear_span": Option(None, "-", "height of zero moment over that of the wall; None: of the table"),
-    "overlap": Option(0.5, "-", "shorter overlap of a unit over the one below, of its length"),
-    "coarse": Option(1, "-", "units that one block stands for, along a course and up: for effects, not for forces"),
-    "energy_share": Option(
-        None, "-", "fracture energies of joints and cracks over those of ENERGIES; None: no strength is lost"
-    ),
-    "modulus_share": Option(
-        None,
-        "-",
-        "elastic moduli of the joints' stiffness over those of the wall; None: no "
-        "stiffness, or all of them where strength is lost",
-    ),
-    "dilatancy_deg": Option(0.0, "deg", "dilatancy of all joints, used by non-associative limit analysis"),
-}
+OPTIONS = read_options(NAME)
 
 ENERGIES: Mapping[str, tuple[float, float]] = {"mortar": (0.02e-3, 0.12e-3), "crack": (0.04e-3, 0.4e-3)}
 """GfI / ft and GfII / c [m], assumed: about the middle of what tests of bond and units by van der Pluijm are reported
@@ -97,24 +63,6 @@ masonry (Turnsek and Cacovic 1971); nothing is fitted. *extended*: shares of coh
 heads and the factor of the cracks are **fitted** to walls of this table: ``docs/measured-walls.md``.
 """
 
-_MEASURED = {
-    "Vmax+": "V_max_pos", "Vmax-": "V_max_neg", "drift at first crack+": "d_cr_pos",
-    "drift at first crack-": "d_cr_neg", "drift at Vmax+": "d_Vmax_pos", "drift at Vmax-": "d_Vmax_neg",
-    "largest drift+": "d_max_pos",
-    "largest drift-": "d_max_neg", "force at the largest drift+": "V_dmax_pos",
-    "force at the largest drift-": "V_dmax_neg", "bilinear force+": "V_bl_pos", "bilinear force-": "V_bl_neg",
-    "bilinear yield drift+": "d_e_pos", "bilinear yield drift-": "d_e_neg", "bilinear ultimate drift+": "d_u_pos",
-    "bilinear ultimate drift-": "d_u_neg",
-}  # fmt: skip
-_PARAMETERS = {
-    "height": "H", "length": "L", "thickness": "t", "courses": "courses", "unit length": "lb", "unit height": "hb",
-    "mortar strength": "fm", "masonry E": "E", "masonry G": "G",
-}  # fmt: skip
-_INPUTS = {
-    "initial shear strength": "fv0", "friction coefficient": "mu", "masonry strength": "fc", "unit strength": "fb",
-    "diagonal strength": "ft", "axial stress": "sigma0",
-}  # fmt: skip
-
 
 specimens = names_in(NAME, "walls.csv")
 """Numbers of the walls in the database, "1" to "198"."""
@@ -123,9 +71,9 @@ specimens = names_in(NAME, "walls.csv")
 def load(specimen: str, **options: Any) -> Experiment:
     """A wall by its number, for example "189"; see ``OPTIONS``."""
     table, responses = read_table(NAME, "walls.csv"), read_table(NAME, "responses.csv")
-    row = table.row(specimen)
+    row, names = table.row(specimen), read_description(NAME)["quantities"]
     response = next((r for r in responses.rows if r["specimen"] == specimen), None)
-    measured = {} if response is None else responses.quantities(response, _MEASURED)
+    measured = {} if response is None else responses.quantities(response, names["measured"])
     inputs = inputs_of(row)
     units, said = units_per_course(row)
     assumed = [k for k, i in inputs.items() if i.kind == "assumed"]
@@ -140,7 +88,8 @@ def load(specimen: str, **options: Any) -> Experiment:
         *((f"Not in the source, so assumed as a distribution: {', '.join(assumed)}.",) if assumed else ()),
         *(("Head joints are not in the source: dry ones are assumed.",) if not row["head_joints"] else ()),
     ]
-    shown = {name: Quantity(inputs[key].value, inputs[key].unit, str(inputs[key])) for name, key in _INPUTS.items()}
+    chosen = {name: inputs[key] for name, key in names["inputs"].items()}
+    shown = {name: Quantity(one.value, one.unit, str(one)) for name, one in chosen.items()}
     return Experiment(
         source=read_source(NAME),
         specimen=specimen,
@@ -148,7 +97,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         f"head joints {row['head_joints'] or 'unknown'}; "
         f"{'all inputs in the source' if complete(row) else 'inputs missing'}",
         parameters={
-            **table.quantities(row, _PARAMETERS), **shown, "unit type": row["unit_type"],
+            **table.quantities(row, names["parameters"]), **shown, "unit type": row["unit_type"],
             "bed joints": row["bed_joints"], "head joints": row["head_joints"] or "unknown",
             "void ratio": row["void_ratio"] or "unknown", "H0 over H": row["H0_over_H"], "campaign": row["campaign"],
             "failure type": "kept back" if response is None else response["failure_mode"],
@@ -317,9 +266,4 @@ def curve(test: Experiment) -> Curve:
     )  # fmt: skip
 
 
-SHOWN = Shown(
-    settings=Settings((2, 2)),
-    assumed="Constant axial load; the rig by its shear span; missing inputs at the median of their distributions.",
-)
-
-RECIPE = Recipe(specimens, load, assembly, loads, curve, SHOWN, drive, page="docs/measured-walls.md")
+RECIPE = Recipe(specimens, load, assembly, loads, curve, read_shown(NAME), drive, page="docs/measured-walls.md")

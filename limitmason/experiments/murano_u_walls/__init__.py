@@ -10,9 +10,8 @@ from typing import Any
 from limitmason.build import wall as running_wall
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, TargetValue, chosen_options, signed
-from limitmason.experiments.shown import Departure, Shown
-from limitmason.experiments.tables import names_in, read_source, read_table
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.tables import names_in, read_description, read_options, read_shown, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -22,64 +21,8 @@ Corners = list[tuple[float, float, float]]
 NAME = "murano-u-walls"
 FORCE = 1e3  # live load [N]: the multiplier is the force of the airbag in kN
 
-OPTIONS = {
-    "header_courses": Option(2, "-", "through-stones in every k-th course; assumed"),
-    "header_positions": Option(3, "-", "and there at every k-th position, in quincunx; assumed"),
-    "return_length": Option(None, "m", "side wall, from the facade's outer face; None: 1.00, derived from the axis"),
-    "roof_from": Option(0.3, "m", "where the load on the side walls begins, from the facade's outer face; assumed"),
-    "calibration": Option(
-        "final", "-", "joints of the source's 3DEC model: 'final', or its 'first' guess", ("final", "first")
-    ),
-    "residual": Option(
-        "none",
-        "-",
-        "of failed mortar joints: 'none' (c and ft drop to 0), 'cohesion' (ft does), 'full' (neither)",
-        ("none", "cohesion", "full"),
-    ),
-    "ground": Option(
-        "bonded",
-        "-",
-        "joint on the ground: 'bonded' (does not fail), a 'joint' like the others, one with "
-        "'no tension', or 'dry' (neither tension nor cohesion)",
-        ("bonded", "joint", "no tension", "dry"),
-    ),
-    "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, 0 in the source"),
-}
+OPTIONS = read_options(NAME)
 
-_PARAMETERS = {
-    "span": "span", "height": "height", "thickness": "thickness", "leaf": "leaf", "courses": "courses",
-    "course height": "course_height", "unit length": "unit_length", "staggering": "staggering",
-    "centre line": "centre_line", "return length": "return_length", "airbag width": "airbag_width",
-    "airbag height": "airbag_height", "roof load on each side wall": "roof_load", "density": "density",
-}  # fmt: skip
-_JOINT = {"normal stiffness": "kn", "shear stiffness": "ks", "tensile strength": "ft", "cohesion": "c",
-          "friction angle": "phi"}  # fmt: skip
-_MEASURED = {
-    "peak (section 2)": "peak_2", "peak (section 6)": "peak_6", "last displacement": "last_displacement",
-    "initial stiffness": "stiffness", "light-damage load": "light_load", "light-damage displacement":
-    "light_displacement",
-}  # fmt: skip
-_PUBLISHED = {
-    "3DEC peak": "dem_peak", "3DEC knee, first guess": "dem_knee_first",
-    "3DEC failure load, first guess": "dem_peak_first", "3DEC initial stiffness": "dem_stiffness",
-    "3DEC light-damage load": "dem_light_load", "3DEC frequency 1": "dem_frequency_1", "3DEC frequency 2":
-    "dem_frequency_2", "3DEC frequency 3": "dem_frequency_3", "FE micro-model peak": "micro_peak",
-    "mechanism A": "load_A", "mechanism B": "load_B", "mechanism D": "load_D",
-}  # fmt: skip
-_AFTER_FAILURE = {
-    "none": "Mortar is assumed to lose cohesion and tensile strength at once and to keep its friction; the source does "
-    "not state its residual strength.",
-    "cohesion": "Mortar is assumed to lose its tensile strength at once and to keep cohesion and friction.",
-    "full": "Mortar is assumed perfectly plastic in tension and shear.",
-}
-_GROUND = {
-    "bonded": "The wall is assumed bonded to a rigid ground by joints of the same stiffness that do not fail, as in "
-    "the finite element macro-model of the source.",
-    "joint": "The joint on the ground is assumed like the others, the ground rigid.",
-    "no tension": "The joint on the ground is assumed to keep the cohesion and friction of the others and to have no "
-    "tensile strength, the ground rigid.",
-    "dry": "The joint on the ground is assumed to have the friction of the others alone, the ground rigid.",
-}
 _BONDED = 2e6  # cohesion and tensile strength of bonded joints [Pa]: four and more times the mortar's
 
 
@@ -92,15 +35,15 @@ def load(specimen: str, **options: Any) -> Experiment:
 
     See ``OPTIONS``.
     """
-    table = read_table(NAME, "walls.csv")
-    row = table.row(specimen)
+    table, said = read_table(NAME, "walls.csv"), read_description(NAME)
+    row, names = table.row(specimen), said["quantities"]
     chosen = chosen_options(OPTIONS, options, NAME)
     if chosen["return_length"] is None:
         chosen["return_length"] = float(row["return_length"])
     if not 0.0 <= chosen["roof_from"] < chosen["return_length"]:
         raise InputError(f"roof_from must lie on the side wall, 0 to {chosen['return_length']:g} m")
     suffix = "" if chosen["calibration"] == "final" else "_first"
-    joint = {name: column + suffix for name, column in _JOINT.items()}
+    joint = {name: column + suffix for name, column in names["joint"].items()}
     assumptions = [
         "The layout is assumed: six equal courses in two leaves of running bond with the mean stone of the source's "
         f"idealisation, a through-stone at every {chosen['header_positions']}. position of every "
@@ -109,10 +52,10 @@ def load(specimen: str, **options: Any) -> Experiment:
         "The airbag is assumed to press evenly on the rear face between the side walls, 1.65 m = 2.25 m - 2 x 0.30 m.",
         f"The 10 kN on each side wall are assumed spread evenly from {chosen['roof_from']:g} m behind the facade's "
         "outer face to its free end.",
-        _GROUND[chosen["ground"]],
+        said["assumptions"]["ground"][chosen["ground"]],
     ]
     if float(row["c" + suffix]):
-        assumptions.append(_AFTER_FAILURE[chosen["residual"]])
+        assumptions.append(said["assumptions"]["residual"][chosen["residual"]])
     else:
         assumptions.append(
             "The irregular dry wall is assumed to have the layout of the regular one, as its source did."
@@ -122,10 +65,10 @@ def load(specimen: str, **options: Any) -> Experiment:
         specimen=specimen,
         title=f"Two-leaf U wall of {row['masonry']}, airbag behind the facade",
         parameters={
-            **table.quantities(row, _PARAMETERS), **table.quantities(row, joint), "observed mechanism": row["observed"]
+            **table.quantities(row, names["parameters"] | joint), "observed mechanism": row["observed"]
         },
-        measured=table.quantities(row, _MEASURED),
-        published=table.quantities(row, _PUBLISHED),
+        measured=table.quantities(row, names["measured"]),
+        published=table.quantities(row, names["published"]),
         assumptions=tuple(assumptions),
         targets=(TargetValue("peak (section 2)", "measured"), TargetValue("peak (section 6)", "measured")),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
@@ -230,18 +173,4 @@ def control_block(test: Experiment) -> int:
     return min(face, key=lambda i: (round(abs(float(wall.centroids[i, 0]) - half), 6), float(wall.centroids[i, 0])))
 
 
-SHOWN = Shown(
-    departures=(
-        Departure(
-            "REGW",
-            "below",
-            "Brittle mortar: limit analysis lets joints keep tension and cohesion, the DEM loses both where a joint "
-            "breaks. With joints that lose nothing the DEM carries 162 kN, 4 % below, on joints of 4.2 GPa/m.",
-        ),
-    ),
-    assumed="Stone layout, headers and span of the roof load are assumed. Joints are as calibrated in 3DEC on these "
-    "tests by the source, so no prediction is independent of them. Limit analysis lets the mortar of REGW hold tension "
-    "and cohesion for ever; the DEM drops both where a joint breaks.",
-)
-
-RECIPE = Recipe(specimens, load, assembly, loads, shown=SHOWN)
+RECIPE = Recipe(specimens, load, assembly, loads, shown=read_shown(NAME))

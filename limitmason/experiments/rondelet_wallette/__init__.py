@@ -4,9 +4,16 @@ from typing import Any
 
 from limitmason.build import layout
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, TargetValue, chosen_options, signed
-from limitmason.experiments.shown import Departure, Settings, Shown, Variant
-from limitmason.experiments.tables import names_in, read_parameters, read_source, read_table
+from limitmason.experiments.record import Experiment, TargetValue, chosen_options, signed
+from limitmason.experiments.tables import (
+    names_in,
+    read_description,
+    read_options,
+    read_parameters,
+    read_shown,
+    read_source,
+    read_table,
+)
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -14,16 +21,7 @@ from limitmason.model.support import Support
 
 NAME = "rondelet-wallette"
 
-OPTIONS = {
-    "dilatancy_deg": Option(0.0, "deg", "dilatancy angle, 0 or 35 in the source; used where psi < phi"),
-    "column": Option(
-        "translations",
-        "-",
-        "column blocks held against 'translations' (the source) or wholly 'fixed'",
-        ("translations", "fixed"),
-    ),
-    "density": Option(2000.0, "kg/m3", "density; assumed, the multiplier does not depend on it"),
-}
+OPTIONS = read_options(NAME)
 
 
 specimens = names_in(NAME, "variants.csv")
@@ -56,11 +54,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         assumptions=(
             f"The bond is assumed ({specimen}): the source shows it only in a figure, and four variants are packaged; "
             "which of them the source used is not known.",
-            "The column is assumed to be one block wide; it takes up half a block where a course of the wall reaches "
-            "into it.",
-            "The bottom block of the column is assumed wholly fixed like the bottom course of the wall.",
-            "Joints between column blocks, and between column and wall, are assumed to have the wall's joint law.",
-            "Density is assumed; the multiplier does not depend on it.",
+            *read_description(NAME)["assumptions"]["always"],
         ),
         targets=(
             TargetValue("3DEC dilatant", "published", "associative"),
@@ -113,28 +107,4 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     return Loads.horizontal(wall, direction=(0.0, sense, 0.0))
 
 
-SHOWN = Shown(
-    variants=(Variant(), Variant("psi = phi", {"dilatancy_deg": 35.0})),
-    settings=Settings((2, 8)),
-    departures=(
-        Departure(
-            "toothed-even-ragged", "cannot stand",
-            "The topmost block at the free edge has its centroid exactly above the edge of the only block under it. "
-            "That is neutral for rigid blocks, which limit analysis lets stand. Elastic joints yield at that edge and "
-            "it tips over. It does at ten times the stiffness too, once equilibrium is asked for to 1e-8 of a block's "
-            "weight. "
-            "With this block kept level the wall stands and the DEM carries 0.381 at psi = 0.",
-        ),
-        Departure(
-            "psi = phi", "below",
-            "Soft joints: at psi = phi there is one admissible value, and the DEM lies about 2 % below it at the "
-            "published 14 GPa/m, 0.3 to 0.5 % at ten times and 0.1 % at a hundred times that. The budget counts ten "
-            "times.",
-        ),
-    ),
-    assumed="The bond is not published: the four plausible ones are listed. The closed forms do not see the column "
-    "that holds the wallette: they are those of a free wall, far too low, and no bound. The references are 3DEC's, "
-    "with soft contacts as in the DEM here; 0.40 is printed, 0.32 follows from a difference of about 25 %.",
-)  # fmt: skip
-
-RECIPE = Recipe(specimens, load, assembly, loads, shown=SHOWN)
+RECIPE = Recipe(specimens, load, assembly, loads, shown=read_shown(NAME))
