@@ -4,9 +4,12 @@ Methods, solvers and packaged experiments declare their own; answers carry them 
 source does not give (authors, volume, DOI) is left out, never filled in.
 """
 
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cache
 from html import escape
+from importlib.resources import files
 from typing import Any, NamedTuple, overload
 
 from limitmason.checks import choice
@@ -109,6 +112,18 @@ class Cited(NamedTuple):
 
     role: str
     reference: Reference
+
+
+@cache
+def _papers() -> dict[str, Reference]:
+    """Papers behind the methods of this package, ``papers.json``, by key."""
+    rows = json.loads((files(__package__) / "papers.json").read_text(encoding="utf-8"))
+    return {row["key"]: Reference(**row) for row in rows}
+
+
+def cited(role: str, *keys: str) -> tuple[Cited, ...]:
+    """Papers of ``papers.json`` by their keys, cited for a role."""
+    return tuple(Cited(role, _papers()[key]) for key in keys)
 
 
 class Citation(Sequence[Cited]):
