@@ -23,9 +23,8 @@ from limitmason.figures.plastic_zones import plasticity
 from limitmason.figures.safety import assessment, axle_envelope, load_region
 from limitmason.figures.scene import Scene, view
 from limitmason.figures.solids import solid_map
-from limitmason.figures.spread import curve_fan, histogram, running_spread, sensitivity_bars, word_shares
 from limitmason.figures.structure_page import structure_report
-from limitmason.figures.studies import side_by_side, study_lines
+from limitmason.figures.studies import histogram, side_by_side, study_lines
 from limitmason.figures.style import print_style
 from limitmason.figures.ties import before_and_after
 from limitmason.figures.tilt import tilt_test
@@ -43,7 +42,6 @@ __all__ = [
     "contact_forces",
     "contact_report",
     "cracks",
-    "curve_fan",
     "deformed",
     "diagnosis",
     "diagnosis_folder",
@@ -61,15 +59,12 @@ __all__ = [
     "predicted_beside_references",
     "print_style",
     "rehearsal",
-    "running_spread",
-    "sensitivity_bars",
     "side_by_side",
     "solid_map",
     "structure_report",
     "study_lines",
     "tilt_test",
     "view",
-    "word_shares",
 ]
 
 # here is what draws, and nothing else: the name of a file would be found where a figure is looked for

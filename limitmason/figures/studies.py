@@ -1,4 +1,4 @@
-"""Figures of comparisons and studies: theories beside a test, and lines over a parameter."""
+"""Figures of comparisons and studies: theories beside a test, lines over a parameter, and histograms."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from limitmason.comparison import SideBySide
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.methods import available_methods, get_method
+from limitmason.study.spread import running
+from limitmason.study.table import Table
 
 _MONOLITH = Look("in one piece", "BLACK", "s")
 """Of block-size studies: the structure without joints, no method of its own."""
@@ -265,3 +267,54 @@ def _group_name(by: Sequence[str], group: Sequence[Any]) -> str:
         else:
             parts.append(f"{name} {value}")
     return ", ".join(parts)
+
+
+@style.in_print_style
+def histogram(
+    tables: Mapping[str, Table] | Table, column: str, *, label: str | None = None, measured: Sequence[float] = (),
+    bins: int | None = None, title: str | None = None, ax: Axes | None = None,
+) -> Figure:  # fmt: skip
+    """How often a number occurs, one set of bars per study over the same classes.
+
+    Parameters
+    ----------
+    tables : of :func:`limitmason.study.monte_carlo`, by name where there are several
+    column : number
+    label : of the axis, with its unit
+    measured : values of tests, as ticks on the axis
+    bins : number of classes; by the rule of Freedman and Diaconis where omitted
+    title, ax : heading; axes to draw on
+
+    Raises
+    ------
+    InputError
+        With fewer than two finite values.
+    """
+    groups = dict(tables) if isinstance(tables, Mapping) else {"": tables}
+    found = {name: running(t, column) for name, t in groups.items()}
+    values = {}
+    for name, table in groups.items():
+        numbers = table[column].astype(float)
+        values[name] = numbers[np.isfinite(numbers)]
+    edges = np.histogram_bin_edges(np.concatenate(list(values.values())), bins=bins if bins is not None else "fd")
+    figure, ax = style.paper(style.page_width(), 3.2, ax)
+    for number, (name, own) in enumerate(values.items()):
+        colour = style.SERIES[number % len(style.SERIES)]
+        last = found[name]
+        text = f"mean {last.mean[-1]:.4g}, CoV {100 * last.variation[-1]:.3g} %, {len(own)} runs"
+        text = f"{name}: {text}" if name else text
+        ax.hist(
+            own, edges.tolist(), label=text, color=style.pale(colour, 0.5), edgecolor=colour, linewidth=0.8, alpha=0.75,
+            gid="histogram",
+        )  # fmt: skip
+    for value in measured:
+        ax.axvline(value, 0.0, 0.06, color=style.BLACK, linewidth=1.2, gid="test")
+    ax.set_xlabel(label or column)
+    ax.set_ylabel("runs [-]")
+    # room for the legend above the highest bar: it is as wide as the axes where they are small
+    ax.set_ylim(top=ax.get_ylim()[1] * (1.06 + 0.11 * len(values)))
+    ax.legend(fontsize=style._SMALL, frameon=False, loc="upper right")
+    missing = sum(r.missing for r in found.values())
+    notes = [f"{missing} runs without a value are left out"] * bool(missing) + ["ticks: tests"] * bool(len(measured))
+    style.frame(ax, title, " · ".join(notes))
+    return figure

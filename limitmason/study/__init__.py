@@ -11,7 +11,7 @@ from limitmason.study.draws import Random, lognormal, normal, uniform
 from limitmason.study.fragility import Fragility, fragility
 from limitmason.study.memo import Memo
 from limitmason.study.montecarlo import SobolIndices, curves_of, monte_carlo, sobol
-from limitmason.study.spread import Running, Sensitivity, Stop, WordShare, running, sensitivity, shares
+from limitmason.study.spread import Running, Stop, running
 from limitmason.study.sweep import sweep
 from limitmason.study.table import Table
 from limitmason.study.workers import Unfinished
@@ -21,12 +21,10 @@ __all__ = [
     "Memo",
     "Random",
     "Running",
-    "Sensitivity",
     "SobolIndices",
     "Stop",
     "Table",
     "Unfinished",
-    "WordShare",
     "block_size_study",
     "contact_point_study",
     "curves_of",
@@ -37,8 +35,6 @@ __all__ = [
     "monte_carlo",
     "normal",
     "running",
-    "sensitivity",
-    "shares",
     "sobol",
     "sweep",
     "uniform",

@@ -1,18 +1,14 @@
-"""What many random runs say: mean and spread with their sampling error, when to stop, shares of modes, sensitivity."""
+"""What many random runs say: mean and spread with their sampling error, and when to stop."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
 
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
-from limitmason.study.draws import BLOCK_BOUNDS, BOUNDS
 from limitmason.study.table import Table
 
 
@@ -125,94 +121,6 @@ class Stop:
             return False
         so_far = running(table, self.column)
         return bool(so_far.mean_error[-1] <= self.mean and so_far.variation_error[-1] <= self.variation)
-
-
-class WordShare(NamedTuple):
-    """How often a word occurs: runs, share [-] and its 95 % interval (Wilson)."""
-
-    name: str
-    runs: int
-    share: float
-    low: float
-    high: float
-
-
-def shares(table: Table, column: str) -> tuple[WordShare, ...]:
-    """Shares of the words of a column, such as failure modes, the most frequent first.
-
-    Raises
-    ------
-    InputError
-        For a column without words.
-    """
-    words = [str(v) for v in (row.get(column) for row in table) if v is not None]
-    if not words:
-        raise InputError(f"column {column!r} has no entries")
-    out = []
-    for name in dict.fromkeys(words):
-        count = words.count(name)
-        ends = stats.binomtest(count, len(words)).proportion_ci(method="wilson")
-        out.append(WordShare(name, count, count / len(words), float(ends.low), float(ends.high)))
-    return tuple(sorted(out, key=lambda s: (-s.runs, s.name)))
-
-
-class Sensitivity(NamedTuple):
-    """How a number follows one random input.
-
-    ``rank`` is Spearman's correlation and ``rank_error`` its standard error; ``slope`` that of log output over log
-    input in a regression on all inputs, NaN where a value is not positive, with ``slope_error``; ``share`` the part of
-    the squared CoV that the slope accounts for, (slope x CoV of the input)^2 over that of the output [-].
-    """
-
-    name: str
-    rank: float
-    rank_error: float
-    slope: float
-    slope_error: float
-    share: float
-
-
-def sensitivity(table: Table, column: str, inputs: Sequence[str] | None = None) -> tuple[Sensitivity, ...]:
-    """Rank correlation and log-slope of a column over the drawn values.
-
-    The largest rank comes first.
-
-    Parameters
-    ----------
-    inputs : columns; by default all drawn properties of joints and blocks (means of spatial ones). Leave out what is
-        linked to others: of inputs that follow each other exactly the slopes are not separate, and NaN
-
-    Raises
-    ------
-    InputError
-        For no inputs, or no more runs than inputs.
-    """
-    known = [*BOUNDS, *BLOCK_BOUNDS]
-    names = list(inputs) if inputs is not None else [c for c in table.columns if c.removesuffix(" mean") in known]
-    output = _numbers(table, column)
-    if not names:
-        raise InputError("no inputs: the table has no drawn properties, name its columns")
-    values = np.array([_numbers(table, n) for n in names]).T
-    keep = np.isfinite(output) & np.isfinite(values).all(axis=1)
-    y, x = output[keep], values[keep]
-    if len(y) < len(names) + 3:
-        raise InputError(f"{len(y)} runs are too few for {len(names)} inputs")
-    slope = error = np.full(len(names), np.nan)
-    if (y > 0.0).all() and (x > 0.0).all():
-        a = np.column_stack([np.log(x) - np.log(x).mean(axis=0), np.ones(len(y))])
-        size = np.linalg.norm(a, axis=0)
-        if (size[:-1] > 0.0).all() and np.linalg.cond(a / size) < 1e6:
-            found, *_ = np.linalg.lstsq(a, np.log(y), rcond=None)
-            rest = np.log(y) - a @ found
-            spread = np.linalg.inv(a.T @ a) * float(rest @ rest) / (len(y) - a.shape[1])
-            slope, error = found[:-1], np.sqrt(np.diag(spread))[:-1]
-    total = float(np.var(y, ddof=1) / np.mean(y) ** 2)
-    out = []
-    for k, name in enumerate(names):
-        rank = float(stats.spearmanr(x[:, k], y).statistic) if np.ptp(x[:, k]) > 0.0 and np.ptp(y) > 0.0 else 0.0
-        part = (slope[k] * np.std(x[:, k], ddof=1) / np.mean(x[:, k])) ** 2 / total if total > 0.0 else np.nan
-        out.append(Sensitivity(name, rank, 1.0 / np.sqrt(len(y) - 1.0), float(slope[k]), float(error[k]), float(part)))
-    return tuple(sorted(out, key=lambda s: -abs(s.rank)))
 
 
 def _numbers(table: Table, column: str) -> Array:

@@ -35,7 +35,6 @@ def drawn():
     yield "side by side", lambda: figures.side_by_side(lm.compare(WALL, LOADS, ("associative", "mechanisms")))
     yield "study", lambda: figures.study_lines(rows, "phi", caption="a caption that is longer than one narrow column")
     yield "histogram", lambda: figures.histogram(runs, "peak", label="peak [kN]")
-    yield "running", lambda: figures.running_spread(runs, "peak")
     yield "curve", lambda: curve.plot()
     rng = np.random.default_rng(2)
     ten = lm.mac(rng.uniform(0.0, 1.0, (10, 30)), rng.uniform(0.0, 1.0, (10, 30)))

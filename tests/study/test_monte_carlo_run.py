@@ -279,28 +279,9 @@ def test_curves_words_and_refusals_of_a_run_are_kept(tmp_path):
     assert len(curves) == 30 - len(gone)
     assert curves[0].peak.displacement == 1.0
     assert curves[0].load_unit == "N"
-    parts = {s.name: s for s in study.shares(found, "mode")}
-    assert sum(s.runs for s in parts.values()) == len(curves)
-    assert all(s.low < s.share < s.high for s in parts.values())
+    assert sum(r.get("mode") in ("weak", "strong") for r in found) == len(curves)
     assert study.monte_carlo(stack(1), 30, store=tmp_path / "rows.jsonl", **given) == found
     assert study.monte_carlo(stack(1), 30, store=tmp_path / "rows.jsonl", **given) == found
-
-
-def test_sensitivity_finds_the_slopes_of_a_power_law():
-    parts = {s.name: s for s in study.sensitivity(panel_table(False), "ultimate", list(PAPER))}
-    _, c, ft, _ = surrogate.log_slopes()
-    # the peak goes with tan(phi), which is no power of phi: the slopes take up some of that
-    assert parts["cohesion"].slope == pytest.approx(c, abs=max(4.0 * parts["cohesion"].slope_error, 1e-6))
-    assert parts["tensile_strength"].slope == pytest.approx(
-        ft, abs=max(4.0 * parts["tensile_strength"].slope_error, 1e-6)
-    )
-    assert abs(parts["normal_stiffness"].slope) < 4.0 * parts["normal_stiffness"].slope_error
-    assert abs(parts["normal_stiffness"].rank) < 4.0 * parts["normal_stiffness"].rank_error
-    # cohesion leads: 0.75 x 15 %
-    assert max(parts.values(), key=lambda s: s.share).name == "cohesion"
-    assert sum(s.share for s in parts.values()) == pytest.approx(1.0, abs=0.15)
-    linked = study.sensitivity(panel_table(True), "ultimate")
-    assert all(math.isnan(s.slope) for s in linked)  # ks follows kn: the slopes are not separate
 
 
 def test_truncation_is_stated():

@@ -1,6 +1,7 @@
 """Tables of the page of the random panels: cells beside Table 4, laws, modes, cracks, noise; and its figure."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
@@ -164,6 +165,12 @@ def cracks(tables: Tables) -> list[list[str]]:
     return lines
 
 
+def _shares(table: study.Table, column: str) -> list[tuple[str, float]]:
+    """Share of each word of a column, the most frequent first."""
+    words = Counter(str(row[column]) for row in table if row.get(column) is not None)
+    return sorted(((name, k / words.total()) for name, k in words.items()), key=lambda s: (-s[1], s[0]))
+
+
 def _percent(share: float) -> str:
     """In whole per cent, less than one with a decimal."""
     return f"{100 * share:.0f}" if share >= 0.01 else f"{100 * share:.1f}"
@@ -180,7 +187,7 @@ def modes(tables: Tables) -> list[list[str]]:
         if len(table) < 2:
             continue
         words = [
-            ", ".join(f"{s.name} {_percent(s.share)} %" for s in study.shares(table, column))
+            ", ".join(f"{name} {_percent(share)} %" for name, share in _shares(table, column))
             for column in ("mode at peak", "mode")
         ]
         lone = table["lone"].astype(float)
@@ -275,7 +282,13 @@ def figure(tables: Tables) -> Figure:
     tests = [float(lm.experiments.load("brick-panels-opening", f"S{k}").measured["failure load"]) for k in range(1, 5)]
     figures.histogram(kn, "ultimate", label="ultimate load [kN]", measured=tests, title="Set 1", ax=axes[0, 0])
     for ax, kind in zip(axes[1], KINDS, strict=True):
-        figures.running_spread(kn[kind], "ultimate", label="ultimate load [kN]", title=f"Set 1, {kind}", ax=ax)
+        own = study.running(kn[kind], "ultimate")
+        for name, value, error in (("mean", own.mean, own.mean_error), ("CoV", own.variation, own.variation_error)):
+            label = f"{name}, {value[-1]:.4g} at the end"
+            (line,) = ax.plot(own.n[5:], value[5:] / value[-1], linewidth=1.1, label=label)
+            ax.fill_between(own.n[5:], 1 - error[5:], 1 + error[5:], color=line.get_color(), alpha=0.15, linewidth=0)
+        ax.set(xlabel="runs [-]", ylabel="ultimate load: value over its last [-]", title=f"Set 1, {kind}")
+        ax.legend(frameon=False, fontsize="small")
     for kind, marker in zip(KINDS, "ox", strict=True):
         at, peak = (kn[kind][name].astype(float) for name in ("crack", "ultimate"))
         axes[0, 1].plot(at, peak, marker, markersize=3, label=kind, linestyle="none")

@@ -1,0 +1,20 @@
+"""What a histogram of random runs draws is what the tables hold."""
+
+import numpy as np
+
+from limitmason import figures, study
+
+
+def parts(figure, gid):
+    return [a for a in figure.findobj() if a.get_gid() == gid]
+
+
+def test_histogram_holds_every_finite_run():
+    runs = [{"peak": v} for v in (*np.random.default_rng(0).normal(10.0, 1.0, 60).tolist(), float("nan"))]
+    table = study.Table(tuple(runs))
+    figure = figures.histogram({"a": table, "b": table}, "peak", measured=(9.0, 11.0))
+    bars = parts(figure, "histogram")
+    assert sum(b.get_height() for b in bars) == 2 * 60
+    assert len(parts(figure, "test")) == 2
+    assert "1 runs" not in parts(figure, "caption")[0].get_text()
+    assert "2 runs without a value" in parts(figure, "caption")[0].get_text()
