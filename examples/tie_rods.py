@@ -58,7 +58,6 @@ for name, curve in curves.items():
     top = curve.peak
     print(f"{name:10} peak {top.load:.4f} at {1e3 * top.displacement:.3f} mm, at the end {curve.load[-1]:.3f}")
 
-figure = lm.figures.before_and_after(
-    (house, predictions["bare"]), (tied, predictions["rods"]), curves=(curves["bare"], curves["rods"]), title="Tie rods"
-)
-figure.savefig("tie_rods.png")
+found = predictions["rods"]
+gain = f"lambda = {found.collapse_multiplier:.3g}, {predictions['bare'].collapse_multiplier:.3g} without the rods"
+lm.figures.mechanism(tied, found, title=gain).savefig("tie_rods.png")

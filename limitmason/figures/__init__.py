@@ -17,7 +17,7 @@ from limitmason.figures.diagnosis_files import diagnosis_folder
 from limitmason.figures.diagnosis_panels import diagnosis
 from limitmason.figures.forces import contact_forces
 from limitmason.figures.history import history_curves, load_displacement
-from limitmason.figures.modes import mac_matrix, mode_film, mode_shape
+from limitmason.figures.modes import mac_matrix, mode_shape
 from limitmason.figures.moving_blocks import assembly, mechanism
 from limitmason.figures.plastic_zones import plasticity
 from limitmason.figures.safety import assessment, axle_envelope, load_region
@@ -26,7 +26,6 @@ from limitmason.figures.solids import solid_map
 from limitmason.figures.structure_page import structure_report
 from limitmason.figures.studies import histogram, side_by_side, study_lines
 from limitmason.figures.style import print_style
-from limitmason.figures.ties import before_and_after
 from limitmason.figures.tilt import tilt_test
 from limitmason.figures.verdict_page import diagnosis_page
 
@@ -37,7 +36,6 @@ __all__ = [
     "assessment",
     "assessment_report",
     "axle_envelope",
-    "before_and_after",
     "confusable",
     "contact_forces",
     "contact_report",
@@ -52,7 +50,6 @@ __all__ = [
     "load_region",
     "mac_matrix",
     "mechanism",
-    "mode_film",
     "mode_shape",
     "plasticity",
     "predicted_against_published",

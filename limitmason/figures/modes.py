@@ -1,9 +1,7 @@
-"""Mode shapes as pictures and films, and the matrix that compares those of two models."""
+"""Mode shapes as pictures, and the matrix that compares those of two models."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,9 +12,8 @@ from limitmason.arrays import Array
 from limitmason.checks import instance, positive
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.figures.deformation import _writer, animate, deformed
-from limitmason.figures.painter import camera
-from limitmason.figures.solids import _brick_size, _paint, solid_map, stage_limits
+from limitmason.figures.deformation import deformed
+from limitmason.figures.solids import solid_map
 from limitmason.geometry.rotation import quaternions
 from limitmason.vibration import Mac, Modes
 from limitmason.vibration.blocks import BlockCarrier
@@ -55,49 +52,6 @@ def mode_shape(modes: Modes, number: int, *, reach: float = _REACH, title: str |
         if text.get_gid() == "caption":
             text.set_text(caption)
     return figure
-
-
-def mode_film(
-    modes: Modes, number: int, path: str | Path, *, reach: float = _REACH, frames: int = 24, fps: int = 15,
-    azimuth_deg: float = -58.0, elevation_deg: float = 22.0,
-) -> Path:  # fmt: skip
-    """Film of one period of a mode, which can be shown over and over.
-
-    Parameters
-    ----------
-    modes, number, reach : see :func:`mode_shape`
-    path : file to write, .gif by pillow, other endings by ffmpeg where it is installed
-    frames, fps : pictures in the period, and per second
-    azimuth_deg, elevation_deg : direction the viewer looks from [deg]
-    """
-    shape = _drawn(modes, number, reach)
-    phase = np.sin(2.0 * np.pi * np.arange(frames) / frames)
-    title = f"Mode {number}: {modes.frequency[number - 1]:.2f} Hz"
-    carrier = modes.system.carrier
-    if isinstance(carrier, BlockCarrier):
-        shift = phase[:, None, None] * shape[:, :3]
-        turn = np.array([quaternions(p * shape[:, 3:6]) for p in phase])
-        motion = SimpleNamespace(shift=shift, quaternion=turn)
-        return animate(carrier.assembly, motion, path, frames=frames, fps=fps, crack=np.inf, title=title, view="3d",
-                       azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)  # fmt: skip
-    model = carrier.model  # type: ignore[attr-defined]
-    target = Path(path)
-    writer = _writer(target, fps)
-    view = camera(azimuth_deg, elevation_deg)
-    low, high = stage_limits(model, [-shape, shape], view)
-    with style.print_style():
-        page = style.Page(high - low, None, framed=False)
-        figure = page.finish(title, None, [])
-        page.ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-        page.ax.axis("off")
-        width = page.line_width(_brick_size(model))
-        with writer.saving(figure, str(target), 100):
-            for p in phase:
-                for artist in list(page.ax.collections):
-                    artist.remove()
-                _paint(page.ax, model, model.mesh.nodes + p * shape, view, None, None, "", width)
-                writer.grab_frame()
-    return target
 
 
 def _drawn(modes: Modes, number: int, reach: float) -> Array:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
@@ -144,9 +142,3 @@ def _bar(figure: Figure, ax: Axes, norm: Normalize, colours: str, label: str) ->
     bar.set_label(label, fontsize=7)
     bar.ax.tick_params(labelsize=6.5, width=0.5, length=2.0)
     bar.outline.set_linewidth(0.5)
-
-
-def stage_limits(model: Continuum, shapes: Sequence[Array], view: Camera) -> tuple[Array, Array]:
-    """Page limits that hold all positions of a film."""
-    points = np.concatenate([view.project(model.mesh.nodes + u) for u in shapes])
-    return points.min(axis=0), points.max(axis=0)

@@ -152,24 +152,3 @@ def test_drawings_show_ties_that_hold_and_ties_that_yield():
     assert len(drawn(figures.contact_forces(tied, away), "yielding ties")) == 1
     segment = drawn(figures.assembly(tied), "ties")[0].get_segments()[0]
     assert np.ptp(segment[:, 0]) == pytest.approx(1.0)
-
-
-def test_before_and_after_stand_in_one_figure():
-    tied = pier()
-    bare, loads = tied.with_ties(()), lm.Loads.horizontal(tied)
-    before, after = lm.limit_analysis(bare, loads), lm.limit_analysis(tied, loads)
-    figure = figures.before_and_after((bare, before), (tied, after), title="Pier")
-    titles = [ax.get_title(loc="left") for ax in figure.axes]
-    assert titles == [f"before: λ = {before.collapse_multiplier:.4g}", f"after: λ = {after.collapse_multiplier:.4g}"]
-    texts = [t.get_text() for t in figure.texts]
-    assert any(f"× {after.collapse_multiplier / before.collapse_multiplier:.3g}" in t for t in texts)
-    assert len(drawn(figure, "yielding ties")) == 1
-    curves = [lm.pushover(wall, loads, stiffness=1e9, to=0.02) for wall in (bare, tied)]
-    both = figures.before_and_after((bare, before), (tied, after), curves=curves)
-    lines = [line for ax in both.axes for line in ax.get_lines() if line.get_gid() == "capacity curve"]
-    assert [line.get_label() for line in lines] == ["before", "after"]
-    assert lines[1].get_ydata() == pytest.approx(curves[1].multiplier)
-    with pytest.raises(ValueError, match="multipliers over metres, got 'N'"):
-        figures.before_and_after((bare, before), (tied, after), curves=[lm.Curve([0.0, 1.0], [0.0, 1.0])] * 2)
-    with pytest.raises(ValueError, match="ax is not an option"):
-        figures.before_and_after((bare, before), (tied, after), ax=figure.axes[0])
