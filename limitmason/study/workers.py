@@ -1,20 +1,14 @@
-"""Many calls of one function: here, in worker processes where these pay, or on an executor.
+"""Many calls of one function: here, in worker processes where these pay, or on an executor, in chunks where short.
 
-Short calls in chunks.
-
-A call that takes a millisecond costs more to hand over than to do. So calls begin in this process. When workers would
-save more than it takes to start them, they start while calls go on here, and what is left then goes to them, so many
-calls at a time that a chunk takes about ``CHUNK``. Where other programs take the processors already, calls stay here.
+A call that takes a millisecond costs more to hand over than to do. So calls begin in this process. Once workers save
+more than it takes to start them, what is left goes to them, so many calls at a time that a chunk takes about ``CHUNK``.
 The rows of a study are the same either way.
 """
 
-import os
-import threading
 import time
 import traceback
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, as_completed, wait
+from concurrent.futures import Future, as_completed, wait
 from typing import Any
 
 from limitmason.answers.results import Prediction
@@ -23,7 +17,7 @@ from limitmason.errors import InputError
 Job = tuple[int, Mapping[str, Any]]
 
 PATIENCE = 0.25
-"""Seconds between two looks whether workers pay; on an executor, those after which a call is long."""
+"""Seconds after which a call on an executor is long."""
 
 CHUNK = 0.5
 """Seconds that a chunk of short calls takes."""
@@ -61,17 +55,24 @@ def run_points(
     executor : anything with ``submit``, or a dask client; None for processes of joblib
     workers : most processes, each with one thread for its linear algebra; 1 runs in this process, -1 is one per core
     """
+    if executor is not None:
+        yield from _on_executor(function, jobs, _as_executor(executor))
+        return
     if workers < 1:
         from joblib import effective_n_jobs
 
         workers = effective_n_jobs(workers)
-    if executor is not None:
-        yield from _on_executor(function, jobs, _as_executor(executor))
-    elif workers == 1 or len(jobs) < 2:
-        for number, point in jobs:
-            yield number, _call(function, point)
-    else:
-        yield from _here_and_in_workers(function, jobs, workers)
+    spent = 0.0
+    for done, (number, point) in enumerate(jobs):
+        left = len(jobs) - done
+        if workers > 1 and done and spent / done * left * (1.0 - 1.0 / workers) >= START:
+            pool = _processes(min(workers, left))
+            yield from _unpacked(pool, function, _chunks(jobs[done:], spent / done, 4 * workers))
+            return
+        begun = time.perf_counter()
+        result = _call(function, point)
+        spent += time.perf_counter() - begun
+        yield number, result
 
 
 def _call(function: Callable[..., Any], point: Mapping[str, Any]) -> Any:
@@ -111,91 +112,20 @@ def _chunks(jobs: Sequence[Job], seconds: float, least: int) -> list[Sequence[Jo
     return [jobs[k : k + size] for k in range(0, len(jobs), size)]
 
 
-def _unpacked(futures: Sequence[Future]) -> Iterator[tuple[int, Any]]:
-    for future in as_completed(futures):
-        done: _Done = future.result()
-        yield from done.results
-        if done.error is not None:
-            raise done.error
-
-
-def _here_and_in_workers(
-    function: Callable[..., Any], jobs: Sequence[Job], workers: int
+def _unpacked(
+    executor: Any, function: Callable[..., Any], chunks: Sequence[Sequence[Job]], begun: Sequence[Future] = ()
 ) -> Iterator[tuple[int, Any]]:
-    """Results of calls that begin here and go on in workers where that pays.
-
-    A second thread looks now and then whether workers pay, and then gives them all that is left.
-    """
-    left = deque(jobs)
-    futures: list[Future] = []
-    lock, over = threading.Lock(), threading.Event()
-    counted, begun, used = [0], time.perf_counter(), time.process_time()
-    failed: list[Exception] = []
-
-    def look() -> None:
-        while not over.wait(PATIENCE):
-            with lock:
-                if not left:
-                    return
-                # while none has ended, a call takes at least what the first has taken so far
-                elapsed = time.perf_counter() - begun
-                pace = elapsed / max(counted[0], 1)
-                if _crowded((time.process_time() - used) / elapsed):
-                    continue
-                if pace * len(left) * (1.0 - 1.0 / workers) < START:
-                    continue
-                most = min(workers, len(left))
-            try:
-                pool = _processes(most)
-                # they start and import while calls go on here, which loses nothing where that takes long
-                starting = [pool.submit(_chunk, function, []) for _ in range(most)]
-                while wait(starting, timeout=0.2 * PATIENCE).not_done:
-                    if over.is_set() or not left:
-                        return
-                for started in starting:
-                    started.result()
-                with lock:
-                    rest = list(left)
-                    left.clear()
-                futures.extend(pool.submit(_chunk, function, part) for part in _chunks(rest, pace, 4 * workers))
-            except Exception as error:  # what cannot be sent to a worker; told where the results are waited for
-                with lock:
-                    left.clear()
-                failed.append(error)
-            return
-
-    helper = threading.Thread(target=look, daemon=True)
-    helper.start()
+    """Results of chunks as they come, after those of what was begun before; all else is called off at an error."""
+    futures = [*begun, *(executor.submit(_chunk, function, part) for part in chunks)]
     try:
-        while True:
-            with lock:
-                job = left.popleft() if left else None
-            if job is None:
-                break
-            result = _call(function, job[1])
-            counted[0] += 1
-            yield job[0], result
-        helper.join()
-        if failed:
-            raise failed[0]
-        yield from _unpacked(futures)
+        for future in as_completed(futures):
+            done: _Done = future.result()
+            yield from done.results
+            if done.error is not None:
+                raise done.error
     finally:
-        over.set()
-        helper.join()
         for future in futures:
             future.cancel()
-
-
-def _crowded(share: float) -> bool:
-    """Whether other programs take the processors, so that workers would only share what this process has now.
-
-    Parameters
-    ----------
-    share : processor seconds of this process in a second
-    """
-    if share > 0.6 or not hasattr(os, "getloadavg"):
-        return False
-    return os.getloadavg()[0] > (os.cpu_count() or 1) + 0.5
 
 
 def _processes(workers: int) -> Any:
@@ -213,24 +143,10 @@ def _as_executor(executor: Any) -> Any:
 
 
 def _on_executor(function: Callable[..., Any], jobs: Sequence[Job], executor: Any) -> Iterator[tuple[int, Any]]:
-    """Results of calls on an executor, in chunks where the calls are short.
-
-    The first call alone tells how long one is. Where it is not back soon, calls are long and go one by one.
-    """
+    """Results of calls on an executor, in chunks where the first call is back soon."""
     if not jobs:
         return
-    futures = [executor.submit(_chunk, function, jobs[:1])]
-    try:
-        wait(futures, timeout=PATIENCE, return_when=FIRST_COMPLETED)
-        pace = CHUNK
-        if futures[0].done() and futures[0].exception() is None:
-            # a first call may compile and import: a second one tells
-            futures.append(executor.submit(_chunk, function, jobs[1:2]))
-            wait(futures[1:], timeout=PATIENCE)
-            if futures[1].done() and futures[1].exception() is None:
-                pace = max(futures[1].result().seconds, 1e-6)
-        futures += [executor.submit(_chunk, function, part) for part in _chunks(jobs[len(futures) :], pace, _MOST)]
-        yield from _unpacked(futures)
-    finally:
-        for future in futures:
-            future.cancel()
+    first = executor.submit(_chunk, function, jobs[:1])
+    wait([first], timeout=PATIENCE)
+    pace = first.result().seconds if first.done() and first.exception() is None else CHUNK
+    yield from _unpacked(executor, function, _chunks(jobs[1:], pace, _MOST), [first])
