@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -263,7 +264,7 @@ def capacity_of(
     share = first**2 / (float(weights.sum()) * second)
     to_a = GRAVITY / (share * confidence_factor)
     a0 = multiplier * to_a
-    stiff = {state: _reached(partial(_peak_excess, spectra[state], a0)) for state in ("SLD", "SLV")}
+    stiff = {state: _reached(spectra[state], lambda s: peak_of(s) - a0) for state in ("SLD", "SLV")}
     d0, ag = math.nan, {"SLD": stiff["SLD"]}
     d: dict[str, float] = {}
     a, period = dict(d), dict(d)
@@ -274,21 +275,25 @@ def capacity_of(
             d[state] = min(part * d0, _loss(along, alpha, d0) if state == "SLV" else math.inf)
             a[state] = float(np.interp(d[state], along, alpha))
             period[state] = PERIODS[state] * math.pi * math.sqrt(d[state] / a[state])
-            ag[state] = _reached(partial(_excess, spectra[state], period[state], DAMPING[state], d[state]))
+            asked = partial(_excess, period[state], DAMPING[state], d[state])
+            ag[state] = _reached(spectra[state], asked)
     return Capacity(len(weights), share, a0, d0, d, a, period, ag, 2.0 * stiff["SLV"])
 
 
-def _peak_excess(spectrum: Spectrum, a0: float, ag: float) -> float:
-    return peak_of(spectrum.scaled(ag)) - a0
+def _excess(period: float, damping: float, displacement: float, spectrum: Spectrum) -> float:
+    return spectrum.displacement(period, damping) - displacement
 
 
-def _excess(spectrum: Spectrum, period: float, damping: float, displacement: float, ag: float) -> float:
-    return spectrum.scaled(ag).displacement(period, damping) - displacement
+def _reached(spectrum: Spectrum, excess: Callable[[Spectrum], float]) -> float:
+    """Least acceleration of the ground over g at which a demand is what is there, or infinite from 2 g on.
 
-
-def _reached(excess: Callable[[float], float]) -> float:
-    """Acceleration of the ground over g at which a demand is what is there, or infinite from 2 g on."""
-    return float(brentq(excess, 1e-9, LARGEST_AG)) if excess(LARGEST_AG) > 0.0 else math.inf
+    On soil D the peak ag S falls between two accelerations, so that there may be three. A record's demand has one.
+    """
+    trials = np.linspace(1e-9, LARGEST_AG, 2 if isinstance(spectrum, RecordSpectrum) else 401)
+    for low, high in pairwise(map(float, trials)):
+        if excess(spectrum.scaled(high)) > 0.0:
+            return float(brentq(lambda ag: excess(spectrum.scaled(ag)), low, high))
+    return math.inf
 
 
 def _zero(along: Array, alpha: Array) -> float:

@@ -132,6 +132,16 @@ def test_ground_spectrum_of_the_code():
         GroundSpectrum(2.5, 2.45, 0.28)
 
 
+def test_the_least_ground_acceleration_that_asks_for_the_capacity_counts():
+    """Soil D: ag (2.4 - 1.5 F0 ag) = a0 / g has two roots below the one of SS = .9; the first is reached first."""
+    soft = GroundSpectrum(0.1, 2.5, 0.3, soil="D")
+    for over_g in (0.3, 0.362, 0.38, 0.45):
+        c = capacity_of(np.ones(1), np.ones(1), 1.0, over_g, None, dict.fromkeys(ALL, soft))
+        inside = 2.4**2 - 4.0 * 1.5 * 2.5 * over_g
+        wanted = (2.4 - math.sqrt(inside)) / (2.0 * 1.5 * 2.5) if inside > 0.0 else over_g / 0.9
+        assert c.ag["SLD"] == pytest.approx(wanted, rel=1e-4), over_g
+
+
 def test_spectrum_of_a_record_is_the_largest_over_the_periods():
     """A sine at the period of an oscillator: a / (2 xi w^2) (1 - exp(-xi w t)) after n turns."""
     period, xi, turns = 0.5, 0.05, 12
