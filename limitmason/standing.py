@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from limitmason.answers.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
 from limitmason.arrays import Array
 from limitmason.capacity import PushoverCurve, pushover
-from limitmason.checks import finite
+from limitmason.checks import finite, instance
 from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotApplicable
 from limitmason.limit.associative import carry, contact_facts
@@ -284,9 +284,12 @@ def minimum_thickness(
         raise InputError(f"between must be a small and a larger thickness [m], got {between!r}")
 
     def margin(thickness: float) -> Margin:
-        assembly = build(thickness)
+        assembly = instance("build", build(thickness), Assembly)
         refuse("associative", assembly)
-        return standing_margin(assembly, loads(assembly), contact_model=contact_model, in_plane=in_plane)
+        case = instance("loads", loads(assembly), Loads)
+        if case.live.any():
+            raise InputError("loads: a thickness is asked of dead loads; give them with case='dead'")
+        return standing_margin(assembly, case, contact_model=contact_model, in_plane=in_plane)
 
     if not margin(thick)[0] >= 0.0:
         raise InputError(f"between: it does not stand at a thickness of {thick:g} m either; give a larger one")

@@ -261,9 +261,10 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         top = self.peak
         name = f"{self.label}: " if self.label else ""
         end = f"; {self.status}" if self.status else ""
+        unit = "" if self.load_unit == "-" else f" {self.load_unit}"
         return (
             f"curve {name}{len(self)} samples to {self.displacement[-1]:.4g} {self.displacement_unit}, largest load "
-            f"{top.load:.5g} {self.load_unit} at {top.displacement:.4g} {self.displacement_unit}{end}"
+            f"{top.load:.5g}{unit} at {top.displacement:.4g} {self.displacement_unit}{end}"
             + "".join(f"\n  note: {w}" for w in self.warnings)
         )
 

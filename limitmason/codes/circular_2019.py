@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
+from limitmason.checks import finite
 from limitmason.codes.spectra import LARGEST_AG, FloorSpectrum, GroundSpectrum, RecordSpectrum
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
@@ -105,13 +106,14 @@ class Assessment:
         )  # fmt: skip
         asked = dict.fromkeys(f"{ag:.3f}" for ag in self.demand.values())
         lines = [f"{head}ag {', '.join(asked)} g", "  ".join(f"{n:>9}" for n in ("", *names))]
-        for label, c in (("one body", self.bodies), ("stones", self.stones)):
+        for label, c in (("the text", self.bodies), ("by stones", self.stones)):
             cells = (
                 c.bodies, c.mass_share, c.a0, c.d0, c.d.get("SLV", math.nan), c.a.get("SLV", math.nan),
                 c.period.get("SLV", math.nan), c.period.get("SLC", math.nan), c.ag.get("SLV", math.nan),
                 c.ag_simplified, c.ag["SLD"],
             )  # fmt: skip
-            lines.append("  ".join(f"{v:>9}" if isinstance(v, int | str) else f"{v:9.4f}" for v in (label, *cells)))
+            told = (f"{v:.4f}" if isinstance(v, float) else str(v) for v in (label, *cells))
+            lines.append("  ".join(f"{'-' if v == 'nan' else v:>9}" for v in told))
         lines += [f"  {state}: {share:.0%} of the demand" for state, share in self.safety.items()]
         return "\n".join([*lines, *(f"  warning: {w}" for w in self.warnings)])
 
@@ -163,7 +165,7 @@ def assess(
     Every limit state has its own a_g, F0 and Tc*; one spectrum is taken for all three.
     Circolare 21 gennaio 2019 n. 7, C8.7.1.3 to C8.7.1.12. Calibrated for mechanisms that move parallel to a plane.
     """
-    if not confidence_factor >= 1.0:
+    if not finite("confidence_factor", confidence_factor) >= 1.0:
         raise InputError(f"confidence_factor must be 1 or more, got {confidence_factor!r}")
     spectra = _spectra(spectrum)
     if not isinstance(curve, Curve | None):

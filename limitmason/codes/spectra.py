@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import finite, instance
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 
@@ -56,7 +57,7 @@ class GroundSpectrum:
     def __post_init__(self) -> None:
         """Check the numbers."""
         for name in ("ag", "f0", "tc_star", "topography"):
-            if not 0.0 < getattr(self, name) < 100.0:
+            if not 0.0 < finite(f"ground spectrum: {name}", getattr(self, name)) < 100.0:
                 raise InputError(f"ground spectrum: {name} must be positive, got {getattr(self, name)!r}")
         if self.ag > LARGEST_AG:
             raise InputError(f"ground spectrum: ag is over g, got {self.ag!r}; is it in m/s2?")
@@ -113,6 +114,7 @@ class FloorSpectrum:
 
     def __post_init__(self) -> None:
         """Check the modes."""
+        instance("ground", self.ground, GroundSpectrum)
         damping_factor(self.damping)
         if not self.periods or len(self.periods) != len(self.factors) or not min(self.periods) > 0.0:
             raise InputError("floor spectrum: give a period above 0 and a factor for every mode")

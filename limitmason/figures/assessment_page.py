@@ -6,6 +6,7 @@ import math
 from html import escape
 from pathlib import Path
 
+from limitmason.checks import instance
 from limitmason.codes import Assessment, FloorSpectrum, GroundSpectrum, RecordSpectrum
 from limitmason.codes.circular_2019 import DAMPING, STATES, Capacity, Spectrum
 from limitmason.constants import VERSION
@@ -43,6 +44,7 @@ def assessment_report(verdict: Assessment, path: str | Path, *, title: str = "Lo
     Path
         The file.
     """
+    instance("verdict", verdict, Assessment, "by lm.assess")
     share, reached, asked = (d["SLV"] for d in (verdict.safety, verdict.reached, verdict.demand))
     headline = f"SLV is reached at {reached:.3f} g, {share:.0%} of the {asked:.3f} g that are asked"
     drawn = [image(mechanism(verdict.structure, verdict.prediction, title="Mechanism"), "mechanism")]

@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull, QhullError
 
 from limitmason.arrays import Array
+from limitmason.checks import instance
 from limitmason.codes import Assessment, RecordSpectrum
 from limitmason.codes.circular_2019 import DAMPING, peak_of
 from limitmason.constants import GRAVITY
@@ -39,6 +40,7 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
     InputError
         For an empty region, and one of one or three loads.
     """
+    instance("region", region, LoadRegion, "by lm.load_region")
     if len(region.names) != 2 or not len(region.corners):
         raise InputError(f"a region is drawn of two loads that can be carried, not: {region}")
     own, (_, ax) = ax is None, style.paper(style.page_width(3.4), 3.0, ax)
@@ -100,6 +102,7 @@ def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes 
     title : heading
     ax : axes to draw in; its own by default
     """
+    instance("envelope", envelope, AxleEnvelope, "by lm.axle_envelope")
     own, (_, ax) = ax is None, style.paper(style.page_width(3.4), 2.2, ax)
     least = float(envelope.multipliers.min())
     shown = np.where(np.isfinite(envelope.multipliers), envelope.multipliers, np.nan)
@@ -127,7 +130,7 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
     InputError
         For a verdict without a curve on the spectrum of a record.
     """
-    c = verdict.bodies
+    c = instance("verdict", verdict, Assessment, "by lm.assess").bodies
     share = ", ".join(f"{state} {s:.0%}" for state, s in verdict.safety.items())
     count = "1 body" if c.bodies == 1 else f"{c.bodies} bodies"
     text = f"{count}, e* {c.mass_share:.3f}, FC {verdict.confidence_factor:.2f}; of the demand: {share}"

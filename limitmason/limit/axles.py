@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
-from limitmason.checks import finite
+from limitmason.checks import finite, numbers
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError, NotConverged
 from limitmason.limit.analysis import limit_analysis
@@ -90,13 +90,14 @@ def axle_envelope(
     train = [(finite("axles", x), finite("axles", p)) for x, p in axles]
     if not train or not all(p > 0.0 for _, p in train):
         raise InputError("axles: give pairs of a place behind the first [m] and a load above 0 [N]")
+    finite("level", level)
     if loads.live.any():
         raise InputError("loads: the axles are the live load; give the others with case='dead'")
     strips = extrados(assembly)
     if positions is None and strips:
         start, end = strips[0].start, max(s.end for s in strips) + max(x for x, _ in train)
         positions = np.linspace(start, end, 100)
-    places = np.atleast_1d(np.asarray([] if positions is None else positions, dtype=float))
+    places = np.atleast_1d(numbers("positions", [] if positions is None else positions))
     found: list[Prediction | None] = []
     for place in places:
         live = sum(

@@ -183,7 +183,7 @@ def load_region(
     if dead.live.any():
         raise InputError("dead: its live part has no role in a region; give it as a case")
     positive("tolerance", tolerance)
-    limit = None if within is None else np.array([positive("within", v) for v in np.atleast_1d(within)])
+    limit = None if within is None else np.array([positive("within", v) for v in np.atleast_1d(within).tolist()])
     if limit is not None and len(limit) not in (1, len(cases)):
         raise InputError(f"within: give one size, or one for each of the {len(cases)} cases, got {within!r}")
     limit = None if limit is None else np.broadcast_to(limit, (len(cases),))

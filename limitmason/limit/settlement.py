@@ -78,7 +78,8 @@ def settlement_analysis(
     if isinstance(direction, str) and direction in _DIRECTIONS:
         direction = SupportMotion(tuple(_DIRECTIONS[direction]))
     if not isinstance(direction, SupportMotion):
-        raise InputError(f"direction must be one of {sorted(_DIRECTIONS)} or a SupportMotion, got {direction!r}")
+        axes = ", ".join(sorted(_DIRECTIONS))
+        raise InputError(f"direction must be one of {axes} or lm.SupportMotion((x, y, z)), got {direction!r}")
     if options.get("flow_rule", "associative") != "associative":
         raise InputError("settlement analysis knows the associative flow rule only: its multipliers may be negative")
     moved = group_of(assembly, support)

@@ -116,6 +116,7 @@ def thrust(
             state = settlement_analysis(assembly, support, direction=motion, loads=loads, **options)
             assert state.reaction is not None
             value = sense * state.reaction.least
+        value = 0.0 if abs(value) < 1e-9 * np.abs(loads.dead).max() else value
         ends.append((-sense * math.inf if state.status == UNBOUNDED else value, state))
     (least, low), (greatest, high) = ends
     return Thrust(float(least), float(greatest), d, (low, high))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,7 +77,7 @@ def group_of(assembly: Blockwork, support: Group) -> list[int]:
     InputError
         For a group without blocks, one that names a block twice, or one of several blocks that are not all wholly held.
     """
-    named = [support] if isinstance(support, int | str | np.integer) else list(support or ())
+    named = list(support or ()) if isinstance(support, Collection) and not isinstance(support, str) else [support]
     group = [assembly.block_index(block) for block in named]
     if not group or len(set(group)) < len(group):
         raise InputError(f"support: give one block, or a list of different ones that settle as one; got {support!r}")

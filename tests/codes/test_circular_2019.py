@@ -208,3 +208,9 @@ def test_every_limit_state_has_its_own_site_and_its_page_says_so(tmp_path, capsy
 def test_spectra_that_make_no_sense_are_refused_by_name(spectrum, message):
     with pytest.raises(InputError, match=message):
         lm.assess(*wall(1), spectrum)
+    with pytest.raises(InputError, match="confidence_factor must be a finite number, got 'LC1'"):
+        lm.assess(*wall(1), SITE, confidence_factor="LC1")
+    with pytest.raises(InputError, match="ground spectrum: ag must be a finite number"):
+        GroundSpectrum("0.15", 2.45, 0.28)
+    with pytest.raises(InputError, match="ground must be a GroundSpectrum"):
+        FloorSpectrum(0.15, [0.3], [1.2])

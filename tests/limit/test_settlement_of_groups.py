@@ -143,7 +143,7 @@ def test_the_field_of_a_group_is_one_rigid_motion_also_for_the_dem():
         lm.SupportMotion()
     with pytest.raises(InputError, match="rotation of a support's motion"):
         lm.SupportMotion(rotation=(0.0, 1.0))
-    with pytest.raises(InputError, match="or a SupportMotion, got 'down'"):
+    with pytest.raises(InputError, match="SupportMotion.*, got 'down'"):
         lm.settlement_analysis(made, 0, direction="down")
 
 

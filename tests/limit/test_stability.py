@@ -234,6 +234,14 @@ def test_thrust_of_three_hinges_through_a_group_and_a_cut():
     (lambda a: lm.minimum_thickness(lambda _: a, between=0.1), "between is a small and a larger thickness"),
     (lambda a: lm.strengthen(a, lm.Loads.horizontal(a), ["tie"]), "candidates.0. must be a Tie, got 'tie'"),
     (lambda a: lm.stability(a, tilts={"up": (0, 0, 1)}), "'up' must be a horizontal"),
+    (lambda a: lm.thrust(a, 1.5), "1.5"),
+    (lambda a: lm.axle_envelope(a, lm.Loads.weight(a), [(0, 1e3)], level=None), "level must be a finite number"),
+    (lambda a: lm.axle_envelope(a, lm.Loads.weight(a), [(0, 1)], level=1.5, positions="all"), "positions must be"),
+    (lambda a: lm.minimum_thickness(lambda _: a, between=(0.1, 0.2), loads=lm.Loads.horizontal), "dead loads"),
+    (lambda a: lm.minimum_thickness(lambda _: None, between=(0.1, 0.2)), "build must be an Assembly, got None"),
+    (lambda a: lm.figures.load_region(lm.limit_analysis(a, lm.Loads.horizontal(a))), "region must be a LoadRegion"),
+    (lambda a: lm.figures.axle_envelope(None), "envelope must be an AxleEnvelope"),
+    (lambda a: lm.figures.assessment(None), "verdict must be an Assessment"),
 ])  # fmt: skip
 def test_what_makes_no_sense_is_refused_by_name(call, message):
     arch = lm.build.arch(radius=1.0, thickness=0.2, width=0.5, voussoirs=4, joint=lm.Joint(60.0))
