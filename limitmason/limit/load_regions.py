@@ -95,16 +95,19 @@ class LoadRegion(Displayed):
     def contains(self, multipliers: Sequence[float]) -> bool | None:
         """Whether the structure carries these multipliers, None where neither is proven.
 
-        It is True where forces carry them and False where a mechanism moves. Between the two sets it is None.
+        It is True where forces carry them and False where a mechanism moves. Between the two sets it is None, and beyond
+        ``within`` where the cone does not reach.
         """
         y = np.asarray(multipliers, dtype=float)
         if y.shape != (len(self.names),):
             raise InputError(f"multipliers: give one for each of {' and '.join(self.names)}, got {multipliers!r}")
-        if any(p.normal @ y > p.offset for p in self.outside):
+        if any(p.twists is not None and p.normal @ y > p.offset for p in self.outside):
             return False
-        if len(self.corners) and np.linalg.norm(y - _nearest(self.corners, y)) <= 1e-9 * np.abs(self.corners).max():
-            return True
-        return False if self.status == "empty" else None
+        if not len(self.corners):
+            return None
+        size = np.abs(self.corners).max(axis=0) + np.abs(self.corners).max() * 1e-12
+        cone = self.cone / size if len(self.cone) else None
+        return True if np.linalg.norm(y / size - _nearest(self.corners / size, y / size, cone)) <= 1e-9 else None
 
     def to_json(self, path: str | Path) -> None:
         """Write corners, half-planes, cone and gap to a file."""
@@ -374,12 +377,15 @@ def _outer_corners(planes: list[HalfPlane], inner: Array, extent: Array) -> Arra
     return np.asarray(HalfspaceIntersection(np.column_stack([normal, -offset - room]), middle).intersections)
 
 
-def _nearest(points: Array, w: Array) -> Array:
-    """The point of the convex hull of points that is nearest to w."""
+def _nearest(points: Array, w: Array, rays: Array | None = None) -> Array:
+    """The point of the convex hull of points, and of what rays add to it, that is nearest to w."""
+    rays = np.zeros((0, len(w))) if rays is None else rays
     scale = max(float(np.abs(points - w).max()), 1e-300)
-    rows = np.vstack([(points - w).T / scale, np.full(len(points), 1e3)])
+    weight = np.append(np.full(len(points), 1e3), np.zeros(len(rays)))
+    rows = np.vstack([np.hstack([(points - w).T / scale, rays.T]), weight])
     share = nnls(rows, np.append(np.zeros(len(w)), 1e3))[0]
-    return np.asarray(share @ points / share.sum())
+    total = share[: len(points)].sum()
+    return np.asarray((share[: len(points)] @ points + scale * (share[len(points) :] @ rays)) / total)
 
 
 def _extreme_rays(rays: Array) -> Array:

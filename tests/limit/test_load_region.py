@@ -84,7 +84,19 @@ def test_a_region_without_end_has_its_cone_and_its_tip():
     )  # fmt: skip
     rays = np.array([(2.0, 3.0), (-2.0, 3.0)]) / math.sqrt(13.0)
     assert in_order(found.cone) == pytest.approx(in_order(rays), abs=1e-6)
+    for unit in (1.0, 1e3, 1e-3):  # limits that the call chose prove nothing beyond them
+        scaled = [replace(c, live=c.live / u) for c, u in zip(cases, (1.0, unit), strict=True)]
+        found = lm.load_region(model, lm.Loads.weight(model), scaled)
+        assert found.contains((0.99 * 2.0, 2.0 * unit)) and found.contains((-0.99 * 14.0, 20.0 * unit))
+        assert found.contains((1.01 * 2.0, 2.0 * unit)) is False and found.contains((0.0, -1.01 * unit)) is False
     assert lm.load_region(model, lm.Loads.weight(model), cases).within.max() >= 1.0
+
+
+def test_beyond_the_limits_that_were_asked_nothing_is_said():
+    """Sideways alone within 0.1 of the weight, of 2 / 3 that is carried: no cone, and no motion is met."""
+    model = block()
+    found = lm.load_region(model, lm.Loads.weight(model), [push(model, (1, 0, 0), name="H")], within=0.1)
+    assert found.contains((0.09,)) is True and found.contains((0.5,)) is None
 
 
 def test_an_empty_region_has_its_proof():
