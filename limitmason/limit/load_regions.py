@@ -95,8 +95,8 @@ class LoadRegion(Displayed):
     def contains(self, multipliers: Sequence[float]) -> bool | None:
         """Whether the structure carries these multipliers, None where neither is proven.
 
-        It is True where forces carry them and False where a mechanism moves. Between the two sets it is None, and beyond
-        ``within`` where the cone does not reach.
+        It is True where forces carry them and False where a mechanism moves. Between the two sets it is None.
+        Beyond ``within`` it is None too, where the cone does not reach.
         """
         y = np.asarray(multipliers, dtype=float)
         if y.shape != (len(self.names),):
