@@ -1,14 +1,19 @@
 """From tests to parameters: what four brick panels fix, what they leave free, and which test to make next.
 
 The panel is the closed form after the published UDEC runs, seconds instead of hours; what it assumes stands in
-``limitmason.experiments.brick_panels_opening.surrogate``. Any other model takes its place: a function, or
+``validation.panel_surrogate``. Any other model takes its place: a function, or
 ``lm.calibration.JointModel`` of a wall with a method. ``workers=2`` runs it side by side, ``store=`` keeps every run.
 """
+
+import sys
+from pathlib import Path
 
 import limitmason as lm
 from limitmason import experiments
 from limitmason.experiments import brick_panels_opening
-from limitmason.experiments.brick_panels_opening import surrogate
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # of the source tree, whose validation holds the models
+from validation import panel_surrogate as surrogate
 
 # what is unknown, from literature values on, and how well it is wanted
 unknown = [

@@ -6,11 +6,14 @@ The mortared wall of Murano et al. (REGW). The solid needs no layout of stones; 
 """
 
 import sys
+from pathlib import Path
 
 import limitmason as lm
 from limitmason import experiments, figures
 from limitmason.continuum import push, solve_elastic
-from limitmason.experiments.murano_u_walls.macro import control_point, macro_model, published
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # of the source tree, whose validation holds the models
+from validation.murano_macro import control_point, macro_model, published
 
 test = experiments.load("murano-u-walls", "REGW")
 solid = macro_model(test, size=0.15)

@@ -14,9 +14,9 @@ from typing import Any
 import limitmason as lm
 from limitmason.calibration import Fit
 from limitmason.display.text_table import filled, markdown
-from limitmason.experiments.brick_panels_opening import surrogate
-from limitmason.experiments.murano_u_walls import literature
+from validation import murano_literature as literature
 from validation import murano_strength, panel_calibration
+from validation import panel_surrogate as surrogate
 from validation.panel_calibration import L1_OUTLINES, OUTLINES, PAPER, UNKNOWN
 
 Lines = list[list[str]]

@@ -8,8 +8,8 @@ from typing import Any
 import dem
 import limitmason as lm
 from limitmason.experiments import murano_u_walls as murano
-from limitmason.experiments.murano_u_walls import literature
 from limitmason.model.assembly import Assembly
+from validation import murano_literature as literature
 
 NAME = "murano-u-walls"
 TO = {"DS": (2.4, 10.0), "REGW": (25.0, 90.0)}

@@ -25,8 +25,9 @@ from limitmason.continuum import SolidCurve, load_curve, push, solve_elastic
 from limitmason.continuum.path import INTERRUPTED
 from limitmason.display.text_table import filled, markdown
 from limitmason.errors import InputError, NotConverged
-from limitmason.experiments.murano_u_walls import macro, micro
 from limitmason.figures import load_displacement, print_style
+from validation import murano_macro as macro
+from validation import murano_micro as micro
 
 NAME = "murano-u-walls"
 MODELS = (("DS", "step 1", 6e-3), ("DS", "final", 6e-3), ("REGW", "final", 6e-3))

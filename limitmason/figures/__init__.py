@@ -9,7 +9,7 @@ from types import ModuleType
 
 from limitmason.figures.assessment_page import assessment_report
 from limitmason.figures.comparison import predicted_against_published, predicted_beside_references
-from limitmason.figures.confusion import confusable, rehearsal
+from limitmason.figures.confusion import confusable
 from limitmason.figures.contacts import contact_report
 from limitmason.figures.crack_patterns import cracks
 from limitmason.figures.deformation import animate, deformed
@@ -55,7 +55,6 @@ __all__ = [
     "predicted_against_published",
     "predicted_beside_references",
     "print_style",
-    "rehearsal",
     "side_by_side",
     "solid_map",
     "structure_report",

@@ -7,7 +7,7 @@ from typing import Any
 
 from limitmason.diagnosis.report import write_record
 from limitmason.errors import InputError
-from limitmason.figures.confusion import confusable, rehearsal
+from limitmason.figures.confusion import confusable
 from limitmason.figures.diagnosis_panels import diagnosis
 from limitmason.figures.verdict_page import diagnosis_page
 from limitmason.storage.csv_table import write_table
@@ -17,7 +17,7 @@ from limitmason.storage.files import save_figure, write_text
 def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> list[Path]:
     """Write report.txt, diagnosis.html, pictures, causes.csv and verdict.json.
 
-    Pictures of rehearsals where there are any.
+    Tables of rehearsals where there are any.
 
     Parameters
     ----------
@@ -45,9 +45,9 @@ def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> 
     save_figure(picture, out / "diagnosis.png")
     save_figure(confusable(answer.distances, title=about.title), out / "confusable.png")
     files = ["report.txt", "diagnosis.html", "diagnosis.png", "confusable.png"]
-    for trials, name in ((found.rehearsal, "rehearsal.png"), (found.missing, "missing.png")):
+    for trials, name in ((found.rehearsal, "rehearsal.txt"), (found.missing, "missing.txt")):
         if trials is not None:
-            save_figure(rehearsal(trials, title=about.title), out / name)
+            write_text(out / name, f"{trials}\n")
             files.append(name)
     write_causes(out / "causes.csv", answer)
     diagnosis_page(

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
 from limitmason.comparison import SideBySide
-from limitmason.diagnosis import Confusable, Diagnosis, Rehearsal
+from limitmason.diagnosis import Confusable, Diagnosis
 from limitmason.errors import InputError
-from limitmason.figures.confusion import confusable, rehearsal
+from limitmason.figures.confusion import confusable
 from limitmason.figures.diagnosis_panels import diagnosis
 from limitmason.figures.history import history_curves, load_displacement
 from limitmason.figures.modes import mac_matrix, mode_shape
@@ -84,7 +84,7 @@ def _(shown: Table, x: str, **options: Any) -> Figure:
 
 
 for kind, draw in {
-    Mac: mac_matrix, LoadRegion: load_region, AxleEnvelope: axle_envelope, Rehearsal: rehearsal,
+    Mac: mac_matrix, LoadRegion: load_region, AxleEnvelope: axle_envelope,
     Confusable: confusable,
 }.items():  # fmt: skip
     plot.register(kind, draw)

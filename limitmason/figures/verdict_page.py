@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from limitmason.diagnosis.rehearse import OUTCOMES, Rehearsal
 from limitmason.diagnosis.report import check_lines
 from limitmason.diagnosis.words import (
     basis,
@@ -20,7 +21,6 @@ from limitmason.diagnosis.words import (
     seen_from,
     trend_words,
 )
-from limitmason.figures.confusion import rehearsal as draw_rehearsal
 from limitmason.figures.diagnosis_panels import diagnosis as diagnosis_figure
 from limitmason.figures.diagnosis_panels import with_unit
 from limitmason.figures.page import bullets, image, paragraphs, table, write_page
@@ -87,7 +87,7 @@ def diagnosis_page(
         parts.append("<h2>Next tests</h2>" + _next_tests(next_tests, units))
     for trials, heading in ((rehearsal, "Blind trials on this design"), (missing, "With the true cause missing")):
         if trials is not None:
-            parts.append(f"<h2>{heading}</h2>" + image(draw_rehearsal(trials), "confusion matrix"))
+            parts.append(f"<h2>{heading}</h2>" + _trials(trials))
     parts.append("<h2>The specimens</h2>" + _specimens(result, units, quantity))
     return write_page(path, title, parts)
 
@@ -144,6 +144,14 @@ def _distances(result: Any) -> str:
     )
     header = ["true cause", "d2 to the baseline", "nearest rival", "d2 to it"]
     return table(header, rows) + f'<p class="small">{escape(text)}</p>'
+
+
+def _trials(trials: Rehearsal) -> str:
+    """Outcomes of blind trials, a row for each hidden cause."""
+    shown = [o for o in OUTCOMES if any(row.get(o) for row in trials.counts.values())]
+    rows = [("", [row["hidden"], *((str(row[c]),) for c in ("trials", *shown))]) for row in trials.table()]
+    text = "Hidden and listed causes share their tables: this tries the statistics, not the physics."
+    return table(["hidden", "trials", *shown], rows) + f'<p class="small">{text}</p>'
 
 
 def _next_tests(tests: Any, units: Mapping[str, str]) -> str:

@@ -13,7 +13,7 @@ import limitmason as lm
 from limitmason.answers.curve import Event
 from limitmason.calibration import CurveTarget, JointModel, Parameter, SearchSettings, Target, calibrate
 from limitmason.calibration.targets import feature
-from limitmason.experiments.brick_panels_opening import surrogate
+from validation import panel_surrogate as surrogate
 
 TRUE = {
     "normal_stiffness": 55e9, "shear_stiffness": 38e9, "friction_angle_deg": 33.0, "cohesion": 0.052e6,

@@ -9,7 +9,7 @@ import limitmason as lm
 from limitmason import experiments
 from limitmason.continuum import Box, Continuum, solve_elastic
 from limitmason.errors import InputError, NotApplicable
-from limitmason.experiments.murano_u_walls.macro import control_point, macro_model, material, published
+from validation.murano_macro import control_point, macro_model, material, published
 
 BAR = Box(np.zeros(3), np.array([0.3, 0.2, 1.5]))
 SQUARE = [(0.0, 0.0, 1.5), (0.3, 0.0, 1.5), (0.3, 0.2, 1.5), (0.0, 0.2, 1.5)]

@@ -7,7 +7,7 @@ import limitmason as lm
 from limitmason import experiments, figures, formats
 from limitmason.continuum import Box, Continuum, load_curve, path, push
 from limitmason.errors import InputError
-from limitmason.experiments.murano_u_walls.macro import control_point, macro_model
+from validation.murano_macro import control_point, macro_model
 
 MASONRY = lm.Material(
     8e8, 0.2, 2000.0, tensile_strength=8e4, tensile_energy=12.0, compressive_strength=8e5, compressive_energy=1300.0

@@ -6,8 +6,8 @@ import pytest
 
 import limitmason as lm
 from limitmason.experiments import stochastic_brick_panels
-from limitmason.experiments.murano_u_walls import literature
 from limitmason.study.ties import LinkedFormulas
+from validation import murano_literature as literature
 
 
 def test_printed_averages_are_those_of_the_rows_but_for_what_the_caveats_name():

@@ -5,8 +5,8 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments
-from limitmason.experiments.murano_u_walls import micro
-from limitmason.experiments.murano_u_walls.macro import published
+from validation import murano_micro as micro
+from validation.murano_macro import published
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from limitmason import experiments
-from limitmason.experiments.brick_panels_opening import surrogate
+from validation import panel_surrogate as surrogate
 
 
 def runs():

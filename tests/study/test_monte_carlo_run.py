@@ -16,9 +16,9 @@ from walls import on_slab
 
 import limitmason as lm
 from limitmason import study
-from limitmason.experiments.brick_panels_opening import surrogate
 from limitmason.study.draws import draw_blocks
 from limitmason.study.ties import LinkedFormulas
+from validation import panel_surrogate as surrogate
 
 # Table 2 of the stochastic paper: mean and CoV [-]
 PAPER = {

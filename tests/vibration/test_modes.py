@@ -12,7 +12,7 @@ import limitmason as lm
 from limitmason import experiments
 from limitmason.continuum import Box, Continuum
 from limitmason.errors import InputError, NotApplicable
-from limitmason.experiments.murano_u_walls.macro import macro_model, published
+from validation.murano_macro import macro_model, published
 
 JOINT = lm.Joint(35.0, normal_stiffness=2e9, shear_stiffness=8e8)
 

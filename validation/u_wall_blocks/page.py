@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 import limitmason as lm
 from limitmason.display.text_table import filled, markdown
-from limitmason.experiments.murano_u_walls import macro, micro
+from validation import murano_macro as macro
+from validation import murano_micro as micro
 
 from . import identification, murano_table_10, onset, pushed
 from .identification import CASES, Found, Run

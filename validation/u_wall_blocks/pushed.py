@@ -20,11 +20,11 @@ from dem.model.holding import run as run_steps
 from limitmason import experiments
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.experiments import murano_u_walls as murano
-from limitmason.experiments.murano_u_walls import micro
 from limitmason.mechanics.law import above_apex
 from limitmason.model.assembly import Assembly
 from limitmason.storage.csv_table import parsed, write_table
 from mechanisms import light_damage
+from validation import murano_micro as micro
 
 from . import at_rest
 

@@ -19,8 +19,9 @@ from limitmason import experiments
 from limitmason.continuum.equilibrium import Solver
 from limitmason.continuum.rotating_crack import virgin
 from limitmason.display.text_table import filled, markdown
-from limitmason.experiments.murano_u_walls import NAME, macro
+from limitmason.experiments.murano_u_walls import NAME
 from limitmason.storage.csv_table import parsed, write_table
+from validation import murano_macro as macro
 
 from . import readings, whole
 

@@ -7,7 +7,8 @@ import numpy as np
 from limitmason import experiments
 from limitmason.answers.curve import Curve
 from limitmason.display.text_table import filled, markdown
-from limitmason.experiments.murano_u_walls import NAME, macro
+from limitmason.experiments.murano_u_walls import NAME
+from validation import murano_macro as macro
 
 LOST = 0.98
 """Share of the initial stiffness that is left at light damage (source, section 6.3)."""

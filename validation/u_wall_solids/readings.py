@@ -13,9 +13,10 @@ from limitmason.constants import GRAVITY
 from limitmason.continuum import Box, Continuum, SolidCurve, push
 from limitmason.display.text_table import filled, markdown
 from limitmason.experiments import Experiment
-from limitmason.experiments.murano_u_walls import FORCE, NAME, macro
+from limitmason.experiments.murano_u_walls import FORCE, NAME
 from limitmason.model.material import FRACTURE, Material
 from limitmason.storage.csv_table import parsed, write_table
+from validation import murano_macro as macro
 
 LAYER = 0.05
 """Thickness of the layer that alone cracks [m]; half or twice of it moves the peak by less than 1 %."""

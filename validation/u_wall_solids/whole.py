@@ -9,8 +9,9 @@ import numpy as np
 from limitmason import experiments
 from limitmason.continuum import load_curve, push
 from limitmason.display.text_table import markdown
-from limitmason.experiments.murano_u_walls import NAME, macro
+from limitmason.experiments.murano_u_walls import NAME
 from limitmason.storage.csv_table import parsed, write_table
+from validation import murano_macro as macro
 
 STORED = Path(__file__).with_name("whole.csv")
 UNITS = {

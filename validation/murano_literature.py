@@ -1,6 +1,6 @@
 """Joint properties of 33 models of stone masonry in the literature, with medians beside the averages that were printed.
 
->>> from limitmason.experiments.murano_u_walls import literature
+>>> from validation import murano_literature as literature
 >>> literature.summary("dry")["normal stiffness"].median
 5.0
 """
