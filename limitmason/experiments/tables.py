@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 from importlib.resources import files
 from importlib.resources.abc import Traversable
+from typing import Any
 
 from limitmason.answers.references import DATA, Cited, Reference
 from limitmason.errors import InputError
@@ -116,7 +117,7 @@ def read_shown(source: str) -> Shown:
     """How a source is shown beside the theories, as its ``source.json`` states it."""
     said = dict(read_description(source)["shown"])
     variants = tuple(Variant(name, options) for name, options in said.pop("variants", {"": {}}).items())
-    settings = {k: tuple(v) if isinstance(v, list) else v for k, v in said.pop("settings", {}).items()}
+    settings: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in said.pop("settings", {}).items()}
     departures = tuple(Departure(**one) for one in said.pop("departures", ()))
     return Shown(variants, Settings(**settings), tuple(said.pop("stubborn", ())), departures=departures, **said)
 

@@ -17,7 +17,6 @@ from limitmason.diagnosis.inference.trends import Trends
 from limitmason.diagnosis.simulator import Job, Simulator
 from limitmason.study import Memo
 
-RNG = np.random.default_rng(0)
 X = np.linspace(0.2, 1.0, 10)
 SPECIMENS = [{"x": float(v)} for v in X]
 BEND = Cause("bend", "bend", 0.0, (-1.0, 2.0))
@@ -46,7 +45,7 @@ def test_table_between_its_levels_is_the_simulator(cause):
 
 
 def test_grid_fit_is_the_penalised_least_squares_minimum():
-    y = RNG.standard_normal((5, 10)) + 3.0 * X
+    y = np.random.default_rng(0).standard_normal((5, 10)) + 3.0 * X
     made = make(levels=33, nuisance_levels=9)
     grid = made.design([BEND]).singles["bend"]
     origin = made.design([BEND]).origin
@@ -66,7 +65,7 @@ def test_grid_fit_is_the_penalised_least_squares_minimum():
 )
 def test_a_cause_never_fits_worse_than_the_baseline(like):
     design = make().design([BEND, KINK])
-    y = 2.0 * RNG.standard_normal((50, 10))
+    y = 2.0 * np.random.default_rng(1).standard_normal((50, 10))
     base = fit(design.null, y, np.zeros((50, 1)), like).loglik
     for grid in design.singles.values():
         assert np.all(fit(grid, y, np.zeros((50, 1)), like).loglik >= base - 0.05)
@@ -88,7 +87,7 @@ def test_box_step_is_the_bounded_least_squares_solution(d):
 
 def test_weights_of_zero_are_values_left_out():
     design = make().design([BEND])
-    y = RNG.standard_normal(10)
+    y = np.random.default_rng(2).standard_normal(10)
     weights = np.ones((1, 10))
     weights[0, 3] = 0.0
     other = y.copy()
@@ -131,7 +130,7 @@ def test_grid_without_axes_is_the_plain_sum_of_squares():
 
 
 def test_shape_statistic_is_the_regression_f_test():
-    y = RNG.standard_normal(10) + 2.0 * X
+    y = np.random.default_rng(3).standard_normal(10) + 2.0 * X
     shapes = Trends({"x": X}, np.ones(10))
     line = [s.kind for s in shapes.trends].index("linear")
     assert shapes.tails(y)[0, line] == pytest.approx(stats.linregress(X, y).pvalue, rel=1e-6)
@@ -139,7 +138,7 @@ def test_shape_statistic_is_the_regression_f_test():
 
 def test_shape_of_labels_is_the_analysis_of_variance():
     labels = list("AABBBCCCAB")
-    y = RNG.standard_normal(10)
+    y = np.random.default_rng(4).standard_normal(10)
     shapes = Trends({"operator": labels}, np.ones(10))
     groups = [[v for v, name in zip(y, labels, strict=True) if name == k] for k in "ABC"]
     assert shapes.tails(y)[0, 0] == pytest.approx(stats.f_oneway(*groups).pvalue, rel=1e-6)
@@ -147,7 +146,7 @@ def test_shape_of_labels_is_the_analysis_of_variance():
 
 def test_shape_p_is_uniform_on_noise():
     shapes = Trends({"x": X, "operator": list("AABBBCCCAB")}, np.ones(10))
-    tails = shapes.tails(RNG.standard_normal((4000, 10)))
+    tails = shapes.tails(np.random.default_rng(5).standard_normal((4000, 10)))
     for column in tails.T:
         assert stats.kstest(column, "uniform").pvalue > 1e-4
 

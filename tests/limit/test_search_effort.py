@@ -75,21 +75,6 @@ def test_every_stage_is_told_with_the_lowest_value_so_far(at_the_corner):
     assert f"lowest so far {lowest[0]:.6g}" in str(told[0])
 
 
-@pytest.mark.slow
-def test_a_time_limit_ends_the_longest_search_with_what_it_has(monkeypatch):
-    monkeypatch.setattr(time, "perf_counter", time.process_time)  # however many programs share the processor
-    wall = corner()
-    begun = time.perf_counter()
-    found, _ = searched(wall, search="thorough", time_limit=1.0)
-    assert time.perf_counter() - begun < 6.0
-    assert found.details["time_limit_reached"]
-    assert any("the time limit ended the search after" in w for w in found.warnings)
-    assert found.status == "solved"
-    low, high = found.details["radenkovic"]
-    assert low <= found.collapse_multiplier <= high + 1e-8
-    assert not searched(wall, search="quick")[0].details["time_limit_reached"]
-
-
 def test_a_time_too_short_for_any_state_gives_the_nearest_one_and_says_that_the_time_ended():
     found, told = searched(corner(), time_limit=1e-6)
     assert found.status == "time limit ended it"
@@ -124,6 +109,8 @@ def test_no_program_but_one_ends_after_the_time_limit(search, monkeypatch):
         found, _ = searched(wall, search=search, time_limit=limit)
         assert clock[0] <= limit + 1.0, limit
         ended += found.details["time_limit_reached"]
+        told = any("the time limit ended the search after" in w for w in found.warnings)
+        assert told == found.details["time_limit_reached"]
         assert np.isfinite(found.collapse_multiplier)
         assert found.status in ("solved", "time limit ended it")
     assert ended >= 3

@@ -24,18 +24,12 @@ def test_import_contracts_hold():
 
 
 def test_import_is_light():
-    code = (
-        "import sys, limitmason; print([m for m in ('cvxpy', 'matplotlib', 'clarabel', 'numba') if m in sys.modules])"
-    )
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
-    assert out == "[]"
-
-
-def test_import_takes_less_than_three_tenths_of_a_second():
-    # of processor time, the best of five: other processes on the machine make it longer, never shorter
-    code = "import time; before = time.process_time(); import limitmason; print(time.process_time() - before)"
-    runs = [subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True) for _ in range(5)]
-    assert min(float(run.stdout) for run in runs) < 0.3
+    # counted, not timed: numpy is all that is loaded from outside, and what draws or solves waits until it is asked
+    code = "import sys, limitmason; print(*sys.modules)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    outside = {m.partition(".")[0] for m in out} - set(sys.stdlib_module_names)
+    assert not outside & {"cvxpy", "matplotlib", "clarabel", "numba", "scipy", "skfem", "joblib", "highspy", "tqdm"}
+    assert sum(m.startswith("limitmason") for m in out) < 80
 
 
 @pytest.mark.parametrize("name", lm.__all__)
