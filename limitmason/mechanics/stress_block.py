@@ -38,7 +38,7 @@ class StressBlock(NamedTuple):
         """Power that sections dissipate where their ends open by g (j, 2): max of -(g1 N1 + g2 N2) [W], shape (j,)."""
         low, high = lift.min(axis=1), lift.max(axis=1)
         spread = np.maximum(high - low, 1e-300)
-        n = np.where(low < 0, np.clip(self.capacity * -low / spread, 0.0, self.capacity), 0.0)
+        n = self.capacity * (np.clip(-low, 0.0, spread) / spread)
         return -low * n - (high - low) * n**2 / (2.0 * self.capacity) + 0.5 * self.tension * lift.sum(axis=1)
 
     def in_units_of(self, force: Array | float) -> "StressBlock":

@@ -101,6 +101,9 @@ def test_the_stress_block_is_that_of_a_section_and_its_power_the_most_it_can_do(
         half = 0.5 * t * area[0]
         most = max((-(a - half) * g[0] - (b - half) * g[1]).max() for a, b in forces)
         assert block.power(np.array([g])) == pytest.approx([most], rel=1e-8)
+    with np.errstate(all="raise"):  # pushed in evenly, in units in which its strength is large
+        even = block.in_units_of(1e-9).power(np.array([[-0.2, -0.2]]))
+    assert even == pytest.approx([0.2e9 * (block.capacity[0] - t * area[0])], rel=1e-12)
 
 
 def test_the_law_inside_shares_the_corner_and_lies_inside():
