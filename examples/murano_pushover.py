@@ -114,7 +114,7 @@ for name in experiments.specimens(SOURCE):
     figure.savefig(f"murano_pushover_{name}.png")
     moved = int(np.argmax(u > 0.03))
     figures.deformed(
-        wall, history, sample=moved, scale=3.0, title=title, azimuth_deg=-120.0, elevation_deg=30.0
+        wall, history, sample=moved, scale=3.0, title=title, viewpoint_deg=(-120.0, 30.0)
     ).savefig(f"murano_pushover_{name}_moved.png")
 
 print(f"facade {weight / 1e3:.2f} kN at 10 m/s2; line load 20 kN over 3.65 m = {LINE_LOAD / 1e3:.2f} kN/m")

@@ -14,7 +14,7 @@ from limitmason.arrays import Array, Flags
 from limitmason.checks import choice
 from limitmason.figures import elevation, solid, style
 from limitmason.figures.outline import elevation_plane, wall_plane
-from limitmason.figures.painter import camera
+from limitmason.figures.painter import VIEWPOINT_DEG, camera
 from limitmason.figures.tie_lines import draw_ties
 from limitmason.mechanics.motion import MovingJoints, RigidMotion, structure_size
 from limitmason.mechanics.plane import Plane
@@ -39,13 +39,13 @@ class Canvas:
     ax : axes to draw on; a new page when not given
     twists : motion that the view is chosen for, shape (n, 6)
     motions : positions that the page must hold, None for the place at rest
-    azimuth_deg, elevation_deg : direction the viewer looks from in space [deg]; without an azimuth from the corner
-        towards which the blocks move
+    viewpoint_deg : azimuth and elevation of the viewer in space [deg]; by default at the corner towards which the
+        blocks move, where they do
     """
 
     def __init__(
         self, model: Assembly, view: str, ax: Axes | None, *, twists: Array | None = None,
-        motions: Sequence[RigidMotion | None] = (None,), azimuth_deg: float | None = -58.0, elevation_deg: float = 22.0,
+        motions: Sequence[RigidMotion | None] = (None,), viewpoint_deg: tuple[float, float] | None = None,
     ) -> None:  # fmt: skip
         self.model, self.plane = model, chosen_plane(model, view, twists)
         if self.plane is not None:
@@ -54,9 +54,9 @@ class Canvas:
             self.page = style.Page(self.window.span, ax)
             self.axes, self.size = self.drawing.axes, self.drawing.block_size()
         else:
-            if azimuth_deg is None:
-                azimuth_deg = -58.0 if twists is None else _azimuth_they_move_to(model, twists, elevation_deg)
-            self.camera = camera(azimuth_deg, elevation_deg)
+            if viewpoint_deg is None:
+                viewpoint_deg = VIEWPOINT_DEG if twists is None else _corner_they_move_to(model, twists)
+            self.camera = camera(*viewpoint_deg)
             self.before = solid.SolidView(model, self.camera)
             self._motion = motions[0]
             self._scene = self._moved(self._motion)
@@ -170,9 +170,9 @@ def _bounds(scene: solid.SolidView, before: solid.SolidView) -> Array:
     return elevation.with_held(low, high, scene.page_bounds(fixed), 0.5) if len(fixed) else np.array([low, high])
 
 
-def _azimuth_they_move_to(model: Assembly, twists: Array, elevation_deg: float) -> float:
+def _corner_they_move_to(model: Assembly, twists: Array) -> tuple[float, float]:
     """Of four corners the one towards which the blocks move, weighted by their volume."""
     weight = model.volumes * np.linalg.norm(twists[:, :3], axis=1)
     mean = (weight[:, None] * twists[:, :3]).sum(axis=0)
-    corners = (-58.0, -122.0, 58.0, 122.0)
-    return max(corners, key=lambda a: round(float(camera(a, elevation_deg).towards @ mean), 9))
+    corners = [(azimuth, VIEWPOINT_DEG[1]) for azimuth in (-58.0, -122.0, 58.0, 122.0)]
+    return max(corners, key=lambda c: round(float(camera(*c).towards @ mean), 9))

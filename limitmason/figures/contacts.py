@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 from limitmason.arrays import Array, Flags
 from limitmason.figures import elevation, style
 from limitmason.figures.canvas import Canvas
+from limitmason.figures.painter import VIEWPOINT_DEG
 from limitmason.model import Assembly
 from limitmason.model.contact_report import ContactReport, NearMiss
 
@@ -30,8 +31,7 @@ def contact_report(
     labels: bool = True,
     title: str | None = None,
     ax: Axes | None = None,
-    azimuth_deg: float = -58.0,
-    elevation_deg: float = 22.0,
+    viewpoint_deg: tuple[float, float] = VIEWPOINT_DEG,
 ) -> Figure:
     """Contacts of an assembly (green), wedges kept (blue) and bare faces.
 
@@ -46,7 +46,7 @@ def contact_report(
     labels : write gap and largest angle at the twelve worst near misses
     title : heading
     ax : axes to draw on; a new figure when not given
-    azimuth_deg, elevation_deg : direction the viewer looks from in 3-D, from x towards y and upwards [deg]
+    viewpoint_deg : azimuth, from x towards y, and elevation of the viewer in 3-D [deg]
 
     Returns
     -------
@@ -54,7 +54,7 @@ def contact_report(
         Axes in metres with equal aspect; ``savefig`` writes PNG, PDF or SVG.
     """
     report = model.contact_report() if report is None else report
-    canvas = Canvas(model, view, ax, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
+    canvas = Canvas(model, view, ax, viewpoint_deg=viewpoint_deg)
     page, plane, axes, width = canvas.page, canvas.plane, canvas.axes, canvas.width
     loose = np.array([b.name in set(report.floating) for b in model.blocks])
     canvas.blocks(moving=loose if plane is None else np.zeros(model.n_blocks, dtype=bool))

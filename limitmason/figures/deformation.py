@@ -15,6 +15,7 @@ from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
+from limitmason.figures.painter import VIEWPOINT_DEG
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.motion import MovingJoints, RigidMotion, largest_jumps, structure_size
 from limitmason.model import Assembly
@@ -34,8 +35,7 @@ def deformed(
     caption: str | None = None,
     legend: bool = True,
     ax: Axes | None = None,
-    azimuth_deg: float = -58.0,
-    elevation_deg: float = 22.0,
+    viewpoint_deg: tuple[float, float] = VIEWPOINT_DEG,
 ) -> Figure:
     """Blocks where a simulation has moved them.
 
@@ -58,7 +58,7 @@ def deformed(
     title, caption : heading, and text under it after the scale and the largest movement
     legend : explain the marks
     ax : axes to draw on; a new figure when not given
-    azimuth_deg, elevation_deg : direction the viewer looks from in 3-D [deg]
+    viewpoint_deg : azimuth and elevation of the viewer in 3-D [deg]
 
     Raises
     ------
@@ -72,8 +72,7 @@ def deformed(
     moving = travel > 0.01 * max(float(travel.max(initial=0.0)), 1e-300)
     ghosts = ghost & moving & ~model.fixed
     canvas = Canvas(
-        model, view, ax, twists=np.concatenate([shift, vector], axis=1), motions=[motion], azimuth_deg=azimuth_deg,
-        elevation_deg=elevation_deg,
+        model, view, ax, twists=np.concatenate([shift, vector], axis=1), motions=[motion], viewpoint_deg=viewpoint_deg,
     )  # fmt: skip
     canvas.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
     canvas.frame()
@@ -97,8 +96,7 @@ def animate(
     title: str | None = None,
     dpi: int = 100,
     writer: AbstractMovieWriter | None = None,
-    azimuth_deg: float = -58.0,
-    elevation_deg: float = 22.0,
+    viewpoint_deg: tuple[float, float] = VIEWPOINT_DEG,
 ) -> Path:
     """Write the motion of a history as a film.
 
@@ -108,7 +106,7 @@ def animate(
     ----------
     model, history : what was simulated; the history has ``shift`` (samples, n, 3) and ``quaternion`` (samples, n, 4)
     path : file to write
-    scale, crack, view, azimuth_deg, elevation_deg : as in :func:`deformed`; ``crack`` is a tenth of the largest
+    scale, crack, view, viewpoint_deg : as in :func:`deformed`; ``crack`` is a tenth of the largest
         movement in a joint at the last sample by default
     frames : most pictures, evenly spread over the samples
     fps, dpi : pictures per second, pixels per inch
@@ -139,8 +137,7 @@ def animate(
     farthest = max(moved, key=lambda m: float(np.abs(m[0]).max(initial=0.0)))
     with style.print_style():
         canvas = Canvas(
-            model, view, None, twists=np.concatenate(farthest, axis=1), motions=motions, azimuth_deg=azimuth_deg,
-            elevation_deg=elevation_deg,
+            model, view, None, twists=np.concatenate(farthest, axis=1), motions=motions, viewpoint_deg=viewpoint_deg,
         )  # fmt: skip
         canvas.frame()
         figure = canvas.page.finish(title, f"drawn {scale:g} times" if scale != 1.0 else None, [])

@@ -15,6 +15,7 @@ from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
+from limitmason.figures.painter import VIEWPOINT_DEG
 from limitmason.mechanics.joint_forces import JointForces, joint_forces
 from limitmason.model import Assembly, AssemblyArrays
 from limitmason.model.model_call import of_model
@@ -120,8 +121,7 @@ def contact_forces(
     length: float = 0.9,
     title: str | None = None,
     ax: Axes | None = None,
-    azimuth_deg: float = -58.0,
-    elevation_deg: float = 22.0,
+    viewpoint_deg: tuple[float, float] = VIEWPOINT_DEG,
 ) -> Figure:
     """Joint forces as one segment per interface along its resultant.
 
@@ -138,7 +138,7 @@ def contact_forces(
     length : of a segment over the median smaller side of the blocks [-]
     title : heading; the caption stands below it
     ax : axes to draw on; a new figure when not given
-    azimuth_deg, elevation_deg : direction the viewer looks from in 3-D [deg]
+    viewpoint_deg : azimuth and elevation of the viewer in 3-D [deg]
 
     Returns
     -------
@@ -156,7 +156,7 @@ def contact_forces(
     """
     forces = joint_forces(model, prediction)
     at_strength = tie_forces(model, prediction) >= 0.999 * np.array([t.strength for t in model.ties])
-    canvas = Canvas(model, view, ax, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
+    canvas = Canvas(model, view, ax, viewpoint_deg=viewpoint_deg)
     canvas.blocks(moving=np.zeros(model.n_blocks, dtype=bool), outline=_PALE)
     pulls = canvas.ties(yields=at_strength)
     canvas.frame()

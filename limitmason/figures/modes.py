@@ -30,7 +30,7 @@ def mode_shape(modes: Modes, number: int, *, reach: float = _REACH, title: str |
     number : of the mode, from 1
     reach : largest displacement as drawn over the structure's largest extent [-]
     title : heading; number and frequency by default
-    options : of ``figures.deformed`` (blocks) or ``figures.solid_map`` (solids), such as ``azimuth_deg``
+    options : of ``figures.deformed`` (blocks) or ``figures.solid_map`` (solids), such as ``viewpoint_deg``
     """
     shape = _drawn(modes, number, reach)
     title = title or f"Mode {number}: {modes.frequency[number - 1]:.2f} Hz"

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from limitmason.answers.results import Prediction
 from limitmason.figures import elevation, style
 from limitmason.figures.canvas import Canvas
+from limitmason.figures.painter import VIEWPOINT_DEG
 from limitmason.figures.tie_lines import stretching
 from limitmason.mechanics.motion import checked_twists, drawn_motion, largest_rates, moving_joints
 from limitmason.model import Assembly
@@ -23,8 +24,7 @@ def assembly(
     labels: bool = False,
     title: str | None = None,
     ax: Axes | None = None,
-    azimuth_deg: float = -58.0,
-    elevation_deg: float = 22.0,
+    viewpoint_deg: tuple[float, float] = VIEWPOINT_DEG,
 ) -> Figure:
     """Drawing of the blocks, fixed ones hatched (grey in space).
 
@@ -35,14 +35,14 @@ def assembly(
     labels : write the block names (elevation) [-]
     title : heading
     ax : axes to draw on; a new figure when not given
-    azimuth_deg, elevation_deg : direction the viewer looks from in 3-D, from x towards y and upwards [deg]
+    viewpoint_deg : azimuth, from x towards y, and elevation of the viewer in 3-D [deg]
 
     Returns
     -------
     Figure
         Axes in metres with equal aspect; ``savefig`` writes PNG, PDF or SVG.
     """
-    canvas = Canvas(model, view, ax, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
+    canvas = Canvas(model, view, ax, viewpoint_deg=viewpoint_deg)
     canvas.blocks()
     if labels and canvas.plane is not None:
         elevation.label_blocks(canvas.ax, canvas.drawing, 72.0 * canvas.page.inch)
@@ -67,8 +67,7 @@ def mechanism(
     caption: bool = True,
     legend: bool = True,
     ax: Axes | None = None,
-    azimuth_deg: float | None = None,
-    elevation_deg: float = 22.0,
+    viewpoint_deg: tuple[float, float] | None = None,
 ) -> Figure:
     """Collapse mechanism.
 
@@ -91,7 +90,7 @@ def mechanism(
     caption : write multiplier, bound and method below it
     legend : explain the marks
     ax : axes to draw on; a new figure when not given
-    azimuth_deg, elevation_deg : direction the viewer looks from in 3-D [deg]; by default a corner towards which the
+    viewpoint_deg : azimuth and elevation of the viewer in 3-D [deg]; by default a corner towards which the
         blocks move
 
     Returns
@@ -115,7 +114,7 @@ def mechanism(
     marks = moving_joints(model, twists, threshold) if joints else None
     ghosts = ghost & ~model.fixed & (rates > max(threshold, 0.03) * max(float(rates.max(initial=0.0)), 1e-300))
     canvas = Canvas(
-        model, view, ax, twists=twists, motions=[motion], azimuth_deg=azimuth_deg, elevation_deg=elevation_deg
+        model, view, ax, twists=twists, motions=[motion], viewpoint_deg=viewpoint_deg
     )
     canvas.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
     rods = canvas.ties(motion, yields=stretching(model, twists, threshold) if model.ties else None)

@@ -34,6 +34,10 @@ class Camera(NamedTuple):
         return np.asarray(points) @ np.column_stack([self.right, self.up])
 
 
+VIEWPOINT_DEG = (-58.0, 22.0)
+"""Azimuth and elevation of the viewer where none are given [deg]."""
+
+
 def camera(azimuth_deg: float, elevation_deg: float) -> Camera:
     """Camera that looks at the origin from a horizontal angle, counted from x towards y, and a height angle [deg]."""
     if not -90.0 < elevation_deg < 90.0:

@@ -15,7 +15,7 @@ from limitmason.arrays import Array
 from limitmason.continuum import Continuum
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.figures.painter import Camera, camera
+from limitmason.figures.painter import VIEWPOINT_DEG, Camera, camera
 
 _BAR = 0.62  # width that a colour bar takes beside the drawing [in]
 
@@ -32,8 +32,7 @@ def solid_map(
     colours: str = "viridis",
     title: str | None = None,
     caption: str | None = None,
-    azimuth_deg: float = -58.0,
-    elevation_deg: float = 22.0,
+    viewpoint_deg: tuple[float, float] = VIEWPOINT_DEG,
     ax: Axes | None = None,
 ) -> Figure:
     """Free faces of a solid, coloured by a value per brick.
@@ -50,11 +49,11 @@ def solid_map(
     limits : lowest and highest colour; those of the values by default
     colours : a colour map of matplotlib
     title, caption : heading, and text under it after the scale
-    azimuth_deg, elevation_deg : direction the viewer looks from [deg]
+    viewpoint_deg : azimuth and elevation of the viewer [deg]
     ax : axes to draw on; a new figure when not given
     """
     moved, text = _moved(model, displacement, scale)
-    view = camera(azimuth_deg, elevation_deg)
+    view = camera(*viewpoint_deg)
     per_brick = None if values is None else _per_brick(model, values)
     page_points = view.project(moved)
     low, high = page_points.min(axis=0), page_points.max(axis=0)

@@ -42,7 +42,7 @@ def test_mode_is_drawn_with_its_frequency(kind, wall, solid):
 
 def test_map_paints_only_free_faces_that_the_viewer_sees(solid):
     values = np.arange(len(solid.mesh), dtype=float)
-    figure = figures.solid_map(solid, values, label="number [-]", azimuth_deg=-60.0, elevation_deg=30.0)
+    figure = figures.solid_map(solid, values, label="number [-]", viewpoint_deg=(-60.0, 30.0))
     bricks = next(c for c in figure.axes[0].collections if c.get_gid() == "bricks")
     # front, right side and top of 6 x 3 x 1 bricks
     assert len(bricks.get_paths()) == 6 * 3 + 3 * 1 + 6 * 1

@@ -27,6 +27,7 @@ from limitmason.errors import InputError
 from limitmason.figures.canvas import resultant
 from limitmason.figures.deformation import largest_movement, moved_blocks, rigid_motion
 from limitmason.figures.outline import visible_edges, wall_plane
+from limitmason.figures.painter import VIEWPOINT_DEG
 from limitmason.figures.scene.beside import SceneMotion, ScenePose, side_by_side, together
 from limitmason.figures.solid import block_size
 from limitmason.figures.style import force_text, round_length
@@ -53,8 +54,7 @@ def view(
     title: str | None = None,
     scale: float | None = None,
     frames: int = 60,
-    azimuth_deg: float = -58.0,
-    elevation_deg: float = 22.0,
+    viewpoint_deg: tuple[float, float] = VIEWPOINT_DEG,
 ) -> Scene:
     """Scene of a structure and an answer as one self-contained HTML file.
 
@@ -71,7 +71,7 @@ def view(
     scale : of a mechanism or a mode: largest displacement over the structure's size [-], 0.12 by default; of a path:
         factor on displacements and rotations that the page begins with [-], by default so that the largest can be seen
     frames : most positions that the file holds
-    azimuth_deg, elevation_deg : where the viewer stands at first
+    viewpoint_deg : azimuth and elevation of the viewer at first
 
     Returns
     -------
@@ -106,8 +106,8 @@ def view(
         "joints": _joints(whole),
         "forces": _forces(whole, answer),
         "push": [] if push is None else np.concatenate(push).tolist(),
-        "azimuth": float(np.radians(azimuth_deg)),
-        "elevation": float(np.radians(elevation_deg)),
+        "azimuth": float(np.radians(viewpoint_deg[0])),
+        "elevation": float(np.radians(viewpoint_deg[1])),
         "front": _front(whole),
     }
     words = [motion.title, f"{whole.n_blocks} blocks, {len(whole.interfaces)} joints"]
