@@ -30,10 +30,11 @@ from limitmason.causes.cause import Cause
 from limitmason.diagnosis.curves import features
 from limitmason.diagnosis.from_table import BATCHES, LEVELS, About, version_of
 from limitmason.diagnosis.inference.noise import Measured
-from limitmason.diagnosis.observations import EvidenceKind, Observation
+from limitmason.diagnosis.observations import Observation
 from limitmason.diagnosis.simulate import MODAL_TEST
 from limitmason.errors import InputError
-from limitmason.experiments.measured_table import MeasuredTable, read_measured, write_measured
+from limitmason.experiments.measured_table import MeasuredTable, read_measured
+from limitmason.experiments.series import copy_template
 from limitmason.vibration import ModalTest
 
 SPECIMENS, MEASURED, QUANTITIES, PREDICTED = FILES = "specimens.csv", "measured.csv", "quantities.csv", "predicted.csv"
@@ -226,26 +227,6 @@ def write_folder(folder: str | Path) -> Path:
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    rng = np.random.default_rng(7)
-    scatter = {"peak": 0.05, "stiffness": 0.08, "frequency 1": 0.01}
-    units = {"specimen": "-", "peak": "kN", "stiffness": "kN/mm", "frequency 1": "Hz"}
-    specimens, predicted, measured = [], [], []
-    for k in range(12):
-        height, width, batch = 0.4 + 0.1 * (k // 2), (0.16, 0.10)[k // 2 % 2], "AB"[k % 2]
-        name = f"stack {k + 1}"
-        stiffness = 100.0 * (width / height) ** 3
-        found = {"peak": 10.0 * width / height, "stiffness": stiffness, "frequency 1": float(np.sqrt(50.0 * stiffness))}
-        specimens.append({"specimen": name, "height": height, "width": width, "batch": batch})
-        predicted.append({"specimen": name, **{q: f"{v:.5g}" for q, v in found.items()}})
-        gain = {"peak": 1.2, "stiffness": 1.2}  # of a load cell: forces and stiffness read high, frequencies do not
-        read = {q: v * gain.get(q, 1.0) * np.exp(scatter[q] * rng.standard_normal()) for q, v in found.items()}
-        measured.append({"specimen": name, **{q: f"{v:.4g}" for q, v in read.items()}})
-    measured[3]["stiffness"] = ""
-    about = [{"quantity": q, "scatter": sd, "kind": kind, "link": "log"} for (q, sd), kind in
-             zip(scatter.items(), EvidenceKind, strict=False)]  # fmt: skip
-    write_measured(folder / SPECIMENS, {"specimen": "-", "height": "m", "width": "m", "batch": "-"}, specimens)
-    note = "made up, with a load cell that reads 20 % high; a blank cell is a missing value"
-    write_measured(folder / MEASURED, units, measured, note)
-    write_measured(folder / PREDICTED, units, predicted, "left out where a model predicts")
-    write_measured(folder / QUANTITIES, {"quantity": "-", "scatter": "-", "kind": "-", "link": "-"}, about)
+    for name in (SPECIMENS, MEASURED, PREDICTED, QUANTITIES):
+        copy_template(name, folder / name)
     return folder

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from limitmason.experiments import registry
 from limitmason.experiments.measured_table import MeasuredTable, force_factor, write_measured
 from limitmason.experiments.record import Experiment
 from limitmason.model import Loads
+from limitmason.storage.files import write_text
 
 WORDS = ("stone", "loading")  # of a packaged row, beside its parameters
 RESULTS = ("failure type", "failure")  # parameters that are outcomes, not covariates
@@ -135,13 +137,6 @@ def _plain(value: Any) -> Any:
     return value if isinstance(value, str) else float(value)
 
 
-EXAMPLE = """\
-Example numbers, made up: replace them. Blocks on a tilting table, predicted = width / height.
-Row 1 names the columns, row 2 gives their units ('-' for pure numbers and words), then one row per measured value.
-measured: positive; predicted: of your simulation; group: specimens of one configuration; all others: covariates.
-limitmason diagnose FILE --tilting --noise 0.04 --out result"""
-
-
 def write_template(path: Path, model: str | None = None) -> None:
     """Write a data file to start from: an example, or the measured values of a packaged series.
 
@@ -159,16 +154,17 @@ def write_template(path: Path, model: str | None = None) -> None:
         source = registry.load(series, registry.specimens(series)[0]).source
         write_measured(path, table.units, table.rows, f"{source.title}\n{source}")
         return
-    words = ("specimen", "measured", "predicted", "group")
-    units = {**dict.fromkeys(words, "-"), "height": "m", "width": "m", "batch": "-"}
-    rows = []
-    off = (0.02, -0.03, 0.01, 0.04, -0.02, 0.0, -0.05, 0.03, 0.01, -0.01, 0.02, -0.04)
-    for k, noise in enumerate(off):
-        height, width = 0.4 + 0.2 * (k // 2), 0.10 if (k // 2) % 2 else 0.16
-        predicted = width / height
-        rows.append({
-            "specimen": f"B{k // 2 + 1}.{k % 2 + 1}", "measured": round(0.88 * predicted * (1.0 + noise), 4),
-            "predicted": round(predicted, 4), "group": f"B{k // 2 + 1}", "height": round(height, 2), "width": width,
-            "batch": "first" if k % 4 < 2 else "second",
-        })  # fmt: skip
-    write_measured(path, units, rows, EXAMPLE)
+    copy_template("data.csv", path)
+
+
+def copy_template(name: str, path: Path) -> None:
+    """Copy a file of the folder ``template``, whose example numbers are made up.
+
+    Raises
+    ------
+    InputError
+        Where the file exists already.
+    """
+    if path.exists():
+        raise InputError(f"{path} exists already; choose another name")
+    write_text(path, (files(__package__) / "template" / name).read_text(encoding="utf-8"))
