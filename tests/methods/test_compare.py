@@ -93,6 +93,7 @@ def test_answers_that_are_missing_are_not_checked(result):
     assert all("not checked" in f for f in comparing.SideBySide((failed, rows["dem"], bare)).findings())
 
 
+@pytest.mark.slow
 def test_a_resume_shares_its_bar_among_what_is_missing(wall, tmp_path, monkeypatch):
     """Two of three answers were in the store: the third fills the bar, so that its speed is that of the whole."""
     said = []

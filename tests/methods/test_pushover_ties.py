@@ -43,6 +43,7 @@ def closed_form(theta, weight, plastic=0.0):
     return (-weight * middle_x - pull * arm) / (weight * middle_z), pull
 
 
+@pytest.mark.slow
 def test_an_overturning_wall_with_a_tie_follows_its_closed_form_through_finite_rotation():
     missed = []
     for stiffness in (1e9, 1e10):

@@ -148,6 +148,7 @@ def test_gaps_spread_the_first_loss_of_a_wall_in_space_more_than_what_it_sustain
     assert "sustained" in str(found)
 
 
+@pytest.mark.slow
 def test_the_spread_of_a_wall_whose_joints_break_is_that_of_what_it_stands_for():
     # glued blocks lose their bond first, at 0.22, and rock at 0.25 afterwards, whatever ks is
     joint = lm.Joint(35.0, cohesion=5e3, tensile_strength=500.0, residual_cohesion=0.0, residual_tensile_strength=0.0)

@@ -150,6 +150,7 @@ def stack(*, courses, mark, dilatancy_angle_deg=0.0):
     return wall, lm.Loads.horizontal(wall, (0, 1, 0))
 
 
+@pytest.mark.slow
 def test_computed_catalogue_screens_goes_on_from_its_store_and_starts_with_small_walls(tmp_path):
     layouts = [{"courses": n, "mark": f"wall {n}"} for n in (4, 6, 2)]
     targets = (THICKNESS / (2 * HEIGHT), THICKNESS / (4 * HEIGHT) / 1.1)

@@ -211,6 +211,7 @@ def begin(path, barrier, who, said):
         said.put(repr(error))
 
 
+@pytest.mark.slow
 def test_two_processes_begin_one_new_file_and_no_row_is_lost(tmp_path):
     context = mp.get_context("fork")
     for trial in range(40):

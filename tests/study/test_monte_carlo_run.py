@@ -184,6 +184,7 @@ def test_running_keeps_its_digits_and_counts_what_is_missing():
     assert "1 runs gave no value" in str(found)
 
 
+@pytest.mark.slow
 def test_stopping_rule_stops_when_both_errors_are_small_and_a_store_goes_on(tmp_path):
     draw = {"tensile_strength": study.Random(study.normal(4e4, 0.2))}
     given = {"run": mean_strength, "joints": draw, "scheme": "random"}

@@ -134,6 +134,7 @@ def test_kept_lines_are_made_again_from_the_same_input():
     assert np.abs(found / kept - 1.0).mean() < 0.06
 
 
+@pytest.mark.slow
 def test_perfect_plasticity_carries_more_than_brittle_joints_and_averages_over_the_joints():
     kept = rows.read()
     brittle, soft = kept["set4-spatial"], kept["plastic-spatial-associative"]

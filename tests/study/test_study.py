@@ -215,6 +215,7 @@ def test_mistakes_are_named(call, message):
         call()
 
 
+@pytest.mark.slow
 def test_dilatancy_never_lowers_the_multiplier_and_ends_at_the_associative_value():
     wall, loads = make_wall(courses=4)
     options = {"dem": {"contact_points": (2, 2)}, "non-associative": {"search": "quick"}}

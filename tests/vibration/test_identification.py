@@ -133,6 +133,7 @@ def test_wrong_input_is_refused(runs):
         dem.white_noise(10.0, rms=1.0, highest=0.05)
 
 
+@pytest.mark.slow
 def test_pyoma_finds_the_same_or_its_extra_is_named(runs):
     signals, frequency, _ = runs[0]
     try:
