@@ -189,3 +189,26 @@ def test_a_block_drawn_along_a_face_keeps_its_friction_where_sides_stay_in_line(
     slides = curve.displacement > 1e-5
     assert slides.sum() > 5
     assert curve.load[slides] == pytest.approx(weight + friction * pressed, rel=1e-4)
+
+
+def test_blocks_that_meet_at_another_corner_bear_their_bond_once():
+    """Both corners of a joint's open end may lie over the other face; the static theorem bounds what it bears."""
+    outlines = [
+        [(-0.3, -0.2), (1.3, -0.2), (1.3, 0.0), (-0.3, 0.0)],
+        [(0.971, 0.0), (1.014, 0.0), (1.014, 0.76), (0.736, 0.32)],
+        [(0.442, 0.0), (0.567, 0.0), (0.539, 0.438), (0.0, 0.842), (0.0, 0.741)],
+        [(0.567, 0.0), (0.971, 0.0), (0.736, 0.32), (0.539, 0.438)],
+        [(0.539, 0.438), (0.736, 0.32), (1.014, 0.76), (1.014, 0.928), (0.0, 0.928), (0.0, 0.842)],
+        [(0.0, 0.0), (0.442, 0.0), (0.0, 0.741)],
+    ]  # fmt: skip
+    joint = lm.Joint(17.7, cohesion=2200.0, normal_stiffness=6.25e9, shear_stiffness=3.45e9)
+    rubble = lm.Assembly.from_polygons(outlines, thickness=0.2456, joint=joint, fixed=[0])
+    loads = lm.Loads.weight(rubble).with_point_load(rubble, 1, (1048.0, 0.0, -674.0))
+    curve = lm.pushover(rubble, loads, to=1e-3)
+    most = lm.limit_analysis(rubble, loads).collapse_multiplier
+    assert 0.98 * most < curve.peak.load < 1.002 * most
+    p = curve.generations.structures[-1].points
+    of_joint = p.interface >= 0
+    bond = np.bincount(p.interface[of_joint], (p.area * p.law.cohesion)[of_joint])
+    assert len(curve.generations.structures) > 1
+    assert (bond <= 2200.0 * rubble.arrays.area * (1.0 + 1e-9)).all()

@@ -119,7 +119,9 @@ def found_anew(
     old = Before(shapes, c, pose, history, force, shapes.placed(pose, c.block_b, c.place_b), gone)
     near = near.at(fresh)
     # over a deep gap a corner may be inside before the one whose place it takes has left: it waits, to be its heir
-    leaves = ~gone & (inside < 0.0) & (c.corner != NO_CORNER) & ~is_crossing(shapes, c)
+    # and where a bond stays: a second point beside it would bear that bond twice
+    waits = (inside < 0.0) | (np.maximum(c.law.cohesion, c.law.tension) > 0.0)
+    leaves = ~gone & waits & (c.corner != NO_CORNER) & ~is_crossing(shapes, c)
     near = near.at(~old.close(near)[leaves].any(axis=0))
     if space:
         # where sides stay in line they do not cross, and no corner comes inside
@@ -300,6 +302,9 @@ def _made(old: Before, near: Near, row: int, others: list[NewPoint], share: Arra
         zero = np.zeros(1)
         law, interface = law._replace(cohesion=zero, tension=zero.copy()), np.array([NEW])
         rest, damage = law, 0.0
+    elif not heirs.any():
+        # what meets anew was never bonded
+        law, rest = (one._replace(cohesion=np.zeros(1), tension=np.zeros(1)) for one in (law, rest))
     kn, ks, area = float(c.kn[model]), float(c.ks[model]), float(c.area[model])
     taken = np.flatnonzero(heirs)
     if share is None:
