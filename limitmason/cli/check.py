@@ -59,13 +59,15 @@ def _check(options: argparse.Namespace) -> int:
     open_ended = options.gap is None and options.mortar is None and options.tolerance is None
     drawn = path.suffix.lower() in formats.PLANE_DRAWINGS
     report = assembly.contact_report(distance=options.distance, angle_deg=options.angle)
-    found = None
+    found, scale = None, options.scale
+    if scale is None and any("in mm?" in str(w.message) for w in caught):
+        scale = 0.001
     if drawn and open_ended and (report.floating or report.overlaps):
-        found = formats.proposal(path, scale=options.scale, thickness=options.thickness, layers=options.layers)
+        found = formats.proposal(path, scale=scale, thickness=options.thickness, layers=options.layers)
     if found is not None:
         left = "no block floats" if not found.floating else f"{found.floating} of {len(report.floating)} blocks float"
-        scale = f" --scale {options.scale:g}" if options.scale is not None else ""
-        show_text(f"{found.why}: try `limitmason check {path}{scale} {found.flags}`; then {left}")
+        units = f" --scale {scale:g}" if scale is not None else ""
+        show_text(f"{found.why}: try `limitmason check {path}{units} {found.flags}`; then {left}")
     show_text(f"{title}: {report}")
     # what the report lists block by block needs no second mention
     said += dict.fromkeys(

@@ -99,6 +99,9 @@ def html(shown: Any) -> str:
     if isinstance(shown, Prediction) and (model is None or shown.mechanism is None):
         return ""
     out = BytesIO()
-    plot(shown).savefig(out, format="svg")
+    try:
+        plot(shown).savefig(out, format="svg")
+    except InputError:  # it has no picture, as a region of one load
+        return ""
     text = out.getvalue().decode("utf-8")
     return f'<div style="max-width: 48rem">{text[text.index("<svg") :]}</div>'

@@ -90,7 +90,8 @@ def warn_of_blocks(blocks: Sequence[Any], sizes: Array) -> None:
     """
     middle = float(np.median(sizes))
     if middle > _BLOCK_LIKE_MM:
-        warn(f"half the blocks measure {middle:.3g} m or more: are the coordinates in mm? they are read as m")
+        warn(f"half the blocks measure {middle:.3g} m or more: are the coordinates in mm? they are read as m; "
+             "a drawing takes scale=0.001")
     density = np.array([b.density for b in blocks])
     for low, high, unit, factor in ((_LIGHTEST, 10.0, "g/cm3", 1e3), (10.0, 35.0, "kN/m3", 1e3 / 9.81)):
         rows = np.flatnonzero((density >= low) & (density < high))
