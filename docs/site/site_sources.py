@@ -59,6 +59,7 @@ COPIED = {
     "mechanisms.md": "docs/mechanisms.md",
     "methods.md": "docs/methods.md",
     "capacity.md": "docs/capacity.md",
+    "papers.md": "docs/papers/index.md",
     "panels.md": "docs/papers/panels.md",
     "bnw.md": "docs/papers/bnw.md",
     "mcmaster.md": "docs/papers/mcmaster.md",

@@ -4,6 +4,7 @@ python -m validation.u_wall_blocks identify [NAME ...]    records and modes, a m
 python -m validation.u_wall_blocks push [NAME ...]        pushes with other joints, a quarter of a minute each; five of
                                                           stones at rest
 python -m validation.u_wall_blocks onset [NAME ...]       points that give way first, seconds each
+python -m validation.u_wall_blocks places [NAME ...]      where the walls have cracked at the end, seconds each
 python -m validation.u_wall_blocks page                   sections of docs/papers/u-walls.md from what is kept
 
 A run that is kept is not made again unless it is named.
@@ -12,9 +13,9 @@ A run that is kept is not made again unless it is named.
 from pathlib import Path
 
 from ..kept_runs import command, make, refuse_unknown
-from . import identification, onset, page, pushed
+from . import identification, onset, page, places, pushed
 
-STUDIES = {"identify": identification, "push": pushed, "onset": onset}
+STUDIES = {"identify": identification, "push": pushed, "onset": onset, "places": places}
 PAGE = Path("docs/papers/u-walls.md")
 
 

@@ -79,6 +79,8 @@ class Case:
     """Whether the engine of capacity curves pushes, not the DEM."""
     grows: float = 0.0
     """Load to which the airbag only grows, as fast as steps say, instead of being driven [kN]."""
+    heads: float = 1.0
+    """Stiffness of the head joints over that of the source: little where stones only touch after a gap [-]."""
 
 
 BY_OPENING = {"lost_by": "opening"}
@@ -117,9 +119,11 @@ CASES = (
     Case("REGW, nothing lost", "REGW", {"residual": "full"}),
     Case("DS", "DS", {}),
     Case("DS, ground a joint", "DS", JOINT),
+    Case("DS, head joints a thousandth as stiff", "DS", {}, heads=1e-3),
     Case("REGW step 1, lost at once", "REGW", FIRST, to=0.04),
     Case("REGW step 1, lost by opening alone", "REGW", FIRST, BY_OPENING, to=0.04),
     Case("REGW step 1, lost by opening alone; ground a joint", "REGW", {**JOINT, **FIRST}, BY_OPENING, to=0.04),
+    Case("REGW step 1, cohesion kept", "REGW", {"residual": "cohesion", **FIRST}, to=1.0, steps=LONG),
     Case("REGW step 1, cohesion kept; ground a joint", "REGW", {"residual": "cohesion", **JOINT, **FIRST}, to=0.04),
     Case("REGW step 1, nothing lost", "REGW", {"residual": "full", **FIRST}, to=1.0, steps=LONG),
     Case("DS step 1, lost at once", "DS", FIRST, to=1.0, steps=LONG),
@@ -180,6 +184,12 @@ def model(case: Case) -> tuple[Any, Assembly]:
             i if i.joint.residual_tensile_strength is None else replace(i, joint=replace(i.joint, **case.law))
             for i in wall.interfaces
         )
+    if case.heads != 1.0:
+        wall = wall.with_joints(
+            lambda j: replace(j, normal_stiffness=case.heads * j.normal_stiffness,
+                              shear_stiffness=case.heads * j.shear_stiffness),
+            kinds=("head",),
+        )  # fmt: skip
     return test, wall
 
 
