@@ -150,3 +150,10 @@ def test_long_tables_are_cut_in_the_middle_with_a_count():
     forces = lm.force_table(lm.limit_analysis(bay, lm.Loads.horizontal(bay)))
     assert len(forces.rows) > 100
     assert f"# {len(forces.rows) - 40} of {len(forces.rows)} rows are not shown" in str(forces)
+
+
+def test_a_region_of_one_load_is_words_without_a_picture():
+    region = lm.load_region(WALL, lm.Loads.weight(WALL), [LOADS], tolerance=0.3)
+    page = region._repr_html_()
+    assert "safe loads horizontal (1, 0, 0): closed" in page
+    assert "<svg" not in page
