@@ -1,5 +1,6 @@
 """Small assemblies built from boxes alone, so that tests of the mechanics do not depend on the builders."""
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -28,6 +29,13 @@ def stack(widths_heights, *, depth=1.0, centred=True, **options):
         boxes.append(((x0, 0, z), (x0 + width, depth, z + height)))
         z += height
     return on_slab(boxes, **options)
+
+
+def bonded_stack(n, strength, *, cohesion=1e5):
+    """n equal blocks of 1 x 1 x 0.2 m whose joints bear tension [Pa]."""
+    wall = stack([(1.0, 0.2)] * n, mu=0.5)
+    joint = dataclasses.replace(wall.interfaces[0].joint, cohesion=cohesion, tensile_strength=strength)
+    return wall.with_joints(joint)
 
 
 def running_bond(units, courses, *, half_first=False, size=(0.4, 0.2, 0.2), heads=True, **options):

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import stats
-from walls import on_slab
+from walls import bonded_stack
 
 import limitmason as lm
 from limitmason import study
@@ -33,10 +33,7 @@ LINKED = {
 
 def stack(n, strength=1e5):
     """n joints one above the other."""
-    boxes = [((0.0, 0.0, 0.2 * k), (1.0, 1.0, 0.2 * (k + 1))) for k in range(n)]
-    wall = on_slab(boxes, mu=0.5)
-    joint = dataclasses.replace(wall.interfaces[0].joint, cohesion=1e5, tensile_strength=strength)
-    return wall.with_joints(joint), lm.Loads.weight
+    return bonded_stack(n, strength), lm.Loads.weight
 
 
 def mean_strength(assembly, loads):
@@ -207,8 +204,9 @@ def test_stopping_rule_stops_when_both_errors_are_small_and_a_store_goes_on(tmp_
 KILLED = """
 import sys, time
 sys.path[:0] = {paths!r}
+import limitmason as lm
 from limitmason import study
-from test_monte_carlo_run import stack
+from walls import bonded_stack
 
 def slow(assembly, loads):
     time.sleep(0.05)
@@ -220,7 +218,10 @@ def slow(assembly, loads):
 
 def main(workers):
     draw = {{"tensile_strength": study.Random(study.normal(4e4, 0.2), per="interface")}}
-    return study.monte_carlo(stack(2), 24, run=slow, joints=draw, scheme="random", store={store!r}, workers=workers)
+    return study.monte_carlo(
+        (bonded_stack(2, 1e5), lm.Loads.weight), 24, run=slow, joints=draw, scheme="random",
+        store={store!r}, workers=workers,
+    )
 
 if __name__ == "__main__":
     main(int(sys.argv[1]))
@@ -230,12 +231,9 @@ if __name__ == "__main__":
 @pytest.mark.slow
 def test_killed_runs_go_on_without_computing_one_twice(tmp_path):
     marks, store = tmp_path / "marks.txt", tmp_path / "rows.jsonl"
-    here = Path(__file__).resolve()
     script = tmp_path / "killed.py"
-    text = KILLED.format(
-        paths=[str(here.parent), str(here.parents[1] / "builders")], marks=str(marks), store=str(store)
-    )
-    script.write_text(text)
+    builders = Path(__file__).resolve().parents[1] / "builders"
+    script.write_text(KILLED.format(paths=[str(builders)], marks=str(marks), store=str(store)))
     process = subprocess.Popen([sys.executable, str(script), "1"], start_new_session=True)
     deadline = time.time() + 120.0
     while (
@@ -244,6 +242,7 @@ def test_killed_runs_go_on_without_computing_one_twice(tmp_path):
         and not (store.exists() and len(store.read_text().splitlines()) > 6)
     ):
         time.sleep(0.01)
+    assert process.poll() is None, "the run ended, or failed, before it could be killed"
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     kept = len(store.read_text().splitlines()) - 1
