@@ -6,5 +6,5 @@ GRAVITY = 9.81
 RELATIVE_TOLERANCE = 1e-4
 """Default contact tolerance as a fraction of the median smallest block dimension [-]."""
 
-VERSION = "0.2.0.dev0"
+VERSION = "0.2.0"
 """Of this package; part of the key of values kept on disk."""

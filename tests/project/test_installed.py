@@ -76,9 +76,13 @@ def test_there_is_one_version_number():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     assert project["project"]["dynamic"] == ["version"]
     assert project["tool"]["hatch"]["version"]["path"] == "limitmason/constants.py"
-    newest = re.search(r"^## \[(.*?)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    newest = re.search(r"^## \[(.*?)\] - (.*)$", changes, flags=re.MULTILINE)
     assert newest
     assert newest[1] == lm.__version__.partition(".dev")[0]
+    day = re.search(r"^date-released: (.*)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert day
+    assert newest[2] == ("unreleased" if ".dev" in lm.__version__ else day[1])
     try:
         installed = distribution("limitmason").version
     except PackageNotFoundError:
