@@ -102,12 +102,31 @@ def test_section_6_readings_of_a_and_d():
 # ---- section 5 ------------------------------------------------------------------------------------------------------
 
 
-def test_tables_5_and_8_moduli_from_joint_stiffness():
+def test_table_5_moduli_from_joint_stiffness():
     # Gonen: 4.00e8 Pa from 2.0e9 Pa/m over units of 0.2 m; the Itasca column agrees with rigid blocks and that spacing
     assert stiffness.masonry_modulus_gonen(2.0e9, 0.2) == pytest.approx(4.00e8)
     assert stiffness.masonry_modulus_itasca(math.inf, 2.0e9, 0.2) == pytest.approx(4.00e8)
     # with the 1 cm of the text it would be twenty times less
     assert stiffness.masonry_modulus_itasca(math.inf, 2.0e9, 0.01) == pytest.approx(2.0e7)
+
+
+def test_table_8_takes_the_stone_of_table_5_but_not_one_height_of_units():
+    # Table 5, Bui: 3.93e8 Pa from 2.0e9 Pa/m over 0.20 m, so the stone has 22.5 GPa (20.9 to 24.2 by its digits)
+    def stone(masonry, normal_stiffness, height):
+        return 1.0 / (1.0 / masonry - 1.0 / (normal_stiffness * height))
+
+    of_table_5 = stone(3.93e8, 2.0e9, 0.20)
+    assert of_table_5 == pytest.approx(22.5e9, rel=0.01)
+    # Table 8: 4.20e9 Pa/m; Itasca and Bui print 8.20e8 Pa. The same stone and height give that within 1.5 %
+    for conversion in (stiffness.masonry_modulus_itasca, stiffness.masonry_modulus_bui):
+        assert conversion(of_table_5, 4.20e9, 0.20) == pytest.approx(8.20e8, rel=0.015)
+    # Gonen prints 9.00e8 Pa, which is no k_n h of 0.20 m (8.40e8) nor of the 0.225 m of section 6.3 (9.45e8)
+    assert stiffness.masonry_modulus_gonen(4.20e9, 0.20) == pytest.approx(8.40e8)
+    assert stiffness.masonry_modulus_gonen(4.20e9, 0.225) == pytest.approx(9.45e8)
+    # at the height that it needs, Bui would need a stone of 9 GPa: no height and stone give both tables
+    height = 9.00e8 / 4.20e9
+    assert stone(8.20e8, 4.20e9, height) == pytest.approx(9.2e9, rel=0.01)
+    assert np.mean([8.20e8, 8.20e8, 9.00e8]) == pytest.approx(8.47e8, rel=5e-4)  # the mean that Table 9 takes
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.2, 0.39])

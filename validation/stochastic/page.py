@@ -9,7 +9,7 @@ from limitmason.display.text_table import filled, markdown
 from limitmason.experiments import stochastic_brick_panels as published
 from limitmason.model import Assembly, Joint, Loads
 
-from . import pace
+from . import pace, readings_page
 from .runs import OWN_WEIGHT, draws
 from .study import SEED
 from .tables import (
@@ -56,7 +56,8 @@ def page(tables: Tables) -> str:
         "modes": modes(tables), "convergence": convergence(tables),
         "pace": pace.table(),
     }  # fmt: skip
-    return filled(TEXT.format(**words), {name: markdown(lines) for name, lines in parts.items()})
+    found = {name: markdown(lines) for name, lines in parts.items()}
+    return filled(TEXT.format(**words), {**found, "readings": readings_page.section(readings_page.read())})
 
 
 def counted(counts: list[int]) -> str:

@@ -69,11 +69,11 @@ def _number(value: Any) -> float:
 
 
 def read_store(path: Path) -> dict[int, dict[str, Any]]:
-    """Rows of a store by number, whichever study it belongs to; a line cut off by a kill is left out."""
+    """Rows of a store by the number of the sample, whichever study; a line cut off by a kill is left out."""
     out = {}
     for text in path.read_text(encoding="utf-8").split("\n")[1:-1]:
         entry = json.loads(text)
-        out[int(entry["number"])] = entry["row"]
+        out[int(entry["key"])] = entry["row"]
     return out
 
 

@@ -19,7 +19,9 @@ c = 2 ft tan(phi), ks = kn / 2.32.
 - A run takes 6,000 steps over 1.5 mm, with local damping of 0.5 and one speed.
 - Where the load is largest at the end, a second run to 3 mm takes the first one's place.
 
-## Ratios first
+[readings]
+
+## The page's own 300 runs a cell: ratios first
 
 [ratios]
 
