@@ -12,18 +12,12 @@ import time
 import numpy as np
 
 import limitmason as lm
-from dem.kernels.solid_joints import solid_joint_forces
-from dem.kernels.solid_zones import solid_forces
 from dem.kernels.zones import joint_forces, zone_forces
 from dem.zones import running
 from dem.zones.model import make_model
 
 FLOPS = {"elastic": 2 * 64 + 60, "below its strength": 2 * 64 + 60 + 4 * (2 * 36 + 25)}
 """Multiplications and additions of a zone: K u, turning to its axes and back; strains and surface at four points."""
-
-
-SPACE = 2 * 24 * 24 + 2 * 8 * 30 + 8 * 18 + 3 * 75
-"""Of a hexahedron: K u, turning to its axes and back, its gradient, three passes of the polar decomposition."""
 
 
 def timed(work, repeats=7):
@@ -50,32 +44,6 @@ def wall(material):
     model = make_model(made, lm.Loads.weight(made).with_precompression(made, 0.6e6 * 2.45 * 0.3), zone_size=0.0625)
     running.advance(model, 500)
     return model
-
-
-def in_space(rate):
-    """The same for elastic hexahedra, two by two by two zones to a brick."""
-    joint = lm.Joint(22.0, cohesion=2e5, normal_stiffness=20e9, shear_stiffness=8e9)
-    brick = lm.Material(young_modulus=3e9, poisson_ratio=0.15, density=1000.0)
-    made = lm.build.wall(length=1.2, courses=6, unit=(0.2, 0.1, 0.1), joint=joint, plan="L", return_length=1.2)
-    made = made.with_material(brick)
-    model = make_model(made, lm.Loads.weight(made), zone_size=0.05, plane="solid")
-    running.advance(model, 500)
-    count, points, steps = len(model.zones.kind), len(model.contacts.area), 50
-
-    def zones():
-        for _ in range(steps):
-            solid_forces(model.nodes, model.zones, model.tables)
-
-    def joints():
-        for _ in range(steps):
-            solid_joint_forces(model.nodes, model.sides, model.contacts, model.law, model.soft, model.total)
-
-    seconds, each = timed(zones) / steps / count, timed(joints) / steps / points
-    bound = SPACE / rate
-    line = f"{'elastic, in space':20s} {count} zones: {1e9 * seconds:6.1f} ns each, {1e-6 / seconds:6.1f} M updates/s"
-    print(f"{line}; its {SPACE} operations would take {1e9 * bound:.1f} ns: {seconds / bound:.1f} times that")
-    whole = timed(lambda: running.advance(model, steps)) / steps
-    print(f"{'':20s} {points} contact points: {1e9 * each:.1f} ns each; a whole step {1e6 * whole:.0f} us")
 
 
 def main():
@@ -114,7 +82,6 @@ def main():
 
         each = timed(joints) / steps / points
         print(f"{'':20s} {points} contact points: {1e9 * each:.1f} ns each; a whole step {1e6 * whole:.0f} us")
-    in_space(rate)
 
 
 if __name__ == "__main__":

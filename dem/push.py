@@ -47,7 +47,7 @@ def push(
     ----------
     drive : its ``displacement`` is a direction, {"plate": {"z": -1.0}}; degrees of freedom given as 0 are held, those
         not named are free, so that a plate may turn. A ``servo`` holds in all of the run; of zoned blocks, which stay
-        in the x-z plane unless ``stress="solid"``, it is a dead force
+        in the x-z plane, it is a dead force
     to : displacement at the end [m]; several are a path with turning points (cycles), each from the start
     loads : dead loads; self weight alone by default. Live loads do not act
     settings : those of :class:`dem.PushSettings`; its defaults where omitted

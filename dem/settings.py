@@ -180,10 +180,10 @@ class PushSettings:
     ----------
     blocks : "rigid"; "lumped": rigid blocks whose joints take over the compliance of the units' material, see
         :func:`limitmason.mechanics.lumped_units.with_lumped_units`; "simply deformable": blocks that strain and bend,
-        see :func:`dem.make_state`; "zoned": each block with a material cut into zones that strain, in walls in the x-z
-        plane also yield and crack in tension. Blocks that are driven, held or without a material stay rigid
+        see :func:`dem.make_state`; "zoned": walls in the x-z plane, each block with a material cut into zones that
+        strain, yield and crack in tension. Blocks that are driven, held or without a material stay rigid
     stress : of simply deformable and zoned blocks: "plane stress" (the default of a plane problem, and of all zoned
-        ones), "plane strain", or "solid", in space
+        ones), "plane strain", or "solid", in space, of simply deformable ones
     zone_size : largest edge of a zone [m]; of zoned blocks, where it must be given
     contact_points : as for :func:`dem.make_state`; by default spaced by half the smallest length of a joint, and where
         zones meet. Where joints crush there are 15 on a side, crowded towards the edges. Brittle joints answer

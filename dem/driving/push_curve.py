@@ -16,7 +16,6 @@ from limitmason.answers.references import data_behind
 from limitmason.answers.results import flags
 from limitmason.arrays import Array
 from limitmason.checks import positive
-from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 
@@ -70,7 +69,7 @@ class PushCurve(Curve):
     faster : the same run at three times the speed; None where there was one run
     mesh : nodes and zones of zoned blocks
     zones : their state at every sample; empty of other blocks
-    stress : of the zones: "plane stress", "plane strain" or "solid"
+    stress : of the zones: "plane stress" or "plane strain"
     """
 
     assembly: Assembly
@@ -288,10 +287,7 @@ class PushCurve(Curve):
         ]
         if self.mesh is not None:
             share = f"{np.mean(self.zones[-1].marks > ELASTIC):.1%} of them yielded or cracked at the end"
-            lines.append(
-                f"  {len(self.mesh.zones)} zones up to {1e3 * self.mesh.size:.4g} mm, {self.stress}; "
-                f"{'elastic' if self.stress == SOLID else share}"
-            )
+            lines.append(f"  {len(self.mesh.zones)} zones up to {1e3 * self.mesh.size:.4g} mm, {self.stress}; {share}")
         return "\n".join(lines)
 
     __repr__ = __str__

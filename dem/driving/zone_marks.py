@@ -27,13 +27,13 @@ def zone_marks(flags: NDArray[np.int64]) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, kw_only=True)
 class BlockMesh(Protocol):
-    """Nodes and zones of all blocks, in the plane or in space.
+    """Nodes and zones of all blocks.
 
     Parameters
     ----------
-    place : nodes in the reference position [m], x and z, shape (n, 2), or all three, shape (n, 3)
+    place : nodes in the reference position [m], x and z, shape (n, 2)
     block : of every node, shape (n,)
-    zones : nodes of every zone, counter-clockwise, shape (e, 4), or as in :mod:`dem.zones.element`, shape (e, 8)
+    zones : nodes of every zone, counter-clockwise, shape (e, 4)
     zone_block : shape (e,)
     rigid : blocks without zones, shape (b,)
     size : largest zone edge [m]
@@ -48,7 +48,7 @@ class BlockMesh(Protocol):
 
     @property
     def zone_sizes(self) -> Array:
-        """Edge of a square or cube as large as every zone [m], shape (e,)."""
+        """Edge of a square as large as every zone [m], shape (e,)."""
 
 
 class ZoneState(NamedTuple):
@@ -56,8 +56,8 @@ class ZoneState(NamedTuple):
 
     Parameters
     ----------
-    shift : displacements of all nodes [m], shape (n, 2) or (n, 3)
-    flags : of the stress points, shape (e, 4); in space a zero for each zone
+    shift : displacements of all nodes [m], shape (n, 2)
+    flags : of the stress points, shape (e, 4)
     plastic : accumulated length of the plastic strain, largest of each zone's points [-], shape (e,)
     """
 

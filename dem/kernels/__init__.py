@@ -5,8 +5,7 @@ a joint, ``kinematics`` says how the blocks of a joint lie to each other, ``forc
 ``ties`` the pull of rods, ``deformed`` what goes with blocks that strain, ``stepping`` moves these, ``measure`` reads a
 position without changing it, ``springs`` says how stiffly its joints hold a block, ``shapes`` finds where pieces touch;
 ``arrays`` is what all of them see. ``zones`` has the forces of blocks cut into zones in the plane, with the same joint
-law, and ``mohr_coulomb`` returns a zone's stress to its strength. In space ``solid_zones`` has the forces of elastic
-zones, ``solid_joints`` those between their faces. ``zone_motion`` moves both, ``zone_measure`` reads them.
+law, ``mohr_coulomb`` returns a zone's stress to its strength, ``zone_motion`` moves zones, ``zone_measure`` reads them.
 
 Rule: a compiled function of ``dem`` stands in this package, is made by ``compiled.kernel`` and uses nothing from
 outside but numpy and numba. What is kept on disk is stamped with the content of all files of the package and of the

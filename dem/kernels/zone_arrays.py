@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels.arrays import Array, Index
-from dem.kernels.solid_arrays import FaceContacts, Facets, Hexahedra, HexTable, RigidSolids
 
 
 class Nodes(NamedTuple):
@@ -89,14 +88,14 @@ class Rigid(NamedTuple):
 
 
 class ZonedArrays(NamedTuple):
-    """All that the steps of zoned blocks change or read, in the plane or in space."""
+    """All that the steps of zoned blocks change or read."""
 
     nodes: Nodes
-    zones: Zones | Hexahedra
-    tables: QuadTable | HexTable
-    sides: Sides | Facets
-    contacts: SideContacts | FaceContacts
-    rigid: Rigid | RigidSolids
+    zones: Zones
+    tables: QuadTable
+    sides: Sides
+    contacts: SideContacts
+    rigid: Rigid
     law: Array  # rows of the joint law, (k, LAW_SIZE)
     soft: bool  # whether a joint has residual values or added terms
     total: Array  # accumulated sums, see the ``Z_`` entries, (Z_SIZE,)

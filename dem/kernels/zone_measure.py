@@ -6,8 +6,6 @@ from dem.kernels.arrays import Array
 from dem.kernels.compiled import kernel
 from dem.kernels.law import peak_of, softening_of, stress
 from dem.kernels.mohr_coulomb import MAT_D, MAT_DN, MAT_G, MAT_STRAIN, MAT_YIELDS, stress_return
-from dem.kernels.solid_joints import solid_joint_stresses
-from dem.kernels.solid_zones import solid_stresses
 from dem.kernels.zone_arrays import Nodes, QuadTable, SideContacts, Sides, ZonedArrays, Zones
 from dem.kernels.zones import met, stress_at, turned
 
@@ -77,17 +75,3 @@ def measure_zones(model: ZonedArrays, stresses: Array, joint: Array) -> float:
     nodes, zones, tables, sides, contacts, _, law, _, _ = model
     energy = _zone_stresses(nodes, zones, tables, stresses)
     return _joint_stresses(nodes, sides, contacts, law, joint, energy)
-
-
-@kernel(counted=True)
-def measure_solids(model: ZonedArrays, stresses: Array, joint: Array) -> float:
-    """Stresses and joint forces in the present position in space; elastic energy [J]. Changes no state.
-
-    Parameters
-    ----------
-    stresses : as ``solid_zones.solid_stresses`` writes them, shape (e, 8, 6)
-    joint : as ``solid_joints.solid_joint_stresses`` writes them, shape (m, 6)
-    """
-    nodes, zones, tables, sides, contacts, _, law, _, _ = model
-    energy = solid_stresses(nodes, zones, tables, stresses)
-    return energy + solid_joint_stresses(nodes, sides, contacts, law, joint)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dem import kernels
 from dem.model.joints import JointOptions, make_laws
@@ -134,7 +135,7 @@ def digests(**settings: Any) -> dict[str, str]:
     return {name: digest(stage_as_text(value).encode()) for name, value in settings.items()}
 
 
-def signature(assembly: Assembly, parts: Mapping[str, Iterable[Array]], **settings: Any) -> dict[str, str]:
+def signature(assembly: Assembly, parts: Mapping[str, Iterable[NDArray[Any]]], **settings: Any) -> dict[str, str]:
     """What a run must have in common with the one it goes on from, as a digest by name.
 
     Parameters

@@ -94,8 +94,8 @@ def _check_plane(assembly: Assembly, k: int) -> None:
     if abs(i.normal[1]) > 1e-6:
         a, b = assembly.blocks[i.block_a].name, assembly.blocks[i.block_b].name
         raise InputError(
-            f"the joint between {a!r} and {b!r} faces y: zoned blocks in the plane are for walls in x-z of one leaf; "
-            "give stress='solid' for elastic zones in space"
+            f"the joint between {a!r} and {b!r} faces y: zoned blocks are for walls in x-z of one leaf; in "
+            "space take simply deformable blocks, which strain and bend"
         )
 
 

@@ -77,7 +77,7 @@ def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
     if not (front | back).all() or not same:
         raise InputError(
             f"block {block.name!r} is not a prism along y: zoned blocks in the plane are for walls in x-z of one "
-            "thickness; give stress='solid' for elastic zones in space"
+            "thickness; in space take simply deformable blocks, which strain and bend"
         )
     # a convex outline in order of the angle about its middle
     r = flat - flat.mean(axis=0)

@@ -1,29 +1,25 @@
 """An assembly as zones, contact points and rigid blocks: what the zones' kernels see, with masses and loads."""
 
 from collections.abc import Hashable, Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
 from dem.kernels import LAW, LAW_SIZE
 from dem.kernels.arrays import Index
-from dem.kernels.solid_arrays import Hexahedra, HexTable, RigidSolids
 from dem.kernels.zone_arrays import Z_SIZE, Nodes, QuadTable, Rigid, Zones
 from dem.model.joints import Grid, JointOptions, losses, make_laws
 from dem.zones.attach import make_contacts, make_sides
-from dem.zones.element import ZoneTables, reference, shape_values, zone_tables
+from dem.zones.element import SQUARE, ZoneTables, shape_values, zone_tables
 from dem.zones.material_row import material_row
-from dem.zones.mesh import ZoneMesh, make_mesh
-from dem.zones.solid_attach import make_face_contacts, make_facets
-from dem.zones.solid_mesh import SolidMesh, make_solid_mesh
+from dem.zones.mesh import make_mesh
 from dem.zones.stable import freedoms, stable_masses, stiffness
-from dem.zones.zoned_model import ZonedModel
+from dem.zones.zoned_model import AXES, SENSE, ZonedModel
 from limitmason.arrays import Array, Flags
 from limitmason.checks import choice
-from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID, Elasticity
+from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, Elasticity
 from limitmason.errors import InputError
 from limitmason.mechanics.law_table import refuse_ties
-from limitmason.model import Assembly, Block, Loads, Material
+from limitmason.model import Assembly, Loads, Material
 
 
 def make_model(
@@ -42,11 +38,11 @@ def make_model(
 
     Parameters
     ----------
-    assembly : in the plane blocks that are convex prisms along y, in space those of :mod:`dem.zones.solid_mesh`
+    assembly : of blocks that are convex prisms along y
     loads : dead loads act at once: weight, and wrenches spread over the zones of a block as a rigid motion would be
     zone_size : largest edge of a zone [m]
-    plane : "plane stress", "plane strain", or "solid" for space, where zones are elastic
-    contact_points : see :func:`dem.zones.attach.make_contacts` and :func:`dem.zones.solid_attach.make_face_contacts`
+    plane : "plane stress" or "plane strain"
+    contact_points : see :func:`dem.zones.attach.make_contacts`
     joint_options : as in the rigid DEM; a dashpot is refused
     stiff : numbers of further blocks that are rigid, whatever their material: plates that are driven
 
@@ -54,77 +50,60 @@ def make_model(
     ------
     InputError
         For a state of stress that does not exist, no block with a material, a zone larger than its block, loads out of
-        the plane, strengths of zones in space, and as :func:`dem.zones.mesh.make_mesh` or
-        :func:`dem.zones.solid_mesh.make_solid_mesh`.
+        the plane, and as :func:`dem.zones.mesh.make_mesh`.
     """
     options = joint_options or JointOptions()
-    choice("plane (stress= of a push)", plane, (PLANE_STRESS, PLANE_STRAIN, SOLID))
+    choice("plane (stress= of a push)", plane, (PLANE_STRESS, PLANE_STRAIN))
     if options.dashpot is not None and np.any(np.asarray(list(
         options.dashpot.values() if hasattr(options.dashpot, "values") else np.atleast_1d(options.dashpot)
     ), dtype=float) > 0.0):  # fmt: skip
         raise InputError("joint_options: zoned runs have local damping alone; leave the dashpot out")
     refuse_ties(assembly, "a block cut into zones", "use rigid blocks")
-    mesh: ZoneMesh | SolidMesh
-    mesh = make_solid_mesh(assembly, zone_size, stiff) if plane == SOLID else make_mesh(assembly, zone_size, stiff)
+    mesh = make_mesh(assembly, zone_size, stiff)
     if mesh.rigid.all():
         raise InputError(
             "no block has a material: give assembly.with_material(limitmason.Material(young_modulus=..., "
             "poisson_ratio=..., density=...)), or run rigid blocks"
         )
     laws, warnings = make_laws(assembly, loads.dead, options)
-    parts: dict[str, Any]
-    if isinstance(mesh, SolidMesh):
-        tables, zones = make_solids(mesh.place, mesh.zones, [assembly.blocks[b] for b in mesh.zone_block])
-        contacts, interface = make_face_contacts(assembly, mesh, contact_points)
-        parts = {"tables": tables, "zones": zones, "sides": make_facets(mesh), "contacts": contacts}
-    else:
-        for name, wrench in (("dead", loads.dead), ("live", loads.live)):
-            free = ~assembly.fixed
-            outside = np.abs(wrench[free][:, [1, 3, 5]]).max(initial=0.0)
-            if outside > 1e-9 * max(np.abs(wrench[free]).max(initial=0.0), 1e-300):
-                raise InputError(
-                    f"{name} loads act out of the x-z plane, in which zoned blocks stay: give stress={SOLID!r} for "
-                    "zones in space"
-                )
-        materials = [assembly.blocks[block].material for block in mesh.zone_block]
-        flat, plates = make_zones(mesh.place, mesh.zones, materials, mesh.thickness[mesh.zone_block], plane)
-        sides = make_sides(mesh)
-        points, interface = make_contacts(assembly, mesh, sides, contact_points)
-        parts = {"tables": flat, "zones": plates, "sides": sides, "contacts": points}
+    for name, wrench in (("dead", loads.dead), ("live", loads.live)):
+        free = ~assembly.fixed
+        outside = np.abs(wrench[free][:, [1, 3, 5]]).max(initial=0.0)
+        if outside > 1e-9 * max(np.abs(wrench[free]).max(initial=0.0), 1e-300):
+            raise InputError(
+                f"{name} loads act out of the x-z plane, in which zoned blocks stay: take simply deformable blocks, "
+                "which strain and bend in space"
+            )
+    materials = [assembly.blocks[block].material for block in mesh.zone_block]
+    tables, zones = make_zones(mesh.place, mesh.zones, materials, mesh.thickness[mesh.zone_block], plane)
+    sides = make_sides(mesh)
+    contacts, interface = make_contacts(assembly, mesh, sides, contact_points)
     law = np.ascontiguousarray(laws[interface])
     soft = bool((law[:, [LAW.by_opening, LAW.by_slip, *range(len(LAW), LAW_SIZE)]] > 0.0).any())
-    n, d = mesh.place.shape
+    n = len(mesh.place)
     body = np.full(n, -1, dtype=np.int64)
     for b, block in enumerate(np.flatnonzero(mesh.rigid)):
         body[mesh.block == block] = b
-    zero = np.zeros((n, d))
+    zero = np.zeros((n, 2))
     nodes = Nodes(mesh.place, zero, zero.copy(), np.ones(n), zero.copy(), zero.copy(), body, zero.copy(),
-                  np.zeros((n, d), bool))  # fmt: skip
+                  np.zeros((n, 2), bool))  # fmt: skip
     model = ZonedModel(
-        assembly=assembly, mesh=mesh, nodes=nodes, rigid=_rigid_blocks(assembly, mesh.rigid, body, d), law=law,
+        assembly=assembly, mesh=mesh, nodes=nodes, rigid=_rigid_blocks(assembly, mesh.rigid, body), law=law,
         soft=soft, interface=interface, total=np.zeros(Z_SIZE), dt=1.0, plane=plane, warnings=warnings,
-        lost=losses(assembly, laws), **parts,
+        lost=losses(assembly, laws), tables=tables, zones=zones, sides=sides, contacts=contacts,
     )  # fmt: skip
     set_loads(model, loads.dead)
     _scale_masses(model)
     return model
 
 
-def _rigid_blocks(assembly: Assembly, rigid: Flags, body: Index, dimension: int) -> Rigid | RigidSolids:
+def _rigid_blocks(assembly: Assembly, rigid: Flags, body: Index) -> Rigid:
     """Rigid blocks at rest.
 
     ``body`` the one that carries each node, -1 for none.
     """
     numbers, own = np.flatnonzero(rigid), np.flatnonzero(body >= 0).astype(np.int64)
     nb = len(numbers)
-    if dimension == 3:
-        turn = np.zeros((nb, 4))
-        turn[:, 0] = 1.0
-        whole = np.zeros((nb, 6))
-        return RigidSolids(
-            assembly.centroids[numbers].copy(), whole, turn, whole.copy(), np.ones((nb, 6)), whole.copy(),
-            assembly.held[numbers].copy(), whole.copy(), whole.copy(), whole.copy(), whole.copy(), own,
-        )  # fmt: skip
     flat = np.zeros((nb, 3))
     held = assembly.held[numbers][:, [0, 2, 4]]
     return Rigid(
@@ -139,7 +118,7 @@ class _Shapes:
     Parameters
     ----------
     place : nodes [m]
-    state : "plane stress", "plane strain" or "solid"
+    state : "plane stress" or "plane strain"
     """
 
     def __init__(self, place: Array, state: str) -> None:
@@ -148,7 +127,7 @@ class _Shapes:
         self.elastic: list[Array] = []
         self.known: dict[Hashable, int] = {}
 
-    def of(self, cell: Index, material: Material, thickness: float = 1.0) -> int:
+    def of(self, cell: Index, material: Material, thickness: float) -> int:
         """Number of the tables of a zone with its nodes.
 
         Sizes and forms are equal that are so to nine digits.
@@ -166,36 +145,6 @@ class _Shapes:
     def column(self, name: str) -> Array:
         """One table of all of them, by its name in :class:`ZoneTables`."""
         return np.ascontiguousarray(np.stack([getattr(t, name) for t in self.made]))
-
-
-def make_solids(place: Array, cells: Index, blocks: Sequence[Block]) -> tuple[HexTable, Hexahedra]:
-    """Tables of all zone shapes and materials in space, and the zones.
-
-    Equal shapes share a table.
-
-    Parameters
-    ----------
-    place : nodes [m], shape (n, 3)
-    cells : nodes of every zone, shape (e, 8)
-    blocks : of every zone, each with a material
-
-    Raises
-    ------
-    InputError
-        For a material with a strength: zones in space do not yield.
-    """
-    shapes, kind = _Shapes(place, SOLID), np.zeros(len(cells), np.int64)
-    for z, (cell, block) in enumerate(zip(cells, blocks, strict=True)):
-        assert block.material is not None
-        if block.material.cohesion is not None:
-            raise InputError(
-                f"block {block.name!r} has a material with strength: zones in space are elastic, those in plane "
-                "stress or plane strain yield and crack; leave out cohesion, friction and tensile strength, or take "
-                "the wall in its plane"
-            )
-        kind[z] = shapes.of(cell, block.material)
-    tables = {name: shapes.column(name) for name in HexTable._fields if name != "elastic"}
-    return HexTable(**tables, elastic=np.stack(shapes.elastic)), Hexahedra(cells, kind)
 
 
 def make_zones(
@@ -230,13 +179,13 @@ def make_zones(
 
 def set_loads(model: ZonedModel, wrench: Array) -> None:
     """Apply a wrench per block [N, N m], shape (n, 6): on a zoned block as a rigid motion's inertia acts."""
-    mesh, nodes, rigid, d = model.mesh, model.nodes, model.rigid, model.dimension
+    mesh, nodes, rigid = model.mesh, model.nodes, model.rigid
     volume = nodal_volume(model)
     nodes.load[:] = 0.0
-    centroid = model.assembly.centroids[:, model.axes[:d]]
+    centroid = model.assembly.centroids[:, [0, 2]]
     number = {int(block): b for b, block in enumerate(np.flatnonzero(mesh.rigid))}
     for block in range(model.assembly.n_blocks):
-        own_wrench = wrench[block, model.axes] * model.sense
+        own_wrench = wrench[block, AXES] * SENSE
         if mesh.rigid[block]:
             rigid.load[number[block]] = own_wrench
             continue
@@ -244,15 +193,11 @@ def set_loads(model: ZonedModel, wrench: Array) -> None:
         v = volume[own]
         middle = v @ mesh.place[own] / v.sum()
         r = mesh.place[own] - middle
-        force, moment = own_wrench[:d], own_wrench[d:]
+        force, moment = own_wrench[:2], own_wrench[2]
         lever = middle - centroid[block]
         nodes.load[own] = np.outer(v / v.sum(), force)
-        if model.space:
-            inertia = (v @ (r * r).sum(axis=1)) * np.eye(3) - np.einsum("m,mi,mj->ij", v, r, r)
-            nodes.load[own] += v[:, None] * np.cross(np.linalg.solve(inertia, moment - np.cross(lever, force)), r)
-        else:
-            turning = (moment[0] - lever[0] * force[1] + lever[1] * force[0]) / (v @ (r * r).sum(axis=1))
-            nodes.load[own] += v[:, None] * turning * np.column_stack([-r[:, 1], r[:, 0]])
+        turning = (moment - lever[0] * force[1] + lever[1] * force[0]) / (v @ (r * r).sum(axis=1))
+        nodes.load[own] += v[:, None] * turning * np.column_stack([-r[:, 1], r[:, 0]])
 
 
 def nodal_volume(model: ZonedModel) -> Array:
@@ -261,21 +206,21 @@ def nodal_volume(model: ZonedModel) -> Array:
     out = np.zeros(len(model.nodes.place))
     # linear shares: a weight that is uniform in a zone goes to its nodes as their shape functions say
     s = 1.0 / np.sqrt(3.0)
-    shape = shape_values(s * reference(model.dimension))  # stress point, node
+    shape = shape_values(s * SQUARE)  # stress point, node
     np.add.at(out, zones.node, (tables.weight @ shape)[zones.kind])
     return out
 
 
 def _scale_masses(model: ZonedModel) -> None:
     """Masses of nodes and rigid blocks as large as a step of 1 needs."""
-    nodes, rigid, d = model.nodes, model.rigid, model.dimension
+    nodes, rigid = model.nodes, model.rigid
     reach = freedoms(model)
     k = (reach.T @ stiffness(model) @ reach).tocsr()
     free = np.flatnonzero(nodes.body < 0)
-    mass = stable_masses(k, len(free), d)
-    nodes.mass[free] = mass[: d * len(free) : d]
-    rigid.mass[~rigid.held] = mass[d * len(free) :]
+    mass = stable_masses(k, len(free))
+    nodes.mass[free] = mass[: 2 * len(free) : 2]
+    rigid.mass[~rigid.held] = mass[2 * len(free) :]
     # a smooth level joint is stiff across as soon as its block tilts a little: all directions as the stiffest one
-    for part in (slice(0, d), slice(d, None)):
+    for part in (slice(0, 2), slice(2, None)):
         most = np.where(rigid.held[:, part], 0.0, rigid.mass[:, part]).max(axis=1, initial=0.0)
         rigid.mass[:, part] = np.where(most > 0.0, most, 1.0)[:, None]

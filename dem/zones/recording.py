@@ -5,11 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from dem.driving.zone_marks import ZoneState
-from dem.kernels.solid_arrays import RigidSolids
-from dem.kernels.zone_arrays import Zones
 from dem.model.joint_marks import JointMarks, PointMarks, marks_of
 from dem.stages.samples import Samples
 from dem.zones.running import Reading
@@ -20,8 +17,8 @@ from limitmason.storage.files import read_archive, write_archive
 _MOVING: Mapping[str, tuple[str, ...]] = {
     "nodes": ("shift", "velocity", "mass", "load", "force", "before", "held"),
     "zones": ("spent", "relief", "amplitude", "flag", "plastic"),
-    "contacts": ("segment", "facet", "local", "slip", "lift", "damage"),
-    "rigid": ("shift", "turn", "velocity", "mass", "load", "held", "drive", "before", "net", "total"),
+    "contacts": ("segment", "slip", "lift", "damage"),
+    "rigid": ("shift", "velocity", "mass", "load", "held", "drive", "before", "net", "total"),
 }
 """Arrays that change, or that a solver of eigenvalues has made: of these a file holds what the model has."""
 
@@ -71,30 +68,17 @@ def read_model(path: Path, model: ZonedModel) -> dict[str, Any]:
 def zoned_joint_marks(model: ZonedModel, now: Reading) -> JointMarks:
     """Marks per interface of the assembly, as :func:`dem.model.joint_marks.joint_marks` has them for rigid blocks."""
     p = model.contacts
-    points = PointMarks(now.opening, _size(p.slip), now.normal, _size(now.shear), p.lift, p.damage, p.area)
+    points = PointMarks(now.opening, np.abs(p.slip), now.normal, np.abs(now.shear), p.lift, p.damage, p.area)
     return marks_of(points, model.law[p.joint], model.interface[p.joint], len(model.assembly.interfaces))
 
 
-def _size(values: Array) -> Array:
-    """Size of what lies along a joint, shape (m,): of numbers in the plane, of pairs in space."""
-    return np.abs(values) if values.ndim == 1 else np.linalg.norm(values, axis=1)
-
-
 def zone_state(model: ZonedModel) -> ZoneState:
-    """State of the zones now.
-
-    Those in space are elastic.
-    """
-    if not isinstance(model.zones, Zones):
-        e = len(model.zones.kind)
-        return ZoneState(model.nodes.shift.copy(), np.zeros((e, 1), np.int64), np.zeros(e))
+    """State of the zones now."""
     return ZoneState(model.nodes.shift.copy(), model.zones.flag.copy(), model.zones.plastic.max(axis=1))
 
 
 def rigid_motion(model: ZonedModel) -> tuple[Array, Array]:
     """Displacement of the centroids [m] and quaternions of all blocks, nearest to their nodes' motion."""
-    if model.space:
-        return _motion_in_space(model)
     n, mesh = model.assembly.n_blocks, model.mesh
     count = np.bincount(mesh.block, minlength=n)
     place, shift = model.nodes.place, model.nodes.shift
@@ -114,25 +98,4 @@ def rigid_motion(model: ZonedModel) -> tuple[Array, Array]:
     out[:, 2] = mean_shift[:, 1] + cos * arm[:, 1] + sin * arm[:, 0]
     quaternion = np.zeros((n, 4))
     quaternion[:, 0], quaternion[:, 2] = np.cos(0.5 * turn), -np.sin(0.5 * turn)
-    return out, quaternion
-
-
-def _motion_in_space(model: ZonedModel) -> tuple[Array, Array]:
-    """Motion of every block in space, as :func:`rigid_motion` gives it.
-
-    A rigid block has its own. For a zoned one the rotation is that nearest to its nodes' (Kabsch).
-    """
-    assert isinstance(model.rigid, RigidSolids)
-    mesh, shift = model.mesh, model.nodes.shift
-    out, quaternion = np.zeros((model.assembly.n_blocks, 3)), np.zeros((model.assembly.n_blocks, 4))
-    out[mesh.rigid], quaternion[mesh.rigid] = model.rigid.shift[:, :3], model.rigid.turn
-    for block in np.flatnonzero(~mesh.rigid):
-        own = mesh.block == block
-        place = mesh.place[own]
-        middle, mean = place.mean(axis=0), shift[own].mean(axis=0)
-        r = place - middle
-        turn, _ = Rotation.align_vectors(r + shift[own] - mean, r)
-        arm = model.assembly.centroids[block] - middle
-        out[block] = mean + turn.apply(arm) - arm
-        quaternion[block] = turn.as_quat(canonical=True)[[3, 0, 1, 2]]
     return out, quaternion

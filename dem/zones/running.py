@@ -7,8 +7,8 @@ from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_MISSED, Z_SUPPORT
-from dem.kernels.zone_measure import measure_solids, measure_zones
-from dem.kernels.zone_motion import advance_solids, advance_zones
+from dem.kernels.zone_measure import measure_zones
+from dem.kernels.zone_motion import advance_zones
 from dem.model.state import UnstableError
 from dem.zones.stable import DAMPING, freedoms, stiffness
 from dem.zones.zoned_model import ZonedModel
@@ -28,10 +28,9 @@ class Reading(NamedTuple):
     Parameters
     ----------
     energy : elastic, of zones and joints [J]
-    stress : at all stress points, tension positive [Pa]: xx, zz, xz, yy in the plane, shape (e, 4, 4); xx, yy, zz, yz,
-        xz, xy in space, shape (e, 8, 6)
+    stress : at all stress points, tension positive [Pa]: xx, zz, xz, yy, shape (e, 4, 4)
     opening : less dilation [m], of all contact points, shape (m,)
-    slip : total [m], along the joint, in space along both its tangents, shape (m,) or (m, 2)
+    slip : total [m], along the joint, shape (m,)
     normal : on block b, compression positive [Pa], shape (m,)
     shear : on block b [Pa], as ``slip``
     """
@@ -52,8 +51,7 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
     UnstableError
         Where a node has left the structure's surroundings, and where a stress could not be returned to its surface.
     """
-    step = advance_solids if model.space else advance_zones
-    step(model.arrays, steps, model.dt, damping, drifts)
+    advance_zones(model.arrays, steps, model.dt, damping, drifts)
     lost = ~np.isfinite(model.nodes.shift).all(axis=1)
     if lost.any():
         name = model.assembly.blocks[int(model.mesh.block[int(np.argmax(lost))])].name
@@ -94,12 +92,9 @@ def read(model: ZonedModel) -> Reading:
 
     Changes nothing.
     """
-    stress = np.zeros((len(model.zones.kind), *((8, 6) if model.space else (4, 4))))
-    joint = np.zeros((len(model.contacts.area), 6 if model.space else 4))
-    energy = float((measure_solids if model.space else measure_zones)(model.arrays, stress, joint))
-    if model.space:
-        parts = joint[:, 0], joint[:, 1:3], joint[:, 3], joint[:, 4:]
-        return Reading(energy, stress, *(p.copy() for p in parts))
+    stress = np.zeros((len(model.zones.kind), 4, 4))
+    joint = np.zeros((len(model.contacts.area), 4))
+    energy = float(measure_zones(model.arrays, stress, joint))
     return Reading(energy, stress, *np.ascontiguousarray(joint.T))
 
 
@@ -111,10 +106,10 @@ def unbalance(model: ZonedModel) -> float:
     nodes, rigid = model.nodes, model.rigid
     free = nodes.body < 0
     applied = float(np.linalg.norm(nodes.load, axis=1).sum())
-    applied += float(np.linalg.norm(rigid.load[:, : model.dimension], axis=1).sum())
+    applied += float(np.linalg.norm(rigid.load[:, :2], axis=1).sum())
     driven = float(np.abs(rigid.net[rigid.held]).max(initial=0.0))
     applied = max(applied, driven, 1e-300)
-    moving = np.where(rigid.held, 0.0, rigid.net)[:, : model.dimension]
+    moving = np.where(rigid.held, 0.0, rigid.net)[:, :2]
     node = float(np.abs(nodes.force[free]).max(initial=0.0)) / (applied / max(int(free.sum()), 1))
     return max(node, float(np.abs(moving).max(initial=0.0)) / applied)
 
@@ -147,7 +142,7 @@ def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_
 
 
 def drive(model: ZonedModel, velocity: Array, held: Flags) -> None:
-    """Prescribe velocities of rigid blocks [m or rad per step] where ``held``, shapes (r, 3) or (r, 6).
+    """Prescribe velocities of rigid blocks [m or rad per step] where ``held``, shape (r, 3).
 
     Others stay.
     """
@@ -168,7 +163,7 @@ def slowest_period(model: ZonedModel) -> float:
     reach = freedoms(model)
     k = (reach.T @ stiffness(model) @ reach).tocsc()
     free = np.flatnonzero(model.nodes.body < 0)
-    mass = np.concatenate([np.repeat(model.nodes.mass[free], model.dimension), model.rigid.mass[~model.rigid.held]])
+    mass = np.concatenate([np.repeat(model.nodes.mass[free], 2), model.rigid.mass[~model.rigid.held]])
     root = sparse.diags(1.0 / np.sqrt(mass))
     scaled = (root @ k @ root).tocsc()
     shift = -1e-9 * float(scaled.diagonal().max())

@@ -6,9 +6,7 @@ from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
 from dem.kernels.arrays import LAW
-from dem.kernels.solid_arrays import FaceContacts, Facets
 from dem.kernels.zone_arrays import SideContacts, Sides
-from dem.zones.solid_attach import bilinear, bilinear_slopes
 from dem.zones.zoned_model import ZonedModel
 from limitmason.arrays import Array
 from limitmason.errors import InputError
@@ -22,35 +20,30 @@ MARGIN = 0.95
 
 def stiffness(model: ZonedModel) -> sparse.csr_matrix:
     """Elastic stiffness of zones and closed joints [N/m] over the freedoms x0, z0, x1, ... of all nodes."""
-    zones, contacts, d = model.zones, model.contacts, model.dimension
-    dof = (d * zones.node[:, :, None] + np.arange(d)).reshape(len(zones.node), -1)
+    zones, contacts = model.zones, model.contacts
+    dof = (2 * zones.node[:, :, None] + np.arange(2)).reshape(len(zones.node), -1)
     width = dof.shape[1]
     k = model.tables.stiffness[zones.kind]
     rows, cols = np.repeat(dof, width, 1).ravel(), np.tile(dof, (1, width)).ravel()
-    b, size = contact_matrix(model), d * len(model.nodes.place)
+    b, size = contact_matrix(model), 2 * len(model.nodes.place)
     law = model.law[contacts.joint]
-    stiff = np.column_stack([law[:, LAW.kn], *[law[:, LAW.ks]] * (d - 1)]) * contacts.area[:, None]
+    stiff = law[:, [LAW.kn, LAW.ks]] * contacts.area[:, None]
     whole = sparse.csr_matrix((k.ravel(), (rows, cols)), (size, size))
     return (whole + b.T @ sparse.diags(stiff.ravel()) @ b).tocsr()
 
 
 def contact_matrix(model: ZonedModel) -> sparse.csr_matrix:
-    """Opening and slips of every contact point from displacements of all nodes, shape (d m, d n), d the dimension."""
-    if isinstance(model.contacts, FaceContacts):
-        assert isinstance(model.sides, Facets)
-        axes, parts = _on_facets(model.contacts, model.sides, model.nodes.place)
-    else:
-        assert isinstance(model.sides, Sides)
-        axes, parts = _on_sides(model.contacts, model.sides, model.nodes.place)
-    m, d = len(model.contacts.area), model.dimension
+    """Opening and slip of every contact point from displacements of all nodes, shape (2 m, 2 n)."""
+    axes, parts = _on_sides(model.contacts, model.sides, model.nodes.place)
+    m = len(model.contacts.area)
     rows, cols, data = [], [], []
     for which, direction in enumerate(axes):
         for node, share in parts:
-            for r in range(d):
-                rows.append(d * np.arange(m) + which)
-                cols.append(d * node + r)
+            for r in range(2):
+                rows.append(2 * np.arange(m) + which)
+                cols.append(2 * node + r)
                 data.append(share * direction[:, r])
-    shape = (d * m, d * len(model.nodes.place))
+    shape = (2 * m, 2 * len(model.nodes.place))
     return sparse.csr_matrix((np.concatenate(data), (np.concatenate(rows), np.concatenate(cols))), shape)
 
 
@@ -58,7 +51,7 @@ Parts = list[tuple[NDArray[np.int64], Array]]
 
 
 def _on_sides(contacts: SideContacts, sides: Sides, place: Array) -> tuple[list[Array], Parts]:
-    """Normal and tangent of contact points in the plane, and the nodes that move them with their shares."""
+    """Normal and tangent of contact points, and the nodes that move them with their shares."""
     i, j = sides.node[contacts.segment], sides.node[contacts.segment + 1]
     run = place[j] - place[i]
     t = run / np.linalg.norm(run, axis=1)[:, None]
@@ -71,52 +64,33 @@ def _on_sides(contacts: SideContacts, sides: Sides, place: Array) -> tuple[list[
     return [np.column_stack([t[:, 1], -t[:, 0]]), t], parts
 
 
-def _on_facets(contacts: FaceContacts, facets: Facets, place: Array) -> tuple[list[Array], Parts]:
-    """Normal and tangents of contact points in space, and the nodes that move them with their shares."""
-    own = facets.node[contacts.facet]
-    g, h = (np.einsum("mk,mki->mi", d, place[own]) for d in bilinear_slopes(contacts.local))
-    normal = np.cross(g, h)
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-    on_a = bilinear(contacts.local)
-    parts = [(contacts.node[:, k], contacts.share[:, k]) for k in range(4)]
-    parts += [(own[:, k], -on_a[:, k]) for k in range(4)]
-    tangent = contacts.tangent[contacts.joint]
-    return [normal, tangent[:, 0], tangent[:, 1]], parts
-
-
 def freedoms(model: ZonedModel) -> sparse.csr_matrix:
     """Displacement of all nodes from the free unknowns: nodes of zones, then freedoms of rigid blocks not held."""
-    nodes, rigid, d = model.nodes, model.rigid, model.dimension
+    nodes, rigid = model.nodes, model.rigid
     n = len(nodes.place)
     free = np.flatnonzero(nodes.body < 0)
-    columns = np.arange(d * len(free))
-    rows = (d * free[:, None] + np.arange(d)).ravel()
-    rigid_rows, rigid_cols, data, count = [], [], [], d * len(free)
+    columns = np.arange(2 * len(free))
+    rows = (2 * free[:, None] + np.arange(2)).ravel()
+    rigid_rows, rigid_cols, data, count = [], [], [], 2 * len(free)
     for b, freedom in np.argwhere(~rigid.held):
         own = np.flatnonzero(nodes.body == b)
-        if freedom < d:
-            moved = np.zeros((len(own), d))
+        if freedom < 2:
+            moved = np.zeros((len(own), 2))
             moved[:, freedom] = 1.0
-        else:
-            moved = _turned(nodes.place[own] - rigid.centre[b], int(freedom) - d)
-        rigid_rows.append((d * own[:, None] + np.arange(d)).ravel())
-        rigid_cols.append(np.full(d * len(own), count))
+        else:  # a turn from x to z
+            arm = nodes.place[own] - rigid.centre[b]
+            moved = np.column_stack([-arm[:, 1], arm[:, 0]])
+        rigid_rows.append((2 * own[:, None] + np.arange(2)).ravel())
+        rigid_cols.append(np.full(2 * len(own), count))
         data.append(moved.ravel())
         count += 1
     return sparse.csr_matrix((
         np.concatenate([np.ones(rows.size), *data]),
         (np.concatenate([rows, *rigid_rows]), np.concatenate([columns, *rigid_cols])),
-    ), (d * n, count))  # fmt: skip
+    ), (2 * n, count))  # fmt: skip
 
 
-def _turned(arm: Array, axis: int) -> Array:
-    """Displacement at arms by a turn of 1: in the plane from x to z, in space about an axis."""
-    if arm.shape[1] == 2:
-        return np.column_stack([-arm[:, 1], arm[:, 0]])
-    return np.asarray(np.cross(np.eye(3)[axis], arm))
-
-
-def stable_masses(k: sparse.csr_matrix, nodes: int, dimension: int = 2) -> Array:
+def stable_masses(k: sparse.csr_matrix, nodes: int) -> Array:
     """Masses per freedom for a step of 1 under local damping, from the largest eigenvalue of their stiffness.
 
     m proportional to the row sums of |K| (Gershgorin), one for all freedoms of a node; then scaled so that
@@ -125,11 +99,11 @@ def stable_masses(k: sparse.csr_matrix, nodes: int, dimension: int = 2) -> Array
     Parameters
     ----------
     k : stiffness over the free freedoms [N/m], symmetric
-    nodes : at the head of the freedoms, ``dimension`` each
+    nodes : at the head of the freedoms, two each
     """
     mass = np.asarray(abs(k).sum(axis=1)).ravel()
-    own = dimension * nodes
-    mass[:own] = np.repeat(mass[:own].reshape(-1, dimension).max(axis=1), dimension)
+    own = 2 * nodes
+    mass[:own] = np.repeat(mass[:own].reshape(-1, 2).max(axis=1), 2)
     if not (mass > 0.0).all():
         raise InputError("a block is held by no zone and no joint")
     return mass * largest_eigenvalue(k, mass) * (1.0 + DAMPING) / (4.0 * MARGIN)

@@ -11,8 +11,7 @@ from dem.driving.push_curve import PushCurve
 from dem.driving.structure import DrivenStructure
 from dem.driving.zone_marks import ZoneState
 from dem.kernels.arrays import LAW
-from dem.kernels.solid_arrays import FaceContacts
-from dem.kernels.zone_arrays import Z_KINETIC, Sides
+from dem.kernels.zone_arrays import Z_KINETIC
 from dem.model.joint_marks import JointMarks
 from dem.model.state import UnstableError
 from dem.settings import PushSettings
@@ -21,10 +20,8 @@ from dem.zones import running
 from dem.zones.drive import ZonedRun
 from dem.zones.model import make_model, set_loads
 from dem.zones.recording import read_digests, read_model, save
-from dem.zones.solid_mesh import SolidMesh
-from dem.zones.zoned_model import ZonedModel
-from limitmason.arrays import Array
-from limitmason.deformable import PLANE_STRESS, SOLID
+from dem.zones.zoned_model import AXES, SENSE
+from limitmason.deformable import PLANE_STRESS
 from limitmason.deformable.levels import ZONED
 from limitmason.errors import InputError, NotConverged
 from limitmason.model import Assembly, Loads
@@ -58,10 +55,10 @@ class ZonedStructure(DrivenStructure):
         assert chosen.zone_size is not None
         super().__init__(assembly, drive, loads, chosen)
         unit, held = self.unit, self.held
-        if stress != SOLID and unit[:, [1, 3, 5]].any():
+        if unit[:, [1, 3, 5]].any():
             raise InputError(
-                f"the drive leaves the x-z plane, in which zoned blocks stay: give x, z or ry, or stress={SOLID!r} "
-                "for zones in space"
+                "the drive leaves the x-z plane, in which zoned blocks stay: give x, z or ry, or take simply "
+                "deformable blocks, which strain and bend in space"
             )
         for given in ("calm", "damping"):
             if getattr(drive, given) is not None:
@@ -70,7 +67,7 @@ class ZonedStructure(DrivenStructure):
         for name, servo in drive.servo.items():
             block = assembly.block_index(name)
             dead[block, 2] -= servo.force
-            held[block, [3, 4, 5] if stress == SOLID else [4]] |= servo.parallel
+            held[block, 4] |= servo.parallel
         stiff = np.flatnonzero(unit.any(axis=1) | held.any(axis=1)).tolist()
         self.least_steps = max(LEAST_STEPS, 10 * chosen.samples)
         self.model = model = make_model(
@@ -80,17 +77,16 @@ class ZonedStructure(DrivenStructure):
         set_loads(model, dead)
         rows = [int(np.count_nonzero(model.mesh.rigid[:b])) for b in stiff]
         self.twist, self.hold = np.zeros(model.rigid.held.shape), np.zeros_like(model.rigid.held)
-        self.twist[rows] = unit[stiff][:, model.axes] * model.sense
-        self.hold[rows] = held[stiff][:, model.axes]
+        self.twist[rows] = unit[stiff][:, AXES] * SENSE
+        self.hold[rows] = held[stiff][:, AXES]
         # a drive that has not begun holds already what it names and does not move, and turns of parallel jacks
         first = self.hold & (self.twist == 0.0)
         running.drive(model, np.zeros(first.shape), first)
         mesh, c = model.mesh, model.contacts
-        on_a = (c.origin, c.tangent) if isinstance(c, FaceContacts) else (c.side, c.arc)
         parts = {
-            "zones": (mesh.place, mesh.zones, *(() if isinstance(mesh, SolidMesh) else (mesh.thickness,)), mesh.rigid),
+            "zones": (mesh.place, mesh.zones, mesh.thickness, mesh.rigid),
             "materials": (*model.tables,), "joints": (model.law, model.interface),
-            "contact points": (c.joint, *on_a, c.node, c.share, c.area, c.gap),
+            "contact points": (c.joint, c.side, c.arc, c.node, c.share, c.area, c.gap),
             "loads": (model.nodes.load, model.rigid.load),
         }  # fmt: skip
         self.same = signature(assembly, parts, blocks=ZONED, stress=stress, holds=first.tolist())
@@ -163,38 +159,19 @@ class ZonedStructure(DrivenStructure):
         """
         r, m = run.record.arrays(), self.model
         slid, driven = float(np.nanmax(r["slip"][-1], initial=0.0)), int(np.argmax(np.abs(self.twist).max(axis=1)))
-        if slid > 0.5 * _shortest(m):
+        pieces = np.diff(m.sides.arc)
+        shortest = float(pieces[pieces > 0.0].min())
+        if slid > 0.5 * shortest:
             run.note(
                 f"a joint has slid by {1e3 * slid:.3g} mm: contacts are those of the reference position, and a block "
                 "that leaves the face it lies on is still carried by its plane"
             )
+        spacing = widest_spacing(m.contacts.arc[None, m.contacts.joint == row] for row in range(len(m.interface)))
         return PushCurve(
             r["moved"], r["load"], errors={"energy": r["energy"], "kinetic": r["kinetic"]},
             states=list(zip(r["place"], r["turn"], strict=True)), status=status, warnings=tuple(run.notes),
             assembly=self.assembly, **{name: r[name] for name in JointMarks._fields}, blocks=ZONED,
-            settlement=float(m.nodes.shift[m.nodes.body == driven].mean(axis=0) @ self.twist[driven, : m.dimension]),
-            law="; ".join(m.lost), spacing=_spacing(m), steps=steps, seconds=float(r["seconds"][-1]), mesh=m.mesh,
+            settlement=float(m.nodes.shift[m.nodes.body == driven].mean(axis=0) @ self.twist[driven, :2]),
+            law="; ".join(m.lost), spacing=spacing, steps=steps, seconds=float(r["seconds"][-1]), mesh=m.mesh,
             zones=[ZoneState(*z) for z in zip(*(r[name] for name in ZoneState._fields), strict=True)], stress=m.plane,
         )  # fmt: skip
-
-
-def _spacing(model: ZonedModel) -> float:
-    """Largest distance between neighbouring contact points of a joint [m]."""
-    contacts = model.contacts
-
-    def along(row: int) -> Array:
-        own = contacts.joint == row
-        if isinstance(contacts, FaceContacts):
-            return np.asarray((contacts.origin[own] @ contacts.tangent[row].T).T)
-        return np.asarray(contacts.arc[own][None])
-
-    return widest_spacing(along(row) for row in range(len(model.interface)))
-
-
-def _shortest(model: ZonedModel) -> float:
-    """Shortest edge of a facet of the blocks' faces [m]."""
-    if isinstance(model.sides, Sides):
-        steps = np.diff(model.sides.arc)
-        return float(steps[steps > 0.0].min())
-    x = model.nodes.place[model.sides.node]
-    return float(np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2).min())

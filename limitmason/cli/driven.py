@@ -44,7 +44,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     kinds = "rigid (default), lumped (into the joints), 'simply deformable', zoned"
     command.add_argument("--blocks", help=f"how units deform: {kinds}")
     command.add_argument("--zone-size", type=length, metavar="LENGTH", help="largest edge of a zone, of zoned blocks")
-    command.add_argument("--stress", help="of zoned blocks: plane stress (default), plane strain or solid (in space)")
+    command.add_argument("--stress", help="of zoned blocks: plane stress (default) or plane strain")
     command.add_argument("--spacing", type=length, metavar="LENGTH", help="largest distance between contact points")
     command.add_argument("--steps", type=int, help="of the faster of the two runs; default: by the slowest swing")
     command.add_argument("--once", action="store_true", help="one speed: no rate error, a quarter of the time")

@@ -11,7 +11,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from limitmason.arrays import Array
-from limitmason.deformable import SOLID
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.crack_patterns import one_a_sample, sample_of
@@ -39,13 +38,11 @@ def plasticity(
     Raises
     ------
     InputError
-        For a curve without zones, zones in space, which do not yield, and an unknown moment.
+        For a curve without zones, and an unknown moment.
     """
     if not getattr(curve, "zones", ()):
         raise InputError("this curve has no zones: draw the curve of dem.push with blocks='zoned'")
     drawn = one_a_sample([(sample_of(curve, moment), moment) for moment in at])
-    if curve.stress == SOLID:
-        raise InputError("zones in space are elastic, there is nothing to map: draw figures.cracks(curve)")
     mesh = curve.mesh
     start = curve.zones[0].shift
     shifts = [curve.zones[i].shift - start for i, _ in drawn]

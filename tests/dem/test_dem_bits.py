@@ -54,8 +54,7 @@ def test_fresh_and_cached_kernels_give_the_same_bits(tmp_path):
     "name",
     [
         "law.return_map", "law.stress", "law.strength_of", "added.with_added", "sums.point_sums",
-        "deformed.strained_sums", "forces._joint_forces", "solid_zones.solid_forces", "solid_joints.solid_joint_forces",
-        "solid_zones.solid_stresses", "solid_joints.solid_joint_stresses", "zone_measure._zone_stresses",
+        "deformed.strained_sums", "forces._joint_forces", "zone_measure._zone_stresses",
     ],
 )
 def test_what_sums_over_contact_points_is_part_of_its_caller(name):
