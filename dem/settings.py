@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
-from enum import StrEnum
 from typing import Any, TypedDict
 
 from dem.model.holding import LoadVerdict
@@ -57,13 +56,6 @@ EDGES, FIRST = "edges", "first"
 """Where the contact points of joints that slide are, see :class:`DemSettings`."""
 
 
-class Loading(StrEnum):
-    """How the live load grows."""
-
-    INCREMENTS = "increments"
-    RAMP = "ramp"
-
-
 @dataclass(frozen=True, kw_only=True)
 class DemSettings:
     """Settings of :func:`dem.collapse`, by name.
@@ -81,14 +73,11 @@ class DemSettings:
         not looked for, and a joint keeps its plane: loads under which blocks moved far are pointed out. "first" keeps
         every point where it was on its block, as ``lm.pushover(contacts="first")`` does: a bearing that slides along
         then bears more and more
-    loading : "increments" holds each load until force and moment are small in four checks in a row, restores the last
-        equilibrium when the blocks keep moving and halves the increment; "ramp" raises the load steadily, reads the
-        largest multiplier at the supports as max(Rh / Rv) does, repeats at half speed and extrapolates to none, until
-        that changes by < 1 %
-    tolerance : width of the final bracket over the multiplier [-], 0.005 by default; increments only
+    tolerance : width of the final bracket over the multiplier [-]. Each load is held until force and moment are small
+        in four checks in a row; where blocks keep moving, the last equilibrium is restored and the increment halved
     error_budget : what to repeat the search with: "stiffness" (kn, ks x 10), "ks/kn" (ks x 0.4, which decides how
         wedged blocks share their thrust), "contact points" (x 2, and crowded towards the edges: "lobatto") and "rate"
-        (increments half as long; a ramp at half speed). The repeats start near the multiplier found and close in on it
+        (increments half as long). The repeats start near the multiplier found and close in on it
         to twice ``tolerance``; where the multiplier may move by 2 % there is a warning. All four together take two to
         five times as long as the search. () for none
     joint_options : limits of dilation, softening lengths
@@ -102,22 +91,20 @@ class DemSettings:
         there with 0.3. A number is kept, and a warning says where it is too small
     equilibrium : largest unbalanced force of every block over its own load, and moment over that load times its least
         thickness [-]; a twentieth of the load increment where that is less
-    ramp_steps : steps in which a ramp reaches the estimate of the multiplier, 40,000 by default; ramps only
     damping : while loading; local 0.4 with stops at peaks of the kinetic energy, given up for local 0.6 in a load that
-        has not settled after 8000 steps (increments), or 0.5 (ramp)
+        has not settled after 8000 steps
     progress : called with every load tried and its verdict
 
     Raises
     ------
     InputError
-        For an unknown loading or check, a tolerance that is not positive, and a setting that the loading does not use.
+        For an unknown check, and a tolerance that is not positive.
     """
 
     contact_points: Grid | Mapping[str, Grid] | None = None
     contact_model: str | None = None
     contacts: str = EDGES
-    loading: Loading = Loading.INCREMENTS
-    tolerance: float | None = None
+    tolerance: float = 5e-3
     error_budget: tuple[str, ...] = CHECKS
     joint_options: JointOptions | None = None
     blocks: str = RIGID
@@ -126,24 +113,14 @@ class DemSettings:
     max_steps: int = 60_000
     moved_limit: float | None = None
     equilibrium: float = 1e-4
-    ramp_steps: int | None = None
     damping: Damping | None = None
     progress: Callable[[float, LoadVerdict], object] | None = None
 
     def __post_init__(self) -> None:
-        """Say which setting is wrong, or would not be used."""
-        steady, ramp = (str(x) for x in Loading)
-        choice("loading", self.loading, tuple(Loading))
-        object.__setattr__(self, "loading", Loading(self.loading))
+        """Say which setting is wrong."""
         choice("contacts", self.contacts, (EDGES, FIRST))
-        if self.tolerance is not None and self.loading is Loading.RAMP:
-            raise InputError(
-                f"tolerance is for loading={steady!r}; ramps are slowed until lambda changes by under 1 %"
-            )
-        if self.tolerance is not None and not self.tolerance > 0:
+        if not self.tolerance > 0:
             raise InputError(f"tolerance must be positive, got {self.tolerance!r}")
-        if self.ramp_steps is not None and self.loading is not Loading.RAMP:
-            raise InputError(f"ramp_steps is for loading={ramp!r}; {steady!r} holds loads one after the other")
         if isinstance(self.error_budget, str):
             raise InputError(f"error_budget must be several of {', '.join(CHECKS)}, such as ({self.error_budget!r},)")
         for check in self.error_budget:

@@ -13,9 +13,9 @@ from dem.model.holding import EQUILIBRIUM, UNDECIDED, smallest_edge
 from dem.model.joint_marks import bond_yielded
 from dem.model.joints import Grid, JointOptions, chosen_points, losses
 from dem.model.state import QUASI_STATIC, State, make_state
-from dem.multiplier.search import Controls, Search, increments, ramps
+from dem.multiplier.search import Controls, Search, increments
 from dem.papers import COLLAPSE
-from dem.settings import EDGES, DemSettings, Loading
+from dem.settings import EDGES, DemSettings
 from limitmason.answers.results import (
     ALMOST_SOLVED,
     NOT_CONVERGED,
@@ -55,7 +55,6 @@ SHEAR = 0.4
 """Factor on ks in the error budget [-]: G / E of a mortar, where kn is ks by default."""
 
 LOADING = Damping(local=0.4, kinetic=True)
-RAMPING = Damping(local=0.5)
 
 
 @of_model
@@ -76,10 +75,9 @@ def collapse(
     Returns
     -------
     Prediction
-        ``collapse_multiplier`` is the largest load found in equilibrium (increments) or the largest one measured at
-        the supports (ramp). ``interval`` is the bracket, widened on each side by what the brackets of the repeats
-        reach beyond it there, and below by what forces still unbalanced carry in the mechanism. ``details`` holds the
-        bracket, every load tried, undecided loads and the error budget.
+        ``collapse_multiplier`` is the largest load found in equilibrium. ``interval`` is the bracket, widened on each
+        side by what the brackets of the repeats reach beyond it there, and below by what forces still unbalanced carry
+        in the mechanism. ``details`` holds the bracket, every load tried, undecided loads and the error budget.
         "Almost solved" is a bracket wider than asked for, because loads in it stayed undecided.
 
     Raises
@@ -87,7 +85,7 @@ def collapse(
     InputError
         For settings that are wrong, no live load, and what :func:`dem.make_state` says is wrong.
     NotApplicable
-        For joints without shear stiffness, and a ramp of loads without a resultant.
+        For joints without shear stiffness.
     NotConverged
         :class:`dem.UnstableError`, where energy explodes.
 
@@ -108,19 +106,18 @@ def collapse(
 
 def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Prediction:
     """The search, and its repeats for the error budget."""
-    held, begun = chosen.loading is Loading.INCREMENTS, time.perf_counter()
+    begun = time.perf_counter()
     unit = _unit(assembly, loads)
     points, model = chosen_points(assembly, chosen.contact_points, chosen.contact_model)
     controls = Controls(
-        5e-3 if chosen.tolerance is None else chosen.tolerance, chosen.max_steps,
-        MOVED if chosen.moved_limit is None else chosen.moved_limit, chosen.equilibrium,
-        chosen.damping or (LOADING if held else RAMPING), 40_000 if chosen.ramp_steps is None else chosen.ramp_steps,
-        unit, 0.05 * unit if chosen.first_increment is None else chosen.first_increment, chosen.progress,
+        chosen.tolerance, chosen.max_steps, MOVED if chosen.moved_limit is None else chosen.moved_limit,
+        chosen.equilibrium, chosen.damping or LOADING, unit,
+        0.05 * unit if chosen.first_increment is None else chosen.first_increment, chosen.progress,
         chosen.contacts == EDGES,
     )  # fmt: skip
     reached(0.0, "search", share=1.0 / (1 + len(chosen.error_budget)))
-    found = (increments if held else ramps)(assembly, loads, _start(assembly, loads, chosen, ""), controls)
-    swayed = held and chosen.moved_limit is None and _swayed(assembly, found, controls.moved_limit) > 0.5
+    found = increments(assembly, loads, _start(assembly, loads, chosen, ""), controls)
+    swayed = chosen.moved_limit is None and _swayed(assembly, found, controls.moved_limit) > 0.5
     # a bond that yields and never ends carries more the farther blocks move
     if swayed and bond_yielded(assembly, found.state)[0] < PLASTIC * MOVED * smallest_edge(assembly):
         controls = replace(controls, moved_limit=WIDEST)
@@ -131,12 +128,12 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
         budget, notes = _budget(assembly, loads, found, chosen, controls)
         warnings += notes
     undecided = [value for value, verdict in found.record if verdict.outcome == UNDECIDED]
-    warnings += _doubts(assembly, found, controls, undecided, held)
-    warnings += _far_notes(assembly, found, chosen.contacts) if held else []
+    warnings += _doubts(assembly, found, controls, undecided)
+    warnings += _far_notes(assembly, found, chosen.contacts)
     answered = found.status in (SOLVED, ALMOST_SOLVED, NOT_CONVERGED)
     interval = _interval(found, budget, _unbalanced(assembly, loads, found))
     prediction = Prediction(
-        method=f"dem, {chosen.loading}",
+        method="dem, increments",
         collapse_multiplier=found.stable if answered else
         float("inf") if found.status == UNBOUNDED else float("nan"),
         bound=Bound(BoundKind.ESTIMATE, "estimate for joints of finite stiffness with their own dilatancy angles"),
@@ -144,7 +141,7 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
         resultants=found.state.resultants(assembly) if answered else None,
         warnings=tuple(warnings),
         provenance={
-            "loading": str(chosen.loading), "contact points": points,
+            "contact points": points,
             "contact model": model, "contacts": chosen.contacts, "tolerance": controls.tolerance,
             "steps": found.steps, "seconds": time.perf_counter() - begun, "damping": controls.damping,
             "moved limit": controls.moved_limit,
@@ -158,7 +155,7 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
         contact_model=ContactModel(model), error_budget=budget, range=_range(found, interval, budget),
         lost_in_failure=losses(assembly, found.state.laws),
     )  # fmt: skip
-    if prediction.resultants is not None and held:
+    if prediction.resultants is not None:
         prediction = replace(prediction, certificate=certify(assembly, loads, prediction, convex=False))
     return replace(prediction, mechanism=found.mechanism)
 
@@ -184,7 +181,7 @@ def _budget(
     assembly: Assembly, loads: Loads, found: Search, chosen: DemSettings, controls: Controls
 ) -> tuple[dict[str, dict[str, Any]], list[str]]:
     """Repeats of a search in changed models, by check, and what they call in doubt."""
-    held, share = chosen.loading is Loading.INCREMENTS, 1.0 / (1 + len(chosen.error_budget))
+    share = 1.0 / (1 + len(chosen.error_budget))
     budget: dict[str, dict[str, Any]] = {}
     notes: list[str] = []
     for number, check in enumerate(chosen.error_budget, 1):
@@ -193,9 +190,7 @@ def _budget(
         # ten times as stiff, a joint gives a tenth as much before it moves on
         least = (0.3 if check == "stiffness" else 1.0) * controls.moved_limit
         near = replace(controls, tolerance=2.0 * controls.tolerance, moved_limit=least)
-        if not held:
-            again = _ramp_again(assembly, loads, changed, found, near, check)
-        elif check == "rate":
+        if check == "rate":
             again = _at_half_rate(assembly, loads, found, near)
         else:
             guess = found.stable
@@ -207,12 +202,12 @@ def _budget(
         change = again.stable / found.stable - 1.0 if found.stable and decided else float("nan")
         budget[check] = {
             "multiplier": again.stable, "change": change, "smallest moving": again.moving,
-            "resolution": again.moving / again.stable - 1.0 if again.stable and held else 0.0, "steps": again.steps,
+            "resolution": again.moving / again.stable - 1.0 if again.stable else 0.0, "steps": again.steps,
             "status": again.status,
         }  # fmt: skip
         if not decided:
             notes.append(f"error budget: undecided with {check} changed ({again.status})")
-        elif not _same(found, again, chosen.loading is Loading.INCREMENTS):
+        elif not _same(found, again):
             notes.append(
                 f"the multiplier changes by {100 * change:+.1f} % with {check} changed: it is not converged in this "
                 "respect"
@@ -220,7 +215,7 @@ def _budget(
     return budget, notes
 
 
-def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[float], held: bool) -> list[str]:
+def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[float]) -> list[str]:
     """What a reader must know of a search: it was interrupted, loads stayed undecided, a load at rest moved far."""
     notes = []
     if "interrupted" in found.details:
@@ -231,16 +226,12 @@ def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[floa
             f"undecided after {c.max_steps} steps and more at {', '.join(f'{u:.5g}' for u in between)}; not counted as "
             f"stable (least balanced: block {_least_balanced(assembly, found, between[-1])})"
         )
-    if held:
-        notes += _sway_notes(assembly, found, c.moved_limit)
-    return notes
+    return notes + _sway_notes(assembly, found, c.moved_limit)
 
 
-def _same(found: Search, again: Search, held: bool) -> bool:
+def _same(found: Search, again: Search) -> bool:
     """Whether the multiplier of a repeat differs by less than ``WORD``, wherever in their brackets the two may lie."""
-    # a ramp has no bracket
-    low, high = (found.stable, found.moving) if held else (found.stable, found.stable)
-    least, most = again.stable / high, (again.moving if held else again.stable) / low
+    least, most = again.stable / found.moving, again.moving / found.stable
     return bool(1.0 - WORD <= least <= most <= 1.0 + WORD)
 
 
@@ -295,14 +286,6 @@ def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Se
     return again
 
 
-def _ramp_again(assembly: Assembly, loads: Loads, state: State, found: Search, c: Controls, check: str) -> Search:
-    """Ramps in a changed model from the third slowest speed down; for the rate, the last change with it."""
-    if check == "rate":
-        return replace(found, stable=found.details["at no speed"][-2], steps=0)
-    # scaled masses grow with the stiffness, and the bias of a speed with the mass: one value measured would not compare
-    return ramps(assembly, loads, state, c, found.details["ramps"][-3][0])
-
-
 def _at_half_rate(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Search:
     """The last tenth of the climb again with every increment halved."""
     begin, state = found.near if found.near is not None else (0.0, found.state)
@@ -327,7 +310,7 @@ def _unbalanced(assembly: Assembly, loads: Loads, found: Search) -> float:
     Joint forces within their strength that leave a wrench r unbalanced carry the load less r: by the static theorem the
     multiplier is at least the load's less the power of r, over that of the live load, in the mechanism.
     """
-    if found.mechanism is None or "ramps" in found.details:
+    if found.mechanism is None:
         return 0.0
     twists = np.where(assembly.held, 0.0, found.mechanism.twists)
     return max(float((found.state.bodies.net * twists).sum() / (loads.live * twists).sum()), 0.0)
@@ -357,11 +340,6 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced
         softened = MORE if abs(row["change"]) > FAR else 10.0 / 9.0
         share = softened if check == "stiffness" else 1.0
         least, most = row["multiplier"], row["smallest moving"]
-        if check == "rate" and "ramps" in found.details:
-            least = found.stable - abs(least - found.stable)  # a line through two ramps misses to either side
-        if "ramps" in found.details:
-            # what a ramp measures at its own speed is no bracket; its value at no speed is what compares
-            most = found.moving + least - found.stable
         if np.isfinite(least):
             low += share * min(least - found.stable, 0.0)
         if np.isfinite(most):

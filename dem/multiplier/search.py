@@ -1,4 +1,4 @@
-"""Searches for the collapse multiplier: loads held one after the other, or a slow ramp read at the supports."""
+"""Search for the collapse multiplier: loads held one after the other."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from dem.model.edge_points import follow_edges
 from dem.model.holding import (
     EQUILIBRIUM,
     EVENLY,
@@ -15,16 +14,13 @@ from dem.model.holding import (
     UNDECIDED,
     LoadVerdict,
     Scale,
-    displacement_since,
     hold,
-    run,
     slid_and_moved,
 )
 from dem.model.state import State
 from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism, Status
 from limitmason.arrays import Array
 from limitmason.display.progress import reached, watched
-from limitmason.errors import NotApplicable
 from limitmason.mechanics.resultants import scaled_mechanism
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
@@ -47,9 +43,8 @@ class Controls:
     moved_limit: float  # of the smallest block dimension [-]
     equilibrium: float  # largest tolerance of unbalanced forces over every block's own load [-]
     damping: Damping
-    ramp_steps: int
     unit: float  # multiplier at which the live load equals the dead load
-    first: float  # first increment of the multiplier, or what a ramp adds in a tenth of its steps
+    first: float  # first increment of the multiplier
     progress: Callable[[float, LoadVerdict], object] | None = None
     edges: bool = True
 
@@ -244,85 +239,3 @@ def _mechanism(assembly: Assembly, loads: Loads, state: State) -> Mechanism | No
     if not twists.any():
         return None
     return scaled_mechanism(assembly, loads, twists, now.point_position, now.point_interface)
-
-
-@watched("search")
-def ramps(assembly: Assembly, loads: Loads, start: State, c: Controls, rate: float | None = None) -> Search:
-    """Ramps at falling speed.
-
-    The multiplier at no speed, when another half of the speed changes it by less than 1 %.
-
-    The largest multiplier at the supports exceeds the static one by inertia, in proportion to the speed r at the end:
-    lambda = l2 - r2 (l1 - l2) / (r1 - r2) from the last two ramps. ``moving`` is the largest one measured in the last.
-
-    Parameters
-    ----------
-    start : at rest without load
-    rate : of the first ramp, multiplier per step; None takes ten first increments in ``ramp_steps``
-    """
-    scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
-    start, verdict = settle(assembly, loads, start, scale, c)
-    record, used = [(0.0, verdict)], verdict.steps
-    if verdict.outcome != EQUILIBRIUM:
-        status = CANNOT_STAND if verdict.outcome == MOVING else NOT_CONVERGED
-        return Search(float("nan"), 0.0, status, start, None, record, used)
-    values: list[tuple[float, float]] = []
-    still: list[float] = []
-    status = NOT_CONVERGED
-    rate = 10.0 * c.first / c.ramp_steps if rate is None else rate
-    for _ in range(8):
-        state = start.copy()
-        peak, taken, moved = _one_ramp(assembly, loads, state, scale, c, rate)
-        used += taken
-        values.append((rate, peak))
-        record.append((peak, LoadVerdict(MOVING if moved else UNDECIDED, taken, (np.nan, np.nan), c.moved_limit)))
-        reached(None, f"ramp {len(values)}: {peak:.5g}")
-        if c.progress is not None:
-            c.progress(*record[-1])
-        if not moved:
-            break
-        if len(values) > 1:
-            (fast, high), (slow, low) = values[-2:]
-            still.append(low - slow * (high - low) / (fast - slow))
-        if len(still) > 1 and abs(still[-1] / still[-2] - 1.0) < 0.01:
-            status = SOLVED
-            break
-        # the first ramp finds the scale: from then on the multiplier is reached in ramp_steps, and twice as many
-        rate = peak / c.ramp_steps if len(values) == 1 and rate > peak / c.ramp_steps else 0.5 * rate
-    details = {"ramps": values, "at no speed": still}
-    if status == NOT_CONVERGED:
-        return Search(values[-1][1], np.inf, NOT_CONVERGED, state, None, record, used, details)
-    mechanism = _mechanism(assembly, loads, state)
-    return Search(float(min(still[-1], peak)), peak, SOLVED, state, mechanism, record, used, details)
-
-
-def _one_ramp(
-    assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Controls, rate: float
-) -> tuple[float, int, bool]:
-    """Largest multiplier at the supports while the live load rises by ``rate`` per step until the blocks have moved."""
-    cases = np.stack([loads.dead, loads.live])
-    moves = ~assembly.held[:, :3]
-    dead = (loads.dead[:, :3] * moves).sum(axis=0)
-    live = (loads.live[:, :3] * moves).sum(axis=0)
-    if not np.linalg.norm(live) > 1e-9 * np.abs(loads.live[:, :3]).sum():
-        raise NotApplicable("the live loads have no resultant: a ramp cannot read the multiplier at the supports")
-    shift, quat = state.bodies.shift.copy(), state.bodies.quat.copy()
-    value, taken, chunk = 0.0, 0, 50
-    window: list[float] = []
-    peak = 0.0
-    for _ in range(int(c.max_steps * 20 / chunk)):
-        factors = np.ones((chunk, 2))
-        factors[:, 1] = value + rate * np.arange(1, chunk + 1)
-        value = factors[-1, 1]
-        run(state, cases, factors, c.damping)
-        if c.edges:
-            follow_edges(assembly, state)
-        taken += chunk
-        # what the joints hand to the supports, less the dead load, along the live load
-        support = (state.bodies.contact[:, :3] * ~moves).sum(axis=0)
-        window.append(float((support - dead) @ live / (live @ live)))
-        if len(window) >= 5:
-            peak = max(peak, float(np.median(window[-5:])))
-        if displacement_since(state, shift, quat, scale) > 5.0 * c.moved_limit * scale.smallest:
-            return peak, taken, True
-    return peak, taken, False

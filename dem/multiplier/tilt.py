@@ -297,8 +297,7 @@ def _stopped(
     weight does not show in the reactions, and a wall that slides shows tan(phi) before and after.
     """
     controls = Controls(
-        tolerance, max_steps=60_000, moved_limit=0.02, equilibrium=1e-4, damping=LOADING, ramp_steps=1, unit=1.0,
-        first=0.05,
+        tolerance, max_steps=60_000, moved_limit=0.02, equilibrium=1e-4, damping=LOADING, unit=1.0, first=0.05,
     )  # fmt: skip
     guess = min(runs[-1][1], top)
     if len(runs) > 1 and runs[-2][0] > runs[-1][0]:

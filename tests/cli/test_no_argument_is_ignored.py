@@ -378,8 +378,6 @@ def test_forces_are_not_drawn_where_there_are_none_and_a_mechanism_is_where_ther
     (lambda w, p: lm.limit_analysis(w, p, "non-associative", torsion_limit=True), "torsion_limit"),
     (lambda w, p: lm.predict(w, p, "limit", contact_points=(2, 2)), "contact_points"),
     (lambda w, p: lm.predict(w, p, "dem", flow_rule="associative"), "flow_rule"),
-    (lambda w, p: lm.predict(w, p, "dem", ramp_steps=100), "ramp_steps"),
-    (lambda w, p: dem.collapse(w, p, loading="ramp", tolerance=0.01), "tolerance"),
     (lambda w, p: lm.predict(w, p, "mechanisms", flow_rule="associative"), "flow_rule"),
     (lambda w, p: lm.predict(w, p, "mechanisms", include=["toppling"]), "include"),
     (lambda w, p: lm.compare(w, p, "associative", proven=1.0), "proven"),

@@ -53,35 +53,6 @@ def test_free_wall_of_104_blocks_overturns_out_of_plane_at_thickness_over_height
     assert speed[np.argmax(wall.centroids[:, 2])] == pytest.approx(speed.max(), rel=0.05)
 
 
-def test_the_ramp_reads_the_friction_coefficient_at_the_supports():
-    b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
-    p = dem.collapse(b, lm.Loads.horizontal(b), loading="ramp", contact_points=(2, 2), ramp_steps=5000)
-    assert p.collapse_multiplier == pytest.approx(0.4, rel=1e-2)
-    assert set(p.details["error budget"]) == {"stiffness", "ks/kn", "contact points", "rate"}
-    assert p.interval == pytest.approx((0.4, 0.4), rel=1e-2)
-    slower = p.details["at no speed"]
-    assert abs(slower[-1] / slower[-2] - 1.0) < 0.01
-
-
-@pytest.mark.slow
-def test_ramps_read_the_overturning_load_at_no_speed():
-    # what a ramp measures lies above it in proportion to its speed; how many ramps there are hangs on the last digits
-    wall = running_bond(3, 6, **PAVIA_WALL)
-    p = dem.collapse(
-        wall, lm.Loads.horizontal(wall, (0, 1, 0)), loading="ramp", contact_points=(2, 4), ramp_steps=8000,
-        error_budget=("rate",),
-    )  # fmt: skip
-    exact = 0.028 / 0.24
-    speed, excess = np.transpose(p.details["ramps"]) - np.array([[0.0], [exact]])
-    assert (np.diff(excess) < 0.0).all()
-    assert excess[-1] / speed[-1] == pytest.approx(excess[-2] / speed[-2], rel=0.1)
-    assert excess[-1] > 0.02 * exact
-    assert p.collapse_multiplier == pytest.approx(exact, rel=0.01)
-    # the line through two ramps misses the value at no speed to either side
-    assert p.interval[0] <= min(exact, p.collapse_multiplier)
-    assert p.interval[1] > max(exact, p.collapse_multiplier)
-
-
 def test_every_multiplier_comes_with_its_error_budget_and_an_interval():
     b = on_slab([((0, 0, 0), (0.2, 0.3, 0.8))], mu=0.7)
     p = lm.predict(b, lm.Loads.horizontal(b), "dem", contact_points=(2, 2), tolerance=2e-3)

@@ -9,8 +9,6 @@ from walls import on_slab
 import dem
 import limitmason as lm
 
-RAMP = {"contact_points": (2, 2), "ramp_steps": 5000, "error_budget": ()}
-
 
 def block():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
@@ -19,13 +17,6 @@ def block():
 
 def same(a, b):
     return (a.collapse_multiplier, a.details["loads tried"]) == (b.collapse_multiplier, b.details["loads tried"])
-
-
-def test_a_ramp_can_be_asked_for_by_the_name_of_the_method():
-    # mu is what a ramp reads at the supports of a block that slides
-    found = lm.predict(*block(), "dem", loading="ramp", **RAMP)
-    assert found.collapse_multiplier == pytest.approx(0.4, rel=1e-2)
-    assert found.method == "dem, ramp"
 
 
 def test_settings_and_keywords_are_one_and_keywords_count_before_settings():
@@ -41,9 +32,6 @@ def test_settings_and_keywords_are_one_and_keywords_count_before_settings():
 
 
 @pytest.mark.parametrize(("wrong", "words"), [
-    ({"loading": "jerk"}, "loading must be one of 'increments', 'ramp', got 'jerk'"),
-    ({"loading": "ramp", "tolerance": 0.01}, "tolerance is for loading='increments'"),
-    ({"ramp_steps": 100}, "ramp_steps is for loading='ramp'"),
     ({"tolerance": 0.0}, "tolerance must be positive"),
     ({"error_budget": "rate"}, "such as"),
     ({"error_budget": ("rates",)}, "unknown check 'rates'"),
@@ -57,5 +45,5 @@ def test_a_wrong_setting_is_named(wrong, words):
 def test_an_unknown_setting_is_refused_by_name():
     with pytest.raises(TypeError, match="damp"):
         dem.collapse(*block(), damp=0.4)
-    with pytest.raises(TypeError, match="did you mean 'loading'"):
-        lm.predict(*block(), "dem", loadin="ramp")
+    with pytest.raises(TypeError, match="did you mean 'damping'"):
+        lm.predict(*block(), "dem", dampin=0.4)
