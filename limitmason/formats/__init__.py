@@ -14,7 +14,6 @@ from limitmason.display.notebook import shows
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import MeasuredTable, read_measured, write_measured
 from limitmason.formats.answers import read_prediction, write_prediction
-from limitmason.formats.block_model import from_block_model, solve_problem, to_block_model
 from limitmason.formats.drawing import DRAWINGS, PLANE_DRAWINGS, DrawingModel, model_of_drawing, read_drawing
 from limitmason.formats.drawn_joints import Proposal, proposal
 from limitmason.formats.dxf import read_dxf
@@ -43,7 +42,6 @@ __all__ = [
     "Solids",
     "Stones",
     "clean",
-    "from_block_model",
     "model_of_drawing",
     "proposal",
     "read",
@@ -56,8 +54,6 @@ __all__ = [
     "read_solids",
     "read_stones",
     "read_svg",
-    "solve_problem",
-    "to_block_model",
     "write",
     "write_json",
     "write_measured",

@@ -7,7 +7,6 @@ covariance-driven stochastic subspace identification.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,12 +15,12 @@ from scipy.linalg import eig, svd
 from limitmason.arrays import Array, Flags
 from limitmason.checks import choice, positive
 from limitmason.display.text_table import aligned
-from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.errors import InputError, NotConverged
 from limitmason.storage.frozen import ReadOnly
 
 Complex = NDArray[np.complex128]
 
-METHODS = ("fdd", "ssi", "pyoma")
+METHODS = ("fdd", "ssi")
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +33,7 @@ class Identified(ReadOnly):
     damping : ratio to critical [-], shape (k,); NaN where the method gives none
     shape : complex, one component per channel, the largest 1, shape (k, channels)
     spectrum : frequencies [Hz] and first singular value of the spectral matrix there, shape (2, lines)
-    method : "fdd", "ssi" or "pyoma"
+    method : "fdd" or "ssi"
     warnings : what a user should know
     """
 
@@ -73,8 +72,8 @@ def identify_modes(
     ----------
     signals : one column per channel, accelerations or displacements, shape (samples, channels)
     step : time between samples [s]
-    method : "fdd" (peaks of the first singular value of the spectra: frequencies and shapes, a first look), "ssi"
-        (covariance-driven subspace identification: damping too) or "pyoma" (the same by pyOMA-2, extra ``identify``)
+    method : "fdd" (peaks of the first singular value of the spectra: frequencies and shapes, a first look) or "ssi"
+        (covariance-driven subspace identification: damping too)
     count : most modes wanted, those of the highest peaks (fdd) or found at most orders (ssi)
     band : lowest and highest frequency [Hz]; up to 90 % of Nyquist's by default
     lines : samples per segment of the spectra; their distance 1 / (lines step) is the resolution of fdd
@@ -84,8 +83,6 @@ def identify_modes(
     ------
     InputError
         For signals that are too short, constant or not finite, and options out of range.
-    NotApplicable
-        When pyOMA-2 is wanted and not installed.
     NotConverged
         When no mode is found in the band.
 
@@ -115,8 +112,7 @@ def identify_modes(
     shown = np.array([spectrum, first])
     if method == "fdd":
         return _peaks(spectrum, first, vectors, inside, count, shown)
-    poles = _subspace(y, step, order, lags) if method == "ssi" else _pyoma(y, step, order, lags)
-    return _stable(poles, (low, high), count, shown, method)
+    return _stable(_subspace(y, step, order, lags), (low, high), count, shown, method)
 
 
 def _spectra(y: Array, step: float, lines: int) -> tuple[Array, Array, Complex]:
@@ -184,29 +180,6 @@ def _continuous(value: Complex, shape: Complex, step: float) -> Pole:
     keep = rate.imag > 1e-9
     rate, shape = rate[keep], shape[:, keep].T
     return np.abs(rate) / (2.0 * np.pi), -rate.real / np.abs(rate), shape
-
-
-def _pyoma(y: Array, step: float, order: int, lags: int) -> list[Pole]:
-    """Poles of every order by pyOMA-2."""
-    try:
-        from pyoma2.algorithms import SSI
-        from pyoma2.setup import SingleSetup
-    except ImportError as error:
-        raise NotApplicable("method 'pyoma' needs pyOMA-2: pip install 'limitmason[identify]', or use 'ssi'") from error
-    setup: Any = SingleSetup(y, fs=1.0 / step)
-    algorithm: Any = SSI(name="ssi", method="cov", br=lags, ordmax=order)
-    setup.add_algorithms(algorithm)
-    setup.run_all()
-    found = algorithm.result
-    poles = []
-    for k in range(found.Fn_poles.shape[1]):
-        f = np.asarray(found.Fn_poles[:, k], dtype=float)
-        keep = np.isfinite(f)
-        f, first = np.unique(np.round(f[keep], 12), return_index=True)  # conjugates are listed twice
-        rows = np.flatnonzero(keep)[first]
-        if len(f):
-            poles.append((f, np.asarray(found.Xi_poles[rows, k]), np.asarray(found.Phi_poles[rows, k])))
-    return poles
 
 
 def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown: Array, method: str) -> Identified:

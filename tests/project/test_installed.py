@@ -109,7 +109,7 @@ def test_every_extra_is_named_with_what_it_gives_and_used_by_code():
     for extra in extras.keys() - {"test"}:
         for requirement in extras[extra]:
             name = re.match(r"[\w-]+", requirement)[0]
-            known = {"pyOMA-2": "pyoma2"}.get(name, name.replace("-", "_"))
+            known = name.replace("-", "_")
             assert re.search(rf"\b{known}\b", code), requirement
 
 

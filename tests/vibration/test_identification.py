@@ -6,7 +6,7 @@ from scipy.linalg import eigh, expm
 
 import dem
 import limitmason as lm
-from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.errors import InputError, NotConverged
 from limitmason.vibration.identification import identify_modes
 
 DAMPING = 0.02
@@ -131,17 +131,3 @@ def test_wrong_input_is_refused(runs):
         dem.identify(history, [(1, "x")])
     with pytest.raises(InputError, match="lowest"):
         dem.white_noise(10.0, rms=1.0, highest=0.05)
-
-
-@pytest.mark.slow
-def test_pyoma_finds_the_same_or_its_extra_is_named(runs):
-    signals, frequency, _ = runs[0]
-    try:
-        import pyoma2  # noqa: F401
-    except ImportError:
-        with pytest.raises(NotApplicable, match="identify"):
-            identify_modes(signals, STEP, method="pyoma")
-        return
-    found = identify_modes(signals, STEP, method="pyoma")
-    assert found.frequency == pytest.approx(frequency, rel=0.01)
-    assert found.damping == pytest.approx(identify_modes(signals, STEP, method="ssi").damping, rel=0.1)
