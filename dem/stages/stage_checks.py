@@ -25,9 +25,10 @@ def check_base_motions(stages: Sequence[Stage]) -> list[str]:
     for number, stage in enumerate(stages):
         if not isinstance(stage, BaseMotion) or len(stage.acceleration) < 2 or stage.after is not None:
             continue
-        velocity, moves = stage.left_over()
+        left, moves = stage.left_over()
         if not moves:
             continue
+        velocity = np.linalg.norm(left)
         name = stage.name or f"stage {number} (BaseMotion)"
         if number + 1 < len(stages):
             raise InputError(
@@ -83,7 +84,7 @@ def prescribed(assembly: Assembly, stages: Sequence[Stage]) -> Array:
         if isinstance(stage, Drive):
             rows.append(stage.twists(assembly)[0])
         elif isinstance(stage, BaseMotion):
-            rows.append(np.concatenate([stage.direction, np.zeros(3)])[None])
+            rows.append(np.pad(stage.units, ((0, 0), (0, 3))))
         elif isinstance(stage, Tilt):
             rows.append(np.concatenate([np.zeros(3), stage.axis])[None])
     return np.concatenate(rows)

@@ -177,7 +177,7 @@ class StageRun:
         if isinstance(stage, BaseMotion):
             if state.mode != DYNAMIC:
                 raise InputError("BaseMotion needs mode='dynamic': scaled masses have no inertia to speak of")
-            drives.append(_of_ground(held, stage.unit))
+            drives += [_of_ground(held, d) for d in stage.units]
         elif isinstance(stage, Drive):
             travel, hold = stage.twists(rec.assembly)
             drives.append(travel / (self.duration if self.steps is None else self.steps * at.dt))
@@ -206,7 +206,7 @@ class StageRun:
             held |= stage.twists(rec.assembly)[1]
         state.bodies.held[:] = held
         if isinstance(stage, BaseMotion) and stage.after == COAST:
-            state.ground = state.ground + stage.left_over()[0] * stage.unit
+            state.ground = state.ground + stage.left_over()[0]
         if at.outcome != RunStatus.FINISHED:
             self.status = at.outcome
 
@@ -270,7 +270,7 @@ class StageRun:
         if isinstance(stage, BaseMotion):
             elapsed = state.time - at.begun
             times = np.asarray(elapsed + (np.arange(1, count + 1) - 0.5) * state.dt, dtype=np.float64)
-            speeds[:, self.own] = stage.velocity(times)
+            speeds[:, self.own :] = stage.velocity(times)
         elif isinstance(stage, Drive) and self.steps is not None:
             # new contacts may have shortened the step since the stage began
             speeds[:, self.own] = 0.0 if waits else at.dt / state.dt

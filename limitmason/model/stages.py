@@ -249,9 +249,9 @@ class BaseMotion(Stage):
 
     Parameters
     ----------
-    acceleration : samples [m/s2], shape (k,)
+    acceleration : samples [m/s2], shape (k,) along ``direction``, or (k, 3): x, y and z at once
     sample_step : time between samples [s]; linear between them
-    direction : unit vector of the motion, shape (3,)
+    direction : unit vector of the motion, shape (3,); three components have none
     after : what the ground does when the record is over and it still moves. "hold": it stops dead, a blow of its whole
         velocity on everything that stands on it. "coast": it goes on at that velocity in the stages that follow, also
         in a run continued from the history. None: a record that ends with more than a hundredth of its largest velocity
@@ -260,7 +260,7 @@ class BaseMotion(Stage):
     The displacement of the ground starts from the velocity that an earlier record left it with ("coast").
     """
 
-    acceleration: Sequence[float] = ()
+    acceleration: Sequence[float] | Sequence[Sequence[float]] = ()
     sample_step: float = 0.01
     direction: tuple[float, float, float] = (1.0, 0.0, 0.0)
     after: str | None = None
@@ -271,16 +271,20 @@ class BaseMotion(Stage):
         if isinstance(self.acceleration, str | Path):
             name = str(self.acceleration)
             raise InputError(f"BaseMotion takes numbers; a file is read by BaseMotion.from_csv({name!r})")
-        if not np.isfinite(numbers("BaseMotion: acceleration", self.acceleration)).all():
+        record = numbers("BaseMotion: acceleration", self.acceleration)
+        if not np.isfinite(record).all():
             raise InputError("BaseMotion: the record has samples that are not finite")
+        if record.ndim != 1 and record.shape[1:] != (3,):
+            raise InputError(f"BaseMotion: acceleration must have shape (k,) or (k, 3), got {record.shape}")
         positive("BaseMotion: sample_step", self.sample_step)
         if not np.linalg.norm(self.direction) > 0.0:
             raise InputError("BaseMotion: direction must not be zero")
 
     @classmethod
     def from_csv(
-        cls, path: str | Path, *, units: str = "m/s2", scale: float = 1.0, column: int = 1, **settings: Any
-    ) -> BaseMotion:
+        cls, path: str | Path, *, units: str = "m/s2", scale: float = 1.0, column: int | Sequence[int] = 1,
+        **settings: Any,
+    ) -> BaseMotion:  # fmt: skip
         """A record from a CSV file.
 
         Time stands in the first column, acceleration in another. Lines of words are headings.
@@ -289,7 +293,7 @@ class BaseMotion(Stage):
         ----------
         units : of the acceleration: "m/s2", "cm/s2", "mm/s2" or "g"; time is in seconds
         scale : factor on the whole record [-]
-        column : of the acceleration, counted from 0
+        column : of the acceleration, counted from 0; three of them hold x, y and z, (1, 2, 3)
         settings : ``direction`` and ``after``, see above
 
         Raises
@@ -300,17 +304,19 @@ class BaseMotion(Stage):
         """
         if units not in _ACCELERATIONS:
             raise InputError(f"units must be one of {', '.join(_ACCELERATIONS)}, got {units!r}")
-        rows: list[tuple[float, float]] = []
+        rows: list[list[float]] = []
+        columns = [column] if isinstance(column, int) else list(column)
         for number, line in enumerate(read_text(path).splitlines(), 1):
             cells = split([line], separator(line))
             try:
-                rows.append((float(cells[0]), float(cells[column])))
+                rows.append([float(cells[0]), *(float(cells[c]) for c in columns)])
             except (ValueError, IndexError):
                 if rows and line.strip():
                     raise InputError(f"{path}, line {number}: no time and acceleration in {line!r}") from None
         if len(rows) < 2:
             raise InputError(f"{path}: no two lines of time, acceleration (or with semicolons or tabs between)")
-        time, a = np.array(rows).T
+        table = np.array(rows)
+        time, a = table[:, 0], table[:, 1] if len(columns) == 1 else table[:, 1:]
         step = float(np.median(np.diff(time)))
         uneven = np.flatnonzero(np.abs(np.diff(time) - step) > 0.01 * abs(step))
         if len(uneven):
@@ -318,28 +324,36 @@ class BaseMotion(Stage):
         return cls(tuple((scale * _ACCELERATIONS[units] * a).tolist()), step, **settings)
 
     @property
-    def unit(self) -> Array:
-        """Direction of unit length, shape (3,)."""
+    def units(self) -> Array:
+        """Directions of unit length of the components, shape (c, 3)."""
+        if np.ndim(self.acceleration) == 2:
+            return np.eye(3)
         d = np.asarray(self.direction, dtype=float)
-        return d / np.linalg.norm(d)
+        return (d / np.linalg.norm(d))[None]
 
-    def left_over(self) -> tuple[float, bool]:
-        """Velocity at the end of the record [m/s], and whether it is noticeable.
+    def left_over(self) -> tuple[Array, bool]:
+        """Velocity at the end of the record [m/s], shape (3,), and whether it is noticeable.
 
         That is more than a hundredth of the largest.
         """
+        a = self._components
+        v = np.cumsum(0.5 * self.sample_step * (a[1:] + a[:-1]), axis=0)
+        size = np.linalg.norm(v, axis=1)
+        return v[-1] @ self.units, bool(size[-1] > AT_REST * size.max())
+
+    @property
+    def _components(self) -> Array:
+        """Samples of every component [m/s2], shape (k, c)."""
         a = np.asarray(self.acceleration, dtype=float)
-        v = np.cumsum(0.5 * self.sample_step * (a[1:] + a[:-1]))
-        return float(v[-1]), bool(abs(v[-1]) > AT_REST * np.abs(v).max())
+        return a.reshape(len(a), -1)
 
     def velocity(self, times: Array) -> Array:
-        """Ground velocity at times since the stage began [m/s].
+        """Ground velocity at times since the stage began [m/s], shape (t, c).
 
         It is the exact integral of the piecewise linear record.
         """
-        a = np.asarray(self.acceleration, dtype=float)
-        h = self.sample_step
-        nodes = np.concatenate([[0.0], np.cumsum(0.5 * h * (a[1:] + a[:-1]))])
+        a, h = self._components, self.sample_step
+        nodes = np.concatenate([np.zeros((1, a.shape[1])), np.cumsum(0.5 * h * (a[1:] + a[:-1]), axis=0)])
         k = np.clip((times / h).astype(int), 0, len(a) - 2)
-        r = np.clip(times - k * h, 0.0, h)
+        r = np.clip(times - k * h, 0.0, h)[:, None]
         return nodes[k] + a[k] * r + 0.5 * (a[k + 1] - a[k]) / h * r * r
