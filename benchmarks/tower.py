@@ -74,8 +74,9 @@ def tower(side=20, courses=113, stiffness=1.0, moved=0.0, seed=0):
         lm.Joint(float(np.degrees(np.arctan(mu))), normal_stiffness=2e9 * stiffness, shear_stiffness=1e9 * stiffness)
         for mu in (0.9, 0.5, 0.3)
     )
-    built = lm.Assembly.from_polyhedra(solids, joint=law, density=density, fixed=["ground"], names=names,
-                                       joints={"base": ground})  # fmt: skip
+    built = lm.Assembly.from_polyhedra(
+        solids, joint=law, density=density, fixed=["ground"], names=names, joints={"base": ground}
+    )
     rubble = np.array([name.startswith("core") for name in names])
     return built.with_interfaces(
         replace(i, joint=core) if i.kind != "base" and (rubble[i.block_a] or rubble[i.block_b]) else i
@@ -86,8 +87,10 @@ def tower(side=20, courses=113, stiffness=1.0, moved=0.0, seed=0):
 def result(h):
     """Energies [J] of the shaking, drift at the top and of the base [m], and blocks that fell, of a history."""
     shaken = int(np.searchsorted(h["stage"], 1.0)) - 1  # the last sample at rest
-    gain = {c: float(h[c][-1] - h[c][shaken]) for c in ("kinetic", "elastic", "friction", "fracture", "viscous",
-                                                       "damping", "applied", "support")}  # fmt: skip
+    gain = {
+        c: float(h[c][-1] - h[c][shaken])
+        for c in ("kinetic", "elastic", "friction", "fracture", "viscous", "damping", "applied", "support")
+    }
     put = {c: h[c][shaken:] - h[c][shaken] for c in gain}
     work = put["applied"] + put["support"]
     missing = work - sum(v for c, v in put.items() if c not in ("applied", "support"))
@@ -99,13 +102,18 @@ def result(h):
     base = np.linalg.norm(np.median(shift[:, low], axis=1)[:, :2], axis=1)
     lost = h.shift[-1, :, 2] - h.shift[-1, 0, 2] < -0.5 * COURSE
     return {
-        "shaken [s]": float(h["time"][-1] - h["time"][shaken]), **{f"{c} [kJ]": 1e-3 * v for c, v in gain.items()},
-        "support, absolute [kJ]": 1e-3 * flow, "missing, largest [kJ]": 1e-3 * float(np.abs(missing).max()),
-        "largest drift of the top [mm]": 1e3 * float(drift.max()), "drift left [mm]": 1e3 * float(drift[-1]),
-        "base slid [mm]": 1e3 * float(base[-1]), "blocks lost": int(lost.sum()),
-        "blocks moved by 10 mm against the base":
-            int((np.linalg.norm(shift[-1] - np.median(shift[-1, low], axis=0), axis=1) > 0.01).sum()),
-    }  # fmt: skip
+        "shaken [s]": float(h["time"][-1] - h["time"][shaken]),
+        **{f"{c} [kJ]": 1e-3 * v for c, v in gain.items()},
+        "support, absolute [kJ]": 1e-3 * flow,
+        "missing, largest [kJ]": 1e-3 * float(np.abs(missing).max()),
+        "largest drift of the top [mm]": 1e3 * float(drift.max()),
+        "drift left [mm]": 1e3 * float(drift[-1]),
+        "base slid [mm]": 1e3 * float(base[-1]),
+        "blocks lost": int(lost.sum()),
+        "blocks moved by 10 mm against the base": int(
+            (np.linalg.norm(shift[-1] - np.median(shift[-1, low], axis=0), axis=1) > 0.01).sum()
+        ),
+    }
 
 
 def stepped(h, stages, folder, begun, **how):
@@ -116,15 +124,30 @@ def stepped(h, stages, folder, begun, **how):
         wall, cpu = time.perf_counter() - begun[0], time.process_time() - begun[1]
         steps = row["step"] - first
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-        line = {"time": row["time"], "step": row["step"], "stage": row["stage"], "elapsed": round(wall, 1),
-                "cpu": round(cpu, 1), "cpu/step": cpu / max(steps, 1), "MB": round(peak)}  # fmt: skip
+        line = {
+            "time": row["time"],
+            "step": row["step"],
+            "stage": row["stage"],
+            "elapsed": round(wall, 1),
+            "cpu": round(cpu, 1),
+            "cpu/step": cpu / max(steps, 1),
+            "MB": round(peak),
+        }
         with (Path(folder) / "log.jsonl").open("a") as log:
             log.write(json.dumps(line) + "\n")
 
     if h is not None:
         return dem.resume(h, stages, progress=told, checkpoint_every=5)
-    return dem.simulate(how.pop("assembly"), stages, mode="dynamic", sample=SAMPLE, progress=told, checkpoint_every=5,
-                        store=dem.Store(folder, joints=False), **how)  # fmt: skip
+    return dem.simulate(
+        how.pop("assembly"),
+        stages,
+        mode="dynamic",
+        sample=SAMPLE,
+        progress=told,
+        checkpoint_every=5,
+        store=dem.Store(folder, joints=False),
+        **how,
+    )
 
 
 def main():
@@ -152,8 +175,11 @@ def main():
     else:
         state = dem.make_state(model, lm.Loads.weight(model), mode="dynamic", contact_points=points)
         made = time.process_time()
-        print(f"{model.n_blocks} blocks, {len(model.interfaces)} joints, {len(state.points.s)} points: assembly "
-              f"{built - begun[1]:.1f} s, state {made - built:.1f} s, step {state.dt:.3e} s", flush=True)  # fmt: skip
+        print(
+            f"{model.n_blocks} blocks, {len(model.interfaces)} joints, {len(state.points.s)} points: assembly "
+            f"{built - begun[1]:.1f} s, state {made - built:.1f} s, step {state.dt:.3e} s",
+            flush=True,
+        )
         how = {"assembly": model, "contact_points": points, "dt": x.step * state.dt}
         how |= {"detect_every": None} if x.no_search else {}
         del state
@@ -161,8 +187,10 @@ def main():
         begun = time.perf_counter(), time.process_time()
         Path(x.store).mkdir(parents=True, exist_ok=True)
         h = stepped(h, stages, x.store, begun, **how)
-        print(f"{time.perf_counter() - begun[0]:.0f} s elapsed, {time.process_time() - begun[1]:.0f} s of processor "
-              f"time in this process")  # fmt: skip
+        print(
+            f"{time.perf_counter() - begun[0]:.0f} s elapsed, {time.process_time() - begun[1]:.0f} s of processor "
+            f"time in this process"
+        )
     print(f"{h.status} after {h['step'][-1]:.0f} steps")
     for name, value in result(h).items():
         print(f"| {name} | {value:.4g} |")

@@ -19,10 +19,6 @@ class Run(Protocol):
         """Whether there is nothing left to do."""
 
     @property
-    def pause(self) -> bool:
-        """Whether a stage of it is over, which is no place to take it up from."""
-
-    @property
     def status(self) -> RunStatus:
         """How what is done has ended."""
 
@@ -82,7 +78,7 @@ def go(
                 sampled, stop = run.advance(), False
                 if sampled is not None:
                     reached(*run.where)
-                    if checkpoint is not None and not run.pause and run.samples % checkpoint_every == 0:
+                    if checkpoint is not None and not run.over and run.samples % checkpoint_every == 0:
                         run.save(checkpoint)
                     stop = progress is not None and bool(progress(sampled))
                 if stop or interrupt.asked:

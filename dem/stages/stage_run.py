@@ -83,10 +83,9 @@ class StageRun:
             raise
 
     def _advance(self) -> Mapping[str, Any] | None:
-        if self.pause:
-            self._open(self.at.stage + 1, None)
-            if self.pause:
-                return None
+        self._leave()
+        if self.over:
+            return None
         rec, state, at = self.rec, self.rec.state, self.at
         count, waits = self._chunk()
         number = self._sample_number()
@@ -125,8 +124,14 @@ class StageRun:
 
     def save(self, file: str | Path, status: RunStatus = RunStatus.INTERRUPTED) -> None:
         """Write a file from which the run goes on to the same bits, or that says how it has ended."""
+        self._leave()  # a stage that is over is no place to go on from: the begin of the next is
         self.rec.status = self.status
         self.rec.history(status).save(file)
+
+    def _leave(self) -> None:
+        """Open the next stage with a length where one is over."""
+        while self.pause and not self.over:
+            self._open(self.at.stage + 1, None)
 
     def _open(self, number: int, at: Position | None) -> None:
         """Begin a stage, or go on in it.

@@ -63,8 +63,6 @@ class ZonedRun:
         """Whether the path is done."""
         return self.samples == len(self.rates)
 
-    pause = over
-
     @property
     def where(self) -> tuple[float, str]:
         """Part of the path that is done, and the displacement."""

@@ -279,6 +279,8 @@ class BaseMotion(Stage):
         positive("BaseMotion: sample_step", self.sample_step)
         if not np.linalg.norm(self.direction) > 0.0:
             raise InputError("BaseMotion: direction must not be zero")
+        if record.ndim == 2 and tuple(self.direction) != BaseMotion.direction:
+            raise InputError("BaseMotion: three components along x, y and z take no direction; leave it out")
 
     @classmethod
     def from_csv(

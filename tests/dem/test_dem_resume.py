@@ -45,6 +45,31 @@ def test_an_interrupted_run_saved_and_taken_up_gives_the_bits_of_the_whole_one(t
     assert_same(dem.resume(again, stages()), whole)
 
 
+class Killed(Exception):
+    """Stands for a kill: nothing is written after it."""
+
+
+@pytest.mark.parametrize("stage", [0, 1, 2, 3])
+def test_a_run_killed_after_the_last_sample_of_a_stage_goes_on_from_there_to_the_same_bits(tmp_path, stage):
+    wall, loads = wall_and_loads()
+    whole = dem.simulate(wall, stages(), loads=loads, sample=190)
+    count = int((whole["stage"] <= stage).sum())
+    assert whole["stage"][count - 1] == stage < whole["stage"][count]
+
+    def kill(sample):
+        if sample["step"] == whole["step"][count - 1]:
+            raise Killed
+
+    path = tmp_path / "cut.npz"
+    with pytest.raises(Killed):
+        dem.simulate(
+            wall, stages(), loads=loads, sample=190, progress=kill, checkpoint=path, checkpoint_every=count
+        )  # fmt: skip
+    cut = dem.History.load(path, wall)
+    assert len(cut["step"]) == count
+    assert_same(dem.resume(cut, stages()), whole)
+
+
 def falling():
     """A block that topples on a floor: contacts are found and cut anew on the way."""
     solids = [box((-3, -3, -0.1), (3, 3, 0.0)), box((0, 0, 0), (0.2, 0.3, 0.8))]

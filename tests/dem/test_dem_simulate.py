@@ -117,6 +117,32 @@ def test_base_motion_above_the_friction_limit_makes_the_block_slide():
     assert block == pytest.approx(0.5 * 0.2 * GRAVITY * 0.1**2, rel=0.03)
 
 
+def test_three_components_move_the_ground_and_slide_the_block_along_each():
+    # along y the ground outruns friction, t^2 / 2 of .5 g against .2 g; up and down it goes by the record's integral
+    b = on_slab([((0, 0, 0), (0.3, 0.3, 0.1))], joint=lm.Joint.from_friction_coefficient(0.2, normal_stiffness=1e9))
+    settle = dem.Hold(duration=0.05, damping=dem.Damping(0.8))
+
+    def moved(record, **words):
+        stages = [settle, dem.BaseMotion(record, 0.01, after="hold", **words)]
+        h = dem.simulate(b, stages, mode="dynamic", joint_options=UNDAMPED)
+        return h.shift[-1] - h.shift[np.searchsorted(h["stage"], 1.0) - 1], h
+
+    flat = np.zeros(11)
+    (ground, block), _ = moved(np.column_stack([flat, flat + 0.5 * GRAVITY, flat]))
+    assert ground == pytest.approx([0.0, 0.25 * GRAVITY * 0.1**2, 0.0], rel=1e-6, abs=1e-12)
+    assert block[1] == pytest.approx(0.5 * 0.2 * GRAVITY * 0.1**2, rel=0.03)
+    assert abs(block[0]) < 1e-6
+    up = np.linspace(0.0, 2.0, 11)  # its second integral is 2 t^3 / (6 T)
+    (ground, block), _ = moved(np.column_stack([flat, flat, up]))
+    assert ground == pytest.approx([0.0, 0.0, 2.0 * 0.1**2 / 6.0], rel=1e-3, abs=1e-12)
+    assert block[2] == pytest.approx(ground[2], abs=1e-5)
+    # two components at rest add nothing
+    push = 0.5 * GRAVITY * np.sin(np.arange(11))
+    one, three = moved(push)[1], moved(np.column_stack([push, flat, flat]))[1]
+    for name in ("shift", "quaternion", "reaction", "opening"):
+        assert np.array_equal(getattr(one, name), getattr(three, name)), name
+
+
 def test_quarter_period_of_free_rocking_approaches_housner_as_the_joint_stiffens():
     # Housner 1963: T/4 = arccosh(1 / (1 - theta0 / alpha)) / p, p^2 = 3 g / (4 R)
     b, height, r = 0.2, 0.8, np.hypot(0.1, 0.4)

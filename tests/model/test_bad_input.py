@@ -313,6 +313,14 @@ def test_a_ground_motion_is_read_in_its_units(tmp_path):
     given = lm.dem.BaseMotion.from_csv(path, units="g", scale=2.0, column=2, direction=(0.0, 1.0, 0.0))
     assert np.allclose(given.acceleration, [9.81, -9.81, 0.0])
     assert (given.sample_step, given.direction) == (0.02, (0.0, 1.0, 0.0))
+    three = lm.dem.BaseMotion.from_csv(path, column=(2, 1, 1))
+    assert np.allclose(three.acceleration, [(0.5, 0.0, 0.0), (-0.5, 0.1, 0.1), (0.0, 0.2, 0.2)])
+    for words, message in (
+        ({"column": (1, 2)}, r"shape \(k,\) or \(k, 3\), got \(3, 2\)"),
+        ({"column": (1, 2, 2), "direction": (0.0, 1.0, 0.0)}, "three components along x, y and z take no direction"),
+    ):
+        with pytest.raises(InputError, match=message):
+            lm.dem.BaseMotion.from_csv(path, **words)
     path.write_text("t;a\n0,00;0,5\n0,02;-0,5\n", encoding="utf-8")  # a spreadsheet whose decimal sign is the comma
     assert np.allclose(lm.dem.BaseMotion.from_csv(path).acceleration, [0.5, -0.5])
     for text, message in (
