@@ -179,8 +179,8 @@ class Trials:
         """Squared distance of values from the baseline, inputs refitted."""
         return float(distances(self.design.whiten(values), self.design.null)[0])
 
-    def judged(self, values, rng):
-        """Verdict on values after noise and an error of the measured friction."""
+    def judged(self, values, rng, causes=None):
+        """Verdict on values after noise and an error of the measured friction; causes of the list, None for all."""
         noise = rng.standard_normal(self.study.n)
         if self.together:
             where = zip(self.study.rows.of, self.study.rows.quantities, strict=True)
@@ -189,7 +189,7 @@ class Trials:
             noise = np.sqrt(0.5) * (noise + rng.standard_normal(each.max() + 1)[each])
         moved = self.design.null.slopes @ rng.standard_normal(self.design.inputs)
         shaken = values * np.exp(self.drawn * noise + self.study.scale * moved)
-        return self.study.with_measured(shaken).diagnose(seed=int(rng.integers(1 << 31)), draws=DRAWS)
+        return self.study.with_measured(shaken).diagnose(causes, seed=int(rng.integers(1 << 31)), draws=DRAWS)
 
 
 class PeaksAlone(Trials):
