@@ -37,7 +37,7 @@ the gap to the printed forces. Limit analysis lets every point of a bed joint ca
 It lets cracks keep their strength.
 
 **Better than the formulas?** Not shown: the interval of the difference, campaigns drawn anew, contains zero.
-[Two more laws](history/measured-walls.md) were tried and not taken. The formulas gain more from them than the blocks do.
+[Two more laws](history/measured-walls.md) were tried and not taken. The formulas gain more from them than blocks do.
 
 ### Which walls carry the scatter
 

@@ -70,6 +70,7 @@ COPIED = {
     "measured_walls_diagnosis.md": "docs/measured-walls-diagnosis.md",
     "pavia.md": "docs/pavia.md",
     "history_capacity.md": "docs/history/capacity.md",
+    "history_measured_walls.md": "docs/history/measured-walls.md",
     "history_u_walls.md": "docs/history/u-walls.md",
     "history_stochastic.md": "docs/history/stochastic.md",
     "blind_trials.md": "validation/blind/report.md",

@@ -155,9 +155,10 @@ def verdict(lines: Sequence[dict[str, str]], number: int = 4) -> str:
     words = []
     for s, k in met:
         near = ", ".join(f"{name} {ours:.1f} ({text:.1f})" for name, (ours, text, _) in far[s, k].items())
-        words.append(f"{s} with {k:g} c kept: {near} %, mean {1e-3 * own[s, k].mean:.2f} ({level:.2f}) kN")
+        mean = f"mean {1e-3 * own[s, k].mean:.2f} ({level:.2f}) kN"
+        words.append(f"- {s[0].upper()}{s[1:]} with {k:g} c kept: {near} %, {mean}.")
     many = "One pair meets" if len(met) == 1 else f"{len(met)} pairs meet"
-    return f"**{many} both printed spreads and the shift, of {len(pairs)} that were run.** {'; '.join(words)}."
+    return f"**{many} both printed spreads and the shift, of {len(pairs)} that were run.**\n\n" + "\n".join(words)
 
 
 def breaks(lines: Sequence[dict[str, str]]) -> list[list[str]]:
