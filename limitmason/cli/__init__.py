@@ -32,10 +32,12 @@ examples:
   limitmason solve ferris-tin-loi-2001/wall-3 --figure wall-3.png
   limitmason template wall.json                        a small wall to edit
   limitmason check wall.json --figure check.png        contacts, near misses, implausible input
-  limitmason check facade.dxf                          and what makes drawn stones meet: --gap, --mortar, --layers
+  limitmason template facade.svg                       the same wall as a drawing in mm with open mortar
+  limitmason check facade.svg --scale 0.001            and what makes drawn stones meet: --gap, --mortar, --layers
   limitmason stability wall.json --figure stands.png   can it stand, and how well
-  limitmason axles arch.json --axle 0 5e4 --axle 1.8 5e4 --level 3.4 --figure axles.png
-  limitmason region wall.json --live --push block-3 0 0 -1e4 --figure region.png
+  limitmason template arch.json --arch                 the arch of a bridge
+  limitmason axles arch.json --axle 0 5e4 --axle 1.8 5e4 --level 2.2 --figure axles.png
+  limitmason region wall.json --live --push stone-6-2 0 0 -1e4 --figure region.png
   limitmason assess wall.json --site 0.15 2.45 0.28 --soil B --to 0.5
   limitmason solve wall.json --flow-rule non-associative --output answer.json
   limitmason compare wall.json --figure theories.png   every theory side by side

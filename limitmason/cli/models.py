@@ -60,8 +60,9 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     drawing_options(view)
     view.set_defaults(run=_view)
 
-    template = commands.add_parser("template", help="write a small model file to edit")
-    template.add_argument("file", type=Path)
+    template = commands.add_parser("template", help="write a small model file, or a drawing, to edit")
+    template.add_argument("file", type=Path, help="a model (.json), or a drawing in millimetres (.svg)")
+    template.add_argument("--arch", action="store_true", help="the arch of a bridge instead of a wall")
     template.set_defaults(run=_template)
 
 
@@ -145,6 +146,12 @@ def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | Non
 def _template(options: argparse.Namespace) -> int:
     from limitmason import formats
 
-    formats.write_model_template(options.file)
-    say(f"wrote {options.file}: a small wall; edit its outlines, joint and loads, then `limitmason solve`")
+    formats.write_model_template(options.file, of="arch" if options.arch else "wall")
+    if options.file.suffix.lower() == ".svg":
+        say(f"wrote {options.file}: a small wall drawn in mm; `limitmason check {options.file} --scale 0.001` reads it")
+    else:
+        what = "the arch of a bridge; `limitmason stability` and `axles` read it" if options.arch else (
+            "a small wall; edit its outlines, joint and loads, then `limitmason solve`"
+        )
+        say(f"wrote {options.file}: {what}")
     return 0

@@ -26,6 +26,7 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 from limitmason.storage.csv_table import Tabular
+from limitmason.storage.files import named_path
 from limitmason.study.content import fingerprint
 from limitmason.study.memo import Memo
 
@@ -225,7 +226,7 @@ def compare(
     if proven is not None and not any(get_method(m).theorem == "admissible" for m in methods):
         raise InputError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")
     test = measured_range(measured)
-    memo = None if store is None else Memo(Path(store) / ANSWERS, kind=dict)
+    memo = None if store is None else Memo(named_path(store) / ANSWERS, kind=dict)
     say = progress or (lambda _: None)
     keys: list[list[str]] = []
     for method in methods:

@@ -28,6 +28,7 @@ from limitmason.formats.template import write_model_template
 from limitmason.formats.tracing import Cleaned, clean
 from limitmason.formats.vtu import write_solid, write_vtu
 from limitmason.model import Assembly, Loads
+from limitmason.storage.files import named_path
 
 __all__ = [
     "DRAWINGS",
@@ -88,7 +89,7 @@ def read(path: str | Path, **options: Any) -> Model | Solids | Outlines:
     InputError
         For an unknown suffix, and as the readers do.
     """
-    suffix = Path(path).suffix.lower()
+    suffix = named_path(path).suffix.lower()
     if suffix not in _READERS:
         raise InputError(f"{path}: cannot read {suffix or 'a file without suffix'}; known: {', '.join(_READERS)}")
     return _READERS[suffix](path, **options)

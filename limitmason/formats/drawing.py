@@ -18,6 +18,7 @@ from limitmason.formats.outlines import Outlines
 from limitmason.formats.svg import read_svg
 from limitmason.formats.tracing import Cleaned, clean
 from limitmason.model import Assembly, Joint, Loads, Support
+from limitmason.storage.files import named_path
 
 PLANE_DRAWINGS = (".dxf", ".svg")
 """Drawings of outlines x, z."""
@@ -85,7 +86,7 @@ def read_drawing(
         For another kind of file, for a thickness, gap, mortar or layers of solids, and as the readers do.
     """
     law = Joint(30.0) if joint is None else joint
-    return _read(Path(path), law, thickness, density, scale, tolerance, gap, mortar, layers)[0]
+    return _read(named_path(path), law, thickness, density, scale, tolerance, gap, mortar, layers)[0]
 
 
 def model_of_drawing(
@@ -119,7 +120,7 @@ def model_of_drawing(
     InputError
         As :func:`read_drawing`, for outlines without thickness, and for a direction or a block that there is not.
     """
-    path = Path(path)
+    path = named_path(path)
     if path.suffix.lower() in PLANE_DRAWINGS and thickness is None:
         raise InputError(f"{path} holds outlines: give the thickness of the wall [m]")
     choice("tilt", tilt, DIRECTIONS)

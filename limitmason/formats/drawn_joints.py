@@ -15,6 +15,7 @@ from limitmason.formats.drawing import OPENINGS, PLANE_DRAWINGS, outlines_of, re
 from limitmason.formats.outlines import Outlines
 from limitmason.formats.tracing import need_shapely
 from limitmason.model import Assembly, ContactError
+from limitmason.storage.files import named_path
 
 EVEN = 0.3
 """Joints of one thickness: most of them differ from the median by less than this share."""
@@ -55,7 +56,7 @@ def proposal(path: str | Path, **given: Any) -> Proposal | None:
     """
     if not isinstance(path, str | Path):
         raise InputError(f"path must be the name of a drawing, got {path!r}")
-    path = Path(path)
+    path = named_path(path)
     if path.suffix.lower() not in PLANE_DRAWINGS:
         return None
     with warnings.catch_warnings():

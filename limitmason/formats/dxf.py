@@ -18,6 +18,7 @@ from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.formats.outlines import DrawnOutlines, Outlines, named_layers
 from limitmason.model.plausibility import PlausibilityWarning
+from limitmason.storage.files import named_path
 
 # $INSUNITS: code -> (name, metres)
 _UNITS = {
@@ -90,7 +91,7 @@ def read_dxf(
     except ImportError:
         raise ImportError("reading DXF needs ezdxf: pip install 'limitmason[dxf]' (or pip install ezdxf)") from None
     try:
-        drawing = readfile(path)
+        drawing = readfile(named_path(path))
     except DXFError as error:
         raise InputError(f"{path}: not a DXF drawing that can be read: {error}") from None
     except OSError as error:

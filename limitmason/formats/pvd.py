@@ -17,7 +17,7 @@ from limitmason.formats import vtu
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.motion import RigidMotion
 from limitmason.model import Assembly
-from limitmason.storage.files import write_text
+from limitmason.storage.files import named_path, write_text
 
 
 def write_pvd(
@@ -69,7 +69,7 @@ def write_pvd(
         times = history["step"] if times is None else times
     u, q, t = _checked(assembly, shift, quaternion, times)
     opening = None if history is None else getattr(history, "opening", None)
-    target = Path(path)
+    target = named_path(path)
     grid, cells, _ = vtu._blocks(assembly, None, None)
     counts = [len(part.vertices) for block in assembly.blocks for part in block.parts]
     owner = np.repeat(cells["block"], counts)

@@ -14,6 +14,7 @@ from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.formats.outlines import DrawnOutlines, Outlines, named_layers
 from limitmason.formats.svg_paths import Line, matrix_of, numbers_of, shape_lines, viewport
+from limitmason.storage.files import named_path
 
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
@@ -102,7 +103,7 @@ def read_svg(
 
 def _root(path: str | Path) -> ElementTree.Element:
     try:
-        root = ElementTree.parse(path).getroot()
+        root = ElementTree.parse(named_path(path)).getroot()
     except ElementTree.ParseError as error:
         raise InputError(f"{path}: not an SVG drawing that can be read: {error}") from None
     if _kind(root) != "svg":

@@ -1,11 +1,17 @@
-"""A small model file to start from."""
+"""A small model file, or a drawing, to start from."""
 
 import json
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
+from limitmason.build.arch import arch
+from limitmason.checks import choice
 from limitmason.errors import InputError
-from limitmason.storage.files import write_text
+from limitmason.formats.native import write_json
+from limitmason.model.joint import Joint
+from limitmason.model.load import Loads
+from limitmason.storage.files import named_path, write_text
 
 _MODEL = """\
 {
@@ -26,28 +32,56 @@ OUTLINES
 """
 
 
-def write_model_template(path: str | Path) -> None:
-    """Write a wall of six courses as a model file, to be edited by hand.
+_OPEN = 0.012  # mortar of the drawing [m]
 
-    Running bond, one line per block.
+
+def write_model_template(path: str | Path, *, of: str = "wall") -> None:
+    """Write a small structure as a file, to be edited by hand.
 
     Parameters
     ----------
-    path : of the file, which must not be there yet
+    path : of the file, which must not be there yet. An .svg is a drawing of the wall in millimetres whose mortar is
+        left open; every other file is a model
+    of : "wall", six courses in running bond with one line per block, or "arch", of a bridge of 5 m
 
     Raises
     ------
     InputError
-        Where the file exists: it may be somebody's work.
+        Where the file exists: it may be somebody's work. For an unknown structure, and an arch as a drawing.
     """
-    path = Path(path)
+    path = named_path(path)
+    drawn = path.suffix.lower() == ".svg"
+    choice("of", of, ("wall", "arch"))
     if path.exists():
         raise InputError(f"{path} exists already; choose another name")
+    if of == "arch":
+        if drawn:
+            raise InputError(f"{path}: the arch is a model, no drawing: give a name that ends in .json")
+        joint = Joint(friction_angle_deg=35.0)
+        bridge = arch(thickness=0.45, width=1.0, voussoirs=15, span=5.0, rise=1.5, joint=joint)
+        write_json(path, bridge, Loads.weight(bridge))
+        return
     stones = {"ground": [[-0.2, -0.2], [1.4, -0.2], [1.4, 0.0], [-0.2, 0.0]]}
     for course, ends in enumerate([[0, 0.4, 0.8, 1.2], [0, 0.2, 0.6, 1.0, 1.2]] * 3):
         low, high = round(0.2 * course, 3), round(0.2 * (course + 1), 3)
         for k, (left, right) in enumerate(pairwise(ends), 1):
             stones[f"stone-{course + 1}-{k}"] = [[left, low], [right, low], [right, high], [left, high]]
+    if drawn:
+        write_text(path, _drawing(stones))
+        return
     rows = [[f"  {json.dumps(outline)}" for outline in stones.values()], [f'  "{name}"' for name in stones]]
     outlines, names = (",\n".join(r) for r in rows)
     write_text(path, _MODEL.replace("OUTLINES", outlines).replace("NAMES", names))
+
+
+def _drawing(stones: Mapping[str, Sequence[Sequence[float]]]) -> str:
+    """Rectangles in millimetres, half the mortar off every side, the ground on a layer of its own."""
+    layers: dict[str, list[str]] = {"ground": [], "stones": []}
+    for name, corners in stones.items():
+        (left, low), (right, high) = corners[0], corners[2]
+        x, y, w, h = (1e3 * v for v in (left + _OPEN / 2, _OPEN / 2 - high, right - left - _OPEN, high - low - _OPEN))
+        rectangle = f'  <rect x="{x:g}" y="{y:g}" width="{w:g}" height="{h:g}"/>'
+        layers["ground" if name == "ground" else "stones"].append(rectangle)
+    groups = "\n".join(f' <g id="{name}">\n' + "\n".join(rows) + "\n </g>" for name, rows in layers.items())
+    box = 'viewBox="-250 -1250 1700 1500" fill="none" stroke="black"'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" {box}>\n{groups}\n</svg>\n'

@@ -18,7 +18,7 @@ from limitmason.continuum.mesh import CORNERS
 from limitmason.errors import InputError
 from limitmason.mechanics.motion import checked_twists, finite_motion, joint_rates, velocity
 from limitmason.model import Assembly
-from limitmason.storage.files import utf8, write_text
+from limitmason.storage.files import named_path, utf8, write_text
 
 Array = NDArray
 
@@ -72,7 +72,7 @@ def write_vtu(
     [m2], ``N`` [N], ``V`` [N] as a vector on block b, ``opening`` and ``sliding`` (largest rates at the corners).
     """
     choice("encoding", encoding, ENCODINGS)
-    target = Path(path)
+    target = named_path(path)
     still = prediction is None or prediction.mechanism is None
     twists = None if prediction is None or still else checked_twists(assembly, prediction)
     written = [target]
@@ -114,7 +114,7 @@ def write_solid(
             raise InputError(f"field {name!r} must be finite with one row per brick ({len(mesh)}), got shape {v.shape}")
         cells[name] = v
     points = {} if displacement is None else {"displacement": np.asarray(displacement, dtype=float)[used]}
-    target = Path(path)
+    target = named_path(path)
     _write(target, grid, cells, points, encoding, [])
     return target
 

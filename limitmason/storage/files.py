@@ -26,6 +26,13 @@ LONGEST_INTEGER = 300
 """Digits of an integer in a JSON file; longer ones are no floating-point number."""
 
 
+def named_path(path: object) -> Path:
+    """A path; what is none is refused by name."""
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"path must be the name of a file, got {path!r}")
+    return Path(path)
+
+
 @contextmanager
 def written_whole(path: str | Path, mode: str = "w", *, newline: str | None = None) -> Iterator[IO[Any]]:
     """A file that takes the place of ``path`` when all of it is written.
@@ -42,11 +49,11 @@ def written_whole(path: str | Path, mode: str = "w", *, newline: str | None = No
     Raises
     ------
     InputError
-        For text that is no Unicode, such as half of a surrogate pair in a name.
+        For text that is no Unicode, such as half of a surrogate pair in a name, and a path that is none.
     OSError
         Naming ``path``, for a full disk or a folder that may not be written.
     """
-    path = Path(os.path.realpath(path))
+    path = Path(os.path.realpath(named_path(path)))
     if path.exists() and not path.is_file() and not path.is_dir():  # a pipe or a terminal has no file beside it
         with path.open(mode, encoding=None if "b" in mode else "utf-8") as file:
             yield file
@@ -121,7 +128,7 @@ def read_text(path: str | Path) -> str:
     InputError
         For bytes that are no UTF-8, by the name of the file and their place.
     """
-    data = Path(path).read_bytes()
+    data = named_path(path).read_bytes()
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -188,7 +195,7 @@ def read_archive(path: str | Path) -> dict[str, NDArray[Any]]:
     InputError
         For a file that is cut off, damaged, or no archive.
     """
-    if not Path(path).is_file():
+    if not named_path(path).is_file():
         raise InputError(f"there is no file {path}")
     try:
         with np.load(path, allow_pickle=False) as file:

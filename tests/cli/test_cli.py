@@ -2,6 +2,8 @@
 
 import csv
 import json
+import re
+import shlex
 import subprocess
 import sys
 
@@ -24,6 +26,54 @@ def test_help_reads_like_a_manual():
     ).stdout
     for word in ("experiments", "solve", "figure", "template", "units", "exit status", "examples"):
         assert word in out
+
+
+LONG = ("experiments run", "compare", "pushover", "predict", "app")  # minutes, or for ever: their words are parsed
+
+
+@pytest.mark.slow
+def test_every_example_of_the_help_runs_as_printed(tmp_path, monkeypatch, capsys):
+    # in their order, in an empty folder: what one reads another has written
+    pytest.importorskip("shapely")
+    pytest.importorskip("svg.path")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(models.webbrowser, "open", lambda address: True)
+    printed = re.findall(r"^  limitmason (.*?)(?: {2,}.*)?$", cli._EPILOG, re.MULTILINE)
+    assert len(printed) > 20
+    for line in printed:
+        words = shlex.split(line)
+        if line.startswith(LONG):
+            assert hasattr(cli._parser().parse_args(words), "run"), line
+            continue
+        status, _, err = run(*words, capsys=capsys)
+        assert status == (1 if "facade.svg" in line and words[0] == "check" else 0), f"{line}\n{err}"
+
+
+def test_the_drawn_template_is_the_wall_of_the_model_once_its_mortar_is_named(tmp_path, capsys):
+    pytest.importorskip("shapely")
+    pytest.importorskip("svg.path")
+    import limitmason as lm
+
+    for name in ("wall.json", "wall.svg"):
+        run("template", tmp_path / name, capsys=capsys)
+    _, out, _ = run("check", tmp_path / "wall.svg", "--scale", "0.001", capsys=capsys)
+    proposed = re.search(r"try `limitmason (.*?)`", out)
+    assert proposed
+    status, _, _ = run(*shlex.split(proposed[1]), capsys=capsys)
+    assert status == 0
+    model = lm.formats.read_json(tmp_path / "wall.json").assembly
+    drawn = lm.formats.read_drawing(
+        tmp_path / "wall.svg", scale=0.001, mortar=0.012, thickness=0.3, density=2000.0, joint=lm.Joint(33.0)
+    )
+    assert drawn.n_blocks == model.n_blocks
+    assert len(drawn.interfaces) == len(model.interfaces)
+
+
+def test_an_arch_is_a_model_and_no_drawing(tmp_path, capsys):
+    status, _, err = run("template", tmp_path / "arch.svg", "--arch", capsys=capsys)
+    assert status == 2
+    assert ".json" in err
+    assert not (tmp_path / "arch.svg").exists()
 
 
 def test_version_is_printed():

@@ -14,6 +14,8 @@ W = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=J)
 L = lm.Loads.horizontal(W)
 NAN = float("nan")
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+PATH = "path must be the name of a file, got (None|3|5)$"
+SITE = lm.codes.GroundSpectrum(0.15, 2.45, 0.28)
 UNIT = {"unit": (0.4, 0.2, 0.2), "joint": J}
 
 
@@ -69,6 +71,15 @@ WRONG = {
     "curve of text": (lambda _: lm.Curve("a", "b"), "displacement must be numbers, got 'a'"),
     "path behind": (lambda _: lm.formats.write(W, "a.json"), r"write\(path, assembly\)"),
     "shapes missing": (lambda _: lm.mac(lm.modes(W), None), "b must be Modes"),
+    "no file, report": (lambda _: lm.figures.assessment_report(lm.assess(W, L, SITE), None), PATH),
+    "no file, drawing": (lambda _: lm.formats.read_drawing(None), PATH),
+    "no file, svg": (lambda _: lm.formats.read_svg(None, scale=1.0), PATH),
+    "no file, read": (lambda _: lm.formats.read(3), PATH),
+    "no file, model": (lambda _: lm.formats.write_json(None, W), PATH),
+    "no file, template": (lambda _: lm.formats.write_model_template(None), PATH),
+    "no file, table": (lambda a: lm.force_table(a, W).to_csv(None), PATH),
+    "no file, scene": (lambda a: lm.view(W, a).save(None), PATH),
+    "no folder": (lambda _: lm.compare(W, L, ("associative",), store=5), PATH),
     "settlement of nothing": (lambda _: lm.settlement_analysis(W, None), "support"),
 }  # fmt: skip
 
