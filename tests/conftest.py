@@ -5,6 +5,7 @@ import random
 import runpy
 import sys
 import types
+from collections import Counter
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -39,6 +40,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Put the lanes in force before any test module imports the package, here and in processes that tests start."""
+    if getattr(config.option, "dist", "no") == "load":
+        # a file is one worker's, which makes its module fixtures once; the longest files first, see below
+        config.option.dist, config.option.loadscopereorder = "loadfile", False
     lanes = Path(__file__).with_name("lanes")
     if config.getoption("strict_math"):
         os.environ["LIMITMASON_STRICT_MATH"] = "1"
@@ -60,6 +64,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         name = f"{file}::{item.name}"
         if name in slow:
             item.add_marker(pytest.mark.slow)
+    long = Counter(item.path for item in items if item.get_closest_marker("slow"))
+    items.sort(key=lambda item: -long[item.path])
     if config.getoption("jitter"):
         for item in items:
             if item.get_closest_marker("exact"):
