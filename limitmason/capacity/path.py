@@ -246,7 +246,9 @@ class _Path:
         before, largest = self.nodes[-2], self._largest()
         fell = self.toward * (before.multiplier - a.last.multiplier)
         rose = self.toward * (a.new.multiplier - a.last.multiplier)
-        near = largest - self.toward * a.last.multiplier > 0.25 * _DROP * largest
+        # as low as it comes if it goes on to fall as it fell
+        on = fell * abs((a.new.control - a.last.control) / (a.last.control - before.control))
+        near = largest - self.toward * a.last.multiplier + on > _DROP * largest
         if not near or min(fell, rose) <= LEVEL * largest or a.last.jump or a.last.broken is not None:
             return StepOutcome.ACCEPTED
         if max(fell, rose) <= self.steps.peak * largest or self.rounds >= _ROUNDS:

@@ -191,6 +191,35 @@ def test_a_block_drawn_along_a_face_keeps_its_friction_where_sides_stay_in_line(
     assert curve.load[slides] == pytest.approx(weight + friction * pressed, rel=1e-4)
 
 
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+@pytest.mark.parametrize(("angle", "options"), [
+    (20.0, {}), (45.0, {}), (200.0, {}), pytest.param(340.0, {"grid": (5, 5)}, marks=pytest.mark.slow),
+])  # fmt: skip
+def test_a_block_with_a_bevelled_edge_slides_along_a_face_at_mu_p_whichever_way(angle, options, order):
+    """The bevel looks at the face too: where sides cross there is one point, its normal that of the faces that lie."""
+    friction, pressed = 0.4, 3e3
+    joint = lm.Joint.from_friction_coefficient(friction, normal_stiffness=1e10, shear_stiffness=1e10)
+    bevelled = box((0.0, -0.2, 0.1), (0.3, 0.0, 0.35))
+    far_below = (bevelled.vertices[:, 2] < 0.2) & (bevelled.vertices[:, 1] < -0.1)
+    lower = bevelled.vertices - 0.18 * np.outer(far_below, (0.0, 0.0, 1.0))
+    solids = [box((0.0, 0.0, 0.0), (0.3, 0.2, 0.4)), bevelled._replace(vertices=lower)]
+    names = [("held", "drawn")[i] for i in order]
+    wall = lm.Assembly.from_polyhedra(
+        [solids[i] for i in order], joint=joint, density=2000.0, fixed=["held"], names=names
+    )
+    k = wall.block_index("drawn")
+    dead, live = np.zeros((2, 6)), np.zeros((2, 6))
+    arm = np.array([0.15, 0.0, 0.225]) - wall.centroids[k]
+    dead[k, 1], live[k, 0], live[k, 2] = pressed, math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    for load in (dead, live):
+        load[k, 3:] = np.cross(arm, load[k, :3])
+    curve = lm.pushover(wall, lm.Loads(dead, live), to=0.02, **options)
+    assert curve.status == "reached"
+    slides = curve.displacement > 1e-5
+    assert slides.sum() > 5
+    assert curve.load[slides] == pytest.approx(friction * pressed, rel=1e-4)
+
+
 def test_blocks_that_meet_at_another_corner_bear_their_bond_once():
     """Both corners of a joint's open end may lie over the other face; the static theorem bounds what it bears."""
     outlines = [

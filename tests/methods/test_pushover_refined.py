@@ -7,6 +7,8 @@ from referee.engines import ENGINES
 import limitmason as lm
 from limitmason.capacity import Steps
 from limitmason.geometry import box
+from limitmason.mechanics.contact_points import contact_points
+from limitmason.mechanics.plane import find_plane
 
 MU = 0.4
 
@@ -21,11 +23,32 @@ def finer(times):
 # falls of 0.2 % behind the first limit point were leapt over by steps that ended 2.3 and 15 % higher; points that let
 # go at once ended on a branch 1.4 % higher, with a crushing toe on one 2.5 % higher
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "case"), [(1, 13), (1, 40), (31, 23), (31, 214)])
+@pytest.mark.parametrize(("seed", "case"), [(1, 13), (1, 40), (31, 23), (31, 214), (51, 15)])
 def test_steps_of_all_kinds_that_are_finer_find_the_same_largest_load(seed, case):
     wall, loads = ENGINES["pushover"].model(seed, case).build()
     usual, fine = (lm.pushover(wall, loads, steps=s) for s in (None, finer(4)))
     assert usual.peak.load == pytest.approx(fine.peak.load, rel=2e-3)
+
+
+@pytest.mark.parametrize(("fall", "passed"), [(1.8e-3, False), (2.4e-3, True)])
+def test_a_rocking_block_that_comes_to_a_stop_has_passed_its_limit_point_if_it_fell_by_02_per_cent(fall, passed):
+    """Turned by theta it bears tan(alpha - theta), and meets the top of a stop at height s by s tan(theta)."""
+    width, high, stop, last, stiffness = 0.2, 1.0, 0.8, 0.5, 1e10
+    theta = np.arctan(width / high) - np.arctan(width / high * (1.0 - fall))
+    outlines = [
+        [(-0.5, -0.2), (last + 0.5, -0.2), (last + 0.5, 0.0), (-0.5, 0.0)],
+        [(0.0, 0.0), (width, 0.0), (width, high), (0.0, high)],
+        [(width, 0.0), (last, 0.0), (last, stop), (width, stop)],
+    ]
+    joint = lm.Joint.from_friction_coefficient(1.5, normal_stiffness=stiffness, shear_stiffness=stiffness)
+    wall = lm.Assembly.from_polygons(outlines, thickness=0.2, joint=joint, fixed=[0, 2])
+    loads = lm.Loads.horizontal(wall, (1.0, 0.0, 0.0))
+    points = contact_points(wall, plane=find_plane(wall, loads), elastic=True)
+    gaps = np.where(np.abs(points.directions[:, 0, 0]) > 0.9, stop * np.tan(theta), 0.0)
+    curve = lm.pushover(wall, loads, gaps=gaps)
+    assert curve.status == "limit point passed"
+    assert curve.first_limit_point.load == pytest.approx(width / high, rel=5e-4)
+    assert (curve.peak.load < 1.01 * width / high) == passed
 
 
 def told(curve):

@@ -191,6 +191,34 @@ def known(shapes: Shapes, c: PathContacts, near: Near) -> Flags:
     return np.isin(shapes.code(near.corner, near.face), np.concatenate([present, shapes.strangers]))
 
 
+def looking(shapes: Shapes, pose: Pose, near: Near) -> Array:
+    """Cosine between the normals of both faces of a contact, -1 where they lie on each other; rounding left out."""
+    crosses = is_crossing(shapes, near)
+    p, q = _sides(shapes, np.where(crosses, near.corner, 0))
+    one = shapes.corner_face[np.where(crosses, p, near.corner)]
+    two = np.where(crosses, shapes.corner_face[np.where(crosses, q, 0)], near.face)
+    one, two = (turned(pose, shapes.face_block[f], shapes.normal[f]) for f in (one, two))
+    return np.round(np.einsum("ij,ij->i", one, two), 6)
+
+
+def edges_of(shapes: Shapes, c: PathContacts | Near) -> Index:
+    """One number for the edges of two blocks that cross, whichever faces meet there; negative for corners."""
+    crosses = is_crossing(shapes, c)
+    if not crosses.any():
+        return np.full(len(crosses), -1, np.intp)
+    p, q = _sides(shapes, np.where(crosses, c.corner, 0))
+    return np.where(crosses, shapes.edge[p] * len(shapes.edge) + shapes.edge[q], -1)
+
+
+def _edges(shapes: Shapes) -> Index:
+    """Number of every side's edge: two faces that meet there have one each, in opposite senses."""
+    x, near = shapes.corner_place, 1e-2 * shapes.step
+    ends = np.round((x + x[following(shapes)]) / near)
+    # the middle tells edges of a convex part from each other
+    rows = np.column_stack([shapes.owner, ends]).astype(np.int64)
+    return np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
+
+
 def is_crossing(shapes: Shapes, c: PathContacts | Near) -> Flags:
     """Which points are places where sides cross."""
     return np.asarray(c.corner >= len(shapes.corner_face))
@@ -232,12 +260,13 @@ def with_crossings(shapes: Shapes, c: PathContacts) -> tuple[Shapes, PathContact
 
     What crosses there without being a point, or belongs to no joint, is no contact later either.
     """
+    shapes = shapes._replace(edge=_edges(shapes))
     rest = at_rest(shapes.assembly.n_blocks)
     found = crossings(shapes, rest, 1e-2 * shapes.step)
     near = as_near(shapes, found, rest, rest)
     corner, face, over = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
     named = np.zeros(len(near.corner), bool)
-    for row in range(len(near.corner)):
+    for row in np.argsort(looking(shapes, rest, near), kind="stable"):
         a, b = int(shapes.face_block[near.face[row]]), int(near.owner[row])
         same = ((c.block_a == a) & (c.block_b == b)) | ((c.block_a == b) & (c.block_b == a))
         at = np.flatnonzero(same & (np.abs(c.place_b - near.place[row]).max(axis=1) < 1e-2 * shapes.near))

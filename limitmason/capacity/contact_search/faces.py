@@ -45,6 +45,7 @@ class Shapes(NamedTuple):
     strangers : codes corner * f + face of what lies together in the reference pose without a joint
     firm : ranks of the blocks, see :func:`limitmason.capacity.contacts.firmness`, shape (n,)
     inset : how far the ends of faces are pulled in from the corners of the blocks, in plane [m]
+    edge : number of the edge of its block that the side from every corner to the next is, in space, shape (q,)
     """
 
     assembly: Assembly
@@ -63,6 +64,7 @@ class Shapes(NamedTuple):
     strangers: NDArray[np.int64]
     firm: Index
     inset: float = 0.0
+    edge: Index = np.empty(0, np.intp)
 
     @property
     def owner(self) -> Index:

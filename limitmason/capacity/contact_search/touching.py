@@ -16,7 +16,15 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array, Flags, Index
-from limitmason.capacity.contact_search.crossing import candidate_contacts, gap_at, is_crossing, known, off
+from limitmason.capacity.contact_search.crossing import (
+    candidate_contacts,
+    edges_of,
+    gap_at,
+    is_crossing,
+    known,
+    looking,
+    off,
+)
 from limitmason.capacity.contact_search.faces import Near, Shapes, beside
 from limitmason.capacity.contacts import NEW, NO_CORNER, PathContacts
 from limitmason.capacity.kinematics import Pose
@@ -80,7 +88,7 @@ class Before(NamedTuple):
         reach = shapes.step * np.where(crosses, _MOVING, _HEIR)
         near_by = np.linalg.norm(self.now[:, None] - self.places(near), axis=2) < reach[:, None] + np.abs(near.gap)
         same = self.pair[:, None] == _pairs(shapes, near)
-        again = (self.c.corner[:, None] == near.corner) & crosses[:, None]
+        again = (edges_of(shapes, self.c)[:, None] == edges_of(shapes, near)) & crosses[:, None]
         return np.asarray((near_by & same) | again)
 
     def succeeded(self, near: Near) -> Flags:
@@ -112,9 +120,9 @@ def found_anew(
     succeeds = np.isin(_pairs(shapes, near), shapes.pair(c.block_a, c.block_b)[gone])
     fresh = ~known(shapes, c, near) & (succeeds | (near.inside > shapes.step))
     if space:
-        # whichever block carries it, a crossing is one point, which is made again where it has moved
-        crosses = is_crossing(shapes, near)
-        fresh &= ~(crosses & np.isin(near.corner, c.corner[~gone]))
+        # whichever block carries it, on whichever faces, a crossing is one point, made again where it has moved
+        crosses, mine, theirs = is_crossing(shapes, near), edges_of(shapes, c), edges_of(shapes, near)
+        fresh &= ~(crosses & np.isin(theirs, mine[~gone]))
         fresh |= crosses & np.isin(near.corner, c.corner[gone & is_crossing(shapes, c)])
     old = Before(shapes, c, pose, history, force, shapes.placed(pose, c.block_b, c.place_b), gone)
     near = near.at(fresh)
@@ -140,7 +148,7 @@ def found_anew(
     made: list[NewPoint] = []
     # in plane what has left has one heir, of the same two blocks before others
     later = ~old.close(near)[gone].any(axis=0)
-    for row in np.lexsort((near.gap, near.face, later)):
+    for row in np.lexsort((near.face, near.gap, looking(shapes, pose, near), later)):
         new = _made(old, near, int(row), made, None if shares is None else shares[row])
         made += [] if new is None else [new]
     if not (gone.any() or made):
@@ -201,7 +209,8 @@ def landed(shapes: Shapes, c: PathContacts, before: Pose, now: Pose, travel: flo
     """
     near = candidate_contacts(shapes, now, before, 2.0 * travel, inside=shapes.step, space=c.components == 3)
     gap = gap_at(shapes, near, before)
-    present = known(shapes, c, near) | (is_crossing(shapes, near) & np.isin(near.corner, c.corner))
+    again = is_crossing(shapes, near) & np.isin(edges_of(shapes, near), edges_of(shapes, c))
+    present = known(shapes, c, near) | again
     late = ~present & (gap > 0.0) & (near.gap < -shapes.step)
     return gap[late], near.gap[late]
 
@@ -212,11 +221,14 @@ def _pairs(shapes: Shapes, near: Near) -> Index:
 
 
 def _single(old: Before, near: Near) -> Index:
-    """Rows of corners and crossings at which no point of the same two blocks stays and no other row lies."""
+    """Rows of corners and crossings at which no point of the same two blocks stays and no other row lies.
+
+    Where faces meet at an edge the same place is a contact on either: the one on faces that look at each other most.
+    """
     rows: list[int] = []
     pair, now, close = _pairs(old.shapes, near), old.places(near), 0.5 * old.shapes.step
-    last = near.corner.max(initial=0) + 1
-    for k in np.argsort(np.where(near.corner == NO_CORNER, last, near.corner), kind="stable"):  # corners first
+    kind = np.where(near.corner == NO_CORNER, 2, is_crossing(old.shapes, near))  # corners first
+    for k in np.lexsort((near.corner, looking(old.shapes, old.pose, near), kind)):
         here = (old.pair == pair[k]) & ~old.gone & (np.linalg.norm(old.now - now[k], axis=1) < close)
         if not here.any() and all(pair[r] != pair[k] or np.linalg.norm(now[r] - now[k]) > close for r in rows):
             rows.append(int(k))
@@ -228,7 +240,7 @@ def _shares(old: Before, near: Near) -> Array:
 
     A crossing that is made again takes all of itself.
     """
-    again = (near.corner[:, None] == old.c.corner) & is_crossing(old.shapes, old.c)
+    again = (edges_of(old.shapes, near)[:, None] == edges_of(old.shapes, old.c)) & is_crossing(old.shapes, old.c)
     apart = np.linalg.norm(old.now - old.places(near)[:, None], axis=2)
     weight = np.where(old.close(near).T, 1.0 / (apart + 0.1 * old.shapes.step), 0.0)
     weight = np.where(again.any(axis=0), again, weight) * old.gone
