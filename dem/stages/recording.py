@@ -298,18 +298,21 @@ class Recorder:
             self._beyond()
         elif not self.watch.searching and pivots_on_wrong_face(self.assembly, state, now):
             self._detect()
-        self.samples.add(
-            rows=[row[c] for c in COLUMNS],
-            # what the support adds so that the held degrees of freedom follow their prescribed motion
-            reaction=np.where(state.bodies.held, -state.bodies.net, 0.0)[self.blocks],
-            shift=state.bodies.shift[self.recorded], quaternion=state.bodies.quat[self.recorded],
-            **(marks._asdict() if self.store is None or self.store.joints else dict.fromkeys(JointMarks._fields, ())),
-            tie_force=pulls(state.ties, state.bodies),
-        )  # fmt: skip
         worked = abs(row["applied"] - self.begun["applied"]) + abs(row["support"] - self.begun["support"])
         size = max(self.begun["kinetic"] + self.begun["elastic"] + worked, 1e-300)
         created = sum((row[c] - self.begun[c]) * (-1.0 if c in ("applied", "support") else 1.0) for c in self.begun)
-        if row["kinetic"] > 10.0 * size and created > 10.0 * size:
+        explodes = row["kinetic"] > 10.0 * size and created > 10.0 * size
+        keeps_joints = self.store is None or self.store.joints
+        if not explodes or not len(self.samples):  # of an explosion nothing is kept behind what was there before
+            self.samples.add(
+                rows=[row[c] for c in COLUMNS],
+                # what the support adds so that the held degrees of freedom follow their prescribed motion
+                reaction=np.where(state.bodies.held, -state.bodies.net, 0.0)[self.blocks],
+                shift=state.bodies.shift[self.recorded], quaternion=state.bodies.quat[self.recorded],
+                **(marks._asdict() if keeps_joints else dict.fromkeys(JointMarks._fields, ())),
+                tie_force=pulls(state.ties, state.bodies),
+            )  # fmt: skip
+        if explodes:
             raise UnstableError(
                 f"energy explodes at step {row['step']:.0f}: kinetic {row['kinetic']:.3g} J against {size:.3g} J that "
                 "the run began with or was given by the loads; the time step is too long for the stiffness of the "

@@ -181,7 +181,7 @@ def _stated(options: argparse.Namespace) -> dict[str, Any]:
     """What the options say of the data and the model, as ``Study.from_table`` takes it."""
     own = bool(options.model) and ":" in options.model
     series = series_of(options.model) if options.model and not own else None
-    has_model = series is not None and any(c.has_model for c in cases_of(series))
+    has_model = series is not None and any(c.buildable for c in cases_of(series))
     _refuse_unused(options, own=own, has_model=has_model)
     model = load_object(options.model, "--model") if own else options.model
     if own and not callable(model):

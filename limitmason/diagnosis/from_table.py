@@ -153,7 +153,7 @@ class TableStudy:
     @cached_property
     def inside(self) -> str | None:
         """The series, where its walls can be built."""
-        return self.series if self.series is not None and any(c.has_model for c in cases_of(self.series)) else None
+        return self.series if self.series is not None and any(c.buildable for c in cases_of(self.series)) else None
 
     @cached_property
     def data(self) -> MeasuredTable:

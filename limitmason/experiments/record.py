@@ -170,6 +170,11 @@ class Experiment:
         return not self.no_model
 
     @property
+    def buildable(self) -> bool:
+        """Whether an assembly can be built, of what the sources say or of what was inferred from them."""
+        return self.recipe.assembly is not None and (self.has_model or bool(self.inferred))
+
+    @property
     def units(self) -> Mapping[str, str]:
         """Unit of every parameter and value."""
         tables = (self.parameters, self.measured, self.published, self.recomputed)
@@ -203,7 +208,7 @@ class Experiment:
 
     @cached_property
     def _assembly(self) -> Assembly:
-        if (self.no_model and not self.inferred) or self.recipe.assembly is None:
+        if not self.buildable:
             raise InputError(f"{self.name} has no assembly: {self.no_model}")
         return self.recipe.assembly(self)
 

@@ -1,6 +1,7 @@
 """Stages of loading, histories, interruption, large displacement and bad states of the DEM."""
 
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -262,6 +263,14 @@ def test_a_time_step_above_the_stable_one_is_refused_and_an_explosion_is_caught(
     with pytest.raises(dem.UnstableError) as caught:
         dem.simulate(a, dem.Hold(steps=20_000), start=state, mode="dynamic")
     assert caught.value.history is not None
+    # slower, so that there are samples before: that of the explosion is not kept behind them
+    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic")
+    state.dt *= 2.5
+    with pytest.raises(dem.UnstableError, match="energy explodes") as caught:
+        dem.simulate(a, dem.Hold(steps=4000), start=state, mode="dynamic", sample=2)
+    kinetic = caught.value.history["kinetic"]
+    assert len(kinetic) > 5
+    assert float(re.search(r"kinetic ([\d.e+]+) J", str(caught.value))[1]) > 2.0 * kinetic.max()
 
 
 def test_not_finite_states_name_the_block():

@@ -1,10 +1,11 @@
 """The panels with an opening: inferred outlines, elastic fingerprints, what the tables print, figures and the page."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from brick_panels import bricks, onset, page, runs
+from brick_panels import bricks, onset, page, residual, runs
 from scipy.sparse.linalg import splu
 
 import dem
@@ -440,3 +441,26 @@ def test_simple_bricks_are_within_three_per_cent_of_elastic_ones():
         )  # fmt: skip
         found[blocks] = abs(curve.displacement[1]) / curve.load[1]
     assert 0.97 < found[SIMPLY_DEFORMABLE] / found["ritz"] < 1.0
+
+
+def test_a_section_of_the_page_is_written_anew_and_the_others_stay():
+    text = "# T\n\nfirst\n\n## one\n\n1\n\n## two\n\n2\n"
+    added = page.with_section(text, ["## new", "", "3", ""])
+    assert added == "# T\n\nfirst\n\n## one\n\n1\n\n## new\n\n3\n\n## two\n\n2\n"
+    assert page.with_section(added, ["## new", "", "4", ""]) == added.replace("3", "4")
+
+
+def test_the_page_has_the_section_of_the_set_as_printed():
+    text = "\n".join(residual.section(page.log_slopes, read_table(NAME, "udec_runs.csv").rows))
+    shown = (Path(page.__file__).parents[2] / "docs" / "papers" / "panels.md").read_text(encoding="utf-8")
+    assert text.strip() in shown
+
+
+def test_panels_of_an_inferred_outline_can_be_diagnosed():
+    study = lm.diagnosis.Study.from_table(model=NAME, noise=0.1)
+    assert [s["specimen"] for s in study.specimens] == ["S1", "S2", "S3", "S4", "L1"]
+    assert any("inferred" in note for note in study.about.notes)
+    # joints that are perfectly plastic hold more than brittle ones, and a longer opening less
+    ours = [study.simulate(study.specimens[k]) for k in (0, 4)]
+    assert ours[0] > study.measured[0]
+    assert ours[1] < ours[0]

@@ -14,7 +14,7 @@ from limitmason.display.text_table import markdown
 from limitmason.experiments.brick_panels_opening.layout import BASIS, OUTLINES
 from limitmason.experiments.tables import read_table
 
-from . import bricks, deformability, onset
+from . import bricks, deformability, onset, residual
 from .runs import NAME, STEPS, Answer, Runs
 
 Array = NDArray[np.float64]
@@ -50,9 +50,22 @@ def page(*, store: str | Path | None = None, progress: Callable[[str], None] | N
         f"Joint law: {_without_values(first.law)}. The sentence of the paper (opening or slip) and full plasticity "
         "stand beside it below. A peak is the largest load up to 1.3 mm.", "",
         *_strengths(runs), *onset.section(runs), *deformability.section(runs), *_stiffness(runs), *bricks.section(runs),
-        *_panels(runs), *_why(runs),
+        *_panels(runs), *residual.section(log_slopes, read_table(NAME, "udec_runs.csv").rows), *_why(runs),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"
+
+
+def with_section(text: str, lines: Sequence[str]) -> str:
+    """A page with one of its sections in the place of the one of the same heading, or before its last."""
+    parts = ("\n" + text).split("\n## ")
+    new = "\n".join(lines).removeprefix("## ").rstrip("\n") + "\n"
+    heading = new.partition("\n")[0]
+    at = next((k for k, p in enumerate(parts) if p.partition("\n")[0] == heading), None)
+    if at is None:
+        parts.insert(len(parts) - 1, new)
+    else:
+        parts[at] = new
+    return "\n## ".join(parts)[1:]
 
 
 def _without_values(law: str) -> str:
@@ -66,7 +79,7 @@ def _regressors(rows: Sequence[Mapping[str, str]]) -> tuple[Array, NDArray[np.bo
     return np.column_stack([np.ones(len(x)), np.log(x)])[keep], keep
 
 
-def _log_slopes(rows: Sequence[Mapping[str, str]], load: Array) -> tuple[Array, Array]:
+def log_slopes(rows: Sequence[Mapping[str, str]], load: Array) -> tuple[Array, Array]:
     """Exponents of tan(phi), c and ft in a power law of the loads, by least squares without the run left out.
 
     Returns
@@ -155,7 +168,7 @@ def _strengths(runs: Runs) -> list[str]:
             for o in OUTLINES[1:]
         },
     }  # fmt: skip
-    slopes = {name: _log_slopes(rows, f) for name, f in loads.items()}
+    slopes = {name: log_slopes(rows, f) for name, f in loads.items()}
     keep = np.array([r["suspect"] != "1" for r in rows])
     ranks = np.array([np.argsort(np.argsort(v[keep])) for v in (printed, ours)], dtype=float)
     rank = float(np.corrcoef(ranks)[0, 1])
