@@ -197,8 +197,8 @@ def looking(shapes: Shapes, pose: Pose, near: Near) -> Array:
     p, q = _sides(shapes, np.where(crosses, near.corner, 0))
     one = shapes.corner_face[np.where(crosses, p, near.corner)]
     two = np.where(crosses, shapes.corner_face[np.where(crosses, q, 0)], near.face)
-    one, two = (turned(pose, shapes.face_block[f], shapes.normal[f]) for f in (one, two))
-    return np.round(np.einsum("ij,ij->i", one, two), 6)
+    m, n = (turned(pose, shapes.face_block[f], shapes.normal[f]) for f in (one, two))
+    return np.round(np.einsum("ij,ij->i", m, n), 6)
 
 
 def edges_of(shapes: Shapes, c: PathContacts | Near) -> Index:
