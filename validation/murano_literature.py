@@ -73,18 +73,9 @@ def _value(table: TextTable, row: Mapping[str, str], column: str) -> Quantity | 
 
 
 def summary(masonry: str) -> dict[str, Summary]:
-    """Every property of dry or mortared joints.
+    """Every property of dry or mortared joints, with arguments as :func:`joints`.
 
     A stiffness of zero is no stiffness and is left out.
-
-    Parameters
-    ----------
-    masonry : "dry" or "mortar"
-
-    Raises
-    ------
-    InputError
-        For other masonry.
     """
     rows = joints(masonry)
     printed = read_table(NAME, "joint_averages.csv").row(masonry, "masonry")

@@ -65,15 +65,15 @@ def _crossing_forces(points: Points, joints: Joints, bodies: RigidBodies, dt: fl
 
 @kernel(inline="always")
 def add_wrench(
-    contact: Array, a: int, b: int, axes: Axes, out: Numbers, ra: Numbers, rb: Numbers
+    contact: Array, a: int, b: int, axes: Axes, force: Numbers, moment: Numbers, ra: Numbers, rb: Numbers
 ) -> None:
-    """Add the force and moment of a joint, ``out`` in its axes, to block b and their opposites to block a."""
-    f0 = axes[0][0] * out[0] + axes[1][0] * out[1] + axes[2][0] * out[2]
-    f1 = axes[0][1] * out[0] + axes[1][1] * out[1] + axes[2][1] * out[2]
-    f2 = axes[0][2] * out[0] + axes[1][2] * out[1] + axes[2][2] * out[2]
-    m0 = axes[0][0] * out[3] + axes[1][0] * out[4] + axes[2][0] * out[5]
-    m1 = axes[0][1] * out[3] + axes[1][1] * out[4] + axes[2][1] * out[5]
-    m2 = axes[0][2] * out[3] + axes[1][2] * out[4] + axes[2][2] * out[5]
+    """Add the force and moment of a joint, in its axes, to block b and their opposites to block a."""
+    f0 = axes[0][0] * force[0] + axes[1][0] * force[1] + axes[2][0] * force[2]
+    f1 = axes[0][1] * force[0] + axes[1][1] * force[1] + axes[2][1] * force[2]
+    f2 = axes[0][2] * force[0] + axes[1][2] * force[1] + axes[2][2] * force[2]
+    m0 = axes[0][0] * moment[0] + axes[1][0] * moment[1] + axes[2][0] * moment[2]
+    m1 = axes[0][1] * moment[0] + axes[1][1] * moment[1] + axes[2][1] * moment[2]
+    m2 = axes[0][2] * moment[0] + axes[1][2] * moment[1] + axes[2][2] * moment[2]
     contact[a, 0] -= f0
     contact[a, 1] -= f1
     contact[a, 2] -= f2
@@ -109,13 +109,14 @@ def _joint_forces(
         a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
         axes, d, g, ra, rb = kinematics(j, joints, bodies)
         if modes is None:
-            out = joint_sums(j, points, joints, bodies, axes, d, g, third_axis(g), (ra, rb), None, dt, None)
+            sums = joint_sums(j, points, joints, bodies, axes, d, g, third_axis(g), (ra, rb), None, dt, None)
         else:
-            out = strained_sums(j, points, joints, bodies, modes, space, axes, d, g, ra, rb, dt)
-        friction += out[6]
-        viscous += out[7] * dt
-        fracture += out[8]
-        add_wrench(contact, a, b, axes, out, ra, rb)
+            sums = strained_sums(j, points, joints, bodies, modes, space, axes, d, g, ra, rb, dt)
+        f1, f2, f3, m1, m2, m3, rubbed, braked, broken = sums
+        friction += rubbed
+        viscous += braked * dt
+        fracture += broken
+        add_wrench(contact, a, b, axes, (f1, f2, f3), (m1, m2, m3), ra, rb)
     total[E_FRICTION] += friction
     total[E_VISCOUS] += viscous
     total[E_FRACTURE] += fracture

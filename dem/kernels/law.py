@@ -168,10 +168,11 @@ def _released(
     """
     pull = max(-n0, 0.0)
     mu, c, ft, reach = old
+    left_mu, left_c, left_ft, left_reach = new
     bears = c + mu * tension(n0, ft, reach)
-    drop = min(trial, max(bears, 0.0)) - max(new[1] + new[0] * spring, 0.0)
+    drop = min(trial, max(bears, 0.0)) - max(left_c + left_mu * spring, 0.0)
     drop = max(drop, 0.0) if grows else 0.0
-    return stored(pull, ft, reach, kn) - stored(pull, new[2], new[3], kn) + 0.5 * drop * drop * (1.0 / ks)
+    return stored(pull, ft, reach, kn) - stored(pull, left_ft, left_reach, kn) + 0.5 * drop * drop * (1.0 / ks)
 
 
 @kernel(forceinline=True)

@@ -81,6 +81,97 @@ def _adapted(viscosity: float, adaptive: float, kinetic: float, before: float, d
     return min(max(viscosity * change, 1e-6 / dt), 1.0 / dt)
 
 
+@kernel(inline="always")
+def _loads_on(acting: Acting, step: int, i: int, force: Array) -> None:
+    """Load on block i in a step, written to ``force`` (6,)."""
+    for k in range(6):
+        force[k] = 0.0
+    for c in range(acting.cases.shape[0]):
+        x = acting.factors[step, c]
+        if x != 0.0:
+            for k in range(6):
+                force[k] += x * acting.cases[c, i, k]
+
+
+@kernel(inline="always")
+def _driven(acting: Acting, step: int, i: int, k: int) -> float:
+    """Prescribed velocity of a held degree of freedom."""
+    v = 0.0
+    for q in range(acting.drives.shape[0]):
+        v += acting.speeds[step, q] * acting.drives[q, i, k]
+    return v
+
+
+@kernel(inline="always")
+def _is_turned(acting: Acting, step: int, i: int) -> bool:
+    """Whether a drive turns block i."""
+    turns = False
+    for q in range(acting.drives.shape[0]):
+        for k in range(3, 6):
+            turns = turns or (acting.speeds[step, q] != 0.0 and acting.drives[q, i, k] != 0.0)
+    return turns
+
+
+@kernel(inline="always")
+def _middle_spin(bodies: RigidBodies, i: int, half_step: float, half: Array, trot: Array, out: Array) -> None:
+    """Spin at the middle of a step, of second order: with the axes that block i has there, found in two rounds."""
+    _turned(bodies.quat[i], out, half_step, half)
+    rotation_of(half, trot)
+    _spin_of(trot, bodies.inv_inertia[i], bodies.ang[i], out)
+    _turned(bodies.quat[i], out, half_step, half)
+    rotation_of(half, trot)
+    _spin_of(trot, bodies.inv_inertia[i], bodies.ang[i], out)
+
+
+@kernel(inline="always")
+def _accelerate(
+    bodies: RigidBodies, i: int, past: Array, acting: Acting, step: int, at: BlockStep, local: float,
+    drifts: bool | None, damping: float,
+) -> tuple[float, bool]:  # fmt: skip
+    """Velocity and angular momentum of block i half a step on; damping with what this one takes, and whether it moves.
+
+    Parameters
+    ----------
+    past : net force and moment of the step before, shape (6,)
+    damping : work of the damping so far [J]
+    """
+    vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
+    dt, kick, viscosity, keep, lag = at
+    moving = False
+    for k in range(3):
+        if held[i, k]:
+            vel[i, k] = _driven(acting, step, i, k)
+            moving = moving or vel[i, k] != 0.0
+        else:
+            f = net[i, k]
+            v = float(vel[i, k])
+            brake = brake_of(local, drifts, f, past[k], v)
+            vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * kick) * lag
+            damping += brake * 0.5 * (v + vel[i, k]) * dt
+            damping += viscosity * bodies.mass[i] * (0.5 * (v + vel[i, k])) ** 2 * dt
+        if held[i, 3 + k]:
+            ang[i, k] = 0.0
+        else:
+            f = net[i, 3 + k]
+            w = float(spin[i, k])
+            brake = brake_of(local, drifts, f, past[3 + k], w)
+            ang[i, k] = (ang[i, k] * keep + (f - brake) * kick) * lag
+            damping += brake * w * dt
+    return damping, moving
+
+
+@kernel(inline="always")
+def _stop(bodies: RigidBodies) -> None:
+    """Take all free velocities away."""
+    for i in range(bodies.mass.size):
+        for k in range(3):
+            if not bodies.held[i, k]:
+                bodies.vel[i, k] = 0.0
+            if not bodies.held[i, 3 + k]:
+                bodies.spin[i, k] = 0.0
+                bodies.ang[i, k] = 0.0
+
+
 @kernel(counted=True)
 def advance(
     points: Points, joints: Joints, bodies: RigidBodies, total: Array, acting: Acting, scheme: Scheme,
@@ -102,17 +193,16 @@ def advance(
 
     Notes
     -----
-    Long on purpose. It makes arrays and so counts who holds one: handed to a function per block, that takes three times
-    as long, and what is compiled by itself sums in another order.
+    Its parts are compiled into it. It makes arrays and so counts who holds one: handed to a function per block, that
+    takes three times as long, and what is compiled by itself sums in another order.
     """
     n = bodies.mass.size
-    cases, factors, drives, speeds = acting
     dt, true_inertia, local, adaptive, kinetic_stop = scheme
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
     force, old, half, trot, new = np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
     past = np.empty(6)
     crossings = (joints.law[:, LAW.cross] != 0.0).any()
-    for step in range(factors.shape[0]):
+    for step in range(acting.factors.shape[0]):
         _joint_forces(points, joints, bodies, dt, total, modes, space)
         if crossings:
             _crossing_forces(points, joints, bodies, dt, total)
@@ -123,69 +213,28 @@ def advance(
         # a stop is at a whole step: only half a step leads from there to the first velocity. A whole one starts a mode
         # of frequency w from an amplitude 1 / cos(w dt / 2) too large, which grows from stop to stop in the fast modes
         kick = 0.5 * dt if kinetic_stop and total[E_STEPS] == total[E_STOP] + 1.0 else dt
-        lag = 1.0 / (1.0 + 0.5 * viscosity * dt)
-        keep = 1.0 - 0.5 * viscosity * dt
+        at = BlockStep(dt, kick, viscosity, 1.0 - 0.5 * viscosity * dt, 1.0 / (1.0 + 0.5 * viscosity * dt))
         for i in range(n):
             still = True
             for k in range(6):
-                force[k] = 0.0
                 old[k] = vel[i, k] if k < 3 else spin[i, k - 3]
                 still = still and held[i, k]
-            for c in range(cases.shape[0]):
-                x = factors[step, c]
-                if x != 0.0:
-                    for k in range(6):
-                        force[k] += x * cases[c, i, k]
+            _loads_on(acting, step, i, force)
             for k in range(6):
                 if drifts is not None:
                     past[k] = net[i, k]
                 net[i, k] = force[k] + bodies.contact[i, k]
-            moving = not still
-            for k in range(3):
-                if held[i, k]:
-                    v = 0.0
-                    for q in range(drives.shape[0]):
-                        v += speeds[step, q] * drives[q, i, k]
-                    moving = moving or v != 0.0
-                    vel[i, k] = v
-                else:
-                    f = net[i, k]
-                    v = float(vel[i, k])
-                    brake = brake_of(local, drifts, f, past[k], v)
-                    vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * kick) * lag
-                    damping += brake * 0.5 * (v + vel[i, k]) * dt
-                    damping += viscosity * bodies.mass[i] * (0.5 * (v + vel[i, k])) ** 2 * dt
-                if held[i, 3 + k]:
-                    ang[i, k] = 0.0
-                else:
-                    f = net[i, 3 + k]
-                    w = float(spin[i, k])
-                    brake = brake_of(local, drifts, f, past[3 + k], w)
-                    ang[i, k] = (ang[i, k] * keep + (f - brake) * kick) * lag
-                    damping += brake * w * dt
-            if still and not moving:
-                drive_turns = False
-                for q in range(drives.shape[0]):
-                    for k in range(3, 6):
-                        drive_turns = drive_turns or (speeds[step, q] != 0.0 and drives[q, i, k] != 0.0)
-                if not drive_turns:
-                    for k in range(3):
-                        spin[i, k] = 0.0
-                    continue
+            damping, moving = _accelerate(bodies, i, past, acting, step, at, local, drifts, damping)
+            if still and not moving and not _is_turned(acting, step, i):
+                for k in range(3):
+                    spin[i, k] = 0.0
+                continue
             _spin_of(bodies.rot[i], bodies.inv_inertia[i], ang[i], new)
             if true_inertia:
-                _turned(bodies.quat[i], new, 0.5 * dt, half)
-                rotation_of(half, trot)
-                _spin_of(trot, bodies.inv_inertia[i], ang[i], new)
-                _turned(bodies.quat[i], new, 0.5 * dt, half)
-                rotation_of(half, trot)
-                _spin_of(trot, bodies.inv_inertia[i], ang[i], new)
+                _middle_spin(bodies, i, 0.5 * dt, half, trot, new)
             for k in range(3):
                 if held[i, 3 + k]:
-                    w = 0.0
-                    for q in range(drives.shape[0]):
-                        w += speeds[step, q] * drives[q, i, 3 + k]
-                    new[k] = w
+                    new[k] = _driven(acting, step, i, 3 + k)
                 else:
                     damping += viscosity * dt * ang[i, k] * new[k]
                 spin[i, k] = new[k]
@@ -204,7 +253,6 @@ def advance(
                 _turned(bodies.quat[i], new, dt, bodies.quat[i])
                 rotation_of(bodies.quat[i], bodies.rot[i])
         if modes is not None:
-            at = BlockStep(dt, kick, viscosity, keep, lag)
             moving_modes, braked_modes = move_modes(modes, at, local, drifts)
             kinetic += moving_modes
             damping += braked_modes
@@ -215,13 +263,7 @@ def advance(
             damping += kinetic
             kinetic = 0.0
             total[E_STOP] = total[E_STEPS]
-            for i in range(n):
-                for k in range(3):
-                    if not held[i, k]:
-                        vel[i, k] = 0.0
-                    if not held[i, 3 + k]:
-                        spin[i, k] = 0.0
-                        ang[i, k] = 0.0
+            _stop(bodies)
             if modes is not None:
                 modes.rate[:] = 0.0
         total[E_DAMPING] += damping

@@ -105,3 +105,5 @@ Z_APPLIED, Z_SUPPORT, Z_FRICTION, Z_FRACTURE, Z_PLASTIC, Z_DAMPING = 0, 1, 2, 3,
 Z_KINETIC, Z_STEPS, Z_MISSED = 6, 7, 8
 """Entries of the accumulated sums: works and losses [J], steps, returns that met no combination of planes."""
 Z_SIZE = 9
+Z_LOST = slice(Z_FRICTION, Z_KINETIC)
+"""What is lost: friction, fracture, plastic work, damping [J]."""

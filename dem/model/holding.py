@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -269,6 +270,13 @@ class LoadVerdict:
     block: int = -1
 
 
+class Onset(NamedTuple):
+    """How a load comes on evenly: from which, [N, N m], shape (n, 6), and in how many steps. At once it overshoots."""
+
+    before: Array
+    steps: int
+
+
 def hold(
     assembly: Assembly,
     state: State,
@@ -282,8 +290,7 @@ def hold(
     patience: int = 0,
     early: float | None = None,
     edges: bool = True,
-    before: Array | None = None,
-    evenly: int = 0,
+    onset: Onset | None = None,
 ) -> LoadVerdict:
     """Hold a load until force and moment are small in several checks in a row, or a block has moved too far.
 
@@ -302,17 +309,16 @@ def hold(
     early : [m], a fifth of ``limit`` by default
     edges : let the points of joints that slide follow the edges of their faces. Held to the material of one block, a
         bearing that slides along with it bears more and more
-    before, evenly : load that acts already [N, N m], shape (n, 6), none by default, and steps over which it becomes
-        ``wrench``. At once what is new overshoots
+    onset : how the load comes on; at once by default
     """
     early = 0.2 * limit if early is None else early
     scale = scale.under(wrench)
     shift, quat = state.bodies.shift.copy(), state.bodies.quat.copy()
-    if evenly:
-        part = np.arange(1, evenly + 1) / evenly
-        cases = np.stack([np.zeros_like(wrench) if before is None else before, wrench])
-        run(state, cases, np.column_stack([1.0 - part, part]), damping)
-    used, quiet, since, until, extensions = evenly, 0, 0, max_steps + evenly, EXTENSIONS
+    used = 0 if onset is None else onset.steps
+    if onset is not None and used:
+        part = np.arange(1, used + 1) / used
+        run(state, np.stack([onset.before, wrench]), np.column_stack([1.0 - part, part]), damping)
+    quiet, since, until, extensions = 0, 0, max_steps + used, EXTENSIONS
     resting = (shift, quat)
     path: list[tuple[float, float]] = []
     while True:

@@ -13,6 +13,7 @@ from dem.model.holding import (
     SLID,
     UNDECIDED,
     LoadVerdict,
+    Onset,
     Scale,
     hold,
     slid_and_moved,
@@ -76,13 +77,14 @@ def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Cont
     A load that acts at once overshoots. Where joints slide by that it comes on once more, evenly: what a jammed wedge
     holds hangs on how deep its weight has driven it.
     """
-    def held(state: State, evenly: int = 0) -> LoadVerdict:
+    def held(state: State, evenly: int) -> LoadVerdict:
         return hold(
             assembly, state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
-            limit=2.5 * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges, evenly=evenly,
+            limit=2.5 * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges,
+            onset=Onset(np.zeros_like(loads.dead), evenly),
         )  # fmt: skip
 
-    begun, first = state.copy(), held(state)
+    begun, first = state.copy(), held(state, 0)
     slid, moved = slid_and_moved(assembly, state)
     if first.outcome == UNDECIDED or (first.outcome == EQUILIBRIUM and slid <= SLID * moved):
         return state, first
@@ -140,7 +142,7 @@ def increments(
                 assembly, state, loading(new), scale, c.damping,
                 tolerance=min(c.equilibrium, 0.05 * (new - b.stable) / c.unit), limit=limit, max_steps=c.max_steps,
                 patience=patience, early=min(0.2 * limit, max(20.0 * settling, 0.02 * limit)), edges=c.edges,
-                before=loading(b.stable), evenly=int(RATE * (new - b.stable) / c.unit),
+                onset=Onset(loading(b.stable), int(RATE * (new - b.stable) / c.unit)),
             )  # fmt: skip
             used += verdict.steps
             record.append((float(new), verdict))

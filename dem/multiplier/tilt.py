@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Unpack
+from typing import NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,6 +44,18 @@ class TiltStatus(StrEnum):
 
 
 DID_NOT_FALL = TiltStatus.DID_NOT_FALL
+
+
+class Readings(NamedTuple):
+    """What a history says of a turning table, by the fields of :class:`TiltTest`."""
+
+    tilt_deg: Array
+    steps: Array
+    vertical: Array
+    horizontal: Array
+    ratio: Array
+    weight: float
+    collapse: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,7 +253,7 @@ def tilt_test(
         history = simulate(assembly, stage, start=settled, sample=every)
         begun = float(settled["step"][-1])
         found = _read(history, begun, d, weight)
-        peak = _peak(found[4])
+        peak = _peak(found.ratio)
         runs.append((1000.0 * rate, peak))
         # at the end of the tilt the wall still follows the table, in a run and in one at half its rate
         stood.append(history["step"][-1] - begun >= stage.steps and peak > 0.98 * np.tan(np.deg2rad(to_deg)))
@@ -252,15 +264,14 @@ def tilt_test(
         # the first run only finds the scale
         rate = 0.5 * rate if k else min(0.5 * rate, float(np.rad2deg(np.arctan(peak))) / steps)
     again = simulate(assembly, replace(stage, to_deg=to_deg * (1.0 + _LAST_BITS)), start=settled, sample=every)
-    repeat = _peak(_read(again, begun, d, weight)[4])
+    repeat = _peak(_read(again, begun, d, weight).ratio)
     reading, top = runs[-1][1], float(np.tan(np.deg2rad(to_deg)))
     bracket = _stopped(assembly, loads, settled, runs, top, tolerance)
     status, multiplier, said = _judged(bracket, runs, repeat, top, tolerance)
-    tilt, count, vertical, horizontal, ratio, rv0, _ = found
+    found = found._replace(collapse=_reached(found.ratio, multiplier))
     return TiltTest(
-        status, multiplier, tilt, count, vertical, horizontal, ratio, rv0, _reached(ratio, multiplier), tuple(runs),
-        tuple(d.tolist()), history, (bracket.stable, bracket.moving), abs(repeat / reading - 1.0), held,
-        (*notes, *said),
+        status, multiplier, *found, tuple(runs), tuple(d.tolist()), history, (bracket.stable, bracket.moving),
+        abs(repeat / reading - 1.0), held, (*notes, *said),
     )  # fmt: skip
 
 
@@ -315,13 +326,13 @@ def _stopped(
 
 def _read(
     history: History, begun: float, d: Array, weight: float
-) -> tuple[Array, Array, Array, Array, Array, float, int]:
-    """Angle, steps, Rv / Rv0, Rh / Rv0, Rh / Rv, Rv0 and the sample at collapse."""
+) -> Readings:
+    """What a history says of a turning table since a step."""
     total = history.reaction[:, :, :3].sum(axis=1)
     vertical, horizontal = total[:, 2] / weight, -(total @ d) / weight
     # a wall that leaves the table has no ratio
     ratio = np.divide(horizontal, vertical, out=np.full_like(vertical, np.nan), where=vertical > 1e-3)
-    return (
+    return Readings(
         np.rad2deg(history["tilt"]), history["step"] - begun, vertical, horizontal, ratio, weight,
         _reached(ratio, np.inf),
     )  # fmt: skip

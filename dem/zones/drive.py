@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SUPPORT
+from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_LOST, Z_SUPPORT
 from dem.model.holding import CALM
 from dem.model.joint_marks import JointMarks
 from dem.stages.resuming import RunStatus
@@ -112,7 +112,7 @@ class ZonedRun:
         """
         model, now = self.model, running.read(self.model)
         moving = float(model.total[Z_KINETIC])
-        rest = float(model.total[2:6].sum() + moving) + now.energy
+        rest = float(model.total[Z_LOST].sum() + moving) + now.energy
         place, turn = rigid_motion(model)
         self.record.add(
             moved=at, load=load, kinetic=kinetic, energy=abs(work - rest) / max(work, 1e-300) if work else 0.0,

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
-from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_MISSED, Z_SUPPORT
+from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_LOST, Z_MISSED, Z_SUPPORT
 from dem.kernels.zone_measure import measure_zones
 from dem.kernels.zone_motion import advance_zones
 from dem.model.state import UnstableError
@@ -80,7 +80,7 @@ def refuse_explosion(model: ZonedModel) -> None:
     if kinetic <= EXPLODES * work:
         return
     # asked the other way round, so that energy that is no number is refused too
-    if not float(total[2:6].sum()) + kinetic + read(model).energy - work <= EXPLODES * work:
+    if not float(total[Z_LOST].sum()) + kinetic + read(model).energy - work <= EXPLODES * work:
         raise UnstableError(
             f"energy explodes: kinetic {kinetic:.3g} J against {work:.3g} J that loads and supports have given; a "
             "block that has fallen out drags its joints along, or the step is too long for them"
@@ -154,7 +154,7 @@ def energy_error(model: ZonedModel, at_start: float = 0.0) -> float:
     """Work of loads and supports less what is stored, lost and in motion, over that work [-]."""
     total = model.total
     work = total[Z_APPLIED] + total[Z_SUPPORT]
-    rest = total[2:6].sum() + total[Z_KINETIC] + read(model).energy - at_start
+    rest = total[Z_LOST].sum() + total[Z_KINETIC] + read(model).energy - at_start
     return float((work - rest) / max(abs(work), 1e-300))
 
 

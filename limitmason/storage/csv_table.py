@@ -12,6 +12,7 @@ Version 0.1 wrote the units as a row of the table; both forms are read.
 
 import csv
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -126,12 +127,12 @@ def parsed(text: str, name: str) -> Parsed:
     return Parsed(cells[0], units, cells[first:], lines[first:], where, lines[0])
 
 
-class Tabular:
+class Tabular(ABC):
     """What is a table, or can be written as one: ``to_dataframe()`` hands it to pandas."""
 
+    @abstractmethod
     def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
         """Columns with their units ("-" for pure numbers and words), and the rows."""
-        raise NotImplementedError
 
     def to_dataframe(self) -> Any:
         """The table as a ``pandas.DataFrame``, the units of its columns in ``attrs["units"]``.
