@@ -62,7 +62,6 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
                        "'unknown', or 'replicates' (repeats in a group); default: column 'noise', "
                        "or unknown")  # fmt: skip
     known.add_argument("--dof", type=float, help="degrees of freedom of replicates that --noise was taken from")
-    known.add_argument("--tails", type=float, help="Student errors with so many degrees of freedom, against blunders")
     known.add_argument("--input", action="append", default=[], metavar="NAME=VALUE,SD", help="input of the "
                        "simulation that was measured, with its error")  # fmt: skip
     known.add_argument("--causes", metavar="LIST", help="module:LIST or file.py:LIST, or names of the catalogue "
@@ -160,7 +159,7 @@ def _of_folder(options: argparse.Namespace) -> dict[str, Any]:
     """What the options say of a folder's model, as ``Study.from_folder`` takes it."""
     from limitmason.causes import ALL
 
-    useless = ("measured", "predicted", "group", "batches", "noise", "dof", "tails", "towards", "tilting", "spatial")
+    useless = ("measured", "predicted", "group", "batches", "noise", "dof", "towards", "tilting", "spatial")
     refuse(options, (*useless, "method", *ANALYSIS), "with a folder, whose files say it")
     if options.model and ":" not in options.model:
         raise InputError(f"--model {options.model}: a folder takes a function, module:function or file.py:function")
@@ -201,7 +200,6 @@ def _stated(options: argparse.Namespace) -> dict[str, Any]:
         "shared": options.shared,
         "noise": _noise(options.noise),
         "dof": options.dof,
-        "tails": options.tails,
         "inputs": dict(_input(text) for text in options.input),
         "causes": _causes(options.causes),
         "tilting": options.tilting,
@@ -230,7 +228,7 @@ def _refuse_unused(options: argparse.Namespace, *, own: bool, has_model: bool) -
     if options.causes and ":" in options.causes:
         refuse(options, ("tilting", "batches", "spatial"), "with a list of causes of your own: add them to the list")
     if options.noise == "replicates":
-        refuse(options, ("dof", "tails"), "with --noise replicates, which counts its own degrees of freedom")
+        refuse(options, ("dof",), "with --noise replicates, which counts its own degrees of freedom")
 
 
 def load_object(text: str, what: str) -> Any:

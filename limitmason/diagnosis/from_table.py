@@ -97,7 +97,6 @@ class TableStudy:
     batches: Sequence[str] | None = None
     noise: Noise | float | str | None = None
     dof: float | None = None
-    tails: float | None = None
     inputs: Mapping[str, Measured] = field(default_factory=dict)
     causes: Iterable[Cause] | Iterable[str] | None = None
     tilting: bool = False
@@ -234,7 +233,7 @@ class TableStudy:
 
         Else the column "noise" in its own unit. Else unknown.
         """
-        stated, table, dof, tails = self.noise, self.data, self.dof, self.tails
+        stated, table, dof = self.noise, self.data, self.dof
         if isinstance(stated, Noise):
             return stated
         if stated is None and "noise" in table.columns:
@@ -247,10 +246,10 @@ class TableStudy:
             elif unit != "-":
                 values = values / np.array(table.positive(self.measured))
             same = np.ptp(values) <= 1e-12 * values.max()
-            return Noise(float(values[0]) if same else tuple(float(v) for v in values), dof, tails)
+            return Noise(float(values[0]) if same else tuple(float(v) for v in values), dof)
         if stated in (None, "unknown"):
-            if dof is not None or tails is not None:
-                raise InputError("dof and tails need a stated noise")
+            if dof is not None:
+                raise InputError("dof needs a stated noise")
             return Noise.unknown()
         if stated == "replicates":
             if self.groups is None:
@@ -258,7 +257,7 @@ class TableStudy:
             return Noise.from_replicates(self.values, self.groups)
         if isinstance(stated, str):
             raise InputError(f"noise must be a number such as 0.04, 'unknown' or 'replicates', got {stated!r}")
-        return Noise(float(stated), dof, tails)
+        return Noise(float(stated), dof)
 
     # ---- causes --------------------------------------------------------------------------------------------------
 

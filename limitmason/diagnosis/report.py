@@ -268,10 +268,6 @@ def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
                 f"{checks.unknown_noise}."
             )
         out.append(other)
-    if checks.student is not None and not is_same(checks.student):
-        out.append(
-            f"With Student errors, which forgive blunders (Noise(sd, tails=4)), the verdict is {checks.student}."
-        )
     for column, answer in checks.shared.items():
         where = "groups of like specimens" if column == LIKE else column
         what = f"With {100 * PLAUSIBLE:.0f} % of the noise's variance shared within {where} (assumed: not estimated)"

@@ -69,7 +69,7 @@ class Statement(ReadOnly):
         rows = rows_of(self.measured, self.rows, specimens)
         noise, n = self.noise, len(rows)
         if rows.scatter is not None:
-            noise = Noise(tuple(rows.scatter), noise.dof, noise.tails, by_row=True, misread=rows.misread)
+            noise = Noise(tuple(rows.scatter), noise.dof, by_row=True, misread=rows.misread)
         if n < (least := FEWEST if noise.kind == "unknown" else 2):
             what = "numbers, of one specimen or several," if rows.several or n < 2 else "specimens"
             raise InputError(f"at least {least} {what} are needed, got {n}")
@@ -133,7 +133,7 @@ class Statement(ReadOnly):
             ``covariates`` (all that are left), ``shared`` (those of them whose labels share noise, see the study) and
             ``batches``, whose labels may be read by another gain. What is
             known: ``noise`` (a :class:`Noise`, a relative error, "replicates", "unknown"; else the column "noise"),
-            ``dof`` and ``tails`` of it, ``inputs``, measured inputs of the model by name. ``causes``, causes or their
+            ``dof`` of it, ``inputs``, measured inputs of the model by name. ``causes``, causes or their
             names; else all that fit the model, with ``tilting`` for tangents of a tilt angle and ``spatial`` for walls
             that do not work in one plane. ``method`` and ``settings`` of a packaged series; ``levels``, ``title``
 

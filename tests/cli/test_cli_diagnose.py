@@ -263,7 +263,7 @@ def test_noise_of_a_table_comes_in_three_units(tmp_path):
     assert Study.from_table(absolute).noise.sd == pytest.approx(0.1, rel=1e-12)
     percent = tmp_path / "percent.csv"
     write_measured(percent, {"measured": "-", "predicted": "-", "noise": "%"}, [{**r, "noise": 4.0} for r in rows])
-    assert Study.from_table(percent, tails=5).noise == Noise(0.04, tails=5)
+    assert Study.from_table(percent, dof=5).noise == Noise(0.04, 5)
     assert Study.from_table(percent, noise=Noise(0.03, 6)).noise == Noise(0.03, 6)
     with pytest.raises(ValueError, match="no list of causes|needs its list of causes"):
         Study.from_table(percent, model=len)

@@ -127,7 +127,7 @@ VALUES = {
     "--view": ["3d"], "--dpi": ["50"], "--measured": ["0.4", "0.5"], "--points": ["2", "2"], "--no-budget": [],
     "--proven": ["1"], "--model": ["own_model.py:simulate"], "--predicted": ["other"], "--template": ["out.csv"],
     "--out": ["elsewhere"], "--title": ["A title"], "--group": ["batch"], "--covariates": ["height"],
-    "--batches": ["group"], "--noise": ["0.05"], "--dof": ["8"], "--tails": ["5"], "--input": ["mu=0.6,0.03"],
+    "--batches": ["group"], "--noise": ["0.05"], "--dof": ["8"], "--input": ["mu=0.6,0.03"],
     "--friction": ["33"], "--density": ["1800"], "--tilt": ["left"], "--held": ["b1"], "--gap": ["0.01"],
     "--open": [], "--alone": [],
     "--mortar": ["0.01"], "--layers": ["stones"],
@@ -153,7 +153,7 @@ OTHER = {("view", "-o"): ["other.html"], ("view, alone", "-o"): ["other.html"],
          ("pushover", "--method"): ["limit"], ("pushover, packaged", "--method"): ["limit"],
          ("pushover", "--block"): ["stone-1"], ("pushover", "--direction"): ["0", "0", "1"]}  # fmt: skip
 WITH = {"--block": ["--direction", "1", "0", "0"], "--direction": ["--block", "spreader"],
-        "--dof": ["--noise", "0.05"], "--tails": ["--noise", "0.05"], "--workers": ["--store", "kept"]}
+        "--dof": ["--noise", "0.05"], "--workers": ["--store", "kept"]}
 OWN_MODEL = """
 from limitmason import causes
 from limitmason.diagnosis import Cause

@@ -112,21 +112,19 @@ def test_an_additive_pair_table_that_is_wrong_is_replaced_by_the_true_pair():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("noise", [Noise.unknown(), Noise(0.04, 6), Noise(0.04, tails=5)])
+@pytest.mark.parametrize("noise", [Noise.unknown(), Noise(0.04, 6)])
 def test_other_statements_of_the_noise_find_a_clear_effect_and_keep_the_null(noise):
     assert study(data(ROUNDING, 0.014), noise).diagnose(CAUSES).causes[:1] == ("edge rounding",)
     alarms = [study(data(seed=100 + s), noise).diagnose(CAUSES, pairs=False).kind != "none" for s in range(25)]
     assert sum(alarms) <= 5  # at 5 % more than five of 25 occur once in 800
 
 
-def test_student_tails_take_the_sting_out_of_a_blunder():
+def test_an_alarm_of_one_blunder_hangs_on_its_specimen():
     values = data(seed=8)
     values[3] *= math.exp(7 * 0.04)
-    gaussian = study(values).diagnose(CAUSES, pairs=False)
-    student = study(values, Noise(0.04, tails=4)).diagnose(CAUSES, pairs=False)
-    assert gaussian.kind != "none"
-    assert gaussian.checks.hangs_on == (3,)
-    assert student.verdict.p["scatter"] > gaussian.verdict.p["scatter"]
+    found = study(values).diagnose(CAUSES, pairs=False)
+    assert found.kind != "none"
+    assert found.checks.hangs_on == (3,)
 
 
 def test_scaling_all_values_and_predictions_changes_nothing():

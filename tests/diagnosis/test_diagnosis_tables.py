@@ -60,9 +60,7 @@ def test_grid_fit_is_the_penalised_least_squares_minimum():
         assert loss + penalty == pytest.approx(best, abs=0.15)
 
 
-@pytest.mark.parametrize(
-    "like", [Likelihood(), Likelihood("unknown"), Likelihood("replicates", 6.0), Likelihood(tails=4.0)]
-)
+@pytest.mark.parametrize("like", [Likelihood(), Likelihood("unknown"), Likelihood("replicates", 6.0)])
 def test_a_cause_never_fits_worse_than_the_baseline(like):
     design = make().design([BEND, KINK])
     y = 2.0 * np.random.default_rng(1).standard_normal((50, 10))
@@ -333,7 +331,6 @@ def test_a_prediction_that_is_no_positive_number_is_named(value):
         (lambda: Cause("c", "two words", 0.0, (0.0, 1.0)), "keyword"),
         (lambda: Noise(-0.1), "positive"),
         (lambda: Noise(0.04, 0), "degrees of freedom"),
-        (lambda: Noise(0.04, 5, tails=4), "Student"),
         (lambda: Measured(0.7, -1.0), "error of at least 0"),
         (lambda: make([0.1] * 9), "one value per specimen"),
         (lambda: make([0.1] * 9 + [-1.0]), "specimen 9"),

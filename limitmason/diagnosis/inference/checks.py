@@ -14,7 +14,6 @@ from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.inference.verdict import Rule
 from limitmason.display.progress import reached, watched
 
-TAILS = 4.0  # degrees of freedom of the Student errors tried as a check
 NEAR = 25.0  # as ``Rule.far`` in these: a rival beyond it wins fewer than one draw in a thousand
 QUICK = 299  # draws of the repeated verdicts
 LIKE = "like specimens"  # groups of them, by their covariates
@@ -37,7 +36,6 @@ class Checks:
     Parameters
     ----------
     unknown_noise : kind and causes with the noise taken as unknown (relative sizes between specimens as stated)
-    student : the same with Student errors, which forgive blunders; None unless the noise is known and Gaussian
     dropped : per specimen the kind and causes without it
     hangs_on : specimens without which the verdict is another
     shared : by column of labels whose share of the noise is not carried (``LIKE`` for groups of like specimens, where
@@ -45,7 +43,6 @@ class Checks:
     """
 
     unknown_noise: CheckedVerdict
-    student: CheckedVerdict | None
     dropped: tuple[CheckedVerdict, ...]
     hangs_on: tuple[int, ...]
     shared: Mapping[str, CheckedVerdict] = field(default_factory=dict)
@@ -91,10 +88,6 @@ def judge_again(
     chances = Draws.make([seed, n], n, design.inputs, noise, QUICK)
     plain = judged(design, y, chances, False, carried)
     other = stated(Noise.unknown())
-    student = None
-    if noise.kind == "known" and noise.tails is None:
-        say("the verdict with Student errors")
-        student = stated(replace(noise, tails=TAILS))
     dropped = []
     for i in range(n):
         say(f"the verdict without specimen {i + 1} of {n}")
@@ -108,7 +101,7 @@ def judge_again(
         say("the verdict with noise that some tests share")
         for name, column in _unestimated(design.columns, shares).items():
             shared[name] = judged(design, y, chances, False, assumed(column))
-    return Checks(other, student, tuple(dropped), hangs, shared)
+    return Checks(other, tuple(dropped), hangs, shared)
 
 
 def _unestimated(covariates: Mapping, shares: Shares) -> dict[str, Sequence]:

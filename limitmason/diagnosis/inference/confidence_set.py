@@ -351,21 +351,17 @@ class ConfidenceSet:
     def _near(self, names: Names, fit: BestFit, rivals: Iterable[Names]) -> list[Names]:
         """Rivals that can pass for an explanation, nearest first, up to ``rule.far``.
 
-        Their distance is 0.5 (loss / sd^2 + penalty) of the fit to what the explanation predicts exactly. Where the
-        noise has tails it is 0.25 (loss + penalty).
+        Their distance is 0.5 (loss / sd^2 + penalty) of the fit to what the explanation predicts exactly.
         """
         design, others = self.design, [r for r in rivals if r != names]
         if not others:
             return []
         y, z = design.predicted(names, fit), design.grid(names).z_at(fit.position)
-        if design.like.tails is not None:  # a large error counts for less: so does a distance
-            apart = [0.25 * float(f.loss[0] + f.penalty[0]) for f in design.fits(others, y, z)]
-        else:
-            sd = design.noise_of(names, fit)
-            # the likelihood of a noise that is as good as known
-            like = Likelihood() if design.like.kind == "known" else Likelihood("replicates", SURE)
-            found = design.fits(others, y, z, sd**2, like=like)
-            apart = [0.5 * float(f.loss[0] / sd**2 + f.penalty[0]) for f in found]
+        sd = design.noise_of(names, fit)
+        # the likelihood of a noise that is as good as known
+        like = Likelihood() if design.like.kind == "known" else Likelihood("replicates", SURE)
+        found = design.fits(others, y, z, sd**2, like=like)
+        apart = [0.5 * float(f.loss[0] / sd**2 + f.penalty[0]) for f in found]
         return [others[i] for i in np.argsort(apart, kind="stable") if apart[i] <= self.rule.far]
 
 

@@ -42,8 +42,7 @@ class Discrepancy:
     Learning (2006), eq. 2.16, 4.9 and 5.8. Measured inputs act to first order. Wrong for a bias that jumps within a
     covariate, such as a change of mechanism, which this takes for noise. The price grows with the logarithm of the
     amplitude: an effect many times the noise that has the very shape of a listed one wins its name (a cap on the price
-    kept fewer true names at equal wrong ones). Errors with Student tails are taken as Gaussian ones once their
-    residuals are drawn in.
+    kept fewer true names at equal wrong ones).
     """
 
     def __init__(self, along: Sequence[str], kernels: np.ndarray, slopes: np.ndarray):
@@ -251,11 +250,11 @@ class Rivals:
         parts : of a pair, the effect of each cause, shape (n,): each must beat a model discrepancy beside the
             other, and the smaller excess counts
         """
-        like, data, own = as_gaussian(self.design.like, fit, np.atleast_2d(y))
+        like, data = self.design.like, np.atleast_2d(y)
         if len(names) == 1:
-            return own - self.of(names).evidence(data, like, replicate)
+            return fit.loglik - self.of(names).evidence(data, like, replicate)
         beside = zip(names, reversed(parts), strict=True)
-        return own - np.max([self.of((n,)).evidence(data - part, like, replicate) for n, part in beside], axis=0)
+        return fit.loglik - np.max([self.of((n,)).evidence(data - part, like, replicate) for n, part in beside], axis=0)
 
     def parts(self, names: Names, fit: BestFit) -> list[np.ndarray]:
         """Effect of each cause of a pair at the fit, at the measured inputs, shape (n,), or none for a single cause."""
@@ -269,18 +268,6 @@ class Rivals:
 
     def structure(self, names: Names, fit: BestFit, replicate: float | np.ndarray = 1.0) -> np.ndarray:
         """Evidence of a model discrepancy in the residuals of fits over that of none, shape (b,)."""
-        like = self.design.like if self.design.like.tails is None else Likelihood()
+        like = self.design.like
         plain = like.loglik((fit.residuals**2).sum(axis=1), 0.0, float(self.design.n), replicate)
         return self.of(names).evidence(fit.residuals, like, replicate) - plain
-
-
-def as_gaussian(like: Likelihood, fit: BestFit, y: np.ndarray) -> tuple[Likelihood, np.ndarray, np.ndarray]:
-    """Likelihood, data and log-likelihood of fits to be held against Gaussian biases.
-
-    Blunders are drawn in first.
-    """
-    if like.tails is None:
-        return like, y, fit.loglik
-    pull = np.minimum(1.0, np.sqrt((like.tails + 1.0) / (like.tails + fit.residuals**2)))
-    inside = fit.residuals * pull
-    return Likelihood(), y - fit.residuals + inside, -0.5 * ((inside**2).sum(axis=1) + fit.penalty)

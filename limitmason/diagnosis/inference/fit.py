@@ -1,7 +1,7 @@
 """Best fits of tabulated models to many data sets: the best node, one linear step in its cell, then the next cell.
 
-Gaussian errors with all values used go by inner products of the nodes, without forming a residual; Student errors and
-values left out go by residuals. The step is the same, see :func:`~.cells.stepped`.
+Where all values are used fits go by inner products of the nodes, without forming a residual; where some are left out by
+residuals. The step is the same, see :func:`~.cells.stepped`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.arrays import Array, Index
 from limitmason.diagnosis.inference.cells import Around, Cells, stepped
@@ -20,7 +19,6 @@ from limitmason.diagnosis.inference.grid import Grid
 from limitmason.diagnosis.inference.noise import Noise
 
 SMALLEST_SUM = 1e-18  # keeps the logarithm finite for data that a model fits exactly
-FACTORS = 4  # of 1 + r^2 / tau under one logarithm: no overflow for residuals below 1e4 in single precision
 CANCELLED = 1e-8  # share of the data's squares below which a loss is summed again from residuals
 WALK = 3  # cells that a fit may go on beyond that of the best node
 EDGE = 0.5 - 1e-9  # of a cell: a step that ends beyond it goes on
@@ -39,13 +37,11 @@ class Likelihood:
         known       -(R + P) / 2
         replicates  -(n + nu)/2 log(R + nu s2) - P/2
         unknown     -n/2 log(R) - P/2
-        Student     -(tau + 1)/2 sum log(1 + r^2 / tau) - P/2
 
     Parameters
     ----------
     kind : "known", "replicates" or "unknown"
     dof : nu, 0 unless replicates
-    tails : tau of Student errors, None for Gaussian
 
     Notes
     -----
@@ -55,12 +51,11 @@ class Likelihood:
 
     kind: str = "known"
     dof: float = 0.0
-    tails: float | None = None
 
     @classmethod
     def of(cls, noise: Noise) -> Likelihood:
         """The likelihood that belongs to a noise statement."""
-        return cls(noise.kind, float(noise.dof or 0.0), noise.tails)
+        return cls(noise.kind, float(noise.dof or 0.0))
 
     @property
     def scale_known(self) -> bool:
@@ -69,8 +64,8 @@ class Likelihood:
 
     @property
     def quadratic(self) -> bool:
-        """Whether the best node is found by one matrix product: known Gaussian noise."""
-        return self.kind == "known" and self.tails is None
+        """Whether the best node is found by one matrix product: known noise."""
+        return self.kind == "known"
 
     def loglik(
         self, loss: Any, penalty: Array | float, count: Array | float, replicate: Array | float = 1.0
@@ -79,7 +74,7 @@ class Likelihood:
 
         Parameters
         ----------
-        loss : sum of squares of the data, or the Student loss, any shape
+        loss : sum of squares of the data, any shape
         penalty : sum of squares of the nuisance data
         count : number of values in ``loss``
         replicate : redrawn variance of the replicates in stated units
@@ -90,17 +85,13 @@ class Likelihood:
         return -0.5 * (count + self.dof) * np.log(total) - 0.5 * penalty
 
     def loss(self, residuals: Array, weights: Array | None = None) -> Array:
-        """Sum of squares, or of Student terms, over the last axis.
+        """Sum of squares over the last axis.
 
         A weight of 0 leaves a value out.
         """
         if weights is not None:
-            if self.tails is None:
-                return (weights * residuals**2).sum(axis=1)
-            return (self.tails + 1.0) * (weights * np.log1p(residuals**2 / self.tails)).sum(axis=1)
-        if self.tails is None:
-            return np.einsum("...i,...i->...", residuals, residuals)
-        return (self.tails + 1.0) * np.log1p(residuals**2 / self.tails).sum(axis=-1)
+            return (weights * residuals**2).sum(axis=1)
+        return np.einsum("...i,...i->...", residuals, residuals)
 
     def variance(
         self, loss: Array | float, count: Array | float, replicate: Array | float = 1.0, spent: float = 0.0
@@ -113,29 +104,7 @@ class Likelihood:
 
     def log_score(self, residuals: Array, variance: Array | float) -> Array:
         """Log predictive density of whitened residuals, up to a constant shared by all models, shape (n,)."""
-        if self.tails is not None:
-            return -0.5 * (self.tails + 1.0) * np.log1p(residuals**2 / self.tails)
         return -0.5 * (np.log(variance) + residuals**2 / variance)
-
-
-def student_terms(y: Array, used: Array, nodes: Array, tails: float) -> NDArray[np.float32]:
-    """Sum of log(1 + r^2 / tau) over the values used, shape (b, g).
-
-    One logarithm serves several values. The sums are meant for ranking nodes.
-    """
-    short, scaled, columns = y.astype(np.float32), (used / tails).astype(np.float32), nodes.T.astype(np.float32)
-    out = np.zeros((len(y), columns.shape[1]), dtype=np.float32)
-    factor = np.ones_like(out)
-    for i, column in enumerate(columns):
-        term = short[:, i, None] - column
-        term *= term
-        term *= scaled[:, i, None]
-        term += 1.0
-        factor *= term
-        if i % FACTORS == FACTORS - 1 or i == len(columns) - 1:
-            out += np.log(factor)
-            factor[...] = 1.0
-    return out
 
 
 @dataclass(frozen=True)
@@ -179,8 +148,8 @@ class Data:
 
     @property
     def plain(self) -> bool:
-        """Whether inner products of the nodes are enough: Gaussian errors, all values used."""
-        return self.like.tails is None and self.weights is None
+        """Whether inner products of the nodes are enough: all values are used."""
+        return self.weights is None
 
     @cached_property
     def squares(self) -> Array:
@@ -208,10 +177,8 @@ class Data:
         return 1.0 / self.like.variance(loss, self.count, self.replicate)
 
     def used(self, residuals: Array) -> Array:
-        """Weight of every value: none for those left out, little for a large error with Student tails, shape (b, n)."""
-        used = np.ones_like(residuals) if self.weights is None else self.weights
-        tails = self.like.tails
-        return used if tails is None else used * (tails + 1.0) / (tails + residuals**2)
+        """Weight of every value, none for those left out, shape (b, n)."""
+        return np.ones_like(residuals) if self.weights is None else self.weights
 
     def some(self, rows: Any) -> Data:
         """Some of the data sets."""
@@ -300,11 +267,8 @@ def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None]:
     y, z, like = data.y, data.z, data.like
     if not data.plain:
         used = np.ones_like(y) if data.weights is None else data.weights
-        if like.tails is None:
-            squares = (used * y * y).sum(axis=1)[:, None]
-            loss = np.maximum((squares - 2.0 * (used * y) @ cells.nodes.T) + used @ (cells.nodes**2).T, 0.0)
-        else:
-            loss = (like.tails + 1.0) * student_terms(y, used, cells.nodes, like.tails)
+        squares = (used * y * y).sum(axis=1)[:, None]
+        loss = np.maximum((squares - 2.0 * (used * y) @ cells.nodes.T) + used @ (cells.nodes**2).T, 0.0)
         penalty = ((z[:, None, :] - cells["z"][None]) ** 2).sum(axis=-1)
         return np.argmax(data.loglik(loss, penalty), axis=1), None
     known, rows = like.kind == "known", np.arange(len(y))

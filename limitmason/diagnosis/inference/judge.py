@@ -10,7 +10,7 @@ from scipy.special import chdtri
 
 from limitmason.diagnosis.inference.confidence_set import ConfidenceSet, share_of
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.discrepancy import DRIFT, Discrepancy, Rivals, as_gaussian
+from limitmason.diagnosis.inference.discrepancy import DRIFT, Discrepancy, Rivals
 from limitmason.diagnosis.inference.fit import Likelihood
 from limitmason.diagnosis.inference.gain import left_out
 from limitmason.diagnosis.inference.kinds import agree, by_kind
@@ -183,13 +183,13 @@ class Judge:
         fit, data = verdict.tested[names].fit, design.turned(y)
         sd, effect = design.noise_of(names, fit), design.effect(names, fit)
         discrepancy, parts = rivals.of(names), rivals.parts(names, fit)
-        like, drawn_in, (value,) = as_gaussian(design.like, fit, data[None])
-        nearest = discrepancy.best(drawn_in, like)
+        like, (value,) = design.like, fit.loglik
+        nearest = discrepancy.best(data[None], like)
         levers, rival, beyond = rivals.levers(names), "", np.inf
         if levers.along:
-            each = levers.each(drawn_in, like)[0]
+            each = levers.each(data[None], like)[0]
             rival, beyond = levers.along[int(each.argmax())], float(value) - float(each.max())
-        asked, over_drift = LEVER, float(value) - rivals.drift(names, effect, drawn_in, like)
+        asked, over_drift = LEVER, float(value) - rivals.drift(names, effect, data[None], like)
         if over_drift - ODDS < beyond - asked:
             rival, beyond, asked = DRIFT, over_drift, ODDS
         # the same statistics for data drawn from the explanation itself
@@ -202,7 +202,7 @@ class Judge:
         over = rivals.excess(names, again, shifted, replicate, parts)
         left, more = float(rivals.structure(names, fit)[0]), rivals.structure(names, again, replicate)
         p = share_of(over <= observed)
-        slope, error = dose_of(discrepancy, rivals.slopes, effect, drawn_in[0], sd)
+        slope, error = dose_of(discrepancy, rivals.slopes, effect, data, sd)
         kinds = by_kind(design, effect, y, verdict.null.residuals[0], fit.residuals[0], sd)
         together = len(names) == 1 and agree(kinds)
         margin = rehearsed.agreed[names[0]] if together else max(rehearsed.margins[n] for n in names)

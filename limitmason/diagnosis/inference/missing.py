@@ -69,8 +69,6 @@ def leave_each_out(
     """
     names = [c.name for c in design.causes]
     count = max(PER_CAUSE, -(-ALL // len(names)))
-    if design.like.tails is not None:
-        count = min(count, PER_CAUSE)
     chances = Draws.make([seed, 78, design.n], design.n, design.inputs, design.noise, count)
     ratio = known.scale / design.scale
     parts = [_planted(design, known, cause, chances, ratio) for cause in design.causes]

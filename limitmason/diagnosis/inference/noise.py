@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from math import inf, isfinite
 
 import numpy as np
@@ -63,7 +63,6 @@ class Noise:
     ----------
     sd : relative standard deviation (0.04 is 4 %), one number or one per specimen; None when unknown
     dof : degrees of freedom of the replicates that ``sd`` was estimated from; None takes ``sd`` as known
-    tails : degrees of freedom of a Student distribution of single errors, for data with blunders; None is Gaussian
     by_row : whether ``sd`` is that of every row on its own scale, relative or in the unit of the value
     misread : of rows that were seen or not, the rate of misreading, negative where 1 is predicted; 0 of measured rows
 
@@ -79,7 +78,7 @@ class Noise:
 
     sd: float | Sequence[float] | None = None
     dof: float | None = None
-    tails: float | None = None
+    _: KW_ONLY
     by_row: bool = False
     misread: tuple[float, ...] | None = None
 
@@ -93,8 +92,6 @@ class Noise:
             object.__setattr__(self, "sd", float(sd) if sd.ndim == 0 else tuple(float(s) for s in sd))
         if self.dof is not None and (self.sd is None or not self.dof >= 1):
             raise InputError("degrees of freedom need a standard deviation from replicates and must be at least 1")
-        if self.tails is not None and (self.sd is None or self.dof is not None or not self.tails > 2):
-            raise InputError("Student errors need a known standard deviation and more than 2 degrees of freedom")
 
     @classmethod
     def unknown(cls) -> Noise:
@@ -166,7 +163,7 @@ class Noise:
         """
         if not isinstance(self.sd, tuple):
             return self
-        return Noise(float(np.mean(self.sd)), self.dof, self.tails, self.by_row)
+        return Noise(float(np.mean(self.sd)), self.dof, by_row=self.by_row)
 
     def about(self, predicted: np.ndarray) -> Noise:
         """The statement with the sign of every rate of misreading.
@@ -179,7 +176,7 @@ class Noise:
 
     def errors(self, rng: np.random.Generator, count: int, n: int) -> np.ndarray:
         """Errors of n rows in units of their noise, shape (count, n)."""
-        normal = rng.standard_normal((count, n)) if self.tails is None else rng.standard_t(self.tails, (count, n))
+        normal = rng.standard_normal((count, n))
         if self.misread is None:
             return normal
         rate = np.abs(self.misread)
@@ -193,7 +190,7 @@ class Noise:
             return self
         sd, misread = (None if v is None else tuple(s for s, keep in zip(v, chosen, strict=True) if keep)
                        for v in (self.sd, self.misread))  # fmt: skip
-        return Noise(sd, self.dof, self.tails, self.by_row, misread)
+        return Noise(sd, self.dof, by_row=self.by_row, misread=misread)
 
     def __str__(self) -> str:
         if self.sd is None:
@@ -203,7 +200,7 @@ class Noise:
         text = "as stated for every number" if self.by_row else text
         if self.dof is not None:
             text += f", from replicates with {self.dof:g} degrees of freedom"
-        return text + (f", Student tails with {self.tails:g} degrees of freedom" if self.tails is not None else "")
+        return text
 
 
 Drawn = tuple[np.ndarray, np.ndarray, np.ndarray]
