@@ -13,6 +13,7 @@ from dem.model.joints import losses
 from dem.model.state import DYNAMIC, State
 from dem.model.vibration import state_system
 from dem.papers import PAPERS
+from dem.stages.floor import Floor
 from dem.stages.resuming import Position, RunStatus, check_continues
 from dem.stages.store import CHECKPOINT, Store, StoredSamples
 from limitmason.answers.curve import Curve
@@ -260,7 +261,7 @@ class History(Displayed, Tabular, ReadOnly):
 
         "peak rotation" [rad] is the largest turn of any block at any time. "peak displacement" and "residual
         displacement" [m] are the largest at any time and at the end, against the mean of the held blocks. "overturned"
-        is 1 where a block has turned by more than ``OVERTURNED``, else 0.
+        is 1 where a block has turned by more than ``OVERTURNED`` or has fallen to the floor, else 0.
 
         Raises
         ------
@@ -274,9 +275,10 @@ class History(Displayed, Tabular, ReadOnly):
         moved = np.linalg.norm(self.shift[:, free] - ground, axis=2)
         q = self.quaternion[:, free]
         turned = float(2.0 * np.arctan2(np.linalg.norm(q[..., 1:], axis=2), np.abs(q[..., 0])).max())
+        down = self.state.mode == DYNAMIC and len(Floor(self.assembly).met(self.state)) > 0
         return {
             "peak rotation": turned, "peak displacement": float(moved.max()),
-            "residual displacement": float(moved[-1].max()), "overturned": float(turned > OVERTURNED),
+            "residual displacement": float(moved[-1].max()), "overturned": float(down or turned > OVERTURNED),
         }  # fmt: skip
 
     def diagram(self) -> dict[str, Any]:

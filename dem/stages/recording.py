@@ -23,11 +23,12 @@ from dem.model.holding import SLID, Scale, slid_and_moved, stand_back, unbalance
 from dem.model.joint_marks import JointMarks, joint_marks
 from dem.model.state import DYNAMIC, State, UnstableError
 from dem.model.tie_arrays import pulls
+from dem.stages.floor import Floor
 from dem.stages.history import COLUMNS, History
 from dem.stages.resuming import Position, RunStatus
 from dem.stages.samples import Samples
 from dem.stages.store import Store, StoredSamples
-from limitmason.arrays import Array
+from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Ramp, Settle, Stage, Tilt
@@ -97,6 +98,7 @@ class Recorder:
             "tie_force": (len(assembly.ties),),
         }  # fmt: skip
         self.samples = Samples(**shapes) if store is None else StoredSamples(store.folder, shapes)
+        self.floor = Floor(assembly)
         self.margin, self.reach = near_margin(assembly), reaches(assembly)
         self.every, self.watch = detect_every, Watch()
         self._beyond_noted = False
@@ -193,6 +195,16 @@ class Recorder:
             "of the structure: it does not come to rest"
         )
         return True
+
+    def lay(self, held: Flags) -> bool:
+        """Whether blocks have met the floor since it was asked last, see :class:`dem.stages.floor.Floor`; noted."""
+        met = self.floor.lay(self.state, held)
+        self.notes += [
+            f"block {self.assembly.blocks[k].name!r} fell to the floor, the lowest corner of the supports, at "
+            f"{self.state.time:.3g} s: it lies where it met it and goes with the ground; what it would do there is not "
+            "followed" for k in met.tolist()
+        ]  # fmt: skip
+        return bool(len(met))
 
     def _beyond(self) -> bool:
         """True where the first contacts may no longer be all there are.

@@ -103,6 +103,8 @@ class StageRun:
             at.waited = at.waited - count if at.waited >= PATIENCE else 0
             at.done += count
         rec.look(count)
+        if state.mode == DYNAMIC and rec.lay(at.held):
+            self._prescribe(self.stage)
         self._keep()
         if waits or (self._sample_number() == number and self._remaining() > 0):
             return None
@@ -174,7 +176,9 @@ class StageRun:
     def _prescribe(self, stage: Stage) -> None:
         """Twists that the ground, a base motion, a drive and servos prescribe, and the freedoms that they hold."""
         rec, state, at = self.rec, self.rec.state, self.at
-        n, held = rec.assembly.n_blocks, rec.assembly.held
+        n, held = rec.assembly.n_blocks, rec.assembly.held.copy()
+        if state.mode == DYNAMIC:
+            held[rec.floor.met(state)] = True
         drives: list[Array] = []
         if state.ground.any():
             drives.append(_of_ground(held, state.ground))

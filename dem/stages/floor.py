@@ -1,0 +1,69 @@
+"""The floor under a structure in motion: what has fallen to it lies there and goes with the ground."""
+
+import numpy as np
+
+from dem.contact.detection import near_margin, reaches
+from dem.kernels import E_DAMPING, E_KINETIC
+from dem.kernels.arrays import Index
+from dem.model.state import State
+from limitmason.arrays import Flags
+from limitmason.model import Assembly
+
+
+class Floor:
+    """Level to which blocks fall that nothing holds.
+
+    It is the lowest corner of the supports. Where other blocks reach as low from the start, the structure spans or
+    hangs and its floor is not known: it is taken one size of the structure lower.
+
+    Parameters
+    ----------
+    assembly : where it stood before it moved
+    """
+
+    def __init__(self, assembly: Assembly) -> None:
+        self.assembly, self.reach = assembly, reaches(assembly)
+        self.standing, self.margin = assembly.held[:, 2], near_margin(assembly)
+        vertices, start = assembly.vertices
+        low = np.minimum.reduceat(vertices[:, 2], start[:-1])
+        self.level = float(low[self.standing].min(initial=np.inf)) + self.margin
+        if not low[~self.standing].min(initial=np.inf) > self.level:
+            self.level = float(low.min() - np.linalg.norm(np.ptp(vertices, axis=0))) + self.margin
+
+    def met(self, state: State) -> Index:
+        """Numbers of the blocks that have met the floor, up to the gap at which blocks count as near."""
+        bodies, assembly = state.bodies, self.assembly
+        ground = bodies.shift[self.standing, 2].mean() if self.standing.any() else 0.0
+        below = self.level + ground - assembly.centroids[:, 2] - bodies.shift[:, 2]
+        vertices, start = assembly.vertices
+        found = []
+        for k in np.flatnonzero(~self.standing & (self.reach > -below)):
+            local = vertices[start[k] : start[k + 1]] - assembly.centroids[k]
+            if (local @ (bodies.rot[k, 2] + (0.0, 0.0, 1.0))).min() <= below[k]:
+                found.append(k)
+        return np.array(found, dtype=np.intp)
+
+    def lay(self, state: State, held: Flags) -> Index:
+        """Hold the blocks that have met it and still move; their energy of motion is lost in the impact.
+
+        Parameters
+        ----------
+        state : changed in place
+        held : freedoms that stay held when the stage ends, shape (n, 6), changed in place
+
+        Returns
+        -------
+        Index
+            Numbers of the blocks that have met it since it was asked last.
+        """
+        new = self.met(state)
+        new = new[~state.bodies.held[new].all(axis=1)]
+        if len(new):
+            before = state.energy_of_motion()
+            state.bodies.held[new] = held[new] = True
+            lost = before - state.energy_of_motion()
+            for motion in (state.bodies.vel, state.bodies.spin, state.bodies.ang):
+                motion[new] = 0.0
+            state.total[E_DAMPING] += lost
+            state.total[E_KINETIC] -= lost
+        return new

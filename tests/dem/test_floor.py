@@ -1,0 +1,85 @@
+"""Blocks that fall in a dynamic run: none sinks below the supports, and what lies there goes with the ground."""
+
+import numpy as np
+import pytest
+
+import dem
+import limitmason as lm
+from dem.stages.floor import Floor
+
+JOINT = lm.Joint(33.0, normal_stiffness=2e8, shear_stiffness=1e8)
+TIME = np.arange(0.0, 1.005, 0.01)
+SINE = dem.BaseMotion(0.6 * 9.81 * np.sin(2 * np.pi * TIME), 0.01)
+STAGES = [SINE, dem.BaseMotion(-0.3 * 9.81 * np.sin(2 * np.pi * TIME), 0.01), SINE]
+
+
+@pytest.fixture(scope="module")
+def three():
+    return lm.build.column(width=0.4, depth=0.4, height=1.5, courses=3, joint=JOINT)
+
+
+@pytest.fixture(scope="module")
+def shaken(three):
+    return dem.simulate(three, STAGES, mode="dynamic", sample=0.02)
+
+
+def lowest(history, sample):
+    """Lowest corner of every block over the lowest one of the ground [m]."""
+    z = np.array([c[:, 2].min() for c in history.corners(sample)])
+    return z - z[history.assembly.fixed].min()
+
+
+@pytest.mark.slow
+def test_no_block_sinks_below_the_ground_and_what_fell_goes_with_it(shaken):
+    n, held = len(shaken["time"]), shaken.assembly.fixed
+    assert min(lowest(shaken, k).min() for k in range(n)) >= 0.0
+    floor = Floor(shaken.assembly)
+    down = floor.met(shaken.state).tolist()
+    assert down
+    assert shaken.quantities["overturned"] == 1.0
+    ground = shaken.shift[:, held].mean(axis=1)
+    for k in down:
+        assert any(f"{shaken.assembly.blocks[k].name!r} fell to the floor" in w for w in shaken.warnings)
+        lies = [s for s in range(n) if lowest(shaken, s)[k] <= floor.margin * (1 + 1e-9)]
+        assert lies == list(range(lies[0], n))
+        assert np.ptp(ground[lies[0] :, 0]) > 0.01, "the ground moves on"
+        beside = (shaken.shift[:, k] - ground)[lies[0] :]
+        assert np.abs(beside - beside[-1]).max() < 1e-12
+    assert np.abs(shaken.energy_error).max() < 0.01 * (np.abs(shaken["applied"]) + np.abs(shaken["support"])).max()
+
+
+def test_an_impact_on_the_floor_loses_the_energy_of_motion(three):
+    state = dem.make_state(three, lm.Loads.weight(three), mode="dynamic")
+    floor, held, k = Floor(three), state.bodies.held.copy(), 3
+    mass, inertia = state.bodies.mass[k], 1.0 / np.diag(state.bodies.inv_inertia[k])
+    state.bodies.shift[k, 2] = -1.5
+    state.bodies.vel[k], state.bodies.ang[k] = (1.0, 0.0, -5.0), inertia * (0.0, 2.0, 0.0)
+    assert floor.lay(state, held).tolist() == [k]
+    assert state.total[dem.kernels.E_DAMPING] == pytest.approx(0.5 * (mass * 26.0 + inertia[1] * 4.0), rel=1e-12)
+    assert held[k].all()
+    assert state.energy_of_motion() == 0.0
+    assert not len(floor.lay(state, held)), "it lies there already"
+
+
+@pytest.mark.slow
+def test_a_run_cut_after_the_impact_goes_on_to_the_same_bits(three, shaken):
+    begun = float(shaken["time"][next(k for k in range(len(shaken["time"])) if shaken["damping"][k] > 1.0)])
+    cut = dem.simulate(three, STAGES, mode="dynamic", sample=0.02, progress=lambda row: row["time"] > begun + 0.05)
+    assert cut.status == "interrupted"
+    whole = dem.resume(cut, STAGES)
+    assert np.array_equal(whole.shift, shaken.shift)
+    assert np.array_equal(whole["damping"], shaken["damping"])
+
+
+def test_where_blocks_reach_as_low_as_the_supports_the_floor_is_not_known():
+    base = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    on, under = [(0, 1), (1, 1), (1, 2), (0, 2)], [(0, -1), (1, -1), (1, 0), (0, 0)]
+    beside = [(1, 0), (2, 0), (2, 1), (1, 1)]
+    for stones, level in (((base, on), 0.0), ((base, under), -1.0 - 6.0**0.5), ((base, beside), -(6.0**0.5))):
+        made = lm.Assembly.from_polygons(stones, thickness=1.0, joint=JOINT, fixed=[0])
+        floor = Floor(made)
+        assert floor.level - floor.margin == pytest.approx(level, abs=1e-12)
+        state = dem.make_state(made, lm.Loads.weight(made), mode="dynamic")
+        assert not len(floor.met(state))
+        state.bodies.shift[1, 2] = -1.01 if stones[1] is on else -2.5
+        assert floor.met(state).tolist() == [1]
