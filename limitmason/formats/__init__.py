@@ -1,4 +1,4 @@
-"""Files: JSON, OBJ, PLY, STL, DXF and SVG in, JSON, OBJ, VTU and PVD out.
+"""Files: JSON, OBJ, PLY, STL, DXF and SVG in, JSON, OBJ and VTU out.
 
 :func:`read`, :func:`write` by suffix.
 """
@@ -21,12 +21,11 @@ from limitmason.formats.meshes import read_solids
 from limitmason.formats.native import Model, read_json, write_json
 from limitmason.formats.obj import Solids, read_obj, write_obj
 from limitmason.formats.outlines import Outlines
-from limitmason.formats.pvd import write_pvd
 from limitmason.formats.stones import MetStones, Stones, read_stones
 from limitmason.formats.svg import read_svg
 from limitmason.formats.template import write_model_template
 from limitmason.formats.tracing import Cleaned, clean
-from limitmason.formats.vtu import write_solid, write_vtu
+from limitmason.formats.vtu import write_vtu
 from limitmason.model import Assembly, Loads
 from limitmason.storage.files import named_path
 
@@ -61,8 +60,6 @@ __all__ = [
     "write_model_template",
     "write_obj",
     "write_prediction",
-    "write_pvd",
-    "write_solid",
     "write_vtu",
 ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 from xml.sax.saxutils import escape
@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from limitmason.answers.results import Prediction
 from limitmason.checks import choice
-from limitmason.continuum import Continuum
-from limitmason.continuum.mesh import CORNERS
 from limitmason.errors import InputError
 from limitmason.mechanics.motion import checked_twists, finite_motion, joint_rates, velocity
 from limitmason.model import Assembly
@@ -22,7 +20,7 @@ from limitmason.storage.files import named_path, utf8, write_text
 
 Array = NDArray
 
-_POLYGON, _HEXAHEDRON, _POLYHEDRON = 7, 12, 42
+_POLYGON, _POLYHEDRON = 7, 42
 _TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
 ENCODINGS = ("base64", "ascii")
 
@@ -82,48 +80,6 @@ def write_vtu(
         _write(second, *_interfaces(assembly, prediction, twists), encoding, [])
         written.append(second)
     return tuple(written)
-
-
-def write_solid(
-    path: str | Path, model: Continuum, fields: Mapping[str, Array], *, displacement: Array | None = None,
-    encoding: str = "base64",
-) -> Path:  # fmt: skip
-    """Write a solid of bricks to a VTU file, each as an eight-node hexahedron.
-
-    Parameters
-    ----------
-    path : by custom ending in .vtu
-    model : the solid
-    fields : by name, one value or one row per brick, shape (m,) or (m, c), or per integration point, shape (m, q) of a
-        solid with q points a brick, of which the mean is written
-    displacement : of the nodes [m], shape (n_nodes, 3), for *Warp By Vector*
-    encoding : "base64" or "ascii"
-    """
-    choice("encoding", encoding, ENCODINGS)
-    mesh = model.mesh
-    used, bricks = np.unique(mesh.bricks, return_inverse=True)
-    connectivity = bricks.reshape(mesh.bricks.shape)[:, _vtk_order()]
-    offsets = 8 * np.arange(1, len(mesh) + 1)
-    grid = _Grid(mesh.nodes[used], connectivity.ravel(), offsets, _HEXAHEDRON, None, None)
-    cells: dict[str, Array] = {"material": mesh.material}
-    for name, values in fields.items():
-        v = np.asarray(values, dtype=float)
-        if v.ndim >= 2 and v.shape[1] == model.discretisation.per_brick:
-            v = v.mean(axis=1)
-        if v.shape[0] != len(mesh) or v.ndim > 2 or not np.isfinite(v).all():
-            raise InputError(f"field {name!r} must be finite with one row per brick ({len(mesh)}), got shape {v.shape}")
-        cells[name] = v
-    points = {} if displacement is None else {"displacement": np.asarray(displacement, dtype=float)[used]}
-    target = named_path(path)
-    _write(target, grid, cells, points, encoding, [])
-    return target
-
-
-def _vtk_order() -> list[int]:
-    """Place in a brick of each corner of VTK's hexahedron: around the foot, then around the top."""
-    around = [(0, 0), (1, 0), (1, 1), (0, 1)]
-    corners = [tuple(c) for c in CORNERS.tolist()]
-    return [corners.index((x, y, z)) for z in (0, 1) for x, y in around]
 
 
 def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -> _Piece:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import limitmason as lm
-from limitmason import experiments, figures, formats
+from limitmason import experiments, figures
 from limitmason.continuum import Box, Continuum, load_curve, path, push
 from limitmason.errors import InputError
 from validation.murano_macro import control_point, macro_model
@@ -144,12 +144,6 @@ def test_a_curve_is_gone_on_from_saved_and_drawn(coarse, tmp_path):
         half.stress(1)
     figure = figures.solid_map(solid, half.crack_width(), displacement=half.displacements(), label="crack [m]")
     assert figure.axes
-    path = formats.write_solid(tmp_path / "wall.vtu", solid, {"crack": half.crack_width(), "stress": half.stress()},
-                               displacement=half.displacements(), encoding="ascii")  # fmt: skip
-    text = path.read_text()
-    assert f'NumberOfCells="{len(solid.mesh)}"' in text
-    assert 'Name="stress" NumberOfComponents="6"' in text
-    assert 'Name="displacement"' in text
 
 
 def test_an_elastic_solid_stays_on_its_line_and_wrong_input_is_refused():

@@ -3,7 +3,6 @@
 import subprocess
 import sys
 import types
-import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from PIL import Image
 
 import dem
 import limitmason as lm
-from limitmason import figures, formats
+from limitmason import figures
 from limitmason.errors import InputError
 from limitmason.figures.deformation import cracked_joints, rigid_motion
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
@@ -194,32 +193,6 @@ def test_film_shows_the_motion_from_first_to_last_sample(pushed, tmp_path, view)
 def test_film_needs_samples():
     with pytest.raises(ValueError, match="no sample"):
         figures.animate(COLUMN, types.SimpleNamespace(shift=[], quaternion=[]), "film.gif")
-
-
-def test_series_holds_every_position_and_its_step(pushed, tmp_path):
-    index, *files = formats.write_pvd(tmp_path / "push.pvd", COLUMN, pushed, every=4, encoding="ascii")
-    sets = ET.parse(index).findall(".//DataSet")
-    assert [s.get("file") for s in sets] == [f.name for f in files]
-    steps = [float(s.get("timestep")) for s in sets]
-    assert steps == sorted(steps)
-    assert steps[-1] == pushed["step"][-1]
-    arrays = {a.get("Name"): a for a in ET.parse(files[-1]).iter("DataArray")}
-    numbers = {n: np.array(arrays[n].text.split(), dtype=float) for n in ("Points", "displacement", "shift")}
-    moved = (numbers["Points"] + numbers["displacement"]).reshape(-1, 3)
-    assert moved == pytest.approx(np.concatenate(pushed.corners()), abs=1e-12)
-    assert numbers["shift"].reshape(-1, 3) == pytest.approx(pushed.shift[-1])
-
-
-def test_series_refuses_what_does_not_fit():
-    shift, quaternion = at_rest(2)
-    with pytest.raises(ValueError, match=r"needs \(samples"):
-        formats.write_pvd("x.pvd", COLUMN, shift=shift[:, 1:], quaternion=quaternion)
-    with pytest.raises(ValueError, match="must not decrease"):
-        formats.write_pvd("x.pvd", COLUMN, shift=shift, quaternion=quaternion, times=[1.0, 0.0])
-    with pytest.raises(ValueError, match="every must be"):
-        formats.write_pvd("x.pvd", COLUMN, shift=shift, quaternion=quaternion, every=0)
-    with pytest.raises(ValueError, match="no sample"):
-        formats.write_pvd("x.pvd", COLUMN, shift=shift[:0], quaternion=quaternion[:0])
 
 
 @pytest.mark.slow
