@@ -23,6 +23,8 @@ from limitmason.experiments import Experiment
 from limitmason.experiments.bnw_walls import ASSUMED
 from limitmason.figures import load_displacement, plasticity
 
+from . import bnw_cycles
+
 NAME = "bnw-walls"
 WALLS = ("BNW1", "BNW2", "BNW3")
 INPUT: Mapping[str, Any] = {"friction": 0.4, "cohesion": 0.25e6, "young_modulus": 3.088e9}
@@ -102,8 +104,9 @@ moved as much. *Toe* is a zone that yielded in shear to a plastic strain of {cru
 - The lead of the cracks is {lead} % of drift with crack planes. It does not turn with fc from 0.5 to 1.5 times nor ft
   from 0.1 to 0.4 MPa, as the list below shows. The planes fail in shear under the struts, whatever ft.
 - {alone}
-- The tests had two things that were not tried. Cycles crush a toe three times at every amplitude, both ends in turn.
-  Shells of a hollow unit fall off, weaker than the masonry's strength spread over its whole section.
+- The tests had two things that the single push has not. Cycles crush a toe three times at every amplitude, both ends in
+  turn: they do not turn the order, see below. Shells of a hollow unit fall off, weaker than the masonry's strength
+  spread over its whole section: not tried, their strength is not printed.
 
 What comes first as inputs change:
 
@@ -117,6 +120,8 @@ With crack planes, one speed, to a drift of {once:g} %. E and G of the masonry: 
 1/G(unit) + 1/(ks h), h the height of a course. The sister series has E 3.09 and G 0.28 to 0.37 GPa.
 
 [varied]
+
+[cycles]
 
 ## Misfit
 
@@ -362,7 +367,7 @@ def page(kept: Path | None) -> tuple[str, Figure, Figure]:
         "minutes": seconds / 60.0, "led": ", ".join(led) or "none", "flips": "\n".join(flips),
         "misfit": "\n".join(misfits(found)),
     }  # fmt: skip
-    tables = {"walls": walls(found), "order": orders(found), "varied": varied(other)}
+    tables = {"walls": walls(found), "order": orders(found), "varied": varied(other), "cycles": bnw_cycles.section()}
     return filled(TEXT.format(**words), tables), drawn(found), mapped(found)
 
 

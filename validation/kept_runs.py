@@ -44,3 +44,16 @@ def refuse_unknown(parser: argparse.ArgumentParser, names: Iterable[str], cases:
     known = [c.name for c in cases]
     if unknown := sorted(set(names) - set(known)):
         parser.error(f"no run called {', '.join(unknown)}; known: {', '.join(known)}")
+
+
+def with_section(text: str, lines: Sequence[str]) -> str:
+    """A page with one of its sections in the place of the one of the same heading, or before its last."""
+    parts = ("\n" + text).split("\n## ")
+    new = "\n".join(lines).removeprefix("## ").rstrip("\n") + "\n"
+    heading = new.partition("\n")[0]
+    at = next((k for k, p in enumerate(parts) if p.partition("\n")[0] == heading), None)
+    if at is None:
+        parts.insert(len(parts) - 1, new)
+    else:
+        parts[at] = new
+    return "\n## ".join(parts)[1:]

@@ -16,6 +16,7 @@ from limitmason.errors import InputError
 from limitmason.experiments.tables import read_table
 from limitmason.mechanics.lumped_units import with_lumped_units
 from limitmason.mechanics.plane import find_plane
+from validation.kept_runs import with_section
 
 NAME = "brick-panels-opening"
 
@@ -445,9 +446,9 @@ def test_simple_bricks_are_within_three_per_cent_of_elastic_ones():
 
 def test_a_section_of_the_page_is_written_anew_and_the_others_stay():
     text = "# T\n\nfirst\n\n## one\n\n1\n\n## two\n\n2\n"
-    added = page.with_section(text, ["## new", "", "3", ""])
+    added = with_section(text, ["## new", "", "3", ""])
     assert added == "# T\n\nfirst\n\n## one\n\n1\n\n## new\n\n3\n\n## two\n\n2\n"
-    assert page.with_section(added, ["## new", "", "4", ""]) == added.replace("3", "4")
+    assert with_section(added, ["## new", "", "4", ""]) == added.replace("3", "4")
 
 
 def test_the_page_has_the_section_of_the_set_as_printed():

@@ -55,19 +55,6 @@ def page(*, store: str | Path | None = None, progress: Callable[[str], None] | N
     return "\n".join(lines) + "\n"
 
 
-def with_section(text: str, lines: Sequence[str]) -> str:
-    """A page with one of its sections in the place of the one of the same heading, or before its last."""
-    parts = ("\n" + text).split("\n## ")
-    new = "\n".join(lines).removeprefix("## ").rstrip("\n") + "\n"
-    heading = new.partition("\n")[0]
-    at = next((k for k, p in enumerate(parts) if p.partition("\n")[0] == heading), None)
-    if at is None:
-        parts.insert(len(parts) - 1, new)
-    else:
-        parts[at] = new
-    return "\n## ".join(parts)[1:]
-
-
 def _without_values(law: str) -> str:
     return law.partition("lost in failure: ")[2] or law
 

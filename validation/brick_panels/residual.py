@@ -21,6 +21,7 @@ from limitmason.experiments import load
 from limitmason.experiments.brick_panels_opening.layout import OUTLINES
 from limitmason.experiments.tables import read_table
 from limitmason.storage.csv_table import parsed, write_table
+from validation.kept_runs import with_section
 from validation.stochastic.readings import MOVED, told
 
 from .runs import NAME, SPACING, TRAVEL, nudged
@@ -169,7 +170,7 @@ def main() -> None:
                         key=f"residual {STEPS}", progress=print)  # fmt: skip
     write(STORED["residual"], POINT, table.rows)
     if chosen.page is not None:
-        from .page import log_slopes, with_section
+        from .page import log_slopes
 
         text = chosen.page.read_text(encoding="utf-8")
         own = section(log_slopes, read_table(NAME, "udec_runs.csv").rows)
