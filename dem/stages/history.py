@@ -282,14 +282,16 @@ class History(Displayed, Tabular, ReadOnly):
         }  # fmt: skip
 
     def diagram(self) -> dict[str, Any]:
-        """What ``plot()`` draws: displacement of the block that ends farthest from where it stood [mm].
+        """What ``plot()`` draws: displacement against the ground of the block that ends farthest from its place [mm].
 
         It stands over time, or over steps in quasi-static mode, whose time counts steps.
         """
-        block = int(self._blocks[np.argmax(np.linalg.norm(self.shift[-1], axis=1))])
+        held = self.assembly.fixed[self._blocks]
+        moved = self.shift - (self.shift[:, held].mean(axis=1, keepdims=True) if held.any() else 0.0)
+        k = int(np.argmax(np.linalg.norm(moved[-1], axis=1)))
         against, unit = ("time", "s") if self.state.mode == DYNAMIC else ("step", "")
-        columns = {against: self[against]} | dict(zip("xyz", 1e3 * self.displacement_of(block).T, strict=True))
-        label = f"displacement of {self.assembly.blocks[block].name} [mm]"
+        columns = {against: self[against]} | dict(zip("xyz", 1e3 * moved[:, k].T, strict=True))
+        label = f"displacement of {self.assembly.blocks[self._blocks[k]].name} [mm]"
         return {"history": columns, "names": list("xyz"), "against": against, "units": {against: unit}, "ylabel": label}
 
     def corners(self, sample: int = -1) -> list[Array]:

@@ -23,6 +23,7 @@ h2 { font-size: 1.15rem; margin: 2.2rem 0 .5rem; border-bottom: 1px solid #ccc; 
 table { border-collapse: collapse; font-size: .88rem; margin: .6rem 0; }
 th, td { text-align: left; vertical-align: top; padding: .25rem .7rem .25rem 0; border-bottom: 1px solid #ddd; }
 th { border-bottom: 2px solid #888; }
+td:last-child:not(.n) { min-width: 14em; }
 td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 tr.kept td { font-weight: 600; }
 .wide { overflow-x: auto; }

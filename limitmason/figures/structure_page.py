@@ -114,7 +114,7 @@ def _compared(compared: SideBySide) -> str:
     for r in compared.rows:
         ends = f"{r.low:.4f} to {r.high:.4f}" if r.has_range else ""
         value = f"{r.multiplier:.4f}" if np.isfinite(r.multiplier) else "-"
-        rows.append(("", [r.method, (value,), (ends,), r.status, f"{_KINDS[r.bound.kind]}. {r.bound}"]))
+        rows.append(("", [r.method, (value,), (ends,), r.status, f"{_KINDS[r.bound.kind]} ({r.bound})"]))
     if compared.measured is not None:
         low, middle, high = compared.measured
         ends = f"{low:.4f} to {high:.4f}" if high > low else ""

@@ -83,3 +83,12 @@ def test_where_blocks_reach_as_low_as_the_supports_the_floor_is_not_known():
         assert not len(floor.met(state))
         state.bodies.shift[1, 2] = -1.01 if stones[1] is on else -2.5
         assert floor.met(state).tolist() == [1]
+
+
+def test_what_a_history_plots_is_seen_from_the_ground(three):
+    ground = dem.BaseMotion(0.05 * 9.81 * np.sin(2 * np.pi * TIME), 0.01)
+    run = dem.simulate(three, ground, mode="dynamic", sample=0.1)
+    drawn = run.diagram()
+    assert np.ptp(run.displacement_of(0)[:, 0]) > 0.05, "the ground moves by 78 mm"
+    assert "column" in drawn["ylabel"]
+    assert np.abs(drawn["history"]["x"]).max() < 5.0, "the column goes with it [mm]"

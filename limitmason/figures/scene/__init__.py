@@ -97,7 +97,7 @@ def view(
         motion = _positions(whole, what, scale, most)
     answer = what if isinstance(what, Prediction) else None
     push = None if answer is None else resultant(whole, answer.loads)
-    data = _solids(whole) | {
+    data = _solids(whole, motion) | {
         "motion": _text([np.concatenate([p.shift, p.turn], axis=1) for p in motion.poses]),
         "captions": [p.caption for p in motion.poses],
         "start": motion.start,
@@ -163,7 +163,8 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
     travel = max(float(np.abs(p.shift).max(initial=0.0)) for p in poses)
     if scale is None:
         scale = max(round_length(_SEEN * structure_size(model) / travel), 1.0) if travel > 0.0 else 1.0
-    return SceneMotion(poses, line, start, scale, max(0.1 * joints, 1e-9 * structure_size(model)))
+    crack = max(min(0.1 * joints, 0.01 * structure_size(model)), 1e-9 * structure_size(model))
+    return SceneMotion(poses, line, start, scale, crack)
 
 
 def _of_mechanism(model: Assembly, prediction: Prediction, line: str, scale: float, count: int) -> SceneMotion:
@@ -190,7 +191,7 @@ def _of_modes(model: Assembly, modes: Modes, scale: float) -> SceneMotion:
 
 
 def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose], str, int]:
-    """Poses, what they are, and which is the peak."""
+    """Poses, what they are, and which to begin with: the peak, or the end where little has moved by then."""
     if not len(curve.states):
         raise InputError("this curve kept no states: there is nothing to draw")
 
@@ -210,7 +211,9 @@ def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose]
     rows, peak = _spread(len(curve), most), int(curve.peak.index)
     rows[int(np.argmin(np.abs(np.array(rows) - peak)))] = peak
     poses = [_moved(model, curve.states[k], 0, said(k)) for k in rows]
-    return poses, f"{curve.label or 'curve'}: largest {said(peak)}", rows.index(peak)
+    travel = [float(np.abs(pose.shift).max(initial=0.0)) for pose in poses]
+    start = rows.index(peak) if travel[rows.index(peak)] > 0.1 * max(travel) else len(rows) - 1
+    return poses, f"{curve.label or 'curve'}: largest {said(peak)}", start
 
 
 def _of_history(model: Assembly, history: Any, most: int) -> list[ScenePose]:
@@ -244,8 +247,8 @@ def _moved(model: Assembly, state: Any, sample: int, caption: str) -> ScenePose:
     return ScenePose(shift, turn, caption)
 
 
-def _solids(model: Assembly) -> dict[str, Any]:
-    """Triangles and edges of all blocks with the block that owns each vertex."""
+def _solids(model: Assembly, motion: SceneMotion) -> dict[str, Any]:
+    """Triangles and edges of all blocks with the block that owns each vertex; what is framed is where blocks come."""
     corners, normals, owner, lines, line_owner = [], [], [], [], []
     for i, block in enumerate(model.blocks):
         for part in block.parts:
@@ -262,6 +265,8 @@ def _solids(model: Assembly) -> dict[str, Any]:
                 lines += [edge.start, edge.end]
                 line_owner += [i, i]
     low, high = free_bounds(model)
+    centres = [model.centroids + max(motion.scale, 1.0) * pose.shift for pose in motion.poses]
+    framed = np.vstack([low, high, *centres])
     heavy = [f"{b.mass:.4g} kg" for b in model.blocks]
     return {
         "vertices": _text(corners),
@@ -273,8 +278,8 @@ def _solids(model: Assembly) -> dict[str, Any]:
         "names": [b.name or f"block {i}" for i, b in enumerate(model.blocks)],
         "notes": [f"{m}, held" if model.held[i].any() else m for i, m in enumerate(heavy)],
         "held": [bool(h) for h in model.fixed],
-        "size": float(np.linalg.norm(high - low)),
-        "centre": [float(v) for v in 0.5 * (low + high)],
+        "size": float(np.linalg.norm(np.ptp(framed, axis=0))),
+        "centre": [float(v) for v in 0.5 * (framed.min(axis=0) + framed.max(axis=0))],
         "low": [float(v) for v in low],
         "high": [float(v) for v in high],
     }

@@ -202,7 +202,7 @@
   };
   const explain = () => { // the legend names what is to be seen
     const shown = new Set(data.names.map((_, b) => colourOf(b))), lines = [];
-    const far = (1e3 * data.crack).toPrecision(2) + " mm";
+    const far = Number((1e3 * data.crack).toPrecision(2)) + " mm";
     [[MOVES, "moves"], [STILL, "stands still"], [HELD, "held"], [FOUND, "found"]].forEach(([c, t]) => shown.has(c) && lines.push([c, at("forces").checked && c === STILL ? "block" : t]));
     if (at("cracks").checked) [[OPENS, "opens"], [SLIDES, "slides"]].forEach(([c, t]) => marks[t] && lines.push([c, `joint ${t}${data.scale ? " by more than " + far : ""}`, "line"]));
     if (at("forces").checked) lines.push([INK, `joint force, thickest ${data.forces.largest}`, "line"], [SLIDES, "at friction limit", "line"]);
