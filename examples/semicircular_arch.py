@@ -6,10 +6,11 @@ more thickness it also carries a horizontal acceleration.
 
 import limitmason as lm
 
-minimum = lm.build.arch_minimum_thickness(voussoirs=60)
+joint = lm.Joint(friction_angle_deg=37.0)
+ring = {"radius": 1.0, "width": 0.6, "voussoirs": 60, "joint": joint}
+minimum = lm.minimum_thickness(lambda t: lm.build.arch(thickness=t, **ring), between=(0.08, 0.2)).high
 print(f"minimum t/R of a semicircular arch of 60 voussoirs: {minimum:.5f} (Milankovitch 0.1075)")
 
-joint = lm.Joint(friction_angle_deg=37.0)
 arch = lm.build.arch(radius=2.0, thickness=0.36, width=0.6, voussoirs=25, joint=joint)
 horizontal = lm.Loads.horizontal(arch)
 prediction = lm.limit_analysis(arch, horizontal)

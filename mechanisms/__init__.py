@@ -7,7 +7,7 @@ prescribe their friction: engineering estimates, no bounds of limit analysis; ``
 
 from limitmason.display.notebook import shows
 from limitmason.mechanics.wall_forces import CircularPierForces, WallForces, circular_pier_forces, wall_forces
-from mechanisms.arch import ArchLimit, arch_limit, geometric_safety
+from mechanisms.arch import ArchLimit, arch_limit
 from mechanisms.catalogue import NAMES, catalogue, smallest
 from mechanisms.classical import inclined_hinge, overturning, rigid_block, rondelet_thickness, sliding, stack
 from mechanisms.flexure import horizontal_flexure
@@ -41,7 +41,6 @@ __all__ = [
     "compound_rocking",
     "crack_angle_reduction",
     "flexure_power",
-    "geometric_safety",
     "horizontal_flexure",
     "inclined_hinge",
     "light_damage",

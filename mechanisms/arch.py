@@ -1,13 +1,11 @@
-"""Minimum thickness of circular arches under their own weight: closed form of the five-hinge limit, and its program."""
+"""Minimum thickness of circular arches under their own weight: closed form of the five-hinge limit."""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
-from limitmason.build import arch_minimum_thickness
-from limitmason.errors import InputError, NotApplicable
-from limitmason.model.assembly import Assembly
+from limitmason.errors import InputError
 
 
 class ArchLimit(NamedTuple):
@@ -77,30 +75,3 @@ def arch_limit(angle_deg: float = 180.0) -> ArchLimit:
     t = float(brentq(spare, 1e-5, 0.5, xtol=1e-14))
     beta = haunch(t)
     return ArchLimit(t, math.degrees(beta), need(beta, t) / (2.0 * alpha))
-
-
-def geometric_safety(assembly: Assembly) -> float:
-    """Return thickness over the smallest thickness of an arch [-].
-
-    The arch is made by ``limitmason.build.arch``.
-
-    Parameters
-    ----------
-    assembly : circular, on held springings; the smallest thickness is that of its own number of voussoirs
-
-    Raises
-    ------
-    NotApplicable
-        For other assemblies.
-
-    Notes
-    -----
-    Heyman's geometric factor of safety: above 1 a line of thrust fits inside. Nothing is said of sliding or of piers.
-    """
-    recipe = assembly.recipe
-    if recipe.get("kind") != "arch" or recipe.get("shape") != "circular" or recipe.get("pier_height") is not None:
-        raise NotApplicable("recipe of a circular arch without piers is needed: build it with limitmason.build.arch")
-    thinnest = arch_minimum_thickness(
-        voussoirs=recipe["voussoirs"], angle_deg=recipe["angle_deg"], radius=recipe["radius"]
-    )
-    return float(recipe["thickness"] / thinnest)

@@ -67,8 +67,8 @@ def catalogue(
         raise InputError("every block is fixed: there is nothing to solve")
     if assembly.recipe.get("kind") == "arch":
         raise NotApplicable(
-            "the catalogue has no mechanism of an arch under live load; mechanisms.arch_limit and geometric_safety "
-            "compare thicknesses, limit analysis finds the hinges"
+            "the catalogue has no mechanism of an arch under live load; lm.minimum_thickness says "
+            "how thin it may be, limit analysis finds the hinges"
         )
     candidates, skipped = _fitting(assembly, loads, contact_factor)
     candidates["overturning"] = lambda: overturning(assembly, loads=loads)

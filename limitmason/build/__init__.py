@@ -14,13 +14,12 @@ from limitmason.build.dome import dome
 from limitmason.build.floor import with_floor
 from limitmason.build.layout import layout
 from limitmason.build.opening import Opening
-from limitmason.build.thinnest_arch import arch_minimum_thickness
 from limitmason.build.vault import vault
 from limitmason.build.wall import wall
 from limitmason.display.notebook import shows
 
 __all__ = [
-    "Opening", "arch", "arch_from_curves", "arch_minimum_thickness", "column", "dome", "layout", "vault",
+    "Opening", "arch", "arch_from_curves", "column", "dome", "layout", "vault",
     "wall", "with_floor", "with_potential_cracks",
 ]  # fmt: skip
 

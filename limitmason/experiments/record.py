@@ -208,7 +208,7 @@ class Experiment:
 
     @cached_property
     def _assembly(self) -> Assembly:
-        if not self.buildable:
+        if self.recipe.assembly is None or not self.buildable:
             raise InputError(f"{self.name} has no assembly: {self.no_model}")
         return self.recipe.assembly(self)
 

@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
+from thrust_lines import centroid_radius, thinnest
 
 from limitmason import Joint, build
-from limitmason.build.thinnest_arch import centroid_radius, thrust_margin
 
 JOINT = Joint(33.0)
 # semicircle with radial joints: t/R of the continuous arch, Milankovitch 1907 (0.1075), solved to six digits
@@ -146,11 +146,11 @@ def test_arch_from_curves_names_the_voussoir_whose_joints_cross():
 @pytest.mark.parametrize("shape", ["chord", "sector"])
 @pytest.mark.parametrize("number", [60, 61, 100, 181])
 def test_milankovitch_1907_semicircular_minimum_thickness(number, shape):
-    assert build.arch_minimum_thickness(voussoirs=number, voussoir_shape=shape) == pytest.approx(0.1075, abs=3e-4)
+    assert thinnest(number, chord=shape == "chord") == pytest.approx(0.1075, abs=3e-4)
 
 
 def test_minimum_thickness_tends_to_the_continuous_arch_from_below():
-    values = [build.arch_minimum_thickness(voussoirs=n, voussoir_shape="sector") for n in (6, 24, 96, 600)]
+    values = [thinnest(n, chord=False) for n in (6, 24, 96, 600)]
     assert all(value < MILANKOVITCH for value in values)
     assert values[-1] == pytest.approx(MILANKOVITCH, abs=2e-6)
 
@@ -169,31 +169,10 @@ def test_lever_arms_of_the_thrust_line_are_those_of_the_blocks_that_arch_builds(
     assert centroid_radius(thickness, np.pi / number, chord=False) == pytest.approx(mean, rel=1e-7)
 
 
-def test_minimum_thickness_separates_arches_with_and_without_a_line_of_thrust():
-    limit = build.arch_minimum_thickness(voussoirs=24)
-    assert thrust_margin(limit * 1.001, 24, np.pi, chord=True) > 0
-    assert thrust_margin(limit * 0.999, 24, np.pi, chord=True) < 0
-
-
-def test_minimum_thickness_scales_with_the_radius_and_falls_with_the_embrace():
-    one = build.arch_minimum_thickness(voussoirs=40)
-    assert build.arch_minimum_thickness(voussoirs=40, radius=3.0) == pytest.approx(3.0 * one)
-    falling = [build.arch_minimum_thickness(voussoirs=40, angle_deg=angle) for angle in (180.0, 150.0, 120.0, 90.0)]
+def test_minimum_thickness_falls_with_the_embrace():
+    falling = [thinnest(40, angle) for angle in (180.0, 150.0, 120.0, 90.0)]
     assert falling == sorted(falling, reverse=True)
     assert falling[-1] < 0.02
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"voussoirs": 3}, "voussoirs"),
-        ({"angle_deg": 200.0}, "angle_deg"),
-        ({"voussoir_shape": "round"}, "voussoir_shape"),
-    ],
-)
-def test_minimum_thickness_errors_name_the_argument(change, message):
-    with pytest.raises(ValueError, match=message):
-        build.arch_minimum_thickness(**change)
 
 
 # ---- column ---------------------------------------------------------------------------------------------------------

@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 import pytest
+from thrust_lines import thinnest
 
-import limitmason as lm
 import mechanisms as me
 from mechanisms.friction import edge_radii
 from mechanisms.optimum import ratio, smallest_ratio
@@ -357,18 +357,10 @@ def test_section_8_milankovitch_semicircular_arch():
 
 @pytest.mark.parametrize("angle", [180, 150, 120, 90])
 def test_arch_limit_is_approached_from_below_by_the_thrust_line_program(angle):
-    few, many = (lm.build.arch_minimum_thickness(voussoirs=n, angle_deg=angle) for n in (20, 120))
+    few, many = (thinnest(n, angle) for n in (20, 120))
     limit = me.arch_limit(angle).thickness
     assert few < limit
     assert many == pytest.approx(limit, rel=1e-3)
-
-
-def test_geometric_safety_of_an_arch():
-    arch = lm.build.arch(thickness=0.2, width=0.3, voussoirs=25, radius=1.0, joint=lm.Joint(35.0))
-    thinnest = lm.build.arch_minimum_thickness(voussoirs=25)
-    assert me.geometric_safety(arch) == pytest.approx(0.2 / thinnest)
-    with pytest.raises(ValueError, match="recipe of a circular arch"):
-        me.geometric_safety(lm.build.column(width=0.4, depth=0.3, unit_height=0.25, courses=3, joint=lm.Joint(35.0)))
 
 
 # ---- the search itself ----------------------------------------------------------------------------------------------
