@@ -235,7 +235,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         """
         if (np.diff(self.displacement) < 0.0).any():
             raise InputError("the curve turns back: it has no single load at a displacement; cut out one branch first")
-        return np.interp(np.asarray(displacement, float), self.displacement, self.load, left=np.nan, right=np.nan)
+        return np.interp(numbers("displacement", displacement), self.displacement, self.load, left=np.nan, right=np.nan)
 
     def event(self, name: str) -> CurvePoint | None:
         """The point of the first event of a name, or None where it did not happen."""

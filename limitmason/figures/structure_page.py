@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from limitmason.answers.results import BoundKind, Prediction
+from limitmason.checks import instance
 from limitmason.comparison import SideBySide
 from limitmason.constants import VERSION
 from limitmason.figures.contacts import contact_report
@@ -62,6 +63,7 @@ def structure_report(
     Path
         The file.
     """
+    instance("compared", compared, SideBySide, "of lm.compare")
     name = title or compared.title or "Structure"
     drawn = next((r.prediction for r in compared.rows if r.prediction is not None and r.prediction.mechanism), None)
     parts = [

@@ -369,4 +369,4 @@ class Loads(ReadOnly):
 
     def scaled(self, *, dead: float = 1.0, live: float = 1.0) -> Loads:
         """Dead and live loads times a factor each."""
-        return replace(self, dead=dead * self.dead, live=live * self.live)
+        return replace(self, dead=finite("dead", dead) * self.dead, live=finite("live", live) * self.live)

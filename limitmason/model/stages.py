@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.arrays import Array, Flags
-from limitmason.checks import choice, numbers, positive
+from limitmason.checks import choice, finite, numbers, positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
@@ -274,6 +274,8 @@ class BaseMotion(Stage):
         record = numbers("BaseMotion: acceleration", self.acceleration)
         if not np.isfinite(record).all():
             raise InputError("BaseMotion: the record has samples that are not finite")
+        if not record.size or len(record) < 2:
+            raise InputError("BaseMotion: a record needs two samples of acceleration and more")
         if record.ndim != 1 and record.shape[1:] != (3,):
             raise InputError(f"BaseMotion: acceleration must have shape (k,) or (k, 3), got {record.shape}")
         positive("BaseMotion: sample_step", self.sample_step)
@@ -323,7 +325,7 @@ class BaseMotion(Stage):
         uneven = np.flatnonzero(np.abs(np.diff(time) - step) > 0.01 * abs(step))
         if len(uneven):
             raise InputError(f"{path}: times must be equally spaced; after {time[uneven[0]]:g} s they are not")
-        return cls(tuple((scale * _ACCELERATIONS[units] * a).tolist()), step, **settings)
+        return cls(tuple((finite("scale", scale) * _ACCELERATIONS[units] * a).tolist()), step, **settings)
 
     @property
     def units(self) -> Array:

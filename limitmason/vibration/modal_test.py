@@ -57,6 +57,9 @@ class ModalTest(ReadOnly):
 
     def __post_init__(self) -> None:
         """Scale every shape to a largest component of 1."""
+        if not isinstance(self.sensors, Sequence):
+            raise InputError(f"sensors must be a list of (point, direction), got {self.sensors!r}")
+        placed(self.sensors)
         frequency, shape = np.asarray(self.frequency, dtype=float), np.array(self.shape, dtype=float)
         if shape.shape != (len(frequency), len(self.sensors)) or not np.isfinite(shape).all():
             wanted = f"({len(frequency)}, {len(self.sensors)})"
