@@ -18,7 +18,6 @@ from limitmason.model.detection import renumbered_doubts
 from limitmason.model.input import read_vector
 from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint
-from limitmason.model.support import Support
 
 Plane = tuple[ArrayLike, ArrayLike]
 
@@ -94,12 +93,8 @@ def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane],
         blocks += halves
     interfaces = [piece for i in assembly.interfaces for piece in _pieces(i, cut, first)]
     supports = tuple(
-        Support(
-            assembly.blocks[assembly.block_index(s.block)].name,
-            translations=s.translations, rotations=s.rotations, dofs=s.dofs,
-        )
-        for s in assembly.supports
-    )  # fmt: skip
+        replace(s, block=assembly.blocks[assembly.block_index(s.block)].name) for s in assembly.supports
+    )
     return replace(
         assembly, blocks=tuple(blocks), interfaces=(*interfaces, *cracks), supports=supports, recipe={},
         doubts=renumbered_doubts(assembly.doubts, np.array(first)),

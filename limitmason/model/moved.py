@@ -11,7 +11,6 @@ from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.detection import moved_doubts, renumbered_doubts
-from limitmason.model.support import Support
 
 Laid = TypeVar("Laid", bound=Blockwork)
 
@@ -64,7 +63,7 @@ def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
     new = np.empty(assembly.n_blocks, dtype=int)
     new[order] = np.arange(assembly.n_blocks)
     names = [b.name for b in assembly.blocks]
-    supports = tuple(replace_block(s, names[assembly.block_index(s.block)]) for s in assembly.supports)
+    supports = tuple(replace(s, block=names[assembly.block_index(s.block)]) for s in assembly.supports)
     interfaces = tuple(
         replace(i, block_a=int(new[i.block_a]), block_b=int(new[i.block_b])) for i in assembly.interfaces
     )
@@ -107,10 +106,5 @@ def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False)
     supports = [(assembly.block_index(s.block), s) for s in assembly.supports]
     return replace(
         joined, blocks=tuple(blocks[k] for k in rest), doubts=(),
-        supports=tuple(replace_block(s, names[k]) for k, s in supports if k == owner[k]),
+        supports=tuple(replace(s, block=names[k]) for k, s in supports if k == owner[k]),
     )  # fmt: skip
-
-
-def replace_block(support: Support, block: str) -> Support:
-    """The same support of a block by its name."""
-    return Support(block, translations=support.translations, rotations=support.rotations, dofs=support.dofs)

@@ -1,6 +1,6 @@
 """Pressure on a patch that covers whole faces of some blocks and parts of others: airbags, bearings, water."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,59 @@ if TYPE_CHECKING:
 
 
 _PARALLEL = np.cos(np.deg2rad(1.0))
-_NEAR = 1e-6  # of the patch's size: faces this near to its plane lie in it
+NEAR = 1e-6  # of the patch's size: faces this near to its plane lie in it
+
+
+class Patch(NamedTuple):
+    """A flat convex polygon: corners [m], outward normal, size [m], and axes in its plane, shape (2, 3)."""
+
+    corners: Array
+    normal: Array
+    size: float
+    axes: Array
+
+    def holds(self, points: Array) -> Any:
+        """Whether points lie in its plane, over their last axis but one."""
+        return np.abs((points - self.corners[0]) @ self.normal).max(axis=-1) <= NEAR * self.size
+
+    def clipped(self, face: Array) -> Array:
+        """The part of a face within it, in its axes from its first corner."""
+        return clip_convex((face - self.corners[0]) @ self.axes.T, (self.corners - self.corners[0]) @ self.axes.T)
+
+    def missed(self, what: str) -> InputError:
+        """The error that nothing lies in it."""
+        n = self.normal
+        return InputError(
+            f"no {what} lies in the patch with corners {self.corners.tolist()} and outward normal "
+            f"({n[0]:.3g}, {n[1]:.3g}, {n[2]:.3g}): give the corners counter-clockwise seen from outside"
+        )
+
+
+def read_patch(corners: ArrayLike) -> Patch:
+    """A patch by its corners, counter-clockwise seen from outside [m], shape (k, 3).
+
+    Raises
+    ------
+    InputError
+        When they are no flat convex polygon.
+    """
+    p = np.array([read_vector(f"corners[{k}] of the patch", c) for k, c in enumerate(np.atleast_2d(corners))])
+    if len(p) < 3:
+        raise InputError(f"a patch needs at least three corners, got {len(p)}")
+    r = p - p[0]
+    size = float(np.linalg.norm(r, axis=1).max())
+    area = 0.5 * np.cross(r[1:-1], r[2:]).sum(axis=0)
+    length = float(np.linalg.norm(area))
+    if length <= 1e-12 * size**2:
+        raise InputError("the corners of the patch lie on one line")
+    normal = area / length
+    edges = np.roll(p, -1, axis=0) - p
+    turns = np.cross(edges, np.roll(edges, -1, axis=0)) @ normal
+    if np.abs(r @ normal).max() > NEAR * size or turns.min() < -NEAR * size**2:
+        raise InputError("the corners of the patch must be a flat convex polygon, in order around it")
+    first = p[1] - p[0]
+    first = first / np.linalg.norm(first)
+    return Patch(p, normal, size, np.stack([first, np.cross(normal, first)]))
 
 
 def patch_wrenches(
@@ -49,53 +101,25 @@ def patch_wrenches(
     -----
     Faces that another block covers are loaded too if they lie in the patch: draw it over the free surface only.
     """
-    p = np.array([read_vector(f"corners[{k}] of the patch", c) for k, c in enumerate(np.atleast_2d(corners))])
-    if len(p) < 3:
-        raise InputError(f"a patch needs at least three corners, got {len(p)}")
-    normal, size = patch_normal(p)
-    load = -finite("pressure", pressure) * normal if traction is None else read_vector("traction", traction)
-    first = p[1] - p[0]
-    first = first / np.linalg.norm(first)
-    axes = np.stack([first, np.cross(normal, first)])
-    window = (p - p[0]) @ axes.T
+    patch = read_patch(corners)
+    load = -finite("pressure", pressure) * patch.normal if traction is None else read_vector("traction", traction)
     wrench, total = np.zeros((assembly.n_blocks, 6)), 0.0
     for i, block in enumerate(assembly.blocks):
         for part in block.parts:
             for f in part.faces:
                 face = part.vertices[list(f)]
-                if np.abs((face - p[0]) @ normal).max() > _NEAR * size:
+                if not patch.holds(face) or face_planes(face[None])[0][0] @ patch.normal < _PARALLEL:
                     continue
-                if face_planes(face[None])[0][0] @ normal < _PARALLEL:
-                    continue
-                left = clip_convex((face - p[0]) @ axes.T, window)
+                left = patch.clipped(face)
                 if len(left) < 3:
                     continue
                 area, centre = polygon_area_centroid(left)
-                if area <= _NEAR**2 * size**2:
+                if area <= NEAR**2 * patch.size**2:
                     continue
                 force = load * area
-                arm = p[0] + centre @ axes - assembly.centroids[i]
+                arm = patch.corners[0] + centre @ patch.axes - assembly.centroids[i]
                 wrench[i] += np.concatenate([force, np.cross(arm, force)])
                 total += area
     if total == 0.0:
-        raise InputError(
-            f"no face of a block lies in the patch with corners {p.tolist()} and outward normal "
-            f"({normal[0]:.3g}, {normal[1]:.3g}, {normal[2]:.3g}): give the corners counter-clockwise seen from outside"
-        )
+        raise patch.missed("face of a block")
     return wrench, total
-
-
-def patch_normal(corners: Array) -> tuple[Array, float]:
-    """Unit normal and size of a flat convex polygon."""
-    r = corners - corners[0]
-    size = float(np.linalg.norm(r, axis=1).max())
-    area = 0.5 * np.cross(r[1:-1], r[2:]).sum(axis=0)
-    length = float(np.linalg.norm(area))
-    if length <= 1e-12 * size**2:
-        raise InputError("the corners of the patch lie on one line")
-    normal = area / length
-    edges = np.roll(corners, -1, axis=0) - corners
-    turns = np.cross(edges, np.roll(edges, -1, axis=0)) @ normal
-    if np.abs(r @ normal).max() > _NEAR * size or turns.min() < -_NEAR * size**2:
-        raise InputError("the corners of the patch must be a flat convex polygon, in order around it")
-    return normal, size
