@@ -9,7 +9,7 @@ from typing import Any, TypedDict
 from dem.model.holding import LoadVerdict
 from dem.model.joints import Grid as Spacing
 from dem.model.joints import JointOptions
-from limitmason.checks import choice
+from limitmason.checks import choice, positive
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE, ZONED
 from limitmason.errors import InputError
@@ -119,8 +119,7 @@ class DemSettings:
     def __post_init__(self) -> None:
         """Say which setting is wrong."""
         choice("contacts", self.contacts, (EDGES, FIRST))
-        if not self.tolerance > 0:
-            raise InputError(f"tolerance must be positive, got {self.tolerance!r}")
+        positive("tolerance", self.tolerance)
         if isinstance(self.error_budget, str):
             raise InputError(f"error_budget must be several of {', '.join(CHECKS)}, such as ({self.error_budget!r},)")
         for check in self.error_budget:

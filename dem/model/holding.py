@@ -270,7 +270,7 @@ class LoadVerdict:
     block: int = -1
 
 
-class Onset(NamedTuple):
+class LoadOnset(NamedTuple):
     """How a load comes on evenly: from which, [N, N m], shape (n, 6), and in how many steps. At once it overshoots."""
 
     before: Array
@@ -290,7 +290,7 @@ def hold(
     patience: int = 0,
     early: float | None = None,
     edges: bool = True,
-    onset: Onset | None = None,
+    onset: LoadOnset | None = None,
 ) -> LoadVerdict:
     """Hold a load until force and moment are small in several checks in a row, or a block has moved too far.
 

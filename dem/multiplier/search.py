@@ -12,8 +12,8 @@ from dem.model.holding import (
     MOVING,
     SLID,
     UNDECIDED,
+    LoadOnset,
     LoadVerdict,
-    Onset,
     Scale,
     hold,
     slid_and_moved,
@@ -81,7 +81,7 @@ def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Cont
         return hold(
             assembly, state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
             limit=2.5 * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges,
-            onset=Onset(np.zeros_like(loads.dead), evenly),
+            onset=LoadOnset(np.zeros_like(loads.dead), evenly),
         )  # fmt: skip
 
     begun, first = state.copy(), held(state, 0)
@@ -142,7 +142,7 @@ def increments(
                 assembly, state, loading(new), scale, c.damping,
                 tolerance=min(c.equilibrium, 0.05 * (new - b.stable) / c.unit), limit=limit, max_steps=c.max_steps,
                 patience=patience, early=min(0.2 * limit, max(20.0 * settling, 0.02 * limit)), edges=c.edges,
-                onset=Onset(loading(b.stable), int(RATE * (new - b.stable) / c.unit)),
+                onset=LoadOnset(loading(b.stable), int(RATE * (new - b.stable) / c.unit)),
             )  # fmt: skip
             used += verdict.steps
             record.append((float(new), verdict))

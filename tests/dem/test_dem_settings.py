@@ -32,7 +32,7 @@ def test_settings_and_keywords_are_one_and_keywords_count_before_settings():
 
 
 @pytest.mark.parametrize(("wrong", "words"), [
-    ({"tolerance": 0.0}, "tolerance must be positive"),
+    ({"tolerance": 0.0}, "tolerance must be positive"), ({"tolerance": None}, "tolerance must be a finite number"),
     ({"error_budget": "rate"}, "such as"),
     ({"error_budget": ("rates",)}, "unknown check 'rates'"),
 ])  # fmt: skip
