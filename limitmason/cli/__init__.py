@@ -33,7 +33,7 @@ examples:
   limitmason template wall.json                        a small wall to edit
   limitmason check wall.json --figure check.png        contacts, near misses, implausible input
   limitmason template facade.svg                       the same wall as a drawing in mm with open mortar
-  limitmason check facade.svg --scale 0.001            and what makes drawn stones meet: --gap, --mortar, --layers
+  limitmason check facade.svg --scale 0.001            what makes drawn stones meet (needs the extra dxf)
   limitmason stability wall.json --figure stands.png   can it stand, and how well
   limitmason template arch.json --arch                 the arch of a bridge
   limitmason axles arch.json --axle 0 5e4 --axle 1.8 5e4 --level 2.2 --figure axles.png

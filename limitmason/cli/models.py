@@ -147,11 +147,10 @@ def _template(options: argparse.Namespace) -> int:
     from limitmason import formats
 
     formats.write_model_template(options.file, of="arch" if options.arch else "wall")
-    if options.file.suffix.lower() == ".svg":
-        say(f"wrote {options.file}: a small wall drawn in mm; `limitmason check {options.file} --scale 0.001` reads it")
-    else:
-        what = "the arch of a bridge; `limitmason stability` and `axles` read it" if options.arch else (
-            "a small wall; edit its outlines, joint and loads, then `limitmason solve`"
-        )
-        say(f"wrote {options.file}: {what}")
+    what = "a small wall; edit its outlines, joint and loads, then `limitmason solve`"
+    if options.arch:
+        what = "the arch of a bridge; `limitmason stability` and `axles` read it"
+    elif options.file.suffix.lower() == ".svg":
+        what = f"a small wall drawn in mm; `limitmason check {options.file} --scale 0.001` reads it, with the extra dxf"
+    say(f"wrote {options.file}: {what}")
     return 0
