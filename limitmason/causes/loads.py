@@ -8,7 +8,7 @@ import numpy as np
 from limitmason.causes.declare import declare
 from limitmason.causes.wrenches import Direction, live_direction, overload_of, shared_acceleration, turned
 from limitmason.checks import choice
-from limitmason.errors import InputError
+from limitmason.errors import NotApplicable
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model import Assembly, Loads
 
@@ -90,6 +90,6 @@ def load_direction(size: float, assembly: Assembly, loads: Loads, *, plane: str 
     d = live_direction(loads)
     axis = np.array([0.0, 0.0, 1.0]) if plane == "horizontal" else np.cross(d, (0.0, 0.0, 1.0))
     if np.linalg.norm(axis) < 1e-9:
-        raise InputError("a vertical live load has no vertical plane of its own: use plane='horizontal'")
+        raise NotApplicable("a vertical live load has no vertical plane of its own: use plane='horizontal'")
     rotation = rotation_matrices(np.radians(size) * axis / np.linalg.norm(axis))
     return assembly, replace(loads, live=turned(loads.live, rotation))

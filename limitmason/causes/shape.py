@@ -43,7 +43,8 @@ def out_of_plumb(
     d = live_direction(loads) if direction is None else np.asarray(direction, dtype=float)
     axis = np.cross((0.0, 0.0, 1.0), d)
     if np.linalg.norm(axis) < 1e-9:
-        raise InputError("out-of-plumb needs a horizontal direction: give direction=")
+        said = "out-of-plumb needs a horizontal direction: give direction="
+        raise InputError(said) if direction is not None else NotApplicable(f"{said}; that of the live load is vertical")
     back = rotation_matrices(-np.radians(size) * axis / np.linalg.norm(axis))
     return assembly, replace(loads, dead=turned(loads.dead, back), live=turned(loads.live, back))
 

@@ -452,3 +452,14 @@ def test_torsion_strength_divides_the_torsion_of_uniform_pressure(size):
     free = value(made, loads, **{cause.parameter: cause.baseline})
     assert free == value(made, loads)
     assert free == pytest.approx(MU * weight * a / math.sqrt(2.0), rel=1e-6)
+
+
+def test_causes_that_take_their_direction_from_a_vertical_live_load_do_not_apply():
+    # a diagnosis then sets them aside and goes on
+    bare, _ = wall()
+    model = bare, lm.Loads.weight(bare).with_point_load(bare, bare.blocks[-1].name, (0.0, 0.0, -1e3))
+    for cause in (catalogue.out_of_plumb(), catalogue.load_direction()):
+        with pytest.raises(NotApplicable, match="live load"):
+            cause.apply(1.0, *model)
+    with pytest.raises(lm.errors.InputError, match="horizontal direction"):
+        catalogue.out_of_plumb(direction=(0.0, 0.0, 1.0)).apply(1.0, *model)
