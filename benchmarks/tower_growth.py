@@ -18,7 +18,8 @@ import numpy as np
 
 import dem
 import limitmason as lm
-from dem.contact.detection import Pieces, near_margin, redetect
+from dem.contact.detection import redetect
+from dem.contact.near import Pieces, near_margin
 from dem.model.holding import run
 from limitmason.model.stages import Damping
 

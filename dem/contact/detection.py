@@ -2,23 +2,20 @@
 
 from collections.abc import Sequence
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dem import kernels
 from dem.contact.inheritance import close_setbacks, deformed, inherit, keep_energy
-from dem.contact.internal_edges import FLAT, Bearings, Poses, goes_on, moved_together
+from dem.contact.internal_edges import FLAT, Bearings, moved_together
+from dem.contact.meeting import PiecesMeet, area_of, least_area, on_faces_that_go_on
+from dem.contact.near import ALWAYS, SMALL, Around, Pieces, placed
 from dem.contact.new_joints import Fresh, assemble, crossing_joint, face_joint
-from dem.kernels import APART, CROSSING, FACES, Joints
+from dem.kernels import APART, CROSSING, FACES, Joints, Near
 from dem.kernels.arrays import Index
 from dem.model.edge_points import note_slid, pivots_on_a
-from dem.model.holding import smallest_edge
+from dem.model.stable_step import points_of
 from dem.model.state import DYNAMIC, PointForces, State
 from limitmason.arrays import Array, Flags
-from limitmason.geometry.boxtree import overlapping_pairs
-from limitmason.geometry.polyhedron import group_by_topology
 from limitmason.model import Assembly
 
 SLIP_FRACTION = 0.25
@@ -30,6 +27,9 @@ TURN_LIMIT = np.deg2rad(3.0)
 PIVOT_TURN = np.deg2rad(0.05)
 """Turn from which a joint that slid and pivots on an edge of a is cut anew with b as its base [rad]."""
 
+PIVOT_SLIP = 5e-3
+"""Slip from which it is, over the root of its area: the arm of what bears is wrong by the slip [-]."""
+
 STIFF_TURN = 1e-3
 """Turn since a joint was made up to which a block's stiffness is that of then, to some thousandths [rad].
 
@@ -37,78 +37,8 @@ With real masses it is :data:`PIVOT_TURN`, to a hundredth: the step is .65 of th
 on it.
 """
 
-MARGIN = 0.05
-"""Gap up to which two blocks count as near, over the smallest block dimension [-]."""
-
-SMALL = 0.5
-"""Displacement up to which the first contacts are all there are, over the gap at which two blocks count as near [-]."""
-
 SOONEST = 4
 """Fewest steps between two searches."""
-
-
-class Pieces(NamedTuple):
-    """Convex pieces of all blocks: corners from the block's centroid in the reference position [m], faces, edges."""
-
-    owner: NDArray[np.int64]
-    local: Array
-    n_corners: NDArray[np.int64]
-    faces: NDArray[np.int64]  # corners of every face, padded
-    size: NDArray[np.int64]
-    n_faces: NDArray[np.int64]
-    edges: NDArray[np.int64]  # both corners and both faces of every edge between faces that are not coplanar, padded
-    n_edges: NDArray[np.int64]
-
-    @classmethod
-    def of(cls, assembly: Assembly) -> "Pieces":
-        """Pieces of an assembly, found once: a push runs the same one at two speeds."""
-        if assembly in _KNOWN:
-            return _KNOWN[assembly]
-        solids = [part for block in assembly.blocks for part in block.parts]
-        owner = np.repeat(np.arange(assembly.n_blocks), [len(block.parts) for block in assembly.blocks])
-        groups = group_by_topology(solids)
-        tables = [_edges_of(faces) for faces, _, _ in groups]
-        v = max(vertices.shape[1] for _, _, vertices in groups)
-        f = max(len(faces) for faces, _, _ in groups)
-        k = max(len(face) for faces, _, _ in groups for face in faces)
-        count, m = np.zeros((3, len(solids)), dtype=np.int64), len(solids)
-        local, faces_of = np.zeros((m, v, 3)), np.zeros((m, f, k), dtype=np.int64)
-        size, edges = np.zeros((m, f), dtype=np.int64), np.zeros((m, max(map(len, tables)), 4), dtype=np.int64)
-        for (faces, rows, vertices), table in zip(groups, tables, strict=True):
-            n = vertices.shape[1]
-            local[rows, :n] = vertices - assembly.centroids[owner[rows]][:, None]
-            local[rows, n:] = local[rows, n - 1 : n]
-            for j, face in enumerate(faces):
-                faces_of[rows, j, : len(face)] = face
-                size[rows, j] = len(face)
-            bent = _bent(vertices, faces, table)
-            first = np.argsort(~bent, axis=1, kind="stable")
-            edges[rows, : len(table)] = np.where(np.sort(~bent, axis=1)[:, :, None], 0, table[first])
-            count[0, rows], count[1, rows], count[2, rows] = n, len(faces), bent.sum(axis=1)
-        _KNOWN[assembly] = cls(owner, local, count[0], faces_of, size, count[1], edges, count[2])
-        return _KNOWN[assembly]
-
-
-_KNOWN: WeakKeyDictionary[Assembly, Pieces] = WeakKeyDictionary()
-
-
-def _edges_of(faces: Sequence[tuple[int, ...]]) -> Index:
-    """Corners i, j and faces of every edge between two faces, shape (e, 4)."""
-    beside: dict[tuple[int, int], list[int]] = {}
-    for f, face in enumerate(faces):
-        for i, j in zip(face, (*face[1:], face[0]), strict=True):
-            beside.setdefault((min(i, j), max(i, j)), []).append(f)
-    return np.array([(*ends, *fs) for ends, fs in beside.items() if len(fs) == 2], dtype=np.int64).reshape(-1, 4)
-
-
-def _bent(vertices: Array, faces: Sequence[tuple[int, ...]], edges: Index) -> Flags:
-    """Edges of solids of one topology that are none inside a plane, as triangulation leaves them, shape (k, e)."""
-    normal = np.empty((len(vertices), len(faces), 3))
-    for f, face in enumerate(faces):
-        x = vertices[:, list(face)]
-        n = np.cross(x, np.roll(x, -1, axis=1)).sum(axis=1)
-        normal[:, f] = n / np.linalg.norm(n, axis=1)[:, None]
-    return np.asarray(np.einsum("kei,kei->ke", normal[:, edges[:, 2]], normal[:, edges[:, 3]]) < 1.0 - 1e-10)
 
 
 class Found(NamedTuple):
@@ -118,8 +48,8 @@ class Found(NamedTuple):
     soonest: float
 
 
-def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float) -> Found:
-    """Cut outworn joints anew, drop open ones, add new pairs.
+def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float, sharp: bool = False) -> Found:
+    """Cut outworn joints anew, drop open ones, add new pairs, of blocks that moved against each other.
 
     Changes ``state``.
 
@@ -132,75 +62,234 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float)
     face goes on in its own (:mod:`dem.internal_edges`), and never with more elastic energy than these had: the gaps of
     pressed points are widened where it would, and narrow again as the points open.
 
+    A pair is looked at again when its blocks have moved or turned against each other by as much as it takes for a joint
+    of theirs to be outworn, and at most by half the margin: up to there the contacts that it has are all there are.
+
     Parameters
     ----------
     pieces : of the assembly
     margin : gap up to which two blocks count as near [m]
+    sharp : look at open edges and corners alone, whose time has come before that of a search of all pairs
     """
-    rot = state.bodies.rot + np.eye(3)
-    place = assembly.centroids + state.bodies.shift
-    corners = np.einsum("pij,pkj->pki", rot[pieces.owner], pieces.local) + place[pieces.owner][:, None]
-    p, q = overlapping_pairs(corners.min(axis=1) - margin, corners.max(axis=1) + margin)
-    blocks = np.sort(np.column_stack([pieces.owner[p], pieces.owner[q]]), axis=1)
-    use = (blocks[:, 0] != blocks[:, 1]) & ~(assembly.fixed[blocks[:, 0]] & assembly.fixed[blocks[:, 1]])
-    p, q, blocks = p[use], q[use], blocks[use]
-    met = _Meeting(corners, pieces, p, q, margin)
-    now = state.measured(assembly)
-    close_setbacks(state, now)
-    note_slid(state, now)
-    joints = state.joints
-    pair_of = np.sort(np.column_stack([joints.block_a, joints.block_b]), axis=1)
-    n_blocks = assembly.n_blocks
-    code, key = pair_of @ (n_blocks, 1), blocks @ (n_blocks, 1)
-    turn = _turned_since(state)
-    turned = turn > TURN_LIMIT
-    bearings = Bearings.of(state, now, rot, (state.contact == FACES) & ~turned)
-    beside = _on_faces_that_go_on(met, joints, bearings, n_blocks)
-    shape = met.now
-    kind, gap = shape.kind, shape.gap
-    near = kind > 0
-    outworn = _outworn(assembly, state, now, code, key[near], kind[near], gap[near], margin, turn)
-    slip = np.maximum.reduceat(np.linalg.norm(now.slip, axis=1), joints.start[:-1]) if len(code) else np.zeros(0)
-    family = Families()
-    normal = np.einsum("kij,kj->ki", rot[joints.block_a], joints.frame[:, 2])
-    for row, k in beside.items():
-        mine = code == key[row]
-        across = mine & (np.abs(normal @ shape.plane[row, :3]) < FLAT)
-        outworn |= across
-        if kind[row] and not (mine & ~across).any():
-            outworn[k] = True
-            family.join(int(key[row]), int(code[k]))
-    for k, other in moved_together(joints, bearings, outworn, slip, 0.5 * margin):
-        outworn[other] = True
-        family.join(int(code[k]), int(code[other]))
-    # all joints of a pair go together: a concave block may touch another in several places
-    recut = np.unique(code[outworn])
-    stays = ~np.isin(code, recut)
-    soonest = _soonest_touch(assembly, state, blocks, gap, (kind > FACES) & (gap > 0.0))
-    group = np.array([family.of(int(c)) for c in code], dtype=np.int64)
-    made: list[Fresh] = []
-    families: list[int] = []
-    for row in np.flatnonzero(near & ~np.isin(key, code[stays])).tolist():
-        a, b = (p[row], q[row]) if shape.base_first[row] else (q[row], p[row])
-        pair = int(pieces.owner[a]), int(pieces.owner[b])
-        before = np.flatnonzero((code == key[row]) & (state.contact != CROSSING))
-        like = int(before[0]) if len(before) else beside.get(row)
-        if kind[row] == CROSSING:
-            new: Fresh | None = crossing_joint(assembly, state, pair, shape.crossing[row], rot, place)
-        else:
-            outline = shape.polygon[row, : shape.corners[row]]
-            new = face_joint(assembly, state, pair, outline, shape.plane[row], rot, place, int(kind[row]), like)
-        if new is not None:
-            families.append(family.of(int(key[row])))
-            inherit(state, now, code == key[row], ~stays & (group == families[-1]), new)
-            made.append(deformed(state, new))
-    if stays.all() and not made:
+    around = Around.of(assembly, state, pieces, margin, state.near)
+    code, own = np.sort(around.near.blocks, axis=1) @ (assembly.n_blocks, 1), _codes(state.joints, assembly.n_blocks)
+    joined = np.isin(code, own)
+    if state.near is None:
+        _allow(assembly, state, pieces, around.near, margin, code, own, joined)
+    state.near = around.near
+    _narrow(assembly, state)
+    due = around.near.angle == ALWAYS if sharp else around.due()
+    # and what has leapt away from all that is near
+    looked = np.union1d(code[due & (joined | ~around.apart)], own[~np.isin(own, code)])
+    if not len(looked):
+        return Found([], np.inf)
+    search = _Search(assembly, state, pieces, around, code, looked, margin)
+    active, soonest = search.active, search.soonest()
+    near = state.near = around.looked_at(np.isin(code, looked), *search.allowances(code, ()))
+    if not len(active):
         return Found([], soonest)
-    keep_energy(state, now, np.where(stays, -1, group), made, families)
-    changed = np.zeros(n_blocks, dtype=bool)
+    search = _Search(assembly, state, pieces, around._replace(near=near), code, active, margin, beside=True)
+    search.cut()
+    made, families = search.make()
+    state.near = search.around.looked_at(np.isin(code, search.looked), *search.allowances(code, made))
+    soonest = min(soonest, search.soonest())
+    if search.stays.all() and not made:
+        return Found([], soonest)
+    keep_energy(search.state, search.now, np.where(search.stays, -1, search.group), made, families)
+    stays = np.ones(len(state.contact), dtype=bool)
+    stays[search.rows] = search.stays
+    changed = np.zeros(assembly.n_blocks, dtype=bool)
     limit = PIVOT_TURN if state.mode == DYNAMIC else STIFF_TURN
-    changed[pair_of[stays & (turn > limit)].ravel()] = True
+    joints = search.state.joints
+    for ends in (joints.block_a, joints.block_b):
+        changed[ends[search.stays & (search.turn > limit)]] = True
     return Found(assemble(assembly, state, stays, made, changed), soonest)
+
+
+def _codes(joints: Joints, n_blocks: int) -> Index:
+    """One number for the pair of blocks of every joint."""
+    return np.sort(np.column_stack([joints.block_a, joints.block_b]), axis=1) @ (n_blocks, 1)
+
+
+def _allow(
+    assembly: Assembly, state: State, pieces: Pieces, near: Near, margin: float, code: Index, own: Index, joined: Flags
+) -> None:  # fmt: skip
+    """Motion from the reference position that pairs are allowed: none where faces or sharp corners have no joint."""
+    still = np.zeros((assembly.n_blocks, 3, 3))
+    shape = PiecesMeet(placed(pieces, still, assembly.centroids)[0], pieces, near.pairs, margin).now
+    sharp = (shape.kind > FACES) | (~joined & (shape.kind == FACES) & (area_of(shape) > least_area(assembly)))
+    known, row = np.unique(code, return_inverse=True)
+    slip, use = np.full(len(known), np.inf), np.isin(own, known)
+    allowed = _slip_allowed(_spacing(state), np.diff(state.joints.start))
+    np.minimum.at(slip, np.searchsorted(known, own[use]), allowed[use])
+    near.move[:] = np.where(sharp | (near.move == ALWAYS), ALWAYS, np.minimum(near.move, slip[row]))
+    near.angle[:] = np.where(near.move == ALWAYS, ALWAYS, np.where(joined, TURN_LIMIT, near.angle))
+
+
+def _slip_allowed(spacing: Array, count: Index | int) -> Array:
+    """Slip up to which a joint of points at a spacing [m] is neither worn nor may pivot on the wrong edge [m]."""
+    return np.asarray(spacing * np.minimum(SLIP_FRACTION, PIVOT_SLIP * np.sqrt(count)))
+
+
+def _narrow(assembly: Assembly, state: State) -> None:
+    """Take setbacks back where points have opened."""
+    if not state.setback.any():
+        return
+    rows = np.unique(np.searchsorted(state.joints.start, np.flatnonzero(state.setback), side="right") - 1)
+    part, points = state.part(rows), points_of(state.joints, rows)
+    close_setbacks(part, part.measured(assembly))
+    state.points.gap[points], state.setback[points] = part.points.gap, part.setback
+
+
+class _Search:
+    """What is found on some pairs of blocks: their joints that go, and how their pieces meet.
+
+    It sees the joints of these pairs alone, or of their blocks and of all that these touch, with numbers of its own.
+
+    Parameters
+    ----------
+    code : of the blocks of every near pair of pieces
+    looked : codes of the pairs of blocks that are looked at
+    beside : also see the joints beside them
+    """
+
+    def __init__(
+        self, assembly: Assembly, state: State, pieces: Pieces, around: Around, code: Index, looked: Index,
+        margin: float, *, beside: bool = False,
+    ) -> None:  # fmt: skip
+        n, one, two = assembly.n_blocks, state.joints.block_a, state.joints.block_b
+        self.assembly, self.pieces, self.margin, self.around, self.of_row = assembly, pieces, margin, around, code
+        rows, hit = np.isin(_codes(state.joints, n), looked), np.zeros(n, dtype=bool)
+        hit[looked // n] = hit[looked % n] = True
+        for _ in range(2 if beside else 0):
+            rows = hit[one] | hit[two]
+            hit[one[rows]] = hit[two[rows]] = True
+        self.rows, self.hit = np.flatnonzero(rows), hit
+        part = self.state = state.part(self.rows)
+        self.rot, self.place = state.bodies.rot + np.eye(3), assembly.centroids + state.bodies.shift
+        now = self.now = part.measured(assembly)
+        note_slid(part, now)
+        first = part.joints.start[:-1]
+        self.code, self.turn = _codes(part.joints, n), _turned_since(part)
+        self.slip = np.maximum.reduceat(np.linalg.norm(now.slip, axis=1), first) if len(first) else np.zeros(0)
+        flat = (part.contact == FACES) & ~(self.turn > TURN_LIMIT)
+        self.bearings = Bearings.of(part, now, self.rot, flat) if beside else None
+        self._meet(looked)
+        shape, at = self.met.now, np.flatnonzero(self.met.now.kind > 0)
+        self.outworn = _outworn(
+            assembly, part, now, self.code, self.key[at], shape.kind[at], shape.gap[at], margin, self.turn,
+            np.isin(self.code, looked),
+        )  # fmt: skip
+        state.ends[points_of(state.joints, self.rows)] = part.ends
+        self.stays = ~np.isin(self.code, self.code[self.outworn])
+        self.group, self.family = self.code, Families()
+        over = (shape.kind != APART) & (shape.beside > -margin)
+        over |= self.makes & ~np.isin(self.key, self.code)
+        self.active = np.union1d(self.code[self.outworn], self.key[over]) if not beside else looked
+
+    def cut(self) -> None:
+        """Find what goes with outworn joints: what runs across a face that goes on, and what lies on one face."""
+        assert self.bearings is not None
+        joints, shape, outworn = self.state.joints, self.met.now, self.outworn
+        normal = np.einsum("kij,kj->ki", self.rot[joints.block_a], joints.frame[:, 2])
+        for row, k in self.beside.items():
+            own = np.flatnonzero(self.code == self.key[row])
+            across = np.abs(normal[own] @ shape.plane[row, :3]) < FLAT
+            outworn[own[across]] = True
+            if self.makes[row] and across.all():
+                outworn[k] = True
+                self.family.join(int(self.key[row]), int(self.code[k]))
+        for k, other in moved_together(joints, self.bearings, outworn, self.slip, 0.5 * self.margin):
+            outworn[other] = True
+            self.family.join(int(self.code[k]), int(self.code[other]))
+        # all joints of a pair go together: a concave block may touch another in several places
+        recut = np.unique(self.code[outworn])
+        self.stays = ~np.isin(self.code, recut)
+        self.group = np.array([self.family.of(c) for c in self.code.tolist()], dtype=np.int64)
+        if not np.isin(recut, self.looked).all():
+            self._meet(np.union1d(self.looked, recut))
+
+    def _meet(self, looked: Index) -> None:
+        """How the pieces of some pairs of blocks meet, and which of them make a joint."""
+        self.looked, around = looked, self.around
+        near = np.flatnonzero(np.isin(self.of_row, looked) & ~around.apart)
+        self.key, self.pairs = self.of_row[near], around.near.pairs[near]
+        self.met, n = PiecesMeet(around.corners, self.pieces, self.pairs, self.margin, self.hit), self.assembly.n_blocks
+        seen = self.bearings
+        self.beside = {} if seen is None else on_faces_that_go_on(self.met, self.state.joints, seen, n)
+        shape = self.met.now
+        self.makes = (shape.kind > FACES) | ((shape.kind == FACES) & (area_of(shape) > least_area(self.assembly)))
+
+    def make(self) -> tuple[list[Fresh], list[int]]:
+        """Joints of the pairs that have none that stays, and their families."""
+        assembly, state, shape, pieces = self.assembly, self.state, self.met.now, self.pieces
+        made: list[Fresh] = []
+        families: list[int] = []
+        for row in np.flatnonzero(self.makes & ~np.isin(self.key, self.code[self.stays])).tolist():
+            p, q = self.pairs[row].tolist()
+            a, b = (p, q) if shape.base_first[row] else (q, p)
+            pair = int(pieces.owner[a]), int(pieces.owner[b])
+            own = self.code == self.key[row]
+            before = np.flatnonzero(own & (state.contact != CROSSING))
+            like = int(before[0]) if len(before) else self.beside.get(row)
+            if shape.kind[row] == CROSSING:
+                new: Fresh | None = crossing_joint(assembly, state, pair, shape.crossing[row], self.rot, self.place)
+            else:
+                outline, kind = shape.polygon[row, : shape.corners[row]], int(shape.kind[row])
+                new = face_joint(assembly, state, pair, outline, shape.plane[row], self.rot, self.place, kind, like)
+            if new is not None:
+                families.append(self.family.of(int(self.key[row])))
+                inherit(state, self.now, own, ~self.stays & (self.group == families[-1]), new)
+                made.append(deformed(state, new))
+        return made, families
+
+    def allowances(self, code: Index, made: Sequence[Fresh]) -> tuple[Array, Array]:
+        """Motion [m] and turn [rad] up to which pairs with given codes need not be looked at again."""
+        state, now = self.state, self.now
+        first, stays = state.joints.start[:-1], self.stays & np.isin(self.code, self.looked)
+        move, angle = np.full(len(self.looked), SMALL * self.margin), np.full(len(self.looked), np.inf)
+        at = np.searchsorted(self.looked, self.code[stays])
+        if stays.any():
+            spacing, nearest = _spacing(state), np.minimum.reduceat(now.opening, first)
+            size, turn = spacing * np.sqrt(np.diff(state.joints.start)), self.turn
+            # it may pivot once it has both slid and turned: waiting for one of them is enough
+            to_slide, to_turn = PIVOT_SLIP * size - self.slip, PIVOT_TURN - turn
+            left = np.minimum(SLIP_FRACTION * spacing - self.slip, 1.5 * self.margin - nearest)
+            left = np.where(to_slide > 0.0, np.minimum(left, to_slide), left)
+            left[(state.contact > FACES) | (turn > TURN_LIMIT) | ((to_slide <= 0.0) & (to_turn <= 0.0))] = ALWAYS
+            np.minimum.at(move, at, left[stays])
+            far = np.where((to_slide > 0.0) | (to_turn <= 0.0), np.maximum(TURN_LIMIT - turn, 0.0), to_turn)
+            far[state.contact > FACES] = ALWAYS
+            np.minimum.at(angle, at, far[stays])
+        for new in made:
+            k = np.searchsorted(self.looked, min(new.a, new.b) * self.assembly.n_blocks + max(new.a, new.b))
+            slip = _slip_allowed(np.sqrt(new.area.mean()), len(new.area))
+            corner = new.contact > FACES
+            move[k] = min(move[k], ALWAYS if corner else float(slip))
+            angle[k] = min(angle[k], ALWAYS if corner else TURN_LIMIT)
+        sharp = np.searchsorted(self.looked, self.key[self.met.now.kind > FACES])
+        move[sharp] = angle[sharp] = ALWAYS
+        row = np.minimum(np.searchsorted(self.looked, code), len(self.looked) - 1)
+        return move[row], angle[row]
+
+    def soonest(self) -> float:
+        """Half the time in which the quickest edge or corner that is open could close its gap [s]."""
+        shape, b = self.met.now, self.state.bodies
+        use = (shape.kind > FACES) & (shape.gap > 0.0)
+        if self.bearings is None:
+            use &= ~np.isin(self.key, self.active)  # these are looked at again with what is beside them
+        if not use.any():
+            return np.inf
+        one, other = self.pieces.owner[self.pairs[use]].T
+        crosses = (shape.kind[use] == CROSSING)[:, None]
+        at = np.where(crosses, shape.crossing[use, 2], shape.polygon[use, 0])
+        along = np.where(crosses, shape.crossing[use, 4], shape.plane[use, :3])
+        vel = (b.vel[other] + np.cross(b.spin[other], at - self.place[other])) - b.vel[one]
+        closing = np.abs(((vel - np.cross(b.spin[one], at - self.place[one])) * along).sum(axis=1))
+        turn = np.linalg.norm(b.spin, axis=1) * self.pieces.reach
+        fastest = np.linalg.norm(b.vel[one] - b.vel[other], axis=1) + turn[one] + turn[other]
+        speed = np.maximum(closing, 0.1 * fastest)  # what runs alongside may turn
+        return float((0.5 * shape.gap[use] / np.maximum(speed, 1e-300)).min())
 
 
 class Families:
@@ -222,66 +311,26 @@ class Families:
             self._first[one] = other
 
 
-class _Meeting:
-    """How pairs of pieces meet, row by row: see ``kernels.contact_shapes``."""
-
-    def __init__(self, corners: Array, pieces: Pieces, p: Array, q: Array, margin: float) -> None:
-        m = len(p)
-        self.pieces, self.margin, self.pairs = pieces, margin, np.ascontiguousarray(np.column_stack([p, q]))
-        self.poses = Poses(pieces.owner, corners, np.zeros((*pieces.size.shape, 4)))
-        self.now = kernels.Meetings(
-            np.zeros(m, dtype=np.int64), np.zeros(m), np.zeros(m), np.zeros((m, kernels.MOST, 3)),
-            np.zeros(m, dtype=np.int64), np.zeros((m, 4)), np.zeros((m, 5, 3)), np.zeros(m, dtype=bool),
-        )  # fmt: skip
-        self._look(slice(None), np.full(m, -1))
-
-    def meet_on(self, row: int, piece: int, face: int) -> None:
-        """Take a face of a piece as the base of a row, whatever the least overlap."""
-        self.now.base_first[row] = piece == self.pairs[row, 0]
-        self._look(slice(row, row + 1), np.array([face]))
-
-    def _look(self, rows: slice, face: NDArray[np.int64]) -> None:
-        x = self.pieces
-        pieces = kernels.PieceArrays(
-            self.poses.corners, x.n_corners, x.faces, x.size, x.n_faces, x.edges, x.n_edges, self.poses.planes
-        )
-        now = kernels.Meetings._make(v[rows] for v in self.now)
-        kernels.contact_shapes(pieces, self.pairs[rows], self.margin, FLAT, now, face)
-
-
-def _on_faces_that_go_on(met: _Meeting, joints: Joints, bearings: Bearings, n_blocks: int) -> dict[int, int]:
-    """Let pairs that overlap little along two axes meet on the face that goes on: rows, and the joint beside each."""
-    found: dict[int, int] = {}
-    shape = met.now
-    rows = np.flatnonzero((shape.kind != APART) & (shape.beside > -met.margin))
-    if not len(rows) or not len(bearings.row):
-        return found
-    ends = np.concatenate([joints.block_a[bearings.row], joints.block_b[bearings.row]])
-    order = np.argsort(ends, kind="stable")
-    cut = np.searchsorted(ends[order], np.arange(1, n_blocks))
-    of_block = np.split(order % len(bearings.row), cut)
-    for row in rows:
-        outline = shape.polygon[row, : shape.corners[row]]
-        place = shape.crossing[row, 2] if shape.kind[row] == CROSSING else outline.mean(axis=0)
-        on = goes_on(met.poses, joints, bearings, of_block, (met.pairs[row, 0], met.pairs[row, 1]), place)
-        if on is not None:
-            met.meet_on(int(row), on.piece, on.face)
-            if not on.own:
-                found[int(row)] = on.joint
-    return found
+def _spacing(state: State) -> Array:
+    """Distance of the points of every joint [m]: the root of their mean area, shape (k,)."""
+    start = state.joints.start
+    return np.asarray(np.sqrt(np.add.reduceat(state.points.area, start[:-1]) / np.diff(start)))
 
 
 def _outworn(
     assembly: Assembly, state: State, now: PointForces, code: Index, key: Index, kind: Index, gap: Array,
-    margin: float, turn: Array,
+    margin: float, turn: Array, mine: Flags,
 ) -> Flags:  # fmt: skip
-    """Joints to drop or to cut anew, by the pair code of every joint and of every pair of pieces that are near now."""
-    joints, points, first = state.joints, state.points, state.joints.start[:-1]
+    """Joints to drop or to cut anew, by the pair code of every joint and of every pair of pieces that are near now.
+
+    Only those that are ``mine`` are looked at.
+    """
+    first = state.joints.start[:-1]
     if not len(first):
         return np.zeros(0, dtype=bool)
     slip = np.maximum.reduceat(np.linalg.norm(now.slip, axis=1), first)
     nearest = np.minimum.reduceat(now.opening, first)
-    spacing = np.sqrt(np.add.reduceat(points.area, first) / np.diff(joints.start))
+    spacing = _spacing(state)
     carries = np.maximum.reduceat(np.abs(now.force).max(axis=1), first) > 0.0
     sharp = state.contact > FACES
     # one point on a plane, or two edges, are right at any slip and turn
@@ -299,61 +348,27 @@ def _outworn(
     elsewhere = np.abs(apart - nearest) > 0.01 * margin + 0.1 * np.abs(nearest)
     loose = ~carries & (sharp | ((shape > FACES) & elsewhere))
     swapped = np.zeros(len(code), dtype=bool)
-    for k in np.flatnonzero((turn > PIVOT_TURN) & ~worn).tolist():
+    for k in np.flatnonzero(mine & ~worn & _may_pivot(state, now, turn)).tolist():
         swapped[k] = pivots_on_a(assembly, state, now, k)
     left = elsewhere & ((carries & sharp) | (turn > TURN_LIMIT))
-    return worn | loose | left | (nearest > 1.5 * margin) | swapped
+    return np.asarray(mine & (worn | loose | left | (nearest > 1.5 * margin) | swapped))
 
 
-def _soonest_touch(assembly: Assembly, state: State, blocks: Array, gap: Array, use: Flags) -> float:
-    """Half the time in which the quickest of these pairs could close its gap [s]."""
-    if not use.any():
-        return np.inf
-    a, b = blocks[use].T
-    vel, turn = state.bodies.vel, np.linalg.norm(state.bodies.spin, axis=1) * reaches(assembly)
-    speed = np.linalg.norm(vel[a] - vel[b], axis=1) + turn[a] + turn[b]
-    return float((0.5 * gap[use] / np.maximum(speed, 1e-300)).min())
+def _may_pivot(state: State, now: PointForces, turn: Array) -> Flags:
+    """Joints that have slid and turned so far that it matters whose edge they pivot on, and bear in part, (k,)."""
+    first = state.joints.start[:-1]
+    mean, pressed = _spacing(state), (now.opening < 0.0).astype(int)
+    count, bears = np.diff(state.joints.start), np.add.reduceat(pressed, first)
+    slip = np.maximum.reduceat(np.linalg.norm(now.slip, axis=1), first)
+    slid = slip > PIVOT_SLIP * mean * np.sqrt(count)
+    return np.asarray((turn > PIVOT_TURN) & slid & (bears > 0) & (bears < count))
 
 
 def pivots_on_wrong_face(assembly: Assembly, state: State, now: PointForces) -> bool:
     """Whether a joint that slid and turned bears on an edge of the block whose face is its plane."""
     note_slid(state, now)
-    tipped = np.flatnonzero(_turned_since(state) > PIVOT_TURN)
+    tipped = np.flatnonzero(_may_pivot(state, now, _turned_since(state))) if len(now.owner) else ()
     return any(pivots_on_a(assembly, state, now, int(k)) for k in tipped)
-
-
-def near_margin(assembly: Assembly) -> float:
-    """Gap up to which two blocks count as near [m]."""
-    return MARGIN * smallest_edge(assembly)
-
-
-def reaches(assembly: Assembly) -> Array:
-    """Largest distance of a corner from the centroid of its block [m], shape (n,)."""
-    vertices, start = assembly.vertices
-    arm = vertices - np.repeat(assembly.centroids, np.diff(start), axis=0)
-    return np.asarray(np.maximum.reduceat(np.linalg.norm(arm, axis=1), start[:-1]))
-
-
-def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float]:
-    """Block that has moved most against the held ones, and how far its farthest corner has [m].
-
-    ``reach`` as below.
-    """
-    b = state.bodies
-    ground = b.shift[assembly.fixed].mean(axis=0) if assembly.fixed.any() else np.zeros(3)
-    moved = np.linalg.norm(b.shift - ground, axis=1)
-    turned = 2.0 * np.arcsin(np.minimum(np.linalg.norm(b.quat[:, 1:], axis=1), 1.0))
-    path = moved + turned * reach
-    return int(path.argmax()), float(path.max())
-
-
-def travel_per_step(state: State, reach: Array) -> float:
-    """Largest distance that a corner of a block can travel in one step [m].
-
-    ``reach`` as :func:`reaches` gives it.
-    """
-    speed = np.linalg.norm(state.bodies.vel, axis=1) + np.linalg.norm(state.bodies.spin, axis=1) * reach
-    return float(speed.max(initial=0.0)) * state.dt
 
 
 def _turned_since(state: State) -> Array:

@@ -5,9 +5,10 @@ from numpy.typing import NDArray
 
 from dem.contact.new_joints import Fresh
 from dem.kernels import CROSSING, FACES, LAW, Joints, Points
+from dem.model.stable_step import points_of
 from dem.model.state import PointForces, State
 from dem.model.strain_shapes import relative_deformation
-from limitmason.arrays import Array, Flags, Index
+from limitmason.arrays import Array, Flags
 
 
 def inherit(state: State, now: PointForces, own: Flags, family: Flags, new: Fresh) -> None:
@@ -36,13 +37,6 @@ def inherit(state: State, now: PointForces, own: Flags, family: Flags, new: Fres
     new.slip[:, 1] = shear @ new.world[1] / new.law[LAW.ks]
     new.lift[:] = 0.0 if new.contact == CROSSING else points.lift[nearest]
     new.damage[:] = np.where(own[owner], points.damage[nearest], 0.0)
-
-
-def points_of(joints: Joints, rows: Index) -> Index:
-    """Numbers of the points of some joints, given in their order."""
-    count = np.diff(joints.start)[rows]
-    before = np.concatenate([[0], np.cumsum(count)[:-1]]) if len(rows) else count
-    return np.arange(int(count.sum())) + np.repeat(joints.start[rows] - before, count)
 
 
 def deformed(state: State, new: Fresh) -> Fresh:

@@ -138,17 +138,18 @@ def moved_together(joints: Joints, bearings: Bearings, worn: Flags, slip: Array,
     near : distance of two planes up to which they are one [m]
     """
     out: list[tuple[int, int]] = []
-    old = np.flatnonzero(worn[bearings.row])
     ends = np.stack([joints.block_a, joints.block_b], axis=1)[bearings.row]
-    for k in old:
+    order = np.argsort(ends.ravel(), kind="stable")
+    sorted_ends = ends.ravel()[order]
+    for k in np.flatnonzero(worn[bearings.row]).tolist():
         for side in (0, 1):
-            shared = ends == ends[k, side]
+            low, high = np.searchsorted(sorted_ends, (ends[k, side], ends[k, side] + 1))
+            at, end = np.divmod(np.sort(order[low:high]), 2)
             # normals towards the shared block
-            towards = np.where(shared[:, 1], 1.0, -1.0)[:, None] * bearings.normal
+            towards = np.where(end == 1, 1.0, -1.0)[:, None] * bearings.normal[at]
             mine = (1.0 if side else -1.0) * bearings.normal[k]
-            beside = shared.any(axis=1) & (towards @ mine > FLAT)
-            beside &= np.abs((bearings.place - bearings.place[k]) @ mine) < near
-            beside &= slip[bearings.row] >= 0.5 * slip[bearings.row[k]]
-            beside[k] = False
-            out += [(int(bearings.row[k]), int(r)) for r in bearings.row[beside]]
+            beside = (towards @ mine > FLAT) & (at != k)
+            beside &= np.abs((bearings.place[at] - bearings.place[k]) @ mine) < near
+            beside &= slip[bearings.row[at]] >= 0.5 * slip[bearings.row[k]]
+            out += [(int(bearings.row[k]), int(r)) for r in bearings.row[at[beside]]]
     return out

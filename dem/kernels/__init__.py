@@ -43,7 +43,20 @@ from dem.kernels.arrays import (
 from dem.kernels.compiled import ADDED
 from dem.kernels.forces import contact_wrenches
 from dem.kernels.measure import measure
-from dem.kernels.shapes import APART, CORNER, CROSSING, FACES, MOST, Meetings, PieceArrays, contact_shapes
+from dem.kernels.shapes import (
+    APART,
+    CORNER,
+    CROSSING,
+    FACES,
+    MOST,
+    Meetings,
+    Near,
+    PieceArrays,
+    contact_shapes,
+    face_planes,
+    place_pieces,
+    relative_motion,
+)
 from dem.kernels.springs import add_springs
 from dem.kernels.stepping import advance, rotation_of
 from dem.kernels.ties import add_tie_forces
@@ -51,6 +64,7 @@ from dem.kernels.ties import add_tie_forces
 __all__ = [
     "ADDED", "APART", "COLUMNS", "CORNER", "CROSSING", "E_APPLIED", "E_DAMPING", "E_FRACTURE", "E_FRICTION",
     "E_KINETIC", "E_SIZE", "E_STEPS", "E_STOP", "E_SUPPORT", "E_VISCOSITY", "E_VISCOUS", "FACES", "LAW", "LAW_SIZE",
-    "MOST", "Acting", "BlockModes", "Joints", "Meetings", "PieceArrays", "Points", "RigidBodies", "Scheme", "Ties",
-    "add_springs", "add_tie_forces", "advance", "contact_shapes", "contact_wrenches", "measure", "rotation_of",
+    "MOST", "Acting", "BlockModes", "Joints", "Meetings", "Near", "PieceArrays", "Points", "RigidBodies", "Scheme",
+    "Ties", "add_springs", "add_tie_forces", "advance", "contact_shapes", "contact_wrenches", "face_planes", "measure",
+    "place_pieces", "relative_motion", "rotation_of",
 ]  # fmt: skip

@@ -25,7 +25,7 @@ class PieceArrays(NamedTuple):
     n_faces: Index  # (p,)
     edges: Index  # both corners and both faces of every edge, (p, e, 4)
     n_edges: Index  # (p,)
-    planes: Array  # written: outward normal and offset [m] of every face, (p, f, 4)
+    planes: Array  # outward normal and offset [m] of every face, see ``face_planes``, (p, f, 4)
 
 
 class Meetings(NamedTuple):
@@ -39,6 +39,74 @@ class Meetings(NamedTuple):
     plane: Array  # where faces meet, unit normal away from the base and offset [m], (m, 4)
     crossing: Array  # where edges cross, see ``_widest_crossing``, first piece first, (m, 5, 3)
     base_first: NDArray[np.bool_]  # whether the first piece is the base; given where a face is asked for, (m,)
+
+
+class Near(NamedTuple):
+    """Pairs of pieces whose boxes overlap, and how their blocks lay when they were looked at last."""
+
+    pairs: Index  # pieces, sorted, (m, 2)
+    blocks: Index  # the one that reaches farther from its centroid first, (m, 2)
+    low: Array  # boxes of all pieces as they were, from the ground, with a skin [m], (p, 3)
+    high: Array
+    offset: Array  # of the second block's centroid from the first, in the axes of the first [m], (m, 3)
+    turn: Array  # of the second block against the first, quaternion, (m, 4)
+    move: Array  # motion against each other up to which they need not be looked at [m], (m,)
+    angle: Array  # and turn [rad], (m,)
+
+
+@kernel(fast=False)
+def place_pieces(owner: Index, local: Array, rot: Array, place: Array, corners: Array, low: Array, high: Array) -> None:
+    """Corners of all pieces and their boxes [m], by R - I and place of every block; all three are written."""
+    for i in range(len(owner)):
+        b = owner[i]
+        for r in range(3):
+            low[i, r], high[i, r] = 1e300, -1e300
+        for k in range(local.shape[1]):
+            for r in range(3):
+                x = place[b, r] + local[i, k, r]
+                for c in range(3):
+                    x += rot[b, r, c] * local[i, k, c]
+                corners[i, k, r] = x
+                low[i, r], high[i, r] = min(low[i, r], x), max(high[i, r], x)
+
+
+@kernel(fast=False)
+def relative_motion(
+    near: Near, quat: Array, rot: Array, place: Array, reach: Array, offset: Array, turn: Array, moved: Array,
+    turned: Array,
+) -> None:  # fmt: skip
+    """How the blocks of every pair lie to each other now, and have moved and turned since they were looked at.
+
+    ``moved`` bounds the travel of any point of the second, seen from the first [m]. The last four are written.
+    """
+    for m in range(len(near.blocks)):
+        a, b = near.blocks[m, 0], near.blocks[m, 1]
+        far = 0.0
+        for r in range(3):
+            x = place[b, r] - place[a, r]
+            for c in range(3):
+                x += rot[a, c, r] * (place[b, c] - place[a, c])
+            offset[m, r] = x
+            far += (x - near.offset[m, r]) ** 2
+        a0, a1, a2, a3 = quat[a, 0], quat[a, 1], quat[a, 2], quat[a, 3]
+        b0, b1, b2, b3 = quat[b, 0], quat[b, 1], quat[b, 2], quat[b, 3]
+        h0, h1 = a0 * b0 + a1 * b1 + a2 * b2 + a3 * b3, a0 * b1 - a1 * b0 - (a2 * b3 - a3 * b2)
+        h2, h3 = a0 * b2 - a2 * b0 - (a3 * b1 - a1 * b3), a0 * b3 - a3 * b0 - (a1 * b2 - a2 * b1)
+        turn[m, 0], turn[m, 1], turn[m, 2], turn[m, 3] = h0, h1, h2, h3
+        k0, k1, k2, k3 = near.turn[m, 0], near.turn[m, 1], near.turn[m, 2], near.turn[m, 3]
+        y1 = k0 * h1 - k1 * h0 - (k2 * h3 - k3 * h2)
+        y2 = k0 * h2 - k2 * h0 - (k3 * h1 - k1 * h3)
+        y3 = k0 * h3 - k3 * h0 - (k1 * h2 - k2 * h1)
+        turned[m] = 2.0 * np.arcsin(min(np.sqrt(y1 * y1 + y2 * y2 + y3 * y3), 1.0))
+        moved[m] = np.sqrt(far) + turned[m] * reach[b]
+
+
+@kernel(fast=False, counted=True)
+def face_planes(pieces: PieceArrays, some: Index) -> None:
+    """Write the planes of all faces of some pieces."""
+    for i in some:
+        for f in range(pieces.n_faces[i]):
+            _plane_of(pieces.corners, pieces.faces, pieces.size, i, f, pieces.planes[i, f])
 
 
 @kernel(fast=False, counted=True)
@@ -255,18 +323,11 @@ def contact_shapes(
     flat : cosine of the angle between the normals of faces that lie on each other
     asked : face of the base that is asked for whatever the gaps, -1 for that of the widest gap, shape (m,)
     """
-    plane, best_p, best_q = np.empty(4), np.empty(5), np.empty(5)
+    best_p, best_q = np.empty(5), np.empty(5)
     polygon, spare = np.empty((MOST, 3)), np.empty((MOST, 3))
-    known = np.zeros(len(pieces.corners), dtype=np.bool_)
     for m in range(len(pairs)):
         met.kind[m] = met.corners[m] = 0
         p, q = pairs[m, 0], pairs[m, 1]
-        for i in (p, q):
-            if not known[i]:
-                known[i] = True
-                for f in range(pieces.n_faces[i]):
-                    _plane_of(pieces.corners, pieces.faces, pieces.size, i, f, plane)
-                    pieces.planes[i, f] = plane
         if asked[m] >= 0:
             first, face = met.base_first[m], asked[m]
             base, other = (p, q) if first else (q, p)

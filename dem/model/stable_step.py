@@ -35,6 +35,13 @@ def owners(joints: Joints) -> Index:
     return np.repeat(np.arange(len(joints.block_a)), np.diff(joints.start))
 
 
+def points_of(joints: Joints, rows: Index) -> Index:
+    """Numbers of the points of some joints, given in their order."""
+    count = np.diff(joints.start)[rows]
+    before = np.concatenate([[0], np.cumsum(count)[:-1]]) if len(rows) else count
+    return np.arange(int(count.sum())) + np.repeat(joints.start[rows] - before, count)
+
+
 def block_stiffness(
     points: Points, joints: Joints, n_blocks: int, rotation: Array | None = None, ties: Ties | None = None,
     wanted: Flags | None = None,

@@ -6,7 +6,7 @@ Copied for save and restore, written for resume.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.kernels import BlockModes, Joints, Points, RigidBodies, Ties
+from dem.kernels import BlockModes, Joints, Near, Points, RigidBodies, Ties
 from dem.kernels.deformed import PLANE_MODES, SPACE_MODES
 from dem.model.joints import DEFAULT_POINTS, Grid, JointOptions, chosen_points, make_joints, make_points
-from dem.model.stable_step import block_stiffness, owners, scaled_masses, stable_step
+from dem.model.stable_step import block_stiffness, owners, points_of, scaled_masses, stable_step
 from dem.model.strain_shapes import (
     BlockStress,
     Start,
@@ -97,6 +97,7 @@ class State:
     ends : of points of joints that slid, see :mod:`dem.edge_points`, NaN of others, shape (m, 10)
     outside : motions that leave the plane of a plane problem, held in all blocks for good, shape (6,)
     ties : kernel arrays of the ties
+    near : pairs that searches for contacts look at once they have moved, None before the first
     """
 
     points: Points
@@ -121,6 +122,7 @@ class State:
     modes: BlockModes | None = None
     deformation: StrainShapes | None = None
     ties: Ties = field(default_factory=lambda: NO_TIES)
+    near: Near | None = None
 
     @property
     def space(self) -> bool | None:
@@ -140,11 +142,28 @@ class State:
 
         return State(**{f.name: twin(getattr(self, f.name)) for f in fields(self)})
 
+    def part(self, rows: Index) -> State:
+        """The same blocks with some joints alone, given in their order, whose arrays are copies."""
+        j, count = self.joints, np.diff(self.joints.start)[rows]
+        points = points_of(j, rows)
+        joints: dict[str, Any] = {name: x[rows] for name, x in j._asdict().items() if name != "start"}
+        joints["start"] = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+        modes = self.modes
+        if modes is not None:
+            modes = modes._replace(side_a=modes.side_a[rows], side_b=modes.side_b[rows])
+        return replace(
+            self, points=Points(*(x[points] for x in self.points)), joints=Joints(**joints), modes=modes,
+            interface=self.interface[rows], contact=self.contact[rows], setback=self.setback[points],
+            ends=self.ends[points],
+        )  # fmt: skip
+
     def arrays(self) -> dict[str, Array]:
         """All of it as arrays by name, for a numpy archive."""
         out = {f"{name}.{key}": value for name in ("points", "joints", "bodies", "ties")
                for key, value in getattr(self, name)._asdict().items()}  # fmt: skip
         out |= {name: getattr(self, name) for name in _PLAIN}
+        if self.near is not None:
+            out |= {f"near.{k}": v for k, v in self.near._asdict().items()}
         if self.modes is not None and self.deformation is not None:
             out |= {f"modes.{k}": v for k, v in self.modes._asdict().items()}
             out |= self.deformation.arrays()
@@ -195,7 +214,7 @@ class State:
             deformation = StrainShapes(**shapes | {"state": str(shapes["state"])})
         return cls(
             group(Points, "points"), group(Joints, "joints"), group(RigidBodies, "bodies"), ties=group(Ties, "ties"),
-            model=model,
+            model=model, near=group(Near, "near") if "near.pairs" in file else None,
             time=float(clock[0]), dt=float(clock[1]), mode=str(take("mode")),
             warnings=tuple(str(w) for w in take("warnings")), modes=modes, deformation=deformation,
             **plain,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.contact.detection import SMALL, farthest, near_margin, reaches
+from dem.contact.near import SMALL, farthest, near_margin, reaches
 from dem.model.holding import EQUILIBRIUM, UNDECIDED, smallest_edge
 from dem.model.joint_marks import bond_yielded
 from dem.model.joints import Grid, JointOptions, chosen_points, losses

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dem.contact.detection import near_margin, reaches
+from dem.contact.near import near_margin, reaches
 from dem.kernels import E_DAMPING, E_KINETIC
 from dem.kernels.arrays import Index
 from dem.model.state import State

@@ -8,17 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from dem import kernels
-from dem.contact.detection import (
-    SMALL,
-    SOONEST,
-    Pieces,
-    farthest,
-    near_margin,
-    pivots_on_wrong_face,
-    reaches,
-    redetect,
-    travel_per_step,
-)
+from dem.contact.detection import SOONEST, pivots_on_wrong_face, redetect
+from dem.contact.near import SMALL, Around, Pieces, farthest, near_margin, reaches, travel_per_step
 from dem.model.holding import SLID, Scale, slid_and_moved, stand_back, unbalance
 from dem.model.joint_marks import JointMarks, joint_marks
 from dem.model.state import DYNAMIC, State, UnstableError
@@ -212,10 +203,18 @@ class Recorder:
         Noted when it is seen first.
         """
         block, moved = farthest(self.assembly, self.state, self.reach)
-        beyond = moved > SMALL * self.margin
+        beyond, names = moved > SMALL * self.margin, [block]
+        if beyond:
+            # blocks that went along with their neighbours have the contacts they had
+            around = Around.of(self.assembly, self.state, self.pieces, self.margin, None)
+            due = np.flatnonzero(around.due() & ~(around.new & around.apart))
+            beyond = bool(len(due) or len(around.gone))
+            if len(due):
+                worst = due[around.moved[due].argmax()]
+                names, moved = around.near.blocks[worst].tolist(), float(around.moved[worst])
         if beyond and not self._beyond_noted:
             self._beyond_noted = True
-            name = self.assembly.blocks[block].name
+            words = " and ".join(repr(self.assembly.blocks[b].name) for b in names)
             what = (
                 "contacts were kept as they were (detect_every=None): where blocks have left them, or meet others, the "
                 "forces are wrong"
@@ -223,8 +222,10 @@ class Recorder:
                 else f"contacts are searched for from there on, at most {self.every} steps apart"
             )
             step = self.state.total[kernels.E_STEPS]
+            against = " against each other" if len(names) > 1 else ""
             self.notes.append(
-                f"block {name!r} had moved by {moved:.2g} m, beyond small displacement, at step {step:.0f}: {what}"
+                f"block{'s' * (len(names) > 1)} {words} had moved by {moved:.2g} m{against}, beyond small "
+                f"displacement, at step {step:.0f}: {what}"
             )
         return beyond or bool((self.state.interface < 0).any())
 
@@ -250,8 +251,10 @@ class Recorder:
             if w.travelled > 0.45 * self.margin:
                 w.travelled = 0.0
                 self.start_looking()
-        elif w.since >= min(self.every, w.due) or w.travelled > 0.45 * self.margin:
+        elif w.since >= self.every or w.travelled > 0.45 * self.margin:
             self._detect()
+        elif w.since >= w.due:
+            self._detect(sharp=True)
 
     def _energies(self) -> dict[str, float]:
         """Energies and works now [J], velocities half a step ago."""
@@ -276,11 +279,12 @@ class Recorder:
             self.watch.searching = True
             self._detect()
 
-    def _detect(self) -> None:
-        notes, soonest = redetect(self.assembly, self.state, self.pieces, margin=self.margin)
+    def _detect(self, *, sharp: bool = False) -> None:
+        notes, soonest = redetect(self.assembly, self.state, self.pieces, margin=self.margin, sharp=sharp)
         self.notes += notes
-        self.watch.since, self.watch.travelled = 0, 0.0
-        self.watch.due = max(SOONEST, int(min(soonest / self.state.dt, self.every or 0)))
+        if not sharp:
+            self.watch.since, self.watch.travelled = 0, 0.0
+        self.watch.due = self.watch.since + max(SOONEST, int(min(soonest / self.state.dt, self.every or 0)))
 
     def add(self, state: State, stage: int) -> dict[str, float]:
         """Record a sample.

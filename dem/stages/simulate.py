@@ -58,9 +58,10 @@ def simulate(
     start : a history, or a state, to continue from, with its own mode, laws, points and loads; one that differs from
         them is refused by name. What was cut off in the middle of a stage goes on with :func:`resume`
     factors : of the load cases at the start; those of ``start``, or dead loads alone
-    detect_every : most steps between searches for new contacts, fewer where blocks move fast. They begin where a corner
-        has moved by 2.5 % of the smallest block dimension against the held blocks, and a warning says so: up to there
-        the first contacts are all there are. None keeps those for ever: wrong where blocks leave them or meet others
+    detect_every : most steps between searches for new contacts, fewer where blocks move fast. They begin where two
+        blocks have moved by 2.5 % of the smallest block dimension against each other, and a warning says so: up to
+        there the contacts that a pair has are all there are. A search looks at pairs that have moved since it looked
+        last. None keeps the first contacts for ever: wrong where blocks leave them or meet others
     checkpoint : file to which the history so far is written every ``checkpoint_every`` samples; ``History.load`` and
         :func:`resume` go on from it to the same bits, also when the process was killed
     model : options of :func:`dem.make_state`, by name. ``mode`` is "quasi-static" (scaled masses, local damping; the

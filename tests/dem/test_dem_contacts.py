@@ -7,7 +7,8 @@ import dem
 import limitmason as lm
 from dem import kernels
 from dem.contact import detection
-from dem.contact.detection import Pieces, near_margin, redetect
+from dem.contact.detection import redetect
+from dem.contact.near import Around, Pieces, near_margin
 from dem.contact.new_joints import assemble
 from limitmason.geometry import box
 
@@ -64,6 +65,48 @@ def test_a_search_that_looks_at_changed_blocks_alone_gives_the_bits_of_one_that_
     for name, value in few.state.arrays().items():
         if value.dtype.kind == "f":
             assert np.array_equal(value, every.state.arrays()[name], equal_nan=True), name
+
+
+def leaning(n=8):
+    """Column of cubes of 0.4 m on a slippery foot, and a ground that slides under it and lets it rock."""
+    joint, foot = (lm.Joint(angle, normal_stiffness=1e8, shear_stiffness=5e7) for angle in (40.0, 12.0))
+    solids = [box((-3, -3, -1), (3, 3, 0)), *(box((-0.2, -0.2, 0.4 * i), (0.2, 0.2, 0.4 * i + 0.4)) for i in range(n))]
+    model = lm.Assembly.from_polyhedra(solids, joint=joint, joints={"base": foot}, density=2000.0, fixed=[0])
+    return model, dem.BaseMotion(tuple(4.0 * np.sin(14.0 * np.arange(0.0, 0.8, 0.01))), 0.01, after="hold")
+
+
+def same_bits(one, other):
+    """Whether two states agree in every bit, but for what searches note of joints when they look at them."""
+    a, b = one.arrays(), other.arrays()
+    names = [k for k, v in a.items() if v.dtype.kind in "fi" and k != "ends" and not k.startswith("near.")]
+    return all(np.array_equal(a[k], b[k], equal_nan=a[k].dtype.kind == "f") for k in names)
+
+
+@pytest.mark.slow
+def test_pairs_that_have_not_moved_are_left_out_of_a_search_and_no_bit_changes(monkeypatch):
+    model, shake = leaning()
+    seen, due = [], Around.due
+    monkeypatch.setattr(Around, "due", lambda self: seen.append(due(self)) or seen[-1])
+    few = dem.simulate(model, shake, mode="dynamic", contact_points=(3, 3))
+    assert len(seen) > 10
+    assert np.mean(seen[1:]) < 0.75
+    monkeypatch.setattr(Around, "due", lambda self: np.ones(len(self.moved), dtype=bool))
+    every = dem.simulate(model, shake, mode="dynamic", contact_points=(3, 3))
+    assert (every.state.interface < -1).any()  # cut anew on the way
+    assert same_bits(few.state, every.state)
+
+
+def test_a_tower_that_sinks_and_goes_along_with_its_ground_starts_no_search():
+    # each bed closes by some 2 mm, the top sinks by 18, and the ground carries all of it off by 0.2 m
+    model, _ = leaning(9)
+    soft = model.with_joints(lm.Joint(40.0, normal_stiffness=2e7, shear_stiffness=1e7))
+    ride = dem.BaseMotion(tuple(0.5 * np.sin(2.0 * np.pi * np.arange(0.0, 1.01, 0.05))), 0.05, after="hold")
+    h = dem.simulate(soft, [dem.Hold(duration=0.3, damping=dem.Damping(local=0.8)), ride], mode="dynamic")
+    margin = near_margin(soft)
+    assert h.shift[-1, -1, 2] < -0.5 * margin
+    assert h.shift[-1, 0, 0] > 2.0 * margin
+    assert not h.warnings
+    assert h.state.near is None
 
 
 def edge_up(along, out):
