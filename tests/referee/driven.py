@@ -120,9 +120,10 @@ def judge_simulate(model: Model, answer: Answer) -> list[str]:
     off = np.linalg.norm(answer["_reaction"] + loads) / model.weight
     if off > 1e-3:
         out.append(f"reactions off by {off:.1e} of the weight")
-    ends = own.elastic_ends().values() if not model.ties else ()  # own elasticity knows no ties
-    if ends and all(low < 0 and 1.05 * factor < high for low, high in ends):
-        u = (own.displaced() @ [1.0, factor]).reshape(-1, 6)[:, :3]
+    elastic = own.pulled(factor)
+    ends = elastic.elastic_ends().values() if elastic else ()
+    if elastic and ends and all(low < 0 and 1.05 * factor < high for low, high in ends):
+        u = (elastic.displaced() @ [1.0, factor]).reshape(-1, 6)[:, :3]
         off = np.abs(answer["shift"].value - u).max() / np.abs(u).max()
         if off > ERROR:
             out.append(f"displacements off by {off:.1e} from own elasticity")

@@ -43,6 +43,11 @@ class Pull(NamedTuple):
     strength: float
     stiffness: float
 
+    @property
+    def way(self) -> Array:
+        """Unit vector from the first end to the second."""
+        return (self.to - self.at) / np.linalg.norm(self.to - self.at)
+
 
 @dataclass(frozen=True)
 class Frame:

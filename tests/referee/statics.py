@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import eigh
 
-from .model import Model
+from .model import Model, Pull
 from .space import Face, find_contacts, mass
 
 Array = np.ndarray
@@ -19,10 +19,10 @@ ON_THE_EDGE = 1e-9
 
 
 class Statics:
-    """Faces, centroids and moments of a model, once for all questions."""
+    """Faces, centroids and moments of a model, once for all questions; ``taut`` are the ties that elasticity counts."""
 
-    def __init__(self, model: Model) -> None:
-        self.model = model
+    def __init__(self, model: Model, taut: tuple[Pull, ...] = ()) -> None:
+        self.model, self.taut = model, taut
         free = set(model.free)
         self.faces = [f for f in find_contacts(model.solids) if f.a in free or f.b in free]
         self.volume, self.centroid = (np.array(v) for v in zip(*map(mass, model.solids), strict=True))
@@ -72,7 +72,7 @@ class Statics:
                 bounds.append(law.cut_off * area / unit)
         for t in m.ties:
             unit = min(force[i] for i in (t.a, t.b) if i in free)
-            ways = np.eye(3) if turning else [(t.to - t.at) / np.linalg.norm(t.to - t.at)]
+            ways = np.eye(3) if turning else [t.way]
             columns += [(_stretch(self, t, way) * -unit / scale)[:, None] for way in ways]  # it pulls its ends together
             strengths.append(t.strength / unit)
         matrix = np.hstack([rows @ np.hstack(columns), (rows @ (live.ravel() / scale))[:, None]])
@@ -97,7 +97,28 @@ class Statics:
             for point, area in zip(*_middles(f), strict=True):
                 b = self.pair(f, point)
                 k += area * b.T @ spring @ b
+        for t in self.taut:
+            row = _stretch(self, t, t.way)
+            k += t.stiffness * np.outer(row, row)
         return k
+
+    def pulled(self, factor: float) -> "Statics | None":
+        """The same with ties that pull under dead load, and with so much of the live load; None where one changes.
+
+        A tie that hangs loose does nothing, and one that yields is not elastic.
+        """
+        m, on = self.model, np.ones(len(self.model.ties), dtype=bool)
+        strength = np.array([t.strength for t in m.ties])
+        while True:
+            found = Statics(m, tuple(t for t, used in zip(m.ties, on, strict=True) if used))
+            u = found.displaced() @ [[1.0, 1.0], [0.0, factor]]
+            pull = np.array([t.stiffness * _stretch(self, t, t.way) @ u for t in m.ties]).reshape(-1, 2)
+            loose = (pull <= 0.0).all(axis=1)
+            if (loose == ~on).all():
+                return found if ((pull > 0.0).all(axis=1) & (pull.max(axis=1) < strength))[on].all() else None
+            if (~loose & ~on).any():
+                return None
+            on = ~loose
 
     def mass_matrix(self) -> Array:
         """M, with inertia by the second moments of tetrahedra, shape (6 n, 6 n)."""
