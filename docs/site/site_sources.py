@@ -76,6 +76,7 @@ COPIED = {
     "blind_trials.md": "validation/blind/report.md",
     "two_codes.md": "validation/blind/two_codes.md",
     "kinds.md": "validation/blind/kinds.md",
+    "places.md": "validation/blind/places.md",
     "contributing.md": "CONTRIBUTING.md",
     "changelog.md": "CHANGELOG.md",
 }

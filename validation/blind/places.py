@@ -103,8 +103,13 @@ rates that the verdicts state for a wrong name. "Clear" are data sets at least 2
 place is told where the kind of data named as the worst is the worst without noise, or the column named is the effect's
 own. Asked: identified wrongly at most 5 %; unexplained with its place at least 85 % of the clear ones; the stated rate
 within a factor of 1.5 of the one found. Brackets hold 90 % intervals. Seeds were fixed before; no threshold was set on
-these data sets but the odds of a gain against a drift. `python -m validation.blind.places --sets 300 --cache
-kept_tables.jsonl --records kept.jsonl --out places.md` makes the page.
+these data sets. `python -m validation.blind.places --sets 300 --cache kept_tables.jsonl --records kept.jsonl --out
+places.md` makes the page. Rows that are missing were not run, and 113 sets are a part of 300.
+
+**Names are safe, places are not.** One of 413 data sets gives a wrong name, fewer than the verdicts state. Of clear
+effects built without the catalogue 83 % are unexplained, 73 % with their place. Friction in one direction passes for
+two listed causes. An instrument of one set-up passes for scatter. Effects of age, order or load are seen in force and
+stiffness alike, where the worst kind is a matter of noise, and their column is named in about half.
 
 """
 
