@@ -27,7 +27,7 @@ TURN_LIMIT = np.deg2rad(3.0)
 PIVOT_TURN = np.deg2rad(0.05)
 """Turn from which a joint that slid and pivots on an edge of a is cut anew with b as its base [rad]."""
 
-PIVOT_SLIP = 5e-3
+PIVOT_SLIP = 5e-4
 """Slip from which it is, over the root of its area: the arm of what bears is wrong by the slip [-]."""
 
 STIFF_TURN = 1e-3

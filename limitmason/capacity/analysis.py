@@ -183,9 +183,9 @@ def pushover(
         refuse_partial_rotations(assembly)
     kn, ks, warnings = joint_stiffness(assembly, loads.dead, stiffness)
     ties, of_ties = make_ties(assembly)
-    if apex := tension_above_apex(assembly, taken=True):
-        apex += "; so the law is not convex, and a path may hang on its steps: ask again with Steps ten times finer"
-    warnings += [*of_points, *of_ties, *filter(None, [apex]), *told_of_soft_blocks(assembly, kn, blocks)]
+    apex = [w for w in (tension_above_apex(assembly, taken=True),) if w]
+    apex += ["so the law is not convex, and a path may hang on its steps: use Steps ten times finer"] * len(apex)
+    warnings += [*of_points, *of_ties, *apex, *told_of_soft_blocks(assembly, kn, blocks)]
     basis, free = degrees_of_freedom(assembly, plane)
     dead, live = project(loads.dead, basis) * free, project(loads.live, basis) * free
     weight, size = _units(assembly, loads, free, moving)

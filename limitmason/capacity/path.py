@@ -247,7 +247,10 @@ class _Path:
         fell = self.toward * (before.multiplier - a.last.multiplier)
         rose = self.toward * (a.new.multiplier - a.last.multiplier)
         # as low as it comes if it goes on to fall as it fell
-        on = fell * abs((a.new.control - a.last.control) / (a.last.control - before.control))
+        moved = abs(a.last.control - before.control)
+        if moved == 0.0:
+            return StepOutcome.ACCEPTED
+        on = fell * abs(a.new.control - a.last.control) / moved
         near = largest - self.toward * a.last.multiplier + on > _DROP * largest
         if not near or min(fell, rose) <= LEVEL * largest or a.last.jump or a.last.broken is not None:
             return StepOutcome.ACCEPTED
@@ -255,7 +258,7 @@ class _Path:
             self.rounds, self.bound = 0, np.inf
             return StepOutcome.ACCEPTED
         self.rounds += 1
-        self.advance = self.bound = _CLOSER * abs(a.last.control - before.control)
+        self.advance = self.bound = _CLOSER * moved
         self.nodes.pop()
         return StepOutcome.SHORTER
 

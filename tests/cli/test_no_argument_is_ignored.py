@@ -120,7 +120,8 @@ BASES = {
 }  # fmt: skip
 METHODS = ("limit", "dem", "mechanisms")
 VALUES = {
-    "--all": [], "--csv": ["t.csv"], "--figure": ["f.png"], "--method": ["dem"], "--flow-rule": ["non-associative"],
+    "--all": [], "--arch": [],
+    "--csv": ["t.csv"], "--figure": ["f.png"], "--method": ["dem"], "--flow-rule": ["non-associative"],
     "--contact-model": ["grid"], "--grid": ["3", "3"], "--torsion-limit": [],
     "--methods": ["non-associative", "dem"], "--store": ["kept"],
     "--workers": ["2"], "--markdown": ["page.md"], "--output": ["o.json"], "--vtu": ["v.vtu"], "-o": ["drawn.png"],

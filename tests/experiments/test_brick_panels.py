@@ -230,12 +230,12 @@ def test_page_finds_the_exponents_that_a_power_law_was_made_with():
     rows = read_table(NAME, "udec_runs.csv").rows
     mu = np.tan(np.radians([float(r["friction"]) for r in rows]))
     c, ft = (np.array([float(r[k]) for r in rows]) for k in ("cohesion", "tension"))
-    exponents, errors = page._log_slopes(rows, 3.0 * mu**0.6 * c**0.8 * ft**0.2)
+    exponents, errors = page.log_slopes(rows, 3.0 * mu**0.6 * c**0.8 * ft**0.2)
     assert exponents == pytest.approx([0.6, 0.8, 0.2])
     assert errors == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
     # of the loads printed, without run 13: as the issue states them
     printed = np.array([float(r["V_failure"]) for r in rows])
-    exponents, errors = page._log_slopes(rows, printed)
+    exponents, errors = page.log_slopes(rows, printed)
     assert exponents == pytest.approx([0.64, 0.75, 0.25], abs=0.01)
     # exponent of c and its error by Frisch and Waugh: what c has that the others have not, against the same of the load
     keep = np.array([r["specimen"] != "udec-13" for r in rows])

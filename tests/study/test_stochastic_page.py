@@ -62,8 +62,8 @@ def test_a_store_cut_off_by_a_kill_gives_its_whole_lines(tmp_path, panel):
     row = {"ultimate": 3e3, "at": 1e-3, "mode": "diagonal", "crack": None}
     row |= {f"{what} at {when}": still for what in ("opening", "slip") for when in ("peak", "end")}
     row["slip at peak"] = moved
-    head = {"schema": "limitmason-rows", "key": "k"}
-    lines = [json.dumps(head), json.dumps({"number": 0, "row": row}), '{"number": 1, "r']
+    head = {"schema": "limitmason-runs", "of": "k"}
+    lines = [json.dumps(head), json.dumps({"key": 0, "row": row}), '{"key": 1, "r']
     (tmp_path / "set1-spatial.jsonl").write_text("\n".join(lines), encoding="utf-8")
     (found,) = rows.from_stores(tmp_path, panel)["set1-spatial"]
     assert found["ultimate"] == 3e3
