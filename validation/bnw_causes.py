@@ -99,7 +99,7 @@ def draw(sets: Mapping[str, Mapping[str, float]]) -> Any:
             label = words if k == 0 else None
             ax.plot(k - 0.12 + 0.1 * j, found, marker="sDv^P"[j % 5], ls="none", color=f"C{j}", label=label)
     ax.set_xticks(range(len(WALLS)), [*WALLS[:2], f"{WALLS[2]}, left out"])
-    ax.set(ylabel="peak [kN]", ylim=(0.0, None))
+    ax.set(ylabel="peak [kN]", xlim=(-0.5, len(WALLS) - 0.4), ylim=(0.0, 1.08 * ax.get_ylim()[1]))
     ax.legend(fontsize=7, frameon=False, loc="lower right")
     return figure
 

@@ -8,9 +8,9 @@ import numpy as np
 from dem.contact.inheritance import close_setbacks, deformed, inherit, keep_energy
 from dem.contact.internal_edges import FLAT, Bearings, moved_together
 from dem.contact.meeting import PiecesMeet, area_of, least_area, on_faces_that_go_on
-from dem.contact.near import ALWAYS, SMALL, Around, Pieces, placed
+from dem.contact.near import ALWAYS, SMALL, Neighbours, Pieces, placed
 from dem.contact.new_joints import Fresh, assemble, crossing_joint, face_joint
-from dem.kernels import APART, CROSSING, FACES, Joints, Near
+from dem.kernels import APART, CROSSING, FACES, Joints, NearPairs
 from dem.kernels.arrays import Index
 from dem.model.edge_points import note_slid, pivots_on_a
 from dem.model.stable_step import points_of
@@ -71,7 +71,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     margin : gap up to which two blocks count as near [m]
     sharp : look at open edges and corners alone, whose time has come before that of a search of all pairs
     """
-    around = Around.of(assembly, state, pieces, margin, state.near)
+    around = Neighbours.of(assembly, state, pieces, margin, state.near)
     code, own = np.sort(around.near.blocks, axis=1) @ (assembly.n_blocks, 1), _codes(state.joints, assembly.n_blocks)
     joined = np.isin(code, own)
     if state.near is None:
@@ -112,7 +112,8 @@ def _codes(joints: Joints, n_blocks: int) -> Index:
 
 
 def _allow(
-    assembly: Assembly, state: State, pieces: Pieces, near: Near, margin: float, code: Index, own: Index, joined: Flags
+    assembly: Assembly, state: State, pieces: Pieces, near: NearPairs, margin: float, code: Index, own: Index,
+    joined: Flags,
 ) -> None:  # fmt: skip
     """Motion from the reference position that pairs are allowed: none where faces or sharp corners have no joint."""
     still = np.zeros((assembly.n_blocks, 3, 3))
@@ -154,7 +155,7 @@ class _Search:
     """
 
     def __init__(
-        self, assembly: Assembly, state: State, pieces: Pieces, around: Around, code: Index, looked: Index,
+        self, assembly: Assembly, state: State, pieces: Pieces, around: Neighbours, code: Index, looked: Index,
         margin: float, *, beside: bool = False,
     ) -> None:  # fmt: skip
         n, one, two = assembly.n_blocks, state.joints.block_a, state.joints.block_b

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.kernels import Near
+from dem.kernels import NearPairs
 from dem.kernels.arrays import Index
 from dem.model.holding import smallest_edge
 from dem.model.state import State
@@ -98,10 +98,10 @@ def _bent(vertices: Array, faces: Sequence[tuple[int, ...]], edges: Index) -> Fl
     return np.asarray(np.einsum("kei,kei->ke", normal[:, edges[:, 2]], normal[:, edges[:, 3]]) < 1.0 - 1e-10)
 
 
-class Around(NamedTuple):
+class Neighbours(NamedTuple):
     """Pieces in their present position, the pairs that are near, and how these have moved since they were looked at."""
 
-    near: Near  # as the pairs were when they were looked at last
+    near: NearPairs  # as the pairs were when they were looked at last
     corners: Array  # [m], (p, v, 3)
     apart: Flags  # whether the boxes of a pair are more than twice the margin apart, (m,)
     offset: Array  # as in ``near``, now
@@ -111,7 +111,9 @@ class Around(NamedTuple):
     gone: Index  # blocks of pairs that are no longer near, (g, 2)
 
     @classmethod
-    def of(cls, assembly: Assembly, state: State, pieces: Pieces, margin: float, since: Near | None) -> "Around":
+    def of(
+        cls, assembly: Assembly, state: State, pieces: Pieces, margin: float, since: NearPairs | None
+    ) -> "Neighbours":
         """What is around the blocks of a state; ``since`` None is their reference position."""
         n, b = assembly.n_blocks, state.bodies
         if since is None:
@@ -144,7 +146,7 @@ class Around(NamedTuple):
         """Pairs that have come near since, (m,)."""
         return self.near.move == ALWAYS
 
-    def looked_at(self, rows: Flags, move: Array, angle: Array) -> Near:
+    def looked_at(self, rows: Flags, move: Array, angle: Array) -> NearPairs:
         """Pairs as they are when some have been looked at, with what they are allowed from now on."""
         near = self.near
         now = {"offset": self.offset, "turn": self.turn, "move": move, "angle": angle}
@@ -159,7 +161,7 @@ def placed(pieces: Pieces, rot: Array, place: Array) -> tuple[Array, Array, Arra
     return corners, low, high
 
 
-def _pairs(assembly: Assembly, pieces: Pieces, low: Array, high: Array, known: Index | None = None) -> Near:
+def _pairs(assembly: Assembly, pieces: Pieces, low: Array, high: Array, known: Index | None = None) -> NearPairs:
     """Pairs of pieces of two blocks, not both held, whose boxes overlap; they are to be looked at."""
     pairs = np.column_stack(overlapping_pairs(low, high)).astype(np.int64) if known is None else known
     blocks = pieces.owner[pairs]
@@ -168,13 +170,13 @@ def _pairs(assembly: Assembly, pieces: Pieces, low: Array, high: Array, known: I
     reach = pieces.reach[blocks]
     blocks = np.where((reach[:, 0] >= reach[:, 1])[:, None], blocks, blocks[:, ::-1])
     m = len(pairs)
-    return Near(
+    return NearPairs(
         pairs, np.ascontiguousarray(blocks), low, high, np.zeros((m, 3)), np.zeros((m, 4)), np.full(m, ALWAYS),
         np.full(m, ALWAYS),
     )  # fmt: skip
 
 
-def _renewed(assembly: Assembly, pieces: Pieces, near: Near, low: Array, high: Array, margin: float) -> Near:
+def _renewed(assembly: Assembly, pieces: Pieces, near: NearPairs, low: Array, high: Array, margin: float) -> NearPairs:
     """Pairs that are near now, where pieces have left their boxes; new ones are to be looked at."""
     left = np.asarray((low - margin < near.low) | (high + margin > near.high)).any(axis=1).reshape(-1)
     if not left.any():

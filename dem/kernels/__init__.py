@@ -50,7 +50,7 @@ from dem.kernels.shapes import (
     FACES,
     MOST,
     Meetings,
-    Near,
+    NearPairs,
     PieceArrays,
     contact_shapes,
     face_planes,
@@ -64,7 +64,7 @@ from dem.kernels.ties import add_tie_forces
 __all__ = [
     "ADDED", "APART", "COLUMNS", "CORNER", "CROSSING", "E_APPLIED", "E_DAMPING", "E_FRACTURE", "E_FRICTION",
     "E_KINETIC", "E_SIZE", "E_STEPS", "E_STOP", "E_SUPPORT", "E_VISCOSITY", "E_VISCOUS", "FACES", "LAW", "LAW_SIZE",
-    "MOST", "Acting", "BlockModes", "Joints", "Meetings", "Near", "PieceArrays", "Points", "RigidBodies", "Scheme",
+    "MOST", "Acting", "BlockModes", "Joints", "Meetings", "NearPairs", "PieceArrays", "Points", "RigidBodies", "Scheme",
     "Ties", "add_springs", "add_tie_forces", "advance", "contact_shapes", "contact_wrenches", "face_planes", "measure",
     "place_pieces", "relative_motion", "rotation_of",
 ]  # fmt: skip

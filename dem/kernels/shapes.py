@@ -41,7 +41,7 @@ class Meetings(NamedTuple):
     base_first: NDArray[np.bool_]  # whether the first piece is the base; given where a face is asked for, (m,)
 
 
-class Near(NamedTuple):
+class NearPairs(NamedTuple):
     """Pairs of pieces whose boxes overlap, and how their blocks lay when they were looked at last."""
 
     pairs: Index  # pieces, sorted, (m, 2)
@@ -72,7 +72,7 @@ def place_pieces(owner: Index, local: Array, rot: Array, place: Array, corners: 
 
 @kernel(fast=False)
 def relative_motion(
-    near: Near, quat: Array, rot: Array, place: Array, reach: Array, offset: Array, turn: Array, moved: Array,
+    near: NearPairs, quat: Array, rot: Array, place: Array, reach: Array, offset: Array, turn: Array, moved: Array,
     turned: Array,
 ) -> None:  # fmt: skip
     """How the blocks of every pair lie to each other now, and have moved and turned since they were looked at.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.kernels import BlockModes, Joints, Near, Points, RigidBodies, Ties
+from dem.kernels import BlockModes, Joints, NearPairs, Points, RigidBodies, Ties
 from dem.kernels.deformed import PLANE_MODES, SPACE_MODES
 from dem.model.joints import DEFAULT_POINTS, Grid, JointOptions, chosen_points, make_joints, make_points
 from dem.model.stable_step import block_stiffness, owners, points_of, scaled_masses, stable_step
@@ -122,7 +122,7 @@ class State:
     modes: BlockModes | None = None
     deformation: StrainShapes | None = None
     ties: Ties = field(default_factory=lambda: NO_TIES)
-    near: Near | None = None
+    near: NearPairs | None = None
 
     @property
     def space(self) -> bool | None:
@@ -214,7 +214,7 @@ class State:
             deformation = StrainShapes(**shapes | {"state": str(shapes["state"])})
         return cls(
             group(Points, "points"), group(Joints, "joints"), group(RigidBodies, "bodies"), ties=group(Ties, "ties"),
-            model=model, near=group(Near, "near") if "near.pairs" in file else None,
+            model=model, near=group(NearPairs, "near") if "near.pairs" in file else None,
             time=float(clock[0]), dt=float(clock[1]), mode=str(take("mode")),
             warnings=tuple(str(w) for w in take("warnings")), modes=modes, deformation=deformation,
             **plain,

@@ -9,7 +9,7 @@ import numpy as np
 
 from dem import kernels
 from dem.contact.detection import SOONEST, pivots_on_wrong_face, redetect
-from dem.contact.near import SMALL, Around, Pieces, farthest, near_margin, reaches, travel_per_step
+from dem.contact.near import SMALL, Neighbours, Pieces, farthest, near_margin, reaches, travel_per_step
 from dem.model.holding import SLID, Scale, slid_and_moved, stand_back, unbalance
 from dem.model.joint_marks import JointMarks, joint_marks
 from dem.model.state import DYNAMIC, State, UnstableError
@@ -206,7 +206,7 @@ class Recorder:
         beyond, names = moved > SMALL * self.margin, [block]
         if beyond:
             # blocks that went along with their neighbours have the contacts they had
-            around = Around.of(self.assembly, self.state, self.pieces, self.margin, None)
+            around = Neighbours.of(self.assembly, self.state, self.pieces, self.margin, None)
             due = np.flatnonzero(around.due() & ~(around.new & around.apart))
             beyond = bool(len(due) or len(around.gone))
             if len(due):

@@ -1,5 +1,6 @@
 """The arrows of the design: layers, light imports, and public names that exist."""
 
+import ast
 import importlib
 import os
 import subprocess
@@ -54,3 +55,14 @@ def test_dem_and_mechanisms_are_at_hand_and_wait_until_they_are_asked_for():
 def test_unknown_attribute_is_an_attribute_error():
     with pytest.raises(AttributeError, match="no attribute 'limit_anlysis'"):
         lm.limit_anlysis  # noqa: B018
+
+
+def test_no_class_name_is_used_twice():
+    found: dict[str, list[str]] = {}
+    for package in ("limitmason", "dem", "mechanisms"):
+        root = Path(importlib.import_module(package).__file__).parent
+        for path in sorted(root.rglob("*.py")):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.ClassDef):
+                    found.setdefault(node.name, []).append(str(path.relative_to(root.parent)))
+    assert {name: places for name, places in found.items() if len(places) > 1} == {}
