@@ -1,8 +1,9 @@
 """Explicit distinct element method on the same assemblies: stages of loading, and collapse multipliers."""
 
 from dem.driving.push_curve import PushCurve
+from dem.model.initial_state import make_state
 from dem.model.joints import JointOptions
-from dem.model.state import State, UnsettledError, UnstableError, make_state
+from dem.model.state import State, UnsettledError, UnstableError
 from dem.multiplier.collapse import collapse
 from dem.multiplier.tilt import TiltTest, tilt_test
 from dem.push import push

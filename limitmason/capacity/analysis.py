@@ -206,11 +206,10 @@ def pushover(
         length=length, ties=ties,
     )  # fmt: skip
     structure = Structure(assembly, loads, first, weight, size, length, bent, ties.stiffness)
-    held = None if moving is None else 0.0
+    generations, origin = Generations(shapes, equations, [structure]), at_rest(assembly.n_blocks)
     if initial is None:
-        generations, nodes, origin = begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
+        generations, nodes, origin = begin(generations, start, say, None if moving is None else 0.0, ratio)
     else:
-        generations, origin = Generations(shapes, equations, [structure]), at_rest(assembly.n_blocks)
         nodes = begun_with(generations.systems[0], initial, to, ratio, steps or Steps())
     system = generations.systems[0]
     if not nodes:
