@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from brick_panels import bricks, onset, page, residual, runs
+from brick_panels import bricks, onset, page, residual, runs, slopes
 from opened_panels import NAME, elastic, load
 
 import dem
@@ -67,12 +67,12 @@ def test_page_finds_the_exponents_that_a_power_law_was_made_with():
     rows = read_table(NAME, "udec_runs.csv").rows
     mu = np.tan(np.radians([float(r["friction"]) for r in rows]))
     c, ft = (np.array([float(r[k]) for r in rows]) for k in ("cohesion", "tension"))
-    exponents, errors = page.log_slopes(rows, 3.0 * mu**0.6 * c**0.8 * ft**0.2)
+    exponents, errors = slopes.log_slopes(rows, 3.0 * mu**0.6 * c**0.8 * ft**0.2)
     assert exponents == pytest.approx([0.6, 0.8, 0.2])
     assert errors == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
     # of the loads printed, without run 13: as the issue states them
     printed = np.array([float(r["V_failure"]) for r in rows])
-    exponents, errors = page.log_slopes(rows, printed)
+    exponents, errors = slopes.log_slopes(rows, printed)
     assert exponents == pytest.approx([0.64, 0.75, 0.25], abs=0.01)
     # exponent of c and its error by Frisch and Waugh: what c has that the others have not, against the same of the load
     keep = np.array([r["specimen"] != "udec-13" for r in rows])
@@ -266,6 +266,6 @@ def test_a_section_of_the_page_is_written_anew_and_the_others_stay():
 
 
 def test_the_page_has_the_section_of_the_set_as_printed():
-    text = "\n".join(residual.section(page.log_slopes, read_table(NAME, "udec_runs.csv").rows))
+    text = "\n".join(residual.section(read_table(NAME, "udec_runs.csv").rows))
     shown = (Path(page.__file__).parents[2] / "docs" / "papers" / "panels.md").read_text(encoding="utf-8")
     assert text.strip() in shown
