@@ -119,8 +119,10 @@ class Generations:
     def through(self, node: Node) -> str:
         """Names of two blocks that go through each other in a node, where they have no point, or "" if none do."""
         s = self.structures[node.generation]
-        # corners from which the ends of faces are pulled in pass each other
-        slack = DEEP * s.size + (0.0 if self.shapes is None else 2.0 * self.shapes.inset)
+        slack = DEEP * s.size
+        if self.shapes is not None:
+            # corners from which the ends of faces are pulled in pass each other, faces that were apart do not meet
+            slack += 2.0 * self.shapes.inset + float(self.shapes.opening.max(initial=0.0))
         found = deepest(s.assembly, s.points, node.pose, node.force, slack)
         if found is None:
             return ""
