@@ -175,6 +175,20 @@ class Generations:
         before = stored(self.structures[node.generation], self.state(node))
         return stored(self.structures[after.generation], self.state(after)) - before
 
+    def rise(self, node: Node, before: Node | None, move: float) -> float:
+        """By how much the multiplier rises over a control displacement [m], by the tangent at a node [-].
+
+        It is nan where that is singular.
+
+        Parameters
+        ----------
+        before : node from which it was reached, whose slip decides which points slide on
+        """
+        system = self.systems[node.generation]
+        old = node.history if before is None else self.begun(before).history
+        step = system.onward(system.evaluate(node.pose, old, node.multiplier), move)
+        return np.nan if step is None else float(step[-1])
+
     def senses(self, node: Node, before: Node | None) -> tuple[int, int]:
         """Signs of the tangent's determinant at constant load and at constant control, see :meth:`System.sense`.
 
