@@ -13,7 +13,9 @@ from dem.stages.history import History
 from dem.stages.simulate import resume, simulate
 from dem.stages.store import Store
 from limitmason.display.notebook import shows
-from limitmason.model.stages import BaseMotion, Damping, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
+from limitmason.model.base_motion import BaseMotion
+from limitmason.model.response_spectrum import ResponseSpectrum
+from limitmason.model.stages import Damping, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
 
 __all__ = [
     "BaseMotion",
@@ -26,6 +28,7 @@ __all__ = [
     "PushCurve",
     "PushSettings",
     "Ramp",
+    "ResponseSpectrum",
     "Servo",
     "Settle",
     "Stage",
