@@ -110,6 +110,7 @@ class StageRun:
         if waits or (self._sample_number() == number and self._remaining() > 0):
             return None
         sampled = rec.add(state, at.stage)
+        self._keep()  # a sample may have looked for contacts
         if self._ends(sampled) or self._remaining() <= 0:
             self.pause = True
             self.over = at.stage + 1 == len(rec.stages)
