@@ -132,7 +132,8 @@ class CauseTables:
         null = base.whitened(origin, scale)
         rows = self.tabulator.rows
         return Design(
-            causes, noise.about(origin), scale, origin, null, singles, columns, pair_table, pairs, rows.log, rows.kinds
+            causes, noise.about(origin), scale, origin, null, singles, columns, pair_table, pairs, rows.log, rows.kinds,
+            measured=tuple(self.tabulator.free),
         )  # fmt: skip
 
     def verify(self, design: Design, verdict: Verdict) -> bool:

@@ -81,12 +81,20 @@ def headline(diagnosis: Findings) -> str:
         fits, held = " and ".join(diagnosis.verdict.structured[0]), diagnosis.identification
         why = "leaves structure that noise does not make" if held is None else not_two_kinds(held)
         return f"unexplained{where}: {fits} fits, but {why}"
+    if diagnosis.verdict.rivalled:
+        return f"unexplained{where}: {rivalled_words(diagnosis)}"
     if diagnosis.verdict.withdrawn:
         return f"unexplained{where}: what fits predicts groups left out worse than the baseline does"
     none = (
         "no cause and no pair of the list fits" if diagnosis.verdict.tried_pairs else "no single cause of the list fits"
     )
     return f"unexplained{where}: {none}{'' if diagnosis.verdict.tried_pairs else ' (pairs not tried)'}"
+
+
+def rivalled_words(diagnosis: Findings) -> str:
+    """The pair that fits, and the one lever with another dependence that does as well."""
+    verdict = diagnosis.verdict
+    return f"{' and '.join(verdict.rivalled[0])} fit together, but one lever, {verdict.rival}, does nearly as well"
 
 
 def not_two_kinds(held: Identification) -> str:
@@ -169,9 +177,11 @@ def meaning(diagnosis: Findings) -> list[str]:
         )
         alone = "alone or in pairs" if diagnosis.verdict.tried_pairs else "alone (pairs were not tried)"
         told = [" and ".join(n) for n in diagnosis.verdict.withdrawn]
+        found = f"nothing on the list, {alone}, removes the misfit"
+        if diagnosis.verdict.rivalled:
+            found = f"no cause of the list alone removes the misfit; {rivalled_words(diagnosis)}"
         return [
-            f"The simulation misses the measured values by {before:.1f} %, more than noise allows, and nothing on the "
-            f"list, {alone}, removes the misfit.{where}"
+            f"The simulation misses the measured values by {before:.1f} %, more than noise allows, and {found}.{where}"
             if not told
             else f"The simulation misses the measured values by {before:.1f} %, more than noise allows. "
             f"{'; '.join(told)} is not rejected on all data together, but predicts groups left out worse than the "

@@ -22,7 +22,8 @@ def ordered_covariates(result: Any, covariates: Mapping[str, Sequence]) -> list[
     residual = result.y[None, :]
     strength = {}
     for name, column in covariates.items():
-        strength[name] = float(Trends({name: column}, result.design.scale).statistic(residual)[0])
+        trends = Trends({name: column}, result.design.scale, kinds=result.design.kinds)
+        strength[name] = float(trends.statistic(residual)[0])
     return sorted(covariates, key=lambda n: (n != result.covariate, -strength[n]))
 
 

@@ -142,6 +142,29 @@ def test_shape_of_labels_is_the_analysis_of_variance():
     assert shapes.tails(y)[0, 0] == pytest.approx(stats.f_oneway(*groups).pvalue, rel=1e-6)
 
 
+def test_shape_of_several_kinds_is_a_regression_with_a_line_in_each_kind():
+    # forces and stiffness go with x, frequencies do not and are five times as exact: they must not drown the rest
+    rng, kinds = np.random.default_rng(6), ["force", "stiffness", "vibration"] * 10
+    x, scale = np.repeat(X, 3), np.tile([0.05, 0.05, 0.01], 10)
+    inside = np.array([[k == kind for kind in kinds[:3]] for k in kinds], dtype=float)
+    y = rng.standard_normal(30) + 6.0 * (x - x.mean()) * (inside[:, 0] + inside[:, 1])
+    alone = {f"x in {k}": np.where(part > 0.0, x, x.mean()) for k, part in zip(kinds[:3], inside.T, strict=True)}
+    shapes = Trends({"x": x, **alone}, scale, kinds=kinds)
+    found = {(t.covariate, t.kind): tail for t, tail in zip(shapes.trends, shapes.tails(y)[0], strict=True)}
+    for name, columns in (("x", inside * x[:, None]), ("x in force", inside[:, :1] * x[:, None])):
+        designs = inside, np.hstack([inside, columns])
+        bare, whole = (float(np.linalg.lstsq(c, y, rcond=None)[1][0]) for c in designs)
+        k = columns.shape[1]
+        ratio = ((bare - whole) / k) / (whole / (27 - k))
+        assert found[name, "linear"] == pytest.approx(stats.f.sf(ratio, k, 27 - k), rel=1e-6)
+    assert shapes.best(y[None]).covariate == "x"
+    one_label = Trends({"side": list("abcde") * 6}, np.ones(30))
+    odd = rng.standard_normal(30) + 2.0 * (np.arange(30) % 5 == 3)
+    best = one_label.best(odd[None])
+    assert best.basis.shape == (30, 1)
+    assert np.abs(best.basis[np.arange(30) % 5 == 3]).min() > np.abs(best.basis[np.arange(30) % 5 != 3]).max()
+
+
 def test_shape_p_is_uniform_on_noise():
     shapes = Trends({"x": X, "operator": list("AABBBCCCAB")}, np.ones(10))
     tails = shapes.tails(np.random.default_rng(5).standard_normal((4000, 10)))

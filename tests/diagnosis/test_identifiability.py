@@ -1,5 +1,6 @@
 """A name must be earned: nameless rivals, margins, shared noise and what is said of them, held against closed forms."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -180,8 +181,12 @@ def test_margins_hold_a_name_of_a_twin_back():
     assert missing.fitted >= 0.5 * missing.trials
     assert missing.rate <= Rule().missing
     assert missing.power["edge rounding"] < 0.1
-    free = made.judge(causes, Rule(margin=0.0, missing=1.0, each=1.0)).missing()
-    assert free.rate > 0.3
+    none, given = Rule(margin=0.0, missing=1.0, each=1.0), []
+    for own in ((), ("width",)):  # with one kind of data a name needs a dose along a measured column of its own
+        dosed = tuple(dataclasses.replace(c, own=own) for c in causes)
+        given.append(made.judge(dosed, none).missing().rate)
+    assert given[0] == 0.0
+    assert given[1] > 0.3
 
 
 @pytest.mark.parametrize("share", [0.0, 0.6])

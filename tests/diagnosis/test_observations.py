@@ -12,7 +12,6 @@ from limitmason import causes
 from limitmason.cli import main
 from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study, curves
 from limitmason.diagnosis.from_folder import write_folder
-from limitmason.diagnosis.inference.discrepancy import dependences
 from limitmason.diagnosis.inference.kinds import Evidence, agree, foretold
 from limitmason.diagnosis.simulate import several
 from limitmason.diagnosis.standing_out import standing_out
@@ -194,12 +193,6 @@ def test_evidence_agrees_where_two_kinds_show_one_size():
     assert not agree((a, weak))
     assert not agree((a, b, c))
     assert (c.absent, weak.absent, a.absent) == (True, False, False)
-
-
-def test_other_dependences_are_positive_kernels():
-    found = dependences({"x": [1.0, 2.0, 3.0, 4.0], "side": list("abab"), "same": ["q"] * 4})
-    assert set(found) == {"x", "side"}
-    assert all(np.linalg.eigvalsh(k).min() > -1e-9 for parts in found.values() for k in parts)
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from limitmason.diagnosis.rehearse import binomial_interval
 from limitmason.diagnosis.words import headline
 
 from . import campaigns
+from .kinds_curves import Curves
 from .kinds_dem import ByDem
 from .kinds_designs import FOUR, Monument, OtherCode, Patterns, PeaksAlone, Trials
 
@@ -72,7 +73,7 @@ def trial(design, label, sets, seed, kept=(), keep=None):
     out, plant = list(kept), getattr(design, PLANTED[label])
     k = out[-1]["k"] + 1 if out else 0
     while len(out) < sets and k < 40 * sets:
-        rng = np.random.default_rng([SEED, *seed, k])
+        rng = np.random.default_rng([*seed, k])
         made = plant(k, rng)
         if made is not None:
             found = design.judged(made[0], rng)
@@ -101,6 +102,8 @@ def designs(cache):
                 6 + i, {"nothing": ALARMS, "clear": SINGLE, "off the list": SINGLE | OFF},
                 lambda c=columns: Trials(c, cache, FOUR)),
         }  # fmt: skip
+    out["12 specimens with peak, stiffness, drift and curve, all recorded"] = (
+        11, {c: ASKED[c] for c in more if c != "off the list"}, lambda: Curves(cache))
     beside = {"nothing": {}, "clear": ASKED["clear"], "off the list": ASKED["off the list"]}
     out["all three of the truth by the DEM, all recorded"] = 10, beside, lambda: ByDem(every, cache)
     return out | {
@@ -177,6 +180,7 @@ def main():
     parser.add_argument("--cache", type=Path, default=None, help="predictions, kept from run to run")
     parser.add_argument("--records", type=Path, default=None, help="outcomes, kept from run to run")
     parser.add_argument("--row", action="append", help="only these of the rows, by a part of their name")
+    parser.add_argument("--seed", type=int, default=SEED, help="another for trials that thresholds are set on")
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
     kept, rows = {}, {}
@@ -199,7 +203,7 @@ def main():
 
             if len(before) < sets:
                 design = design or make()
-                before = trial(design, label, sets, [number, list(PLANTED).index(label)], before, keep)
+                before = trial(design, label, sets, [given.seed, number, list(PLANTED).index(label)], before, keep)
             rows[name, label] = before, asked
             given.out.write_text(INTRODUCTION + page(rows), encoding="utf-8")
             print(f"{name}, {label}: {found_words(before)}", flush=True)

@@ -98,8 +98,9 @@ def with_effect(effect, size, specimens=TWELVE):
 
 
 def rows(found, quantities, scatter=SCATTER):
-    """Observations of what was found."""
-    return [Observation(i, q, f[q], scatter[q]) for i, f in enumerate(found) for q in quantities]
+    """Observations of what was found; a specimen may lack a quantity."""
+    known = [getattr(f, "quantities", f) for f in found]
+    return [Observation(i, q, f[q], scatter[q]) for i, f in enumerate(known) for q in quantities if q in f]
 
 
 class Trials:
@@ -113,12 +114,14 @@ class Trials:
     together : column within which tests share half the variance of each quantity's noise, stated as independent
     """
 
+    causes, scatter, simulate = CAUSES, SCATTER, staticmethod(simulate)
+
     def __init__(self, covariates, cache, specimens=TWELVE, quantities=tuple(SCATTER), together=None):
         self.specimens, self.quantities, self.together = specimens, quantities, together
-        found = [simulate(s) for s in specimens]
+        found = rows([self.simulate(s) for s in specimens], quantities, self.scatter)
         self.study = Study(
-            specimens, simulate, rows(found, quantities), nuisance=campaigns.NUISANCE, covariates=covariates,
-            causes=CAUSES, cache=cache, version="1", shared=None if together else (), **SLOW,
+            specimens, self.simulate, found, nuisance=campaigns.NUISANCE, covariates=covariates,
+            causes=self.causes, cache=cache, version="1", shared=None if together else (), **SLOW,
         )  # fmt: skip
         self.design, self.drawn = self.study.design(), self.study.scale
         self._curves = {}
@@ -150,25 +153,25 @@ class Trials:
 
     def is_clear(self, y, cause):
         """Whether d2 is 36 and more from the baseline and the nearest rival, and two quantities feel it."""
-        rivals = [float(distances(y, self.design.singles[c.name])[0]) for c in CAUSES if c.name != cause.name]
+        rivals = [float(distances(y, self.design.singles[c.name])[0]) for c in self.causes if c.name != cause.name]
         felt = sum(float((y[rows] ** 2).sum()) >= 16.0 for rows in self.felt)
         return distances(y, self.design.null)[0] >= VISIBLE and min(rivals) >= VISIBLE and felt >= 2
 
     def listed(self, k, rng):
         """Values with a listed cause that is clear; None if it is not."""
-        cause = CAUSES[k % len(CAUSES)]
+        cause = self.causes[k % len(self.causes)]
         sizes = self.design.singles[cause.name].sizes[0]
         y = self.at_size(cause, rng.uniform(sizes[0], sizes[-1]))
         return (self.values(y), cause.name) if self.is_clear(y, cause) else None
 
     def two(self, k, rng):
         """Values with a cause in the model that peaks feel, and softer joints, neither of which does for both."""
-        inside = [c for c in CAUSES if c.lever not in ("reading", "stiffness")]
+        inside = [c for c in self.causes if c.lever not in ("reading", "stiffness")]
         both = (inside[k % len(inside)], softer_joints())
         null = self.design.null.between(self.design.null.zero)
         ends = [self.design.singles[c.name].sizes[0][[0, -1]] for c in both]
         y = null + sum(self.at_size(c, rng.uniform(*end)) - null for c, end in zip(both, ends, strict=True))
-        alone = [float(distances(y, self.design.singles[c.name])[0]) for c in CAUSES]
+        alone = [float(distances(y, self.design.singles[c.name])[0]) for c in self.causes]
         return None if min(alone) < VISIBLE else (self.values(y), tuple(c.name for c in both))
 
     def values(self, y):

@@ -50,7 +50,7 @@ def kinds_apart(design, values):
 
 def judged(design, kind, k, seed):
     """The record of one data set, None where nothing visible was planted."""
-    rng = np.random.default_rng([SEED, *seed, k])
+    rng = np.random.default_rng([*seed, k])
     made = plant(design, kind, k, rng)
     if made is None:
         return None
@@ -135,6 +135,7 @@ def main():
     parser.add_argument("--sets", type=int, default=300)
     parser.add_argument("--cache", type=Path, default=None, help="predictions, kept from run to run")
     parser.add_argument("--records", type=Path, required=True, help="outcomes, kept from run to run")
+    parser.add_argument("--seed", type=int, default=SEED, help="another for trials that thresholds are set on")
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
     kept, rows = {}, {}
@@ -149,7 +150,7 @@ def main():
             k = records[-1]["k"] + 1 if records else 0
             while len(records) < given.sets and k < 10 * given.sets:
                 design = design or Trials(columns, given.cache)
-                record = judged(design, kind, k, [20 + i, j])
+                record = judged(design, kind, k, [given.seed, 20 + i, j])
                 k += 1
                 if record is None:
                     continue

@@ -59,6 +59,7 @@ class Design:
     log : whether each row is compared by its logarithm, shape (n,); None is all
     kinds : kind of evidence of each row; () is one for all
     mix : what makes shared noise independent: grids are in these coordinates; None where it is not shared
+    measured : names of the measured inputs
     """
 
     causes: tuple[Listed, ...]
@@ -73,6 +74,7 @@ class Design:
     log: np.ndarray | None = None
     kinds: tuple[str, ...] = ()
     mix: np.ndarray | None = None
+    measured: tuple[str, ...] = ()
     _pairs: dict[Names, Grid] = field(default_factory=dict)
 
     @property
@@ -98,7 +100,7 @@ class Design:
     @cached_property
     def trends(self) -> Trends:
         """Trends along the recorded columns."""
-        return Trends(self.columns, self.scale, self.mix)
+        return Trends(self.columns, self.scale, self.mix, self.kinds)
 
     @cached_property
     def numeric(self) -> frozenset[str]:
@@ -129,7 +131,9 @@ class Design:
     @cached_property
     def correlation(self) -> np.ndarray:
         """Correlation of the noise that is carried, shape (n, n)."""
-        factor = np.linalg.inv(np.eye(self.n) if self.mix is None else self.mix)
+        if self.mix is None:
+            return np.eye(self.n)
+        factor = np.linalg.inv(self.mix)
         return factor @ factor.T
 
     # ---- explanations --------------------------------------------------------------------------------------------

@@ -4,10 +4,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.fit import BestFit, Likelihood
-from limitmason.diagnosis.inference.trends import is_numeric, same
+from limitmason.diagnosis.inference.trends import is_numeric, one_of_each
 
 AMPLITUDES = (1.5, 3.0, 6.0, 12.0, 24.0)  # of the bias in units of the noise
 LEVERS = (3.0, 6.0, 12.0, 24.0)  # the same of a lever with another dependence
@@ -16,24 +17,28 @@ JOINT = (1.0, 2.0)  # the same for all numeric covariates at once
 CONSTANT, TOGETHER = "nothing recorded", "several covariates"
 DRIFT = "a drift with an order of tests that is not recorded"
 NEARLY = (0.8, 1.0, 1.25)  # of the fitted effect: mean of a drift
+TINY = 1e-14  # of the largest eigenvalue of a kernel: smaller ones are rounding
+BATCH = 256  # data sets that are weighed at once
 
 
 class Discrepancy:
     """Log evidence of smooth biases: one covariate at a time, all of them together, or one bias for all specimens.
 
-    With the covariance of a bias S = I + a^2 (K + 11') or I + a^2 K in units of the noise, J the change of the baseline
-    per standard deviation of each measured input, and y the data from the baseline::
+    With the covariance of a bias S = I + F F' in units of the noise, J the change of the baseline per standard
+    deviation of each measured input, and y the data from the baseline::
 
-        log E(y) = max over K and a of  log L(y' (S + J J')^-1 y) - log det(S) / 2
+        log E(y) = max over F of  log L(y' (S + J J')^-1 y) - log det(S) / 2
 
-    where log L is the likelihood of the noise statement. K is x x' of a numeric covariate, its squared-exponential
-    kernel, the same-label kernel of a column of labels, the sum of these, or the kernel of all numbers at once. The
-    determinant is the price of a bias that could have been anything.
+    where log L is the likelihood of the noise statement, and F F' is a^2 K or a^2 (K + 11'). K is x x' of a numeric
+    covariate, its squared-exponential kernel, the same-label kernel of a column of labels, the sum of these, or the
+    kernel of all numbers at once. The determinant is the price of a bias that could have been anything. With A = [F, J]
+    the inverse is I - B B', B B' = A (I + A'A)^-1 A': as many columns as a covariate has values, whatever the number of
+    rows.
 
     Parameters
     ----------
     along : covariate of every bias, shape (m,); ``CONSTANT`` and ``TOGETHER`` for those of none and of several
-    kernels : S - I, shape (m, n, n)
+    factors : F of each, shape (n, its rank)
     slopes : J in units of the noise, shape (n, number of measured inputs)
 
     Notes
@@ -45,11 +50,18 @@ class Discrepancy:
     kept fewer true names at equal wrong ones).
     """
 
-    def __init__(self, along: Sequence[str], kernels: np.ndarray, slopes: np.ndarray):
-        self.along, self.kernels = tuple(along), kernels
-        whole = kernels + np.eye(len(slopes))
-        self.weights = np.linalg.inv(whole + slopes @ slopes.T)  # (S + J J')^-1, shape (m, n, n)
-        self.prices = 0.5 * np.linalg.slogdet(whole)[1]  # log det(S) / 2, shape (m,)
+    def __init__(self, along: Sequence[str], factors: Sequence[np.ndarray], slopes: np.ndarray):
+        self.along, self.factors, self.n = tuple(along), tuple(factors), len(slopes)
+        parts, prices = [np.zeros((self.n, 0))], []
+        for factor in self.factors:
+            a = np.hstack([factor, slopes])
+            inner = np.eye(a.shape[1]) + a.T @ a
+            parts.append(solve_triangular(np.linalg.cholesky(inner), a.T, lower=True).T)
+            r = factor.shape[1]
+            prices.append(float(np.log(np.diag(np.linalg.cholesky(inner[:r, :r]))).sum()))
+        self.prices = np.array(prices)  # log det(S) / 2, shape (m,)
+        self._stack = np.concatenate(parts, axis=1)  # B of all, side by side
+        self._starts = np.cumsum([p.shape[1] for p in parts])
 
     @classmethod
     def of(
@@ -65,16 +77,22 @@ class Discrepancy:
         mix : what makes shared noise independent, shape (n, n); None where the noise is not shared
         """
         n = len(scale)
-        weight = np.mean(scale) / np.asarray(scale, dtype=float)
-        one = np.ones((n, n))
-        along, kernels = [CONSTANT], [np.zeros((n, n))]
-        for name, kernel in [(CONSTANT, None), *_kernels(covariates)]:
-            for amplitude in AMPLITUDES:
-                for constant in (1.0,) if kernel is None else (0.0, 1.0):
+        weight = (np.mean(scale) / np.asarray(scale, dtype=float))[:, None]
+        one = np.ones((n, 1))
+        along, factors = [CONSTANT], [np.zeros((n, 0))]
+        for name, factor in [(CONSTANT, one), *_factors(covariates)]:
+            for constant in (one[:, :0],) if name == CONSTANT else (one[:, :0], one):
+                lifted = weight * np.hstack([factor, constant])
+                lifted = _thin(lifted if mix is None else mix @ lifted)
+                for amplitude in AMPLITUDES:
                     along.append(name)
-                    kernels.append(amplitude**2 * (constant * one + (0.0 if kernel is None else kernel)))
-        stack = np.outer(weight, weight) * np.array(kernels)
-        return cls(along, stack if mix is None else mix @ stack @ mix.T, slopes)
+                    factors.append(amplitude * lifted)
+        return cls(along, factors, slopes)
+
+    @property
+    def kernels(self) -> np.ndarray:
+        """S - I of every bias, shape (m, n, n)."""
+        return np.array([f @ f.T for f in self.factors])
 
     def evidence(self, y: np.ndarray, like: Likelihood, replicate: float | np.ndarray = 1.0) -> np.ndarray:
         """Log evidence of the best bias for each data set, shape (b,)."""
@@ -87,30 +105,58 @@ class Discrepancy:
     def each(self, y: np.ndarray, like: Likelihood, replicate: float | np.ndarray = 1.0) -> np.ndarray:
         """Log evidence of every bias for each data set, shape (b, m)."""
         y = np.atleast_2d(y)
-        m, n = len(self.along), y.shape[1]
-        turned = (y @ self.weights.transpose(1, 0, 2).reshape(n, m * n)).reshape(len(y), m, n)
-        squares = np.einsum("bmn,bn->bm", turned, y)
+        whole = np.einsum("bn,bn->b", y, y)[:, None]
+        squares = np.empty((len(y), len(self.along)))
+        widths = np.diff(self._starts)
+        for first in range(0, len(y), BATCH):
+            rows = slice(first, first + BATCH)
+            sums = np.zeros((len(y[rows]), len(widths)))
+            if widths.any():
+                turned = (y[rows] @ self._stack) ** 2
+                sums[:, widths > 0] = np.add.reduceat(turned, self._starts[:-1][widths > 0], axis=1)
+            squares[rows] = sums
         replicate = np.broadcast_to(np.asarray(replicate, dtype=float), (len(y),))[:, None]
-        return like.loglik(squares, 0.0, float(n), replicate) - self.prices
+        return like.loglik(np.maximum(whole - squares, 0.0), 0.0, float(self.n), replicate) - self.prices
+
+    def weighted(self, number: int, values: np.ndarray) -> np.ndarray:
+        """(S + J J')^-1 of one bias times values, shape (n, ...)."""
+        b = self._stack[:, self._starts[number] : self._starts[number + 1]]
+        return values - b @ (b.T @ values)
 
     def left_out(self, number: int, y: np.ndarray, folds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residual and variance of every value predicted without its fold, shape (n,).
 
-        The values are those of one data set, and a bias predicts them. With Q the weights, the fold F is missed by
+        The values are those of one data set, and a bias predicts them. With Q = (S + J J')^-1, the fold F is missed by
         (Q_FF)^-1 (Q y)_F with covariance (Q_FF)^-1.
         """
-        q = self.weights[number]
-        pull = q @ y
+        b, pull = self._stack[:, self._starts[number] : self._starts[number + 1]], self.weighted(number, y)
         miss, spread = np.empty(len(y)), np.empty(len(y))
         for fold in np.unique(folds):
             rows = np.flatnonzero(folds == fold)
-            covariance = np.linalg.inv(q[np.ix_(rows, rows)])
+            covariance = np.linalg.inv(np.eye(len(rows)) - b[rows] @ b[rows].T)
             miss[rows], spread[rows] = covariance @ pull[rows], np.diag(covariance)
         return miss, spread
 
 
-def _kernels(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarray]]:
-    """Name and kernel of every bias that is not constant, each with a mean diagonal of one."""
+def _thin(factor: np.ndarray) -> np.ndarray:
+    """A factor of the same covariance with no more columns than its rank."""
+    if factor.shape[1] < 2:
+        return factor
+    size, turn = np.linalg.eigh(factor.T @ factor)
+    return factor @ turn[:, size > TINY * size[-1]]
+
+
+def _curved(points: np.ndarray, reach: float) -> np.ndarray:
+    """Factor of the squared-exponential kernel of points, shape (n, k); of as many columns as there are places."""
+    places, where = np.unique(points, axis=0, return_inverse=True)
+    apart = np.sum([(x[:, None] - x[None]) ** 2 for x in places.T], axis=0) / points.shape[1]
+    size, turn = np.linalg.eigh(np.exp(-0.5 * apart / reach**2))
+    kept = size > TINY * size[-1]
+    return (turn[:, kept] * np.sqrt(size[kept]))[where.ravel()]
+
+
+def _factors(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarray]]:
+    """Name and factor of the kernel of every bias that is not constant, each with a mean diagonal of one."""
     parts, numbers = [], []
     for name, column in covariates.items():
         labels = [str(v) for v in column]
@@ -121,39 +167,45 @@ def _kernels(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarr
             x = np.asarray(column, dtype=float)
             if np.ptp(x) <= 1e-12 * np.abs(x).max():
                 continue
-            x = (x - x.mean()) / x.std()
-            parts.append(np.outer(x, x))
-            yield name, parts[-1]
+            x = ((x - x.mean()) / x.std())[:, None]
+            parts.append(x)
+            yield name, x
             if len(levels) > 2:
-                yield name, np.exp(-0.5 * ((x[:, None] - x[None]) / REACH) ** 2)
+                yield name, _curved(x, REACH)
             numbers.append(x)
         elif len(levels) < len(labels):
-            parts.append(same(column))
+            parts.append(one_of_each(column))
             yield name, parts[-1]
     if len(parts) > 1:
-        yield TOGETHER, np.sum(parts, axis=0) / len(parts)
+        yield TOGETHER, np.hstack(parts) / np.sqrt(len(parts))
     if len(numbers) > 1:
-        apart = np.sum([(x[:, None] - x[None]) ** 2 for x in numbers], axis=0) / len(numbers)
         for reach in JOINT:
-            yield TOGETHER, np.exp(-0.5 * apart / reach**2)
+            yield TOGETHER, _curved(np.hstack(numbers), reach)
 
 
-def dependences(columns: Mapping[str, Sequence]) -> dict[str, list[np.ndarray]]:
-    """Other dependences of a lever, as kernels of shape (n, n): on labels, along a number, and on its level."""
+def dependences(columns: Mapping[str, Sequence], *, alone: bool = False) -> dict[str, list[np.ndarray]]:
+    """Other dependences of a lever, as factors of kernels: on labels, along a number, and on its level.
+
+    Parameters
+    ----------
+    columns : name to values, numbers or labels
+    alone : whether a factor that one label only has is looked at too
+    """
     out: dict[str, list[np.ndarray]] = {}
     for name, column in columns.items():
         labels: Sequence = [str(v) for v in column]
-        kernels = []
+        factors = []
         if is_numeric(column):
             x = np.asarray(column, dtype=float)
             if np.ptp(x) <= 1e-12 * np.abs(x).max(initial=0.0):
                 continue
-            kernels.append(np.outer(x - x.mean(), x - x.mean()) / x.var() + 1.0)
+            factors.append(np.column_stack([(x - x.mean()) / x.std(), np.ones(len(x))]))
             labels = list(x > np.median(x))
         if 1 < len(set(labels)) < len(labels):
-            kernels.append(same(labels))
-        if kernels:
-            out[name] = kernels
+            factors.append(one_of_each(labels))
+            factors += list(factors[-1].T[:, :, None]) if alone else []
+        if factors:
+            out[name] = factors
     return out
 
 
@@ -170,6 +222,7 @@ class Rivals:
         self.design, self.sd = design, sd
         self.slopes = design.null.slopes / sd
         self._made: dict[tuple[str, ...], Discrepancy] = {}
+        self._levers: dict[tuple[tuple[str, ...], int], Discrepancy] = {}
 
     def of(self, names: Names) -> Discrepancy:
         """Biases that could stand in for an explanation: all but those along its own columns."""
@@ -180,32 +233,41 @@ class Rivals:
         return self._made[own]
 
     def levers(self, names: Names) -> Discrepancy:
-        """Listed levers with another dependence than on the explanation's own columns.
+        """Levers with another dependence than on the explanation's own columns.
 
-        A rival is the effect of a listed cause at its largest size, scaled to a mean square of one, times an unknown
-        factor that depends on a column: a friction that differs by direction, a softness that grows with the load.
+        A rival is the effect of a listed cause at its largest size, or of a measured input, scaled to a mean square of
+        one, times an unknown factor that depends on a column: a friction that differs by direction, a softness that
+        grows with the load. Beside a pair of causes, the factor may also differ for one label only.
         """
+        own = self.design.own(names)
+        if (own, len(names)) not in self._levers:
+            self._levers[own, len(names)] = self._levers_but(own, len(names) > 1)
+        return self._levers[own, len(names)]
+
+    def _levers_but(self, own: tuple[str, ...], alone: bool) -> Discrepancy:
+        """The same, but for some columns; with labels alone."""
         design, inner = self.design, tuple(f" in {kind}" for kind in set(self.design.kinds))
         plain: dict[str, Sequence[Any]] = {
-            k: v for k, v in design.columns.items()
-            if not k.endswith(inner) and k != "specimen" and k not in design.own(names)
-        }  # fmt: skip
-        ways, along, kernels = dependences(plain), [], []
+            k: v for k, v in design.columns.items() if not k.endswith(inner) and k != "specimen" and k not in own
+        }
+        ways, along, factors = dependences(plain, alone=alone), [], []
         null = design.null.between(design.null.zero)
+        effects = dict(zip(design.measured, design.apart(design.null.slopes.T), strict=False)) if alone else {}
         for cause in design.causes:
             grid = design.singles[cause.name]
             far = int(np.argmax(np.abs(grid.sizes[0] - cause.baseline)))
-            effect = design.apart(grid.at_size(float(far)).between(grid.zero) - null)
+            effects[cause.name] = design.apart(grid.at_size(float(far)).between(grid.zero) - null)
+        for name, effect in effects.items():
             size = float(np.sqrt(np.mean(effect**2)))
             if size <= 1e-9:
                 continue
             for column, parts in ways.items():
                 for part in parts:
+                    lever = design.turned(effect / size * part.T).T
                     for amplitude in LEVERS:
-                        along.append(f"{cause.name} by {column}")
-                        kernels.append((amplitude / size) ** 2 * np.outer(effect, effect) * part)
-        stack = np.array(kernels).reshape(len(kernels), design.n, design.n)
-        return Discrepancy(along, stack if design.mix is None else design.mix @ stack @ design.mix.T, self.slopes)
+                        along.append(f"{name} by {column}")
+                        factors.append(amplitude * lever)
+        return Discrepancy(along, factors, self.slopes)
 
     def drift(self, names: Names, effect: np.ndarray, y: np.ndarray, like: Likelihood) -> float:
         """Log evidence of the same effect growing from nothing from test to test, in an order that is not recorded.
@@ -226,11 +288,10 @@ class Rivals:
         m = len(set(specimens))
         if not orders or orders & set(design.columns) or m < 2:
             return -np.inf
-        part, spread = same(specimens), (m + 1.0) / (3.0 * (m - 1.0))
         f = design.apart(effect) / self.sd
-        kernel = spread * np.outer(f, f) * (part - (1.0 - part) / (m - 1.0))
-        kernel = kernel if design.mix is None else design.mix @ kernel @ design.mix.T
-        made = [Discrepancy([DRIFT], a**2 * kernel[None], self.slopes).evidence(y - a * effect, like) for a in NEARLY]
+        spread = (m + 1.0) * m / (3.0 * (m - 1.0) ** 2)  # V m / (m - 1): covariance V (P - 11' / m) m / (m - 1)
+        factor = design.turned(np.sqrt(spread) * f * (one_of_each(specimens) - 1.0 / m).T).T
+        made = [Discrepancy([DRIFT], [a * factor], self.slopes).evidence(y - a * effect, like) for a in NEARLY]
         return float(np.max(made))
 
     def excess(
@@ -255,6 +316,14 @@ class Rivals:
             return fit.loglik - self.of(names).evidence(data, like, replicate)
         beside = zip(names, reversed(parts), strict=True)
         return fit.loglik - np.max([self.of((n,)).evidence(data - part, like, replicate) for n, part in beside], axis=0)
+
+    def of_each(
+        self, listed: Sequence[Names], fitted: Sequence[BestFit], y: np.ndarray, replicate: float | np.ndarray = 1.0
+    ) -> np.ndarray:
+        """The same for several causes fitted to the same data, shape (causes, b); biases are weighed once."""
+        evidence = {own: self.of(names).evidence(y, self.design.like, replicate)
+                    for own, names in {self.design.own(n): n for n in listed}.items()}  # fmt: skip
+        return np.array([f.loglik - evidence[self.design.own(n)] for n, f in zip(listed, fitted, strict=True)])
 
     def parts(self, names: Names, fit: BestFit) -> list[np.ndarray]:
         """Effect of each cause of a pair at the fit, at the measured inputs, shape (n,), or none for a single cause."""

@@ -13,7 +13,7 @@ from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import DRIFT, Discrepancy, Rivals
 from limitmason.diagnosis.inference.fit import Likelihood
 from limitmason.diagnosis.inference.gain import left_out
-from limitmason.diagnosis.inference.kinds import agree, by_kind
+from limitmason.diagnosis.inference.kinds import Evidence, agree, by_kind
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.shared import Shares, estimated_shares
@@ -78,10 +78,36 @@ class Judge:
         if sd not in self._missing:
             rivals, rule = self.rivals(sd), self.rule
             self._missing[sd] = leave_each_out(
-                self.design, self.known(sd), lambda name, *fitted: rivals.excess((name,), *fitted), self.seed,
+                self.design, self.known(sd), rivals.of_each,
+                lambda name, effect, *found: self._beside_margin((name,), sd, effect, *found), self.seed,
                 floor=rule.margin, agreed=rule.agreed, share=rule.missing, each=rule.each,
             )  # fmt: skip
         return self._missing[sd]
+
+    def _beside_margin(
+        self, names: Names, sd: float, effect: np.ndarray, loglik: float, y: np.ndarray, kinds: Sequence[Evidence]
+    ) -> bool:  # fmt: skip
+        """Whether the conditions of a name hold beside its margin, those that need no draws."""
+        rivals = self.rivals(sd)
+        _, beyond, asked = self._nearest_lever(rivals, names, effect, loglik, y)
+        slope, error = dose_of(rivals.of(names), rivals.slopes, effect, y, sd)
+        return beyond >= asked and dosed(slope, error) and self._by_kinds(names, kinds)
+
+    def _by_kinds(self, names: Names, kinds: Sequence[Evidence]) -> bool:
+        """Whether two kinds of data show one size of a cause, or its dose along a measured column does."""
+        doses = any(c in self.design.numeric for c in self.design.own(names))
+        return len(names) == 1 and (agree(kinds) or (doses and not any(k.absent for k in kinds)))
+
+    def _nearest_lever(
+        self, rivals: Rivals, names: Names, effect: np.ndarray, loglik: float, data: np.ndarray
+    ) -> tuple[str, float, float]:  # fmt: skip
+        """The nearest lever with another dependence, the log-likelihood over it, and that which is asked."""
+        like, levers, rival, beyond, asked = self.design.like, rivals.levers(names), "", np.inf, LEVER
+        if levers.along:
+            each = levers.each(data[None], like)[0]
+            rival, beyond = levers.along[int(each.argmax())], loglik - float(each.max())
+        over_drift = loglik - rivals.drift(names, effect, data[None], like)
+        return (DRIFT, over_drift, ODDS) if over_drift - ODDS < beyond - asked else (rival, beyond, asked)
 
     def rivals(self, sd: float = 1.0) -> Rivals:
         """Discrepancy biases, in units of the noise."""
@@ -152,7 +178,7 @@ class Judge:
         verdict = decision.explained(y, alarm, pairs)
         if not self.rule.identify:
             return verdict
-        verdict = self._with_identification(decision, verdict, y, pairs)
+        verdict = self._with_identification(decision, self.beside_levers(verdict, y), y, pairs)
         sd = self.noise(verdict)
         return replace(verdict, rehearsed=self.missing(sd))
 
@@ -175,6 +201,23 @@ class Judge:
         kind = verdict.kind if record.holds else VerdictKind.BEHAVES_LIKE
         return replace(verdict, kind=kind, identification=record)
 
+    def beside_levers(self, verdict: Verdict, y: np.ndarray) -> Verdict:
+        """The verdict without pairs that one lever with another dependence does for.
+
+        A friction that differs by direction acts through one lever, and two listed causes together can imitate it. A
+        pair must beat every such lever by the margin that a name must beat smooth discrepancies by.
+        """
+        rivals, rivalled, nearest = self.rivals(self.noise(verdict)), list[Names](), (-np.inf, "")
+        for names in verdict.pairs:
+            levers = rivals.levers(names)
+            each = levers.each(self.design.turned(y)[None], self.design.like)[0] if levers.along else np.zeros(0)
+            if len(each) and float(verdict.tested[names].fit.loglik[0]) - each.max() < self.rule.margin:
+                rivalled.append(names)
+                nearest = max(nearest, (float(each.max()), levers.along[int(each.argmax())]))
+        if not rivalled:
+            return verdict
+        return replace(verdict.without(rivalled), withdrawn=(), rivalled=tuple(rivalled), rival=nearest[1])
+
     def held(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray) -> Identification:
         """The one explanation of a verdict held against every model discrepancy."""
         design, rule, names = self.design, self.rule, verdict.kept[0]
@@ -185,13 +228,7 @@ class Judge:
         discrepancy, parts = rivals.of(names), rivals.parts(names, fit)
         like, (value,) = design.like, fit.loglik
         nearest = discrepancy.best(data[None], like)
-        levers, rival, beyond = rivals.levers(names), "", np.inf
-        if levers.along:
-            each = levers.each(data[None], like)[0]
-            rival, beyond = levers.along[int(each.argmax())], float(value) - float(each.max())
-        asked, over_drift = LEVER, float(value) - rivals.drift(names, effect, data[None], like)
-        if over_drift - ODDS < beyond - asked:
-            rival, beyond, asked = DRIFT, over_drift, ODDS
+        rival, beyond, asked = self._nearest_lever(rivals, names, effect, float(value), data)
         # the same statistics for data drawn from the explanation itself
         rows = slice(0, min(DRAWN, decision.count))
         drawn, z, replicate = decision.drawn(names, fit, rows)
@@ -206,7 +243,6 @@ class Judge:
         kinds = by_kind(design, effect, y, verdict.null.residuals[0], fit.residuals[0], sd)
         together = len(names) == 1 and agree(kinds)
         margin = rehearsed.agreed[names[0]] if together else max(rehearsed.margins[n] for n in names)
-        doses = any(c in design.numeric for c in design.own(names))
         # log score of values left out: explanation, baseline, and the nearest bias
         own, base = (left_out(design, n, data, folds).score for n in (names, ()))
         miss, spread = discrepancy.left_out(nearest, data, folds)
@@ -215,12 +251,12 @@ class Judge:
         ahead_error = float(np.sqrt(len(by_fold)) * by_fold.std(ddof=1)) if len(by_fold) > 1 else 0.0
         holds = {
             "lever": float(np.median(over)) >= margin,
-            "dose": slope >= SURE * error and abs(slope - 1.0) <= SURE * error,
+            "dose": dosed(slope, error),
             "excess": observed >= margin,
             "usual": p >= rule.usual,
             "left out": float(np.sum(own - base)) > 0.0 and ahead + ahead_error >= 0.0,
             "rival levers": beyond >= asked,
-            "kinds": together or (len(names) == 1 and doses and not any(k.absent for k in kinds)),
+            "kinds": self._by_kinds(names, kinds),
         }
         return Identification(
             names=names,
@@ -253,7 +289,7 @@ class Judge:
             return verdict, record
         rejected = {**verdict.tested, names: replace(verdict.tested[names], kept=False)}
         bare = replace(_left_structure(verdict, names), tested=rejected)
-        both = decision.with_pairs(y, bare) if pairs else bare
+        both = self.beside_levers(decision.with_pairs(y, bare), y) if pairs else bare
         better = record.structure < self.rule.structure
         if both.pairs and not better:
             second = both.tested[both.pairs[0]].gain - verdict.tested[names].gain
@@ -271,11 +307,16 @@ def _left_structure(verdict: Verdict, names: Names) -> Verdict:
     return replace(verdict.without([names]), withdrawn=(), structured=(names,))
 
 
+def dosed(slope: float, error: float) -> bool:
+    """Whether the data show the fitted effect along its own contrast, and no other size of it."""
+    return slope >= SURE * error and abs(slope - 1.0) <= SURE * error
+
+
 def dose_of(
     discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, data: np.ndarray, sd: float
 ) -> tuple[float, float]:  # fmt: skip
     """Share of the fitted effect along the contrast that no bias takes away, and its standard error."""
-    contrast = discrepancy.weights[discrepancy.best(effect / sd, Likelihood())] @ effect
+    contrast = discrepancy.weighted(discrepancy.best(effect / sd, Likelihood()), effect)
     reach = float(contrast @ effect)
     if reach <= 0.0:
         return 0.0, float("inf")

@@ -102,15 +102,18 @@ def by_kind(
     """
     kinds = design.kinds or ("",) * design.n
     apart = design.apart
-    correlation, mix = design.correlation, np.eye(design.n) if design.mix is None else design.mix
+    mix = design.mix
     slopes = apart((design.null.slopes / sd).T).T
     effect = apart(effect)
-    squares = [apart(r) * (mix.T @ r) / sd**2 for r in (before, after)]
+    squares = [apart(r) * (r if mix is None else mix.T @ r) / sd**2 for r in (before, after)]
     out = []
     for kind in dict.fromkeys(kinds):
         rows = np.array([k == kind for k in kinds])
         j = slopes[rows]
-        weighted = np.linalg.solve(correlation[np.ix_(rows, rows)] + j @ j.T, effect[rows])
+        if mix is not None:
+            weighted = np.linalg.solve(design.correlation[np.ix_(rows, rows)] + j @ j.T, effect[rows])
+        else:  # (I + J J')^-1 by the inputs, which are few
+            weighted = effect[rows] - j @ np.linalg.solve(np.eye(j.shape[1]) + j.T @ j, j.T @ effect[rows])
         reach = float(weighted @ effect[rows])
         felt = reach * UNFELT**2 > sd**2
         share, error = (float(weighted @ y[rows]) / reach, sd / np.sqrt(reach)) if felt else (0.0, np.inf)

@@ -12,7 +12,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from limitmason.diagnosis.inference.design import Design, Listed
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.plan import NINE_IN_TEN
-from limitmason.diagnosis.inference.trends import is_numeric, same
+from limitmason.diagnosis.inference.trends import is_numeric, one_of_each, same
 
 CIRCUMSTANCES = {
     "batch": ("batch",), "day": ("day", "session"),
@@ -80,11 +80,13 @@ def estimated_shares(
         shared = [k for k in circumstances(design.columns) if k not in taken]
     if not shared:
         return Shares({}, np.eye(design.n))
-    blocks = {name: same(design.columns[name]) for name in shared}
+    blocks = {name: one_of_each(design.columns[name]) for name in shared}
     if "quantity" in design.columns:  # what each was measured with
-        each = same(design.columns["quantity"])
-        within = {f"{name} of each quantity": each * block for name, block in blocks.items()}
-        blocks |= {name: block for name, block in within.items() if block.sum() > design.n}
+        for name in shared:
+            pairs = zip(design.columns["quantity"], design.columns[name], strict=True)
+            within = one_of_each([f"{q} of {label}" for q, label in pairs])
+            if within.shape[1] < design.n:
+                blocks[f"{name} of each quantity"] = within
     components = Components(design, blocks)
     best, shares = components.likeliest(y, np.zeros((design.n, 0)))
     if price is not None:
@@ -103,46 +105,69 @@ def estimated_shares(
         if min(evidence) < EVIDENCE:
             shares = none
     kept = {k: v for k, v in shares.items() if v >= LEAST - 1e-9}
-    return Shares(kept, _correlation(design.n, kept, components.blocks), tuple(shared))
+    carried = {name: blocks[name] @ blocks[name].T for name in kept}
+    return Shares(kept, _correlation(design.n, kept, carried), tuple(shared))
 
 
 class Components:
     """Likelihood of residuals with shares of the noise within the labels of some columns.
 
+    With Z_f a column of ones and zeros per label of f and D the shares, C = s (I + Z D Z' / s), s = 1 - sum D: its
+    inverse and determinant take as many columns as there are labels, whatever the number of rows.
+
     Parameters
     ----------
     design : independent noise
-    blocks : same-label matrix of each column, shape (n, n)
+    labels : Z of each column, shape (n, its labels)
     """
 
-    def __init__(self, design: Design, blocks: Mapping[str, np.ndarray]):
-        slopes = design.null.slopes
-        self.design, self.blocks, self.extra = design, blocks, slopes @ slopes.T
+    def __init__(self, design: Design, labels: Mapping[str, np.ndarray]):
+        self.design, self.labels, self.slopes = design, labels, design.null.slopes
         self._made: dict[tuple[float, ...], tuple[np.ndarray, float]] = {}
+        whole = np.hstack([*labels.values(), self.slopes])
+        ends = np.cumsum([0, *(z.shape[1] for z in labels.values())])
+        self._columns = {k: np.arange(a, b) for k, a, b in zip(labels, ends, ends[1:], strict=False)}
+        self._whole, self._products = whole, whole.T @ whole
+
+    def _weight(self, shares: Mapping[str, float]) -> tuple[np.ndarray, float]:
+        """M of (C + J J')^-1 = (I - A M A') / s with A all labels and inputs, and log det(C) / 2."""
+        rest = 1.0 - sum(shares.values())
+        variance = np.zeros(len(self._products))
+        for name, share in shares.items():
+            variance[self._columns[name]] = share
+        count = len(variance) - self.slopes.shape[1]
+        variance[count:] = 1.0
+        root = np.sqrt(variance / rest)
+        inner = np.eye(len(root)) + root[:, None] * self._products * root
+        price = 0.5 * self.design.n * np.log(rest)
+        price += float(np.log(np.diag(np.linalg.cholesky(inner[:count, :count]))).sum())
+        return root[:, None] * np.linalg.inv(inner) * root, price
 
     def cost(self, shares: Mapping[str, float], r: np.ndarray, along: np.ndarray) -> float:
         """Minus the log-likelihood of residuals, shape (n,), free along some directions, shape (n, k)."""
         key = tuple(shares.values())
         if key not in self._made:
-            c = _correlation(self.design.n, shares, self.blocks)
-            self._made[key] = np.linalg.inv(c + self.extra), 0.5 * float(np.linalg.slogdet(c)[1])
-        weight, price = self._made[key]
-        pull = weight @ r
-        square = float(r @ pull)
+            self._made[key] = self._weight(shares)
+        middle, price = self._made[key]
+        rest = 1.0 - sum(shares.values())
+        basis = np.linalg.svd(along, full_matrices=False)[0] if along.shape[1] else along
+        both = np.column_stack([r, basis])
+        seen = self._whole.T @ both
+        products = (both.T @ both - seen.T @ middle @ seen) / rest
+        square = float(products[0, 0])
         if along.shape[1]:
-            basis = np.linalg.svd(along, full_matrices=False)[0]
-            onto, inner = basis.T @ pull, basis.T @ weight @ basis
+            inner, onto = products[1:, 1:], products[1:, 0]
             square -= float(onto @ np.linalg.solve(inner, onto))
             price += 0.5 * float(np.linalg.slogdet(inner)[1])
         return price - float(self.design.like.loglik(square, 0.0, float(self.design.n)))
 
     def likeliest(self, r: np.ndarray, along: np.ndarray) -> tuple[float, dict[str, float]]:
         """Least cost, and its shares: one column after the other, until none changes."""
-        shares = dict.fromkeys(self.blocks, 0.0)
+        shares = dict.fromkeys(self.labels, 0.0)
         best = self.cost(shares, r, along)
         for _ in range(SWEEPS):
             before = dict(shares)
-            for name in self.blocks:
+            for name in self.labels:
                 room = MOST - sum(v for k, v in shares.items() if k != name)
                 for share in SHARES:
                     if share <= room + 1e-9:

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 FLOOR = 1e-300  # of a tail probability, whose logarithm is taken
+ROWS = ("quantity", "specimen")  # columns that tell rows apart, not specimens: not looked at within each kind
 
 
 @dataclass(frozen=True)
@@ -17,25 +18,32 @@ class Trend:
     ----------
     covariate : name
     kind : "linear", "quadratic" or "group"
-    basis : shape (n, k), columns orthonormal and orthogonal to the mean
+    basis : shape (n, k), columns orthonormal and orthogonal to the means
+    means : orthonormal basis of the means that are taken out, shape (n, one or the number of kinds)
     """
 
     covariate: str
     kind: str
     basis: np.ndarray
+    means: np.ndarray
 
 
 class Trends:
     """All trends of a design.
 
-    Per trend with k columns the statistic is F = (S_k / k) / ((S - S_k) / (n - 1 - k)), with S the sum of squares about
-    the mean and S_k the part along the trend; the best trend is that with the smallest tail probability of its F.
+    Per trend with k columns the statistic is F = (S_k / k) / ((S - S_k) / (n - m - k)), with S the sum of squares about
+    m means and S_k the part along the trend; the best trend is that with the smallest tail probability of its F.
+
+    Of several kinds of data a trend along a column has a line, bend or group difference of its own in each kind, about
+    the mean of that kind: an effect of age that forces and stiffness show, and frequencies do not, goes with age. Of a
+    column of labels each label is also held alone against all others.
 
     Parameters
     ----------
     covariates : name to values, numbers or labels, each of length n
     scale : standard deviation per specimen, shape (n,): residuals come divided by it
     mix : what makes shared noise independent, shape (n, n), for residuals that come so; None where it is not shared
+    kinds : kind of data of each row; () is one for all
 
     Notes
     -----
@@ -43,26 +51,42 @@ class Trends:
     because residuals of a fit are neither independent nor chosen in advance. Collinear covariates share a trend.
     """
 
-    def __init__(self, covariates: Mapping[str, Sequence], scale: np.ndarray, mix: np.ndarray | None = None):
+    def __init__(
+        self,
+        covariates: Mapping[str, Sequence],
+        scale: np.ndarray,
+        mix: np.ndarray | None = None,
+        kinds: Sequence[str] = (),
+    ):
         """Find the basis of every trend that leaves two degrees of freedom or more.
 
         The weights are 1 / scale over their mean, mixed by ``mix`` where noise is shared. The level is what a constant
-        becomes by them; ``mean`` is its unit vector, to which every basis is orthogonal. A quadratic trend needs k = 2
-        columns: with one it is no more than a line.
+        becomes by them; ``means`` is its unit vector, or one for each kind, to which every basis is orthogonal. A
+        quadratic trend needs twice the columns of a line: with fewer it is no more than one.
         """
         self.n = len(scale)
         weight = 1.0 / np.asarray(scale, dtype=float)
-        weight = weight / weight.mean()
-        level = weight[:, None] if mix is None else mix @ weight[:, None]
-        self.mean = level / np.linalg.norm(level)
+        weight = (weight / weight.mean())[:, None]
+        told = list(dict.fromkeys(kinds)) if len(set(kinds)) > 1 else []
+        inside = np.array([[k == kind for kind in told] for k in kinds], dtype=float).reshape(self.n, -1)
+
+        def turned(columns: np.ndarray) -> np.ndarray:
+            return columns * weight if mix is None else mix @ (columns * weight)
+
+        one, each = np.ones((self.n, 1)), _orthonormal(turned(inside), np.zeros((self.n, 0)))
+        about_all = _orthonormal(turned(one), np.zeros((self.n, 0)))
         self.trends: list[Trend] = []
+        self._means = about_all, each
         for name, column in covariates.items():
+            whole = not told or name in ROWS
+            means = about_all if whole else each
+            apart = [one[:, 0]] if whole or name.endswith(tuple(f" in {k}" for k in told)) else list(inside.T)
             for kind, columns in _columns(column):
-                weighted = columns * weight[:, None]
-                basis = _orthonormal(weighted if mix is None else mix @ weighted, self.mean)
+                basis = _orthonormal(turned(np.hstack([columns * part[:, None] for part in apart])), means)
                 k = basis.shape[1]
-                if k and self.n - 1 - k >= 2 and (kind != "quadratic" or k == 2):
-                    self.trends.append(Trend(name, kind, basis))
+                bends = kind != "quadratic" or k == 2 * len(apart)
+                if k and self.n - means.shape[1] - k >= 2 and bends:
+                    self.trends.append(Trend(name, kind, basis, means))
         self._stack = np.concatenate([s.basis for s in self.trends], axis=1) if self.trends else np.zeros((self.n, 0))
         self._starts = np.cumsum([0] + [s.basis.shape[1] for s in self.trends])
 
@@ -77,21 +101,22 @@ class Trends:
     def _ratios(self, residuals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """F of each trend, shape (b, number of trends), and its degrees of freedom."""
         k = np.diff(self._starts).astype(float)
-        free = self.n - 1.0 - k
+        free = self.n - k - np.array([t.means.shape[1] for t in self.trends])
         if not self.trends:
             return np.ones((len(residuals), 0)), k, free
-        centred = residuals - (residuals @ self.mean) @ self.mean.T
-        total = np.einsum("bn,bn->b", centred, centred)
-        along = np.add.reduceat((centred @ self._stack) ** 2, self._starts[:-1], axis=1)
-        return (along / k) / (np.maximum(total[:, None] - along, 1e-12 * total[:, None] + FLOOR) / free), k, free
+        whole = np.einsum("bn,bn->b", residuals, residuals)
+        lost = {id(m): whole - ((residuals @ m) ** 2).sum(axis=1) for m in self._means}
+        total = np.array([lost[id(t.means)] for t in self.trends]).T
+        along = np.add.reduceat((residuals @ self._stack) ** 2, self._starts[:-1], axis=1)
+        return (along / k) / (np.maximum(total - along, 1e-12 * whole[:, None] + FLOOR) / free), k, free
 
     def statistic(self, residuals: np.ndarray) -> np.ndarray:
         """Best trend of each data set, -log of its tail probability, shape (b,), or zeros without covariates."""
-        ratios, k, _ = self._ratios(np.atleast_2d(residuals))
+        ratios, k, free = self._ratios(np.atleast_2d(residuals))
         tails = np.ones(len(ratios))
-        for count in np.unique(k):  # among trends of as many columns the largest F has the smallest tail
-            largest = ratios[:, k == count].max(axis=1)
-            tails = np.minimum(tails, np.maximum(fdtrc(count, self.n - 1.0 - count, largest), FLOOR))
+        for count, rest in dict.fromkeys(zip(k, free, strict=True)):  # the largest F of equal freedom: least tail
+            largest = ratios[:, (k == count) & (free == rest)].max(axis=1)
+            tails = np.minimum(tails, np.maximum(fdtrc(count, rest, largest), FLOOR))
         return -np.log(tails) if len(k) else np.zeros(len(ratios))
 
     def best(self, residuals: np.ndarray) -> Trend | None:
@@ -110,10 +135,16 @@ def is_numeric(column: Sequence) -> bool:
         return False
 
 
+def one_of_each(labels: Sequence) -> np.ndarray:
+    """A column of ones and zeros per label, a factor of its same-label kernel, shape (n, labels)."""
+    each = np.unique([str(v) for v in labels], return_inverse=True)[1]
+    return np.eye(each.max() + 1)[each]
+
+
 def same(column: Sequence) -> np.ndarray:
     """1 where two specimens have one label, shape (n, n)."""
-    labels = np.unique([str(v) for v in column], return_inverse=True)[1]
-    return (labels[:, None] == labels[None]).astype(float)
+    each = one_of_each(column)
+    return each @ each.T
 
 
 def _columns(column: Sequence) -> Iterator[tuple[str, np.ndarray]]:
@@ -133,9 +164,12 @@ def _columns(column: Sequence) -> Iterator[tuple[str, np.ndarray]]:
     names = sorted(set(labels))
     if 1 < len(names) <= max(2, len(labels) // 3):
         yield "group", np.array([[float(v == name) for name in names[1:]] for v in labels])
+        for name in names if len(names) > 2 and not is_numeric(column) else ():
+            if labels.count(name) > 1:
+                yield "group", np.array([[float(v == name)] for v in labels])
 
 
-def _orthonormal(columns: np.ndarray, mean: np.ndarray) -> np.ndarray:
-    rest = columns - mean @ (mean.T @ columns)
+def _orthonormal(columns: np.ndarray, means: np.ndarray) -> np.ndarray:
+    rest = columns - means @ (means.T @ columns)
     u, s, _ = np.linalg.svd(rest, full_matrices=False)
     return u[:, s > 1e-8 * max(1.0, s[0] if len(s) else 1.0)]

@@ -187,6 +187,8 @@ class Verdict:
     tried_pairs : whether pairs were held against the data
     withdrawn : explanations that fit but predict whole groups left out worse than the baseline does
     structured : single names that fit but leave a model discrepancy in the residuals
+    rivalled : pairs that fit, but do no better than one lever with another dependence
+    rival : that lever and its column
     identification : what stands behind the single name or pair, None where there is none
     rehearsed : how often a name is given where the true cause is missing from the list, None where no name is at stake
     doubt : an alarm held against noise that tests share unstated, None without an alarm or where all is recorded
@@ -204,6 +206,8 @@ class Verdict:
     tried_pairs: bool = False
     withdrawn: tuple[Names, ...] = ()
     structured: tuple[Names, ...] = ()
+    rivalled: tuple[Names, ...] = ()
+    rival: str = ""
     identification: Identification | None = None
     rehearsed: Missing | None = None
     doubt: Doubt | None = None

@@ -1,0 +1,103 @@
+"""What stands in for causes: levers with another dependence, shared noise, and both for a thousand numbers."""
+
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from limitmason.diagnosis import Cause, Observation, Study
+from limitmason.diagnosis.inference.discrepancy import dependences
+from limitmason.diagnosis.inference.fit import Likelihood
+from limitmason.diagnosis.inference.shared import Components
+from limitmason.diagnosis.inference.trends import one_of_each, same
+
+LISTED = [Cause("first", "x", 0.0, (-1.0, 1.0)), Cause("second", "y", 0.0, (-1.0, 1.0))]
+
+
+def test_other_dependences_are_on_labels_along_a_number_and_on_its_level():
+    sides = list("abcb")
+    found = dependences({"x": [1.0, 2.0, 3.0, 4.0], "side": sides, "same": ["q"] * 4})
+    assert set(found) == {"x", "side"}
+    line, level = found["x"]
+    assert line @ line.T == pytest.approx(np.outer([-3, -1, 1, 3], [-3, -1, 1, 3]) / 5.0 + 1.0)
+    assert level @ level.T == pytest.approx(same([False, False, True, True]))
+    assert found["side"][0] @ found["side"][0].T == pytest.approx(same(sides))
+    each, *alone = dependences({"side": sides}, alone=True)["side"]
+    assert np.hstack(alone) == pytest.approx(each)
+
+
+def test_shares_of_the_noise_have_the_normal_density_with_their_covariance():
+    rng, n = np.random.default_rng(0), 40
+    batch, day = list("abcd" * 10), [f"{i // 7}" for i in range(n)]
+    r, slopes = rng.standard_normal(n), rng.standard_normal((n, 2))
+    for inputs in (np.zeros((n, 0)), slopes):
+        design = SimpleNamespace(n=n, null=SimpleNamespace(slopes=inputs), like=Likelihood())
+        made = Components(design, {"batch": one_of_each(batch), "day": one_of_each(day)})
+        for one, two in ((0.0, 0.0), (0.3, 0.0), (0.2, 0.5), (0.0, 0.9)):
+            whole = (1.0 - one - two) * np.eye(n) + one * same(batch) + two * same(day)
+            found = made.cost({"batch": one, "day": two}, r, np.zeros((n, 0)))
+            if inputs.shape[1]:  # profiled out as least squares does
+                square = float(r @ np.linalg.solve(whole + inputs @ inputs.T, r))
+                assert found == pytest.approx(0.5 * square + 0.5 * np.linalg.slogdet(whole)[1], abs=1e-9)
+            else:
+                density = multivariate_normal(np.zeros(n), whole).logpdf(r)
+                assert found == pytest.approx(-density - 0.5 * n * np.log(2.0 * np.pi), abs=1e-9)
+
+
+def levered(s, x=0.0, y=0.0):
+    """Two levers; the stiffness feels a fifth of what the peak feels."""
+    out = s["a"] * x + s["b"] * y
+    return {"peak": np.exp(out), "stiffness": np.exp(0.2 * out)}
+
+
+def verdict(walls, sizes, seed):
+    rng, rows = np.random.default_rng(seed), []
+    for i, s in enumerate(walls):
+        for q, v in levered(s, *sizes).items():
+            rows.append(Observation(i, q, float(v * np.exp(0.05 * rng.standard_normal())), 0.05))
+    return Study(walls, levered, rows, covariates=["side"], shared=()).diagnose(LISTED)
+
+
+@pytest.mark.slow
+def test_a_pair_that_one_lever_on_one_side_does_for_is_not_named_and_a_true_pair_is():
+    # on the left the levers act alike, on the right oppositely: both together are one lever on one side only
+    sides = [{"side": "left" if i % 2 else "right", "a": 1.0 + 0.3 * np.cos(i)} for i in range(16)]
+    mirrored = [{**s, "b": s["a"] * (1.0 if s["side"] == "left" else -1.0) + 0.02 * np.sin(3 * i)}
+                for i, s in enumerate(sides)]  # fmt: skip
+    for seed in (9, 10, 11):
+        found = verdict(mirrored, (0.25, 0.25), seed)
+        assert found.kind == "unexplained"
+        assert not found.pairs
+        assert found.verdict.rivalled == (("first", "second"),)
+        assert found.verdict.rival in ("first by side", "second by side")
+        assert f"one lever, {found.verdict.rival}, does nearly as well" in str(found)
+        apart = [{**s, "b": np.sin(2.0 * i)} for i, s in enumerate(sides)]
+        assert verdict(apart, (0.25, 0.25), seed).pairs == (("first", "second"),)
+
+
+@pytest.mark.slow
+def test_a_thousand_points_of_curves_taken_as_independent_are_judged_in_seconds():
+    """24 curves of 50 points and 20 causes: every cost grows with the number of points, not with its cube."""
+    at, waves = np.linspace(0.0, 1.0, 51)[1:], np.random.default_rng(3).uniform(1.5, 9.0, 20)
+    walls = [{"h": 1.0 + 0.1 * (i % 6), "t": 0.10 + 0.02 * (i % 5), "setup": "ab"[i % 2]} for i in range(24)]
+
+    def curve(s, **sizes):
+        y = s["t"] / s["h"] * at / (at + 0.1 * s["h"])
+        for i, wave in enumerate(waves):
+            tilt = 1.0 + 0.5 * (s["h"] - 1.2) * (i % 3) + 2.0 * (s["t"] - 0.14) * (i % 4)
+            y = y * np.exp(sizes.get(f"c{i}", 0.0) * np.cos(wave * at + i) * tilt)
+        return {f"load at {x:.6g}": float(v) for x, v in zip(at, y, strict=True)}
+
+    listed = [Cause(f"cause {i}", f"c{i}", 0.0, (-0.3, 0.3)) for i in range(20)]
+    rng = np.random.default_rng(4)
+    rows = [Observation(i, q, float(v * np.exp(0.05 * rng.standard_normal())), 0.05)
+            for i, s in enumerate(walls) for q, v in curve(s, c3=0.1).items()]  # fmt: skip
+    made = Study(walls, curve, rows, covariates=("h", "t", "setup"), shared=(), levels=9)
+    made.design(listed)  # tables
+    begun = time.process_time()
+    found = made.diagnose(listed)
+    assert time.process_time() - begun < 20.0  # was more than ten minutes
+    assert found.causes == ("cause 3",)
+    assert found.estimates["cause 3"].low < 0.1 < found.estimates["cause 3"].high
