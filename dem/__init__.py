@@ -1,8 +1,9 @@
 """Explicit distinct element method on the same assemblies: stages of loading, and collapse multipliers."""
 
 from dem.driving.push_curve import PushCurve
+from dem.model.initial_state import make_state
 from dem.model.joints import JointOptions
-from dem.model.state import State, UnsettledError, UnstableError, make_state
+from dem.model.state import State, UnsettledError, UnstableError
 from dem.multiplier.collapse import collapse
 from dem.multiplier.tilt import TiltTest, tilt_test
 from dem.push import push
@@ -12,7 +13,9 @@ from dem.stages.history import History
 from dem.stages.simulate import resume, simulate
 from dem.stages.store import Store
 from limitmason.display.notebook import shows
-from limitmason.model.stages import BaseMotion, Damping, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
+from limitmason.model.base_motion import BaseMotion
+from limitmason.model.response_spectrum import ResponseSpectrum
+from limitmason.model.stages import Damping, Drive, Hold, Ramp, Servo, Settle, Stage, Tilt
 
 __all__ = [
     "BaseMotion",
@@ -25,6 +28,7 @@ __all__ = [
     "PushCurve",
     "PushSettings",
     "Ramp",
+    "ResponseSpectrum",
     "Servo",
     "Settle",
     "Stage",

@@ -64,6 +64,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         name = f"{file}::{item.name}"
         if name in slow:
             item.add_marker(pytest.mark.slow)
+    _leave_out_studies(config, items)
     long = Counter(item.path for item in items if item.get_closest_marker("slow"))
     items.sort(key=lambda item: -long[item.path])
     if config.getoption("jitter"):
@@ -76,3 +77,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         order.shuffle(files)
         order.shuffle(items)
         items.sort(key=lambda item: files.index(item.path))  # module fixtures are made once all the same
+
+
+def _leave_out_studies(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out slow tests of pages and blind trials, a lane of their own, unless their folder or a file is named."""
+    studies = Path(__file__).with_name("validation")
+    named = [(config.invocation_params.dir / str(arg).split("::")[0]).resolve() for arg in config.args]
+    if any(path.is_relative_to(studies) for path in named):
+        return
+    left = [item for item in items if item.path.is_relative_to(studies) and item.get_closest_marker("slow")]
+    if left:
+        config.hook.pytest_deselected(items=left)
+        items[:] = [item for item in items if item not in set(left)]

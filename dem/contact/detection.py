@@ -73,25 +73,25 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     """
     around = Neighbours.of(assembly, state, pieces, margin, state.near)
     code, own = np.sort(around.near.blocks, axis=1) @ (assembly.n_blocks, 1), _codes(state.joints, assembly.n_blocks)
-    joined = np.isin(code, own)
+    joined = _among(code, np.sort(own))
     if state.near is None:
         _allow(assembly, state, pieces, around.near, margin, code, own, joined)
     state.near = around.near
     _narrow(assembly, state)
     due = around.near.angle == ALWAYS if sharp else around.due()
     # and what has leapt away from all that is near
-    looked = np.union1d(code[due & (joined | ~around.apart)], own[~np.isin(own, code)])
+    looked = np.union1d(code[due & (joined | ~around.apart)], own[~_among(own, np.sort(code))])
     if not len(looked):
         return Found([], np.inf)
     search = _Search(assembly, state, pieces, around, code, looked, margin)
     active, soonest = search.active, search.soonest()
-    near = state.near = around.looked_at(np.isin(code, looked), *search.allowances(code, ()))
+    near = state.near = around.looked_at(_among(code, looked), *search.allowances(code, ()))
     if not len(active):
         return Found([], soonest)
     search = _Search(assembly, state, pieces, around._replace(near=near), code, active, margin, beside=True)
     search.cut()
     made, families = search.make()
-    state.near = search.around.looked_at(np.isin(code, search.looked), *search.allowances(code, made))
+    state.near = search.around.looked_at(_among(code, search.looked), *search.allowances(code, made))
     soonest = min(soonest, search.soonest())
     if search.stays.all() and not made:
         return Found([], soonest)
@@ -120,7 +120,7 @@ def _allow(
     shape = PiecesMeet(placed(pieces, still, assembly.centroids)[0], pieces, near.pairs, margin).now
     sharp = (shape.kind > FACES) | (~joined & (shape.kind == FACES) & (area_of(shape) > least_area(assembly)))
     known, row = np.unique(code, return_inverse=True)
-    slip, use = np.full(len(known), np.inf), np.isin(own, known)
+    slip, use = np.full(len(known), np.inf), _among(own, known)
     allowed = _slip_allowed(_spacing(state), np.diff(state.joints.start))
     np.minimum.at(slip, np.searchsorted(known, own[use]), allowed[use])
     near.move[:] = np.where(sharp | (near.move == ALWAYS), ALWAYS, np.minimum(near.move, slip[row]))
@@ -160,7 +160,7 @@ class _Search:
     ) -> None:  # fmt: skip
         n, one, two = assembly.n_blocks, state.joints.block_a, state.joints.block_b
         self.assembly, self.pieces, self.margin, self.around, self.of_row = assembly, pieces, margin, around, code
-        rows, hit = np.isin(_codes(state.joints, n), looked), np.zeros(n, dtype=bool)
+        rows, hit = _among(_codes(state.joints, n), looked), np.zeros(n, dtype=bool)
         hit[looked // n] = hit[looked % n] = True
         for _ in range(2 if beside else 0):
             rows = hit[one] | hit[two]
@@ -179,13 +179,13 @@ class _Search:
         shape, at = self.met.now, np.flatnonzero(self.met.now.kind > 0)
         self.outworn = _outworn(
             assembly, part, now, self.code, self.key[at], shape.kind[at], shape.gap[at], margin, self.turn,
-            np.isin(self.code, looked),
+            _among(self.code, looked),
         )  # fmt: skip
         state.ends[points_of(state.joints, self.rows)] = part.ends
-        self.stays = ~np.isin(self.code, self.code[self.outworn])
+        self.stays = ~_among(self.code, np.sort(self.code[self.outworn]))
         self.group, self.family = self.code, Families()
         over = (shape.kind != APART) & (shape.beside > -margin)
-        over |= self.makes & ~np.isin(self.key, self.code)
+        over |= self.makes & ~_among(self.key, np.sort(self.code))
         self.active = np.union1d(self.code[self.outworn], self.key[over]) if not beside else looked
 
     def cut(self) -> None:
@@ -205,15 +205,15 @@ class _Search:
             self.family.join(int(self.code[k]), int(self.code[other]))
         # all joints of a pair go together: a concave block may touch another in several places
         recut = np.unique(self.code[outworn])
-        self.stays = ~np.isin(self.code, recut)
+        self.stays = ~_among(self.code, recut)
         self.group = np.array([self.family.of(c) for c in self.code.tolist()], dtype=np.int64)
-        if not np.isin(recut, self.looked).all():
+        if not _among(recut, self.looked).all():
             self._meet(np.union1d(self.looked, recut))
 
     def _meet(self, looked: Index) -> None:
         """How the pieces of some pairs of blocks meet, and which of them make a joint."""
         self.looked, around = looked, self.around
-        near = np.flatnonzero(np.isin(self.of_row, looked) & ~around.apart)
+        near = np.flatnonzero(_among(self.of_row, looked) & ~around.apart)
         self.key, self.pairs = self.of_row[near], around.near.pairs[near]
         self.met, n = PiecesMeet(around.corners, self.pieces, self.pairs, self.margin, self.hit), self.assembly.n_blocks
         seen = self.bearings
@@ -226,7 +226,7 @@ class _Search:
         assembly, state, shape, pieces = self.assembly, self.state, self.met.now, self.pieces
         made: list[Fresh] = []
         families: list[int] = []
-        for row in np.flatnonzero(self.makes & ~np.isin(self.key, self.code[self.stays])).tolist():
+        for row in np.flatnonzero(self.makes & ~_among(self.key, np.sort(self.code[self.stays]))).tolist():
             p, q = self.pairs[row].tolist()
             a, b = (p, q) if shape.base_first[row] else (q, p)
             pair = int(pieces.owner[a]), int(pieces.owner[b])
@@ -247,7 +247,7 @@ class _Search:
     def allowances(self, code: Index, made: Sequence[Fresh]) -> tuple[Array, Array]:
         """Motion [m] and turn [rad] up to which pairs with given codes need not be looked at again."""
         state, now = self.state, self.now
-        first, stays = state.joints.start[:-1], self.stays & np.isin(self.code, self.looked)
+        first, stays = state.joints.start[:-1], self.stays & _among(self.code, self.looked)
         move, angle = np.full(len(self.looked), SMALL * self.margin), np.full(len(self.looked), np.inf)
         at = np.searchsorted(self.looked, self.code[stays])
         if stays.any():
@@ -278,7 +278,7 @@ class _Search:
         shape, b = self.met.now, self.state.bodies
         use = (shape.kind > FACES) & (shape.gap > 0.0)
         if self.bearings is None:
-            use &= ~np.isin(self.key, self.active)  # these are looked at again with what is beside them
+            use &= ~_among(self.key, self.active)  # these are looked at again with what is beside them
         if not use.any():
             return np.inf
         one, other = self.pieces.owner[self.pairs[use]].T
@@ -291,6 +291,13 @@ class _Search:
         fastest = np.linalg.norm(b.vel[one] - b.vel[other], axis=1) + turn[one] + turn[other]
         speed = np.maximum(closing, 0.1 * fastest)  # what runs alongside may turn
         return float((0.5 * shape.gap[use] / np.maximum(speed, 1e-300)).min())
+
+
+def _among(values: Array, known: Index) -> Flags:
+    """Whether numbers are among some in their order: ``numpy.isin`` sorts both."""
+    if not len(known):
+        return np.zeros(np.shape(values), dtype=bool)
+    return np.asarray(known[np.minimum(np.searchsorted(known, values), len(known) - 1)] == values)
 
 
 class Families:
@@ -341,7 +348,7 @@ def _outworn(
     order = np.lexsort((gap, key))
     one, at = np.unique(key[order], return_index=True)
     where = np.searchsorted(one, code)
-    near = np.isin(code, one)
+    near = _among(code, one)
     shape, apart = np.zeros(len(code), dtype=np.int64), np.full(len(code), np.inf)
     shape[near], apart[near] = kind[order][at[where[near]]], gap[order][at[where[near]]]
     # the nearest points are others: a block has come to lie on another face, a corner has left its face, the edges no
@@ -349,8 +356,8 @@ def _outworn(
     elsewhere = np.abs(apart - nearest) > 0.01 * margin + 0.1 * np.abs(nearest)
     loose = ~carries & (sharp | ((shape > FACES) & elsewhere))
     swapped = np.zeros(len(code), dtype=bool)
-    for k in np.flatnonzero(mine & ~worn & _may_pivot(state, now, turn)).tolist():
-        swapped[k] = pivots_on_a(assembly, state, now, k)
+    rows = np.flatnonzero(mine & ~worn & _may_pivot(state, now, turn))
+    swapped[rows] = pivots_on_a(assembly, state, now, rows)
     left = elsewhere & ((carries & sharp) | (turn > TURN_LIMIT))
     return np.asarray(mine & (worn | loose | left | (nearest > 1.5 * margin) | swapped))
 
@@ -368,8 +375,10 @@ def _may_pivot(state: State, now: PointForces, turn: Array) -> Flags:
 def pivots_on_wrong_face(assembly: Assembly, state: State, now: PointForces) -> bool:
     """Whether a joint that slid and turned bears on an edge of the block whose face is its plane."""
     note_slid(state, now)
-    tipped = np.flatnonzero(_may_pivot(state, now, _turned_since(state))) if len(now.owner) else ()
-    return any(pivots_on_a(assembly, state, now, int(k)) for k in tipped)
+    if not len(now.owner):
+        return False
+    tipped = np.flatnonzero(_may_pivot(state, now, _turned_since(state)))
+    return bool(pivots_on_a(assembly, state, now, tipped).any())
 
 
 def _turned_since(state: State) -> Array:

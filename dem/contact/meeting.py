@@ -1,12 +1,11 @@
 """How pairs of pieces meet now: on which faces, over what area, and on faces that go on from their neighbours'."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem import kernels
-from dem.contact.internal_edges import FLAT, Bearings, Poses, goes_on
+from dem.contact.internal_edges import FLAT, Bearings
 from dem.contact.near import Pieces
-from dem.kernels import APART, CROSSING, Joints
+from dem.kernels import APART, Joints
 from dem.kernels.arrays import Index
 from limitmason.arrays import Array, Flags
 from limitmason.model import Assembly
@@ -18,32 +17,27 @@ class PiecesMeet:
     def __init__(
         self, corners: Array, pieces: Pieces, pairs: Index, margin: float, blocks: Flags | None = None
     ) -> None:
-        m = len(pairs)
+        m, x = len(pairs), pieces
         self.pieces, self.margin, self.pairs = pieces, margin, np.ascontiguousarray(pairs)
-        self.poses = Poses(pieces.owner, corners, np.zeros((*pieces.size.shape, 4)))
+        self.arrays = kernels.PieceArrays(
+            corners, x.n_corners, x.faces, x.size, x.n_faces, x.edges, x.n_edges, np.zeros((*x.size.shape, 4))
+        )
         some = np.arange(len(corners)) if blocks is None else np.flatnonzero(blocks[pieces.owner])
-        kernels.face_planes(self._arrays, some)
+        kernels.face_planes(self.arrays, some)
         self.now = kernels.Meetings(
             np.zeros(m, dtype=np.int64), np.zeros(m), np.zeros(m), np.zeros((m, kernels.MOST, 3)),
             np.zeros(m, dtype=np.int64), np.zeros((m, 4)), np.zeros((m, 5, 3)), np.zeros(m, dtype=bool),
         )  # fmt: skip
-        self._look(slice(None), np.full(m, -1))
+        self._look(np.arange(m), np.full(m, -1))
 
-    def meet_on(self, row: int, piece: int, face: int) -> None:
-        """Take a face of a piece as the base of a row, whatever the least overlap."""
-        self.now.base_first[row] = piece == self.pairs[row, 0]
-        self._look(slice(row, row + 1), np.array([face]))
+    def meet_on(self, rows: Index, piece: Index, face: Index) -> None:
+        """Take faces of pieces as the bases of rows, whatever the least overlap."""
+        asked = np.full(len(self.pairs), -1)
+        asked[rows], self.now.base_first[rows] = face, piece == self.pairs[rows, 0]
+        self._look(rows, asked)
 
-    @property
-    def _arrays(self) -> kernels.PieceArrays:
-        x = self.pieces
-        return kernels.PieceArrays(
-            self.poses.corners, x.n_corners, x.faces, x.size, x.n_faces, x.edges, x.n_edges, self.poses.planes
-        )
-
-    def _look(self, rows: slice, face: NDArray[np.int64]) -> None:
-        now = kernels.Meetings._make(v[rows] for v in self.now)
-        kernels.contact_shapes(self._arrays, self.pairs[rows], self.margin, FLAT, now, face)
+    def _look(self, rows: Index, face: Index) -> None:
+        kernels.contact_shapes(self.arrays, self.pairs, rows, self.margin, FLAT, self.now, face)
 
 
 def least_area(assembly: Assembly) -> float:
@@ -63,21 +57,14 @@ def area_of(shape: kernels.Meetings) -> Array:
 
 def on_faces_that_go_on(met: PiecesMeet, joints: Joints, bearings: Bearings, n_blocks: int) -> dict[int, int]:
     """Let pairs that overlap little along two axes meet on the face that goes on: rows, and the joint beside each."""
-    found: dict[int, int] = {}
-    shape = met.now
+    shape, owner = met.now, met.pieces.owner
     rows = np.flatnonzero((shape.kind != APART) & (shape.beside > -met.margin))
     if not len(rows) or not len(bearings.row):
-        return found
-    ends = np.concatenate([joints.block_a[bearings.row], joints.block_b[bearings.row]])
-    order = np.argsort(ends, kind="stable")
-    cut = np.searchsorted(ends[order], np.arange(1, n_blocks))
-    of_block = np.split(order % len(bearings.row), cut)
-    for row in rows:
-        outline = shape.polygon[row, : shape.corners[row]]
-        place = shape.crossing[row, 2] if shape.kind[row] == CROSSING else outline.mean(axis=0)
-        on = goes_on(met.poses, joints, bearings, of_block, (met.pairs[row, 0], met.pairs[row, 1]), place)
-        if on is not None:
-            met.meet_on(int(row), on.piece, on.face)
-            if not on.own:
-                found[int(row)] = on.joint
-    return found
+        return {}
+    found, parts = np.empty((len(rows), 4), dtype=np.int64), np.searchsorted(owner, np.arange(n_blocks + 1))
+    by = bearings.carrying(joints, n_blocks)
+    kernels.faces_that_go_on(met.arrays, owner, parts, by, met.pairs, rows, shape, found)
+    on = found[:, 0] >= 0
+    met.meet_on(rows[on], found[on, 1], found[on, 2])
+    beside = on & (found[:, 3] == 0)
+    return dict(zip(rows[beside].tolist(), bearings.row[found[beside, 0]].tolist(), strict=True))

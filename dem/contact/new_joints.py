@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels import CORNER, CROSSING, E_DAMPING, E_KINETIC, LAW, Joints, Points
-from dem.model.stable_step import block_stiffness, scaled_masses, stable_step
+from dem.model.stable_step import block_stiffness, points_of, scaled_masses, stable_step
 from dem.model.state import DYNAMIC, State
 from dem.model.strain_shapes import add_modal_mass, coupled_of, fastest_of, with_joints
 from limitmason.arrays import Array, Flags, Index
@@ -90,12 +90,10 @@ def face_joint(
         grid = xy[apart] if apart.any() else xy[:1]
         area = np.full(len(grid), _point_area(assembly, a, b))
     else:
-        grid, area = _fan(xy)
+        grid, area = spread(xy)
         if not area.sum() > 1e-8 * assembly.volumes.min() ** (2.0 / 3.0):
             return None
-    # height of b's face over the base plane is linear
-    fit = np.linalg.lstsq(np.column_stack([np.ones(len(xy)), xy]), height[::-1], rcond=None)[0]
-    gap = fit[0] + grid @ fit[1:]
+    gap = linear_at(xy, height[::-1], grid)  # the height of b's face over the base plane
     world = np.stack([t1, t2, n])
     ra, rb = rot[a], rot[b]
     arm_a, arm_b = ra.T @ (centre - place[a]), rb.T @ (centre - place[b])
@@ -109,6 +107,18 @@ def face_joint(
         relative * (1, -1, -1, -1), arm_a, arm_b, offset, law, np.zeros((m, 2)), np.zeros(m), np.zeros(m), np.zeros(m),
         origin, contact, np.zeros(3), 0.0,
     )  # fmt: skip
+
+
+def linear_at(xy: Array, height: Array, at: Array) -> Array:
+    """A height that is linear over the plane, known at points about their mean, at others; level across a line."""
+    (xx, across), (_, yy) = xy.T @ xy
+    det = xx * yy - across * across
+    if det > 1e-16 * (xx + yy) ** 2:
+        u, v = xy.T @ height
+        slope = np.array([yy * u - across * v, xx * v - across * u]) / det
+    else:
+        slope = np.linalg.lstsq(xy, height - height.mean(), rcond=None)[0]
+    return height.mean() + at @ slope
 
 
 def _point_area(assembly: Assembly, a: int, b: int) -> float:
@@ -131,16 +141,16 @@ def crossing_joint(
     """
     a, b = blocks
     start_a, along_a, start_b, along_b, n = found
-    size = np.linalg.norm(np.cross(along_a, along_b))
+    size = np.linalg.norm(_across(along_a, along_b))
     d = start_b - start_a
-    part_a, part_b = np.cross(d, along_b) @ n / size, np.cross(d, along_a) @ n / size
+    part_a, part_b = _across(d, along_b) @ n / size, _across(d, along_a) @ n / size
     if max(abs(part_a - 0.5), abs(part_b - 0.5)) > 0.5 + BEYOND:
         return None
     point_a, point_b = start_a + part_a * along_a, start_b + part_b * along_b
     along_a, along_b = along_a / np.linalg.norm(along_a), along_b / np.linalg.norm(along_b)
     ra, rb = rot[a], rot[b]
     arm_a, arm_b = ra.T @ (point_a - place[a]), rb.T @ (point_b - place[b])
-    world = np.stack([along_a, np.cross(n, along_a), n])
+    world = np.stack([along_a, _across(n, along_a), n])
     q = state.bodies.quat
     law, origin = _law_for(assembly, state, blocks, None, (rot, place), n, point_a)
     law[[LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension, LAW.tan_psi, LAW.rest_tan_psi]] = 0.0
@@ -189,28 +199,35 @@ def _law_for(
     return law, -1
 
 
-def _fan(xy: Array) -> tuple[Array, Array]:
+def spread(xy: Array) -> tuple[Array, Array]:
     """Points of a convex counter-clockwise polygon, edges included, with tributary areas [m2]."""
     if len(xy) == 4:
         a, b, c, d = xy
         u, v = _STEPS[:, None], _STEPS[:, None, None]
         points = ((1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c)).reshape(-1, 2)
-        corners, share = _QUAD, 0.25
+        corners, order, share = _QUAD, _first_named(_QUAD.tobytes()), 0.25
     else:
         points = np.concatenate([xy.mean(axis=0)[None], np.column_stack([xy, 0.5 * (xy + np.roll(xy, -1, axis=0))])
                                  .reshape(-1, 2)])  # fmt: skip
         corners, share = _spokes(len(xy)), 0.5
+        order = _first_named(corners.tobytes())
     e1, e2 = points[corners[:, 1]] - points[corners[:, 0]], points[corners[:, 2]] - points[corners[:, 0]]
     area = share * np.abs(e1[:, 0] * e2[:, 1] - e1[:, 1] * e2[:, 0])
+    weight = np.bincount(corners.ravel(), np.repeat(area / 3.0, 3), len(points))[order]
     # points within 1e-9 m are one, in the order in which triangles name them
     number: dict[tuple[float, float], int] = {}
-    keys = [tuple(key) for key in np.rint(points * 1e9).tolist()]
-    named = corners.ravel().tolist()
-    at = [number.setdefault(keys[k], len(number)) for k in named]
-    first = {i: k for k, i in zip(reversed(named), reversed(at), strict=True)}
-    weight = np.zeros(len(number))
-    np.add.at(weight, at, np.repeat(area / 3.0, 3))
-    return points[[first[i] for i in range(len(number))]], weight
+    one = [number.setdefault((x, y), len(number)) for x, y in np.rint(points[order] * 1e9).tolist()]
+    if len(number) == len(points):
+        return points[order], weight
+    first = np.unique(one, return_index=True)[1]
+    return points[order[first]], np.bincount(one, weight)
+
+
+@cache
+def _first_named(triangles: bytes) -> Index:
+    """Points in the order in which triangles name them first."""
+    named = np.frombuffer(triangles, dtype=np.int64)
+    return named[np.sort(np.unique(named, return_index=True)[1])]
 
 
 _STEPS = np.linspace(0.0, 1.0, LATTICE)
@@ -254,26 +271,30 @@ def assemble(assembly: Assembly, state: State, stays: Flags, made: list[Fresh], 
     changed : blocks beside new joints whose stiffness is other than when it was looked at last, shape (n,)
     """
     j, pt = state.joints, state.points
-    count = np.diff(j.start)
-    kept = np.repeat(stays, count)
+    count, those, each = np.diff(j.start), np.flatnonzero(stays), made
+    kept = points_of(j, those)
 
-    def stack(old: NDArray[Number], new: list[NDArray[Number]]) -> NDArray[Number]:
-        return np.ascontiguousarray(np.concatenate([old, *new]) if new else old.copy())
+    def stack(old: NDArray[Number], of: Index, new: list[NDArray[Number]]) -> NDArray[Number]:
+        size = len(of)
+        out = np.empty((size + sum(len(x) for x in new), *old.shape[1:]), dtype=old.dtype)
+        np.take(old, of, axis=0, out=out[:size], mode="clip")
+        if new:
+            np.concatenate(new, out=out[size:])
+        return out
 
-    each = made
     state.points = Points(
-        stack(pt.s[kept], [m.s for m in each]), stack(pt.t[kept], [m.t for m in each]),
-        stack(pt.area[kept], [m.area for m in each]), stack(pt.gap[kept], [m.gap for m in each]),
-        stack(pt.slip_1[kept], [m.slip[:, 0] for m in each]), stack(pt.slip_2[kept], [m.slip[:, 1] for m in each]),
-        stack(pt.lift[kept], [m.lift for m in each]), stack(pt.damage[kept], [m.damage for m in each]),
+        stack(pt.s, kept, [m.s for m in each]), stack(pt.t, kept, [m.t for m in each]),
+        stack(pt.area, kept, [m.area for m in each]), stack(pt.gap, kept, [m.gap for m in each]),
+        stack(pt.slip_1, kept, [m.slip[:, 0] for m in each]), stack(pt.slip_2, kept, [m.slip[:, 1] for m in each]),
+        stack(pt.lift, kept, [m.lift for m in each]), stack(pt.damage, kept, [m.damage for m in each]),
     )  # fmt: skip
-    state.ends = stack(state.ends[kept], [np.full((len(m.s), state.ends.shape[1]), np.nan) for m in each])
-    state.setback = stack(state.setback[kept], [m.setback for m in each])
+    state.ends = stack(state.ends, kept, [np.full((len(m.s), state.ends.shape[1]), np.nan) for m in each])
+    state.setback = stack(state.setback, kept, [m.setback for m in each])
     sizes = np.concatenate([count[stays], [len(m.s) for m in each]]).astype(np.int64)
 
     def rows(old: NDArray[Number], name: str) -> NDArray[Number]:
         new = [np.asarray(getattr(m, name), dtype=old.dtype)[None] for m in each]
-        return stack(old[stays], new)
+        return stack(old, those, new)
 
     state.joints = Joints(
         rows(j.block_a, "a"), rows(j.block_b, "b"), np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),

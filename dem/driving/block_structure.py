@@ -15,9 +15,9 @@ from dem.driving.path import widest_spacing
 from dem.driving.push_curve import PushCurve
 from dem.driving.structure import DrivenStructure
 from dem.kernels import E_STEPS
+from dem.model.initial_state import make_state
 from dem.model.joint_marks import JointMarks
 from dem.model.joints import JointOptions
-from dem.model.state import make_state
 from dem.settings import PushSettings
 from dem.stages.history import History
 from dem.stages.resuming import RunStatus, signature

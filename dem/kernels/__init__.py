@@ -3,7 +3,8 @@
 ``law`` is the joint law at a point and ``added`` the terms that are added to it, ``sums`` adds it up over the points of
 a joint, ``kinematics`` says how the blocks of a joint lie to each other, ``forces`` brings the sums to the blocks,
 ``ties`` the pull of rods, ``deformed`` what goes with blocks that strain, ``stepping`` moves these, ``measure`` reads a
-position without changing it, ``springs`` says how stiffly its joints hold a block, ``shapes`` finds where pieces touch;
+position without changing it, ``springs`` says how stiffly its joints hold a block, ``shapes`` finds where pieces touch,
+``going_on`` the faces that go on from one block to the next, ``pivots`` the joints that bear on an edge;
 ``arrays`` is what all of them see. ``zones`` has the forces of blocks cut into zones in the plane, with the same joint
 law, ``mohr_coulomb`` returns a zone's stress to its strength, ``zone_motion`` moves zones, ``zone_measure`` reads them.
 
@@ -42,7 +43,9 @@ from dem.kernels.arrays import (
 )
 from dem.kernels.compiled import ADDED
 from dem.kernels.forces import contact_wrenches
+from dem.kernels.going_on import TURNED, Carrying, faces_that_go_on
 from dem.kernels.measure import measure
+from dem.kernels.pivots import OF_A, OF_B, OF_BOTH, ON_A, UNKNOWN, bearing_ends
 from dem.kernels.shapes import (
     APART,
     CORNER,
@@ -64,7 +67,8 @@ from dem.kernels.ties import add_tie_forces
 __all__ = [
     "ADDED", "APART", "COLUMNS", "CORNER", "CROSSING", "E_APPLIED", "E_DAMPING", "E_FRACTURE", "E_FRICTION",
     "E_KINETIC", "E_SIZE", "E_STEPS", "E_STOP", "E_SUPPORT", "E_VISCOSITY", "E_VISCOUS", "FACES", "LAW", "LAW_SIZE",
-    "MOST", "Acting", "BlockModes", "Joints", "Meetings", "NearPairs", "PieceArrays", "Points", "RigidBodies", "Scheme",
-    "Ties", "add_springs", "add_tie_forces", "advance", "contact_shapes", "contact_wrenches", "face_planes", "measure",
+    "MOST", "OF_A", "OF_B", "OF_BOTH", "ON_A", "TURNED", "UNKNOWN", "Acting", "BlockModes", "Carrying", "Joints",
+    "Meetings", "NearPairs", "PieceArrays", "Points", "RigidBodies", "Scheme", "Ties", "add_springs", "add_tie_forces",
+    "advance", "bearing_ends", "contact_shapes", "contact_wrenches", "face_planes", "faces_that_go_on", "measure",
     "place_pieces", "relative_motion", "rotation_of",
 ]  # fmt: skip

@@ -307,9 +307,9 @@ def _widest_axis(
 
 @kernel(fast=False, counted=True)
 def contact_shapes(
-    pieces: PieceArrays, pairs: Index, margin: float, flat: float, met: Meetings, asked: Index
+    pieces: PieceArrays, pairs: Index, rows: Index, margin: float, flat: float, met: Meetings, asked: Index
 ) -> None:
-    """How every pair of convex pieces nearer than ``margin`` meets, at any relative rotation.
+    """How some pairs of convex pieces nearer than ``margin`` meet, at any relative rotation.
 
     Of the normals of the faces and the cross products of the edges, the axis of the widest gap (least penetration) is
     taken. Where it is a cross product that leaves the normals of the faces beside the edges by more than ``flat``, the
@@ -319,13 +319,14 @@ def contact_shapes(
     Parameters
     ----------
     pairs : shape (m, 2)
+    rows : those that are looked at
     margin : [m]
     flat : cosine of the angle between the normals of faces that lie on each other
     asked : face of the base that is asked for whatever the gaps, -1 for that of the widest gap, shape (m,)
     """
     best_p, best_q = np.empty(5), np.empty(5)
     polygon, spare = np.empty((MOST, 3)), np.empty((MOST, 3))
-    for m in range(len(pairs)):
+    for m in rows:
         met.kind[m] = met.corners[m] = 0
         p, q = pairs[m, 0], pairs[m, 1]
         if asked[m] >= 0:

@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
+from dem import kernels
+from dem.kernels import OF_A, OF_B, OF_BOTH
 from dem.model.state import ENDS, PointForces, State
 from limitmason.arrays import Array, Flags, Index
 from limitmason.model import Assembly
@@ -20,8 +21,6 @@ FACES = 1
 
 NOTICED = 1e-4
 """Slip from which the points of a joint follow its edges, over the square root of its area [-]."""
-
-OF_A, OF_B, OF_BOTH = 0, 1, 2  # whose edge ends the contact
 
 class _Outline(NamedTuple):
     """Convex outline of a joint, counter-clockwise, and whose edge each side is."""
@@ -130,7 +129,7 @@ def _outline(assembly: Assembly, state: State, k: int, xy: Array, size: Array) -
         corners = np.array([low - aside, high - aside, high + aside, low + aside])
         corners = corners if axis == 0 else corners[::-1]
     else:
-        corners = xy[ConvexHull(xy).vertices]
+        corners = xy[convex_hull(xy)]
     following = np.roll(corners, -1, axis=0)
     along = following - corners
     outward = np.column_stack([along[:, 1], -along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
@@ -146,6 +145,30 @@ def _outline(assembly: Assembly, state: State, k: int, xy: Array, size: Array) -
     # a face that goes on on both sides ends at a seam of parts of one block: the points stay with b
     whose = np.where(in_a, OF_B, np.where(in_b, OF_A, OF_BOTH))
     return _Outline(corners, whose)
+
+
+def convex_hull(xy: Array) -> list[int]:
+    """Corners of the convex hull of points, counter-clockwise from the leftmost; none in the middle of a side.
+
+    Notes
+    -----
+    Source: the monotone chain of Andrew (1979).
+    """
+    x, y = xy.T.tolist()
+    flat = 1e-12 * float(np.prod(np.ptp(xy, axis=0)))
+    order = np.lexsort((xy[:, 1], xy[:, 0])).tolist()
+    chains = []
+    for way in (order, order[::-1]):
+        chain: list[int] = []
+        for k in way:
+            while len(chain) > 1:
+                i, j = chain[-2:]
+                if (x[j] - x[i]) * (y[k] - y[i]) - (y[j] - y[i]) * (x[k] - x[i]) > flat:
+                    break
+                chain.pop()
+            chain.append(k)
+        chains += chain[:-1]
+    return chains
 
 
 @cache
@@ -189,36 +212,11 @@ def _between(outline: _Outline, points: Array, axis: int) -> Array:
     return np.column_stack([np.clip(part, 0.0, 1.0), *whose])
 
 
-def pivots_on_a(assembly: Assembly, state: State, now: PointForces, k: int) -> bool:
-    """Whether all that bears in a joint that slid and turned is an edge of a: the face it bears on is b's."""
-    mine = slice(int(state.joints.start[k]), int(state.joints.start[k + 1]))
-    if mine.start == mine.stop or np.isnan(state.ends[mine.start, 1]):
-        return False
-    pressed = now.opening[mine] < 0.0
-    if not pressed.any() or pressed.all():
-        return False
-    if np.isnan(state.ends[mine.start, 0]):
-        xy = np.column_stack([state.points.s[mine], state.points.t[mine]])
-        if not any(_may_be_at_an_end(xy, pressed, axis) for axis in (0, 1)):
-            return False
-        _find_ends_of(assembly, state, k)
-    ends = state.ends[mine]
-    for c in (0, 1):
-        part, lower, upper = ends[pressed, 4 + 3 * c : 7 + 3 * c].T
-        slip = now.slip[mine][pressed, c]
-        if ((part > 0.999) & ((upper == OF_A) | ((upper == OF_BOTH) & (slip > 0.0)))).all():
-            return True
-        if ((part < 0.001) & ((lower == OF_A) | ((lower == OF_BOTH) & (slip < 0.0)))).all():
-            return True
-    return False
-
-
-def _may_be_at_an_end(points: Array, chosen: Flags, axis: int) -> bool:
-    """Whether all chosen points may be at the lower, or all at the upper end of the outline along an axis.
-
-    They are not where another point lies beyond in the same row.
-    """
-    along, aside = points[:, axis], points[:, 1 - axis]
-    row = np.abs(aside[chosen, None] - aside) <= 1e-9 * np.ptp(aside)
-    beyond = (along - along[chosen, None]) / max(float(np.ptp(along)), 1e-300)
-    return bool(not (row & (beyond > 2e-3)).any() or not (row & (beyond < -2e-3)).any())
+def pivots_on_a(assembly: Assembly, state: State, now: PointForces, rows: Index) -> Flags:
+    """Whether all that bears in joints that slid and turned is an edge of a: the face they bear on is b's, (r,)."""
+    where = np.empty(len(rows), dtype=np.int64)
+    for _ in range(2):
+        kernels.bearing_ends(state.points, state.joints.start, state.ends, now.opening, now.slip, rows, where)
+        for k in rows[where == kernels.UNKNOWN].tolist():
+            _find_ends_of(assembly, state, k)
+    return np.asarray(where == kernels.ON_A)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import NamedTuple, Unpack
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -46,8 +46,9 @@ class TiltStatus(StrEnum):
 DID_NOT_FALL = TiltStatus.DID_NOT_FALL
 
 
-class Readings(NamedTuple):
-    """What a history says of a turning table, by the fields of :class:`TiltTest`."""
+@dataclass(frozen=True, eq=False)
+class Readings(ReadOnly):
+    """What a history says of a turning table; see :class:`TiltTest`."""
 
     tilt_deg: Array
     steps: Array
@@ -59,7 +60,7 @@ class Readings(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TiltTest(Displayed, ReadOnly):
+class TiltTest(Displayed, Readings):
     """A tilting test.
 
     Parameters
@@ -87,13 +88,6 @@ class TiltTest(Displayed, ReadOnly):
 
     status: TiltStatus
     collapse_multiplier: float
-    tilt_deg: Array
-    steps: Array
-    vertical: Array
-    horizontal: Array
-    ratio: Array
-    weight: float
-    collapse: int
     runs: tuple[tuple[float, float], ...]
     direction: tuple[float, float, float]
     history: History
@@ -236,8 +230,8 @@ def tilt_test(
         fell = float(np.abs(settled.shift[-1]).max()) > moved_limit * scale.smallest
         found = _read(settled, float("nan"), d, weight)
         return TiltTest(
-            TiltStatus.CANNOT_STAND if fell else TiltStatus.NOT_CONVERGED, float("nan"), *found,
-            runs=((0.0, float("nan")),), direction=tuple(d.tolist()), history=settled,
+            **vars(found), status=TiltStatus.CANNOT_STAND if fell else TiltStatus.NOT_CONVERGED,
+            collapse_multiplier=float("nan"), runs=((0.0, float("nan")),), direction=tuple(d.tolist()), history=settled,
             warnings=("it did not settle on the level table",),
         )  # fmt: skip
     held = collapse(assembly, loads, error_budget=(), **options) if increments else None
@@ -268,10 +262,11 @@ def tilt_test(
     reading, top = runs[-1][1], float(np.tan(np.deg2rad(to_deg)))
     bracket = _stopped(assembly, loads, settled, runs, top, tolerance)
     status, multiplier, said = _judged(bracket, runs, repeat, top, tolerance)
-    found = found._replace(collapse=_reached(found.ratio, multiplier))
+    found = replace(found, collapse=_reached(found.ratio, multiplier))
     return TiltTest(
-        status, multiplier, *found, tuple(runs), tuple(d.tolist()), history, (bracket.stable, bracket.moving),
-        abs(repeat / reading - 1.0), held, (*notes, *said),
+        **vars(found), status=status, collapse_multiplier=multiplier, runs=tuple(runs), direction=tuple(d.tolist()),
+        history=history, held=(bracket.stable, bracket.moving), spread=abs(repeat / reading - 1.0), increments=held,
+        warnings=(*notes, *said),
     )  # fmt: skip
 
 
@@ -324,9 +319,7 @@ def _stopped(
     )  # fmt: skip
 
 
-def _read(
-    history: History, begun: float, d: Array, weight: float
-) -> Readings:
+def _read(history: History, begun: float, d: Array, weight: float) -> Readings:
     """What a history says of a turning table since a step."""
     total = history.reaction[:, :, :3].sum(axis=1)
     vertical, horizontal = total[:, 2] / weight, -(total @ d) / weight

@@ -7,7 +7,7 @@ import numpy as np
 
 from dem.stages.history import History
 from limitmason.errors import InputError
-from limitmason.model.stages import BaseMotion
+from limitmason.model.base_motion import BaseMotion
 from limitmason.vibration.identification import Identified, identify_modes
 
 _AXES = {"x": 0, "y": 1, "z": 2}

@@ -6,26 +6,32 @@ from dem.contact.near import near_margin, reaches
 from dem.kernels import E_DAMPING, E_KINETIC
 from dem.kernels.arrays import Index
 from dem.model.state import State
-from limitmason.arrays import Flags
+from limitmason.arrays import Array, Flags
 from limitmason.model import Assembly
 
 
 class Floor:
     """Level to which blocks fall that nothing holds.
 
-    It is the lowest corner of the supports. Where other blocks reach as low from the start, the structure spans or
-    hangs and its floor is not known: it is taken one size of the structure lower.
+    It is the lowest corner of the supports, down being where the dead loads pull. Where other blocks reach as low from
+    the start, the structure spans or hangs and its floor is not known: it is taken one size of the structure lower.
 
     Parameters
     ----------
     assembly : where it stood before it moved
+    dead : its dead loads [N, N m], shape (n, 6); down is -z where they have no sum
     """
 
-    def __init__(self, assembly: Assembly) -> None:
+    def __init__(self, assembly: Assembly, dead: Array) -> None:
         self.assembly, self.reach = assembly, reaches(assembly)
-        self.standing, self.margin = assembly.held[:, 2], near_margin(assembly)
+        total = dead[~assembly.fixed, :3].sum(axis=0)
+        pulls = float(np.linalg.norm(total)) > 1e-9 * float(np.abs(dead[:, :3]).sum())
+        self.up = -total / np.linalg.norm(total) if pulls else np.array([0.0, 0.0, 1.0])
+        held = assembly.held[:, :3] | (np.abs(self.up) < 0.5)
+        self.standing, self.margin = held.all(axis=1), near_margin(assembly)
         vertices, start = assembly.vertices
-        low = np.minimum.reduceat(vertices[:, 2], start[:-1])
+        height = vertices @ self.up
+        low = np.minimum.reduceat(height, start[:-1])
         self.level = float(low[self.standing].min(initial=np.inf)) + self.margin
         if not low[~self.standing].min(initial=np.inf) > self.level:
             self.level = float(low.min() - np.linalg.norm(np.ptp(vertices, axis=0))) + self.margin
@@ -33,13 +39,14 @@ class Floor:
     def met(self, state: State) -> Index:
         """Numbers of the blocks that have met the floor, up to the gap at which blocks count as near."""
         bodies, assembly = state.bodies, self.assembly
-        ground = bodies.shift[self.standing, 2].mean() if self.standing.any() else 0.0
-        below = self.level + ground - assembly.centroids[:, 2] - bodies.shift[:, 2]
+        rise = bodies.shift @ self.up
+        ground = rise[self.standing].mean() if self.standing.any() else 0.0
+        below = self.level + ground - assembly.centroids @ self.up - rise
         vertices, start = assembly.vertices
         found = []
         for k in np.flatnonzero(~self.standing & (self.reach > -below)):
             local = vertices[start[k] : start[k + 1]] - assembly.centroids[k]
-            if (local @ (bodies.rot[k, 2] + (0.0, 0.0, 1.0))).min() <= below[k]:
+            if (local @ (self.up @ bodies.rot[k] + self.up)).min() <= below[k]:
                 found.append(k)
         return np.array(found, dtype=np.intp)
 

@@ -89,7 +89,7 @@ class Recorder:
             "tie_force": (len(assembly.ties),),
         }  # fmt: skip
         self.samples = Samples(**shapes) if store is None else StoredSamples(store.folder, shapes)
-        self.floor = Floor(assembly)
+        self.floor = Floor(assembly, state.dead)
         self.margin, self.reach = near_margin(assembly), reaches(assembly)
         self.every, self.watch = detect_every, Watch()
         self._beyond_noted = False

@@ -8,7 +8,8 @@ from typing import Unpack
 
 import numpy as np
 
-from dem.model.state import DYNAMIC, State, UnstableError, make_state
+from dem.model.initial_state import make_state
+from dem.model.state import DYNAMIC, State, UnstableError
 from dem.settings import StateOptions, given
 from dem.stages.history import History
 from dem.stages.recording import Recorder

@@ -7,7 +7,8 @@ import numpy as np
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-from limitmason.model.stages import COAST, HOLD, BaseMotion, Drive, Settle, Stage, Tilt
+from limitmason.model.base_motion import COAST, HOLD, BaseMotion
+from limitmason.model.stages import Drive, Settle, Stage, Tilt
 
 SERVO_EVERY = 10
 """Steps between two corrections of a servo's velocity."""
@@ -32,8 +33,8 @@ def check_base_motions(stages: Sequence[Stage]) -> list[str]:
         name = stage.name or f"stage {number} (BaseMotion)"
         if number + 1 < len(stages):
             raise InputError(
-                f"{name}: the record ends with a ground velocity of {velocity:.3g} m/s; correct its baseline, or say "
-                f"after={COAST!r} (the ground goes on) or after={HOLD!r} (it stops dead, which is a blow)"
+                f"{name}: the record ends with a ground velocity of {velocity:.3g} m/s; take .corrected() of it, or "
+                f"say after={COAST!r} (the ground goes on) or after={HOLD!r} (it stops dead, which is a blow)"
             )
         notes.append(
             f"{name}: the record ends with a ground velocity of {velocity:.3g} m/s; a run continued from here starts "

@@ -16,7 +16,8 @@ from dem.stages.stage_checks import SERVO_EVERY, servo_holds, stage_length
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-from limitmason.model.stages import COAST, BaseMotion, Damping, Drive, Servo, Settle, Stage
+from limitmason.model.base_motion import COAST, BaseMotion
+from limitmason.model.stages import Damping, Drive, Servo, Settle, Stage
 
 _SETTLING = Damping(local=0.8)
 _LOADING = Damping(local=0.5)
@@ -109,6 +110,7 @@ class StageRun:
         if waits or (self._sample_number() == number and self._remaining() > 0):
             return None
         sampled = rec.add(state, at.stage)
+        self._keep()  # a sample may have looked for contacts
         if self._ends(sampled) or self._remaining() <= 0:
             self.pause = True
             self.over = at.stage + 1 == len(rec.stages)

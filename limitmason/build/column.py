@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from limitmason.build.arguments import courses_from
-from limitmason.build.erect import Site, add_slab, check_ground
+from limitmason.build.erect import Site, add_ground
 from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
@@ -64,9 +64,7 @@ def column(
         tall = positive("unit_height", unit_height)
         number = courses_from(height, courses, tall)
     site = Site(density)
-    slab, margin = check_ground(base, base_thickness, base_margin, (wide, tall))
-    if base == "slab":
-        add_slab(site, (0.0, wide, 0.0, deep), slab, margin)
+    add_ground(site, (0.0, wide, 0.0, deep), (wide, tall), base, base_thickness, base_margin)
     for k in range(number):
         box = ((0.0, 0.0, k * tall), (wide, deep, (k + 1) * tall))
         site.add_box(f"column-{k + 1}", box, axis=0, fixed=base == "course" and k == 0)

@@ -77,10 +77,22 @@ class Site:
         )
 
 
-def add_slab(site: Site, footprint: tuple[float, float, float, float], thickness: float, margin: float) -> None:
-    """Add the held block "base": one slab under the whole footprint (x0, x1, y0, y1) [m], top at z = 0."""
-    x0, x1, y0, y1 = footprint
-    site.add_box("base", ((x0 - margin, y0 - margin, -thickness), (x1 + margin, y1 + margin, 0.0)), fixed=True)
+def add_ground(
+    site: Site, footprint: tuple[float, float, float, float], unit: tuple[float, ...], base: object,
+    base_thickness: object, base_margin: Any,
+) -> None:  # fmt: skip
+    """Where ``base`` is "slab", add the held block "base" under the footprint (x0, x1, y0, y1) [m].
+
+    Its top is at z = 0. It is one course thick and stands out by half a unit unless stated.
+    """
+    choice("base", base, BASES)
+    thickness = unit[1] if base_thickness is None else positive("base_thickness", base_thickness)
+    margin = unit[0] / 2.0 if base_margin is None else float(base_margin)
+    if not 0.0 <= margin < float("inf"):
+        raise InputError(f"base_margin must be zero or more, got {base_margin!r}")
+    if base == "slab":
+        x0, x1, y0, y1 = footprint
+        site.add_box("base", ((x0 - margin, y0 - margin, -thickness), (x1 + margin, y1 + margin, 0.0)), fixed=True)
 
 
 def add_units(
@@ -113,15 +125,3 @@ def add_units(
             letters.add(letter)
             name = f"{run}-{unit.course + 1:0{digits}d}-{position:0{digits}d}{letter}"
             site.add(name, solid, axis=_AXES[unit.axis], fixed=held)
-
-
-def check_ground(
-    base: object, base_thickness: object, base_margin: Any, unit: tuple[float, ...]
-) -> tuple[float, float]:
-    """Return thickness and margin of the ground slab [m]: one course and half a unit unless stated."""
-    choice("base", base, BASES)
-    thickness = unit[1] if base_thickness is None else positive("base_thickness", base_thickness)
-    margin = unit[0] / 2.0 if base_margin is None else float(base_margin)
-    if not 0.0 <= margin < float("inf"):
-        raise InputError(f"base_margin must be zero or more, got {base_margin!r}")
-    return thickness, margin

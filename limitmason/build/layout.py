@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from limitmason.build.arguments import unit_size
 from limitmason.build.bond import Piece
-from limitmason.build.erect import Site, add_slab, add_units, check_ground
+from limitmason.build.erect import Site, add_ground, add_units
 from limitmason.build.plan import Unit
 from limitmason.checks import choice, finite, positive
 from limitmason.errors import InputError
@@ -80,13 +80,12 @@ def layout(
     positive("density", density)
     widths = [_read(row, number) for number, row in enumerate(rows)]
     spans = [sum(abs(w) for w in row) for row in widths]
-    if not ragged:
-        for number, span in enumerate(spans):
-            if abs(span - spans[0]) > 1e-9 * spans[0]:
-                raise InputError(
-                    f"rows[{number}] is {span:g} block lengths long, rows[0] is {spans[0]:g}; "
-                    "pass ragged=True if that is meant"
-                )
+    for number, span in enumerate(spans):
+        if not ragged and abs(span - spans[0]) > 1e-9 * spans[0]:
+            raise InputError(
+                f"rows[{number}] is {span:g} block lengths long, rows[0] is {spans[0]:g}; "
+                "pass ragged=True if that is meant"
+            )
 
     size = (length, height, depth)
     laid = [_course(row, number, size) for number, row in enumerate(widths)]
@@ -98,9 +97,7 @@ def layout(
     stops = [row[-1].end for row in pieces]
     left, right, top = min(starts), max(stops), len(rows) * height
     site = Site(density)
-    slab, margin = check_ground(base, base_thickness, base_margin, size)
-    if base == "slab":
-        add_slab(site, (left, right, 0.0, depth), slab, margin)
+    add_ground(site, (left, right, 0.0, depth), size, base, base_thickness, base_margin)
     add_units(site, courses, fix_bottom=base == "course", columns=columns)
     if top_beam is not None:
         box = ((starts[-1], 0.0, top), (stops[-1], depth, top + positive("top_beam", top_beam)))

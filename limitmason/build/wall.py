@@ -8,7 +8,7 @@ from dataclasses import replace
 from limitmason.build.arguments import courses_from, unit_size
 from limitmason.build.bond import Bond, make_bond
 from limitmason.build.cracks import unit_crack_planes, with_potential_cracks
-from limitmason.build.erect import Site, add_slab, add_units, check_ground
+from limitmason.build.erect import Site, add_ground, add_units
 from limitmason.build.opening import Opening, Placed, cut_openings, place_openings
 from limitmason.build.plan import StraightWall, Unit, lay_courses, lay_run, make_runs
 from limitmason.checks import choice, count, positive
@@ -169,9 +169,7 @@ def wall(
     if placed:
         by_run[0] = cut_openings(by_run[0], placed, thickness=laid.thickness, min_piece=laid.min_piece)
     site = Site(density)
-    slab, margin = check_ground(base, base_thickness, base_margin, size)
-    if base == "slab":
-        add_slab(site, _bounds(runs), slab, margin)
+    add_ground(site, _bounds(runs), size, base, base_thickness, base_margin)
     add_units(site, [[u for units in by_run for u in units[k]] for k in range(number)], fix_bottom=base == "course")
     _add_lintels(site, placed, lintel_density)
     _add_beams(site, runs, levels[-1], top_beam, beam_over, beam_density)

@@ -183,7 +183,8 @@ def pushover(
         refuse_partial_rotations(assembly)
     kn, ks, warnings = joint_stiffness(assembly, loads.dead, stiffness)
     ties, of_ties = make_ties(assembly)
-    warnings += [*of_points, *of_ties, *_beyond_the_apex(assembly), *told_of_soft_blocks(assembly, kn, blocks)]
+    apex = tension_above_apex(assembly, taken=True)
+    warnings += [*of_points, *of_ties, *filter(None, [apex]), *told_of_soft_blocks(assembly, kn, blocks)]
     basis, free = degrees_of_freedom(assembly, plane)
     dead, live = project(loads.dead, basis) * free, project(loads.live, basis) * free
     weight, size = _units(assembly, loads, free, moving)
@@ -206,11 +207,10 @@ def pushover(
         length=length, ties=ties,
     )  # fmt: skip
     structure = Structure(assembly, loads, first, weight, size, length, bent, ties.stiffness)
-    held = None if moving is None else 0.0
+    generations, origin = Generations(shapes, equations, [structure]), at_rest(assembly.n_blocks)
     if initial is None:
-        generations, nodes, origin = begin(Generations(shapes, equations, [structure]), start, say, held, ratio)
+        generations, nodes, origin = begin(generations, start, say, None if moving is None else 0.0, ratio)
     else:
-        generations, origin = Generations(shapes, equations, [structure]), at_rest(assembly.n_blocks)
         nodes = begun_with(generations.systems[0], initial, to, ratio, steps or Steps())
     system = generations.systems[0]
     if not nodes:
@@ -227,13 +227,6 @@ def pushover(
         warnings += _told_of_points(generations, nodes, stiffness)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     return certified_curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
-
-
-def _beyond_the_apex(assembly: Assembly) -> list[str]:
-    """What is said of tension beyond the apex of the Coulomb cone, which a path takes."""
-    said = tension_above_apex(assembly, taken=True)
-    steps = "so the law is not convex, and a path may hang on its steps: use Steps ten times finer"
-    return [said, steps] if said else []
 
 
 def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming: bool) -> bool:

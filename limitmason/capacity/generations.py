@@ -119,8 +119,10 @@ class Generations:
     def through(self, node: Node) -> str:
         """Names of two blocks that go through each other in a node, where they have no point, or "" if none do."""
         s = self.structures[node.generation]
-        # corners from which the ends of faces are pulled in pass each other
-        slack = DEEP * s.size + (0.0 if self.shapes is None else 2.0 * self.shapes.inset)
+        slack = DEEP * s.size
+        if self.shapes is not None:
+            # corners from which the ends of faces are pulled in pass each other, faces that were apart do not meet
+            slack += 2.0 * self.shapes.inset + float(self.shapes.opening.max(initial=0.0))
         found = deepest(s.assembly, s.points, node.pose, node.force, slack)
         if found is None:
             return ""
@@ -172,6 +174,20 @@ class Generations:
         after = self.begun(node)
         before = stored(self.structures[node.generation], self.state(node))
         return stored(self.structures[after.generation], self.state(after)) - before
+
+    def rise(self, node: Node, before: Node | None, move: float) -> float:
+        """By how much the multiplier rises over a control displacement [m], by the tangent at a node [-].
+
+        It is nan where that is singular.
+
+        Parameters
+        ----------
+        before : node from which it was reached, whose slip decides which points slide on
+        """
+        system = self.systems[node.generation]
+        old = node.history if before is None else self.begun(before).history
+        step = system.onward(system.evaluate(node.pose, old, node.multiplier), move)
+        return np.nan if step is None else float(step[-1])
 
     def senses(self, node: Node, before: Node | None) -> tuple[int, int]:
         """Signs of the tangent's determinant at constant load and at constant control, see :meth:`System.sense`.

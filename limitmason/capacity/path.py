@@ -16,7 +16,7 @@ from limitmason.capacity import breaking, stepping
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.stepping import Node
-from limitmason.capacity.steps import Steps, extrapolated, until_open, until_stuck
+from limitmason.capacity.steps import Steps, extrapolated, may_have_fallen, until_open, until_stuck
 from limitmason.capacity.system import System
 from limitmason.display.progress import reached
 
@@ -171,7 +171,8 @@ class _Path:
         if not isinstance(found, Try):
             return found
         self.failures = 0
-        for judge in (self._leaps, self._skips_a_fall, self._goes_too_far, self._makes_energy, self._keeps_bonds):
+        judges = self._leaps, self._skips_a_fall, self._goes_too_far, self._hides_a_fall, self._makes_energy
+        for judge in (*judges, self._keeps_bonds):
             verdict = judge(found)
             if verdict is not StepOutcome.ACCEPTED:
                 return verdict
@@ -261,6 +262,26 @@ class _Path:
         self.advance = self.bound = _CLOSER * moved
         self.nodes.pop()
         return StepOutcome.SHORTER
+
+    def _hides_a_fall(self, a: Try) -> StepOutcome:
+        """A step far off its extrapolation may hide a limit point and a fall that its end has made up for.
+
+        Its tangents show it, see :func:`may_have_fallen`: it is halved while that could have gained something.
+        """
+        if not self.loading or self.phase is Phase.FALLING or a.new.jump or a.due is not None or a.guess is None:
+            return StepOutcome.ACCEPTED
+        at, move = self.nodes[-1], a.new.control - a.last.control
+        before = self.nodes[-2] if len(self.nodes) - self.begin > 1 and not at.jump else None
+        largest = max(self._largest(), abs(a.new.multiplier))
+        rose = self.toward * (a.new.multiplier - at.multiplier)
+        if rose < 0.0 or abs(a.new.multiplier - a.guess[1]) <= 0.1 * self.steps.smooth * largest:
+            return StepOutcome.ACCEPTED
+        first = self.toward * self.generations.rise(at, before, move)
+        if first <= _MISSED * largest or not may_have_fallen(
+            first, rose + LEVEL * largest, self.toward * self.generations.rise(a.new, a.last, move)
+        ):
+            return StepOutcome.ACCEPTED
+        return StepOutcome.SHORTER if self._halve(a) else StepOutcome.ACCEPTED
 
     def _goes_too_far(self, a: Try) -> StepOutcome:
         """A step in which points open, land, stick or run off by more than is found at its end."""
@@ -376,11 +397,14 @@ class _Path:
         loads = [n.multiplier for n in self.nodes[self.begin :]]
         softens, passed = system.law.softening is not None, self.phase is Phase.FALLING
         pushed, pushes = max(self.toward * m for m in loads), self.toward * new.multiplier
-        fell = pushed > 0.0 and (passed or softens)
+        fell = pushed > 0.0 and (passed or softens or new.jump)
         if self.to is None and fell and pushes < (1.0 - (_DROP_OF_SOFTENING if softens else _DROP)) * pushed:
             return PASSED
         level = loads[-LASTING:]
-        flat = len(level) == LASTING and max(level) - min(level) <= LEVEL * self._largest()
+        lasts = len(level) == LASTING and (
+            abs(new.control - self.nodes[-LASTING].control) > self.steps.first * system.length
+        )
+        flat = lasts and max(level) - min(level) <= LEVEL * self._largest()
         if self.to is None and flat and not passed:
             return PLATEAU
         # blocks that come down on each other through gaps may ask for a push the other way before they carry
@@ -392,6 +416,8 @@ class _Path:
         largest, smooth = self._largest(), self.steps.smooth
         if new.jump or self.toward * new.multiplier < (1.0 - _MISSED) * largest:
             self.bound = np.inf  # what could be passed over is behind
+        elif self.phase is Phase.FALLING:
+            self.bound *= 2.0  # where nothing was passed over
         off = np.inf if a.guess is None else abs(new.multiplier - a.guess[1]) / max(largest, 1e-300)
         if self.phase is Phase.CLOSING and self.short < _TRIES:
             self.short += 1

@@ -61,14 +61,26 @@ def extrapolated(system: System, nodes: list[Node], begin: int, move: float) -> 
         share = move / (last.control - before.control)
         pose = moved(last.pose, share * motion_between(before.pose, last.pose))
         return pose, last.multiplier + share * (last.multiplier - before.multiplier)
-    now = system.evaluate(last.pose, last.history, last.multiplier)
-    try:
-        step = system.bordered(now, "control").solve(np.concatenate([np.zeros(system.order), [move / system.length]]))
-    except RuntimeError:
-        return None
-    if not np.isfinite(step).all():
+    step = system.onward(system.evaluate(last.pose, last.history, last.multiplier), move)
+    if step is None:
         return None
     return system.advanced(last.pose, step[:-1]), last.multiplier + float(step[-1])
+
+
+def may_have_fallen(first: float, rose: float, last: float) -> bool:
+    """Whether a load that rises from the start of a step may have fallen within it.
+
+    It did where it falls at the end, or rises by less than by the slope of either end. The same on the cubic through
+    both ends with their slopes, where the least of its slopes is negative.
+
+    Parameters
+    ----------
+    first, last : what the slopes at the ends come to over the whole step [-]
+    rose : by how much the load rose [-]
+    """
+    curved = 3.0 * (first + last) - 6.0 * rose
+    turn = (2.0 * first + last - 3.0 * rose) / curved if curved > 0.0 else 1.0
+    return first > 0.0 and (rose < min(first, last) or last < 0.0 or (0.0 < turn < 1.0 and first < curved * turn**2))
 
 
 def until_open(system: System, last: Node, new: Node, most: float) -> float:

@@ -182,6 +182,17 @@ class System:
         worth_leaving = 0.1 if self.bodies.deforming else 1.0
         return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=worth_leaving)
 
+    def onward(self, at: Evaluated, move: float) -> Array | None:
+        """Motion and multiplier, own units, by which the tangent goes on over a control displacement [m].
+
+        None where it is singular.
+        """
+        try:
+            step = self.bordered(at, "control").solve(np.append(np.zeros(self.order), move / self.length))
+        except RuntimeError:
+            return None
+        return step if np.isfinite(step).all() else None
+
     def sense(self, at: Evaluated, prescribed: str) -> int:
         """Sign of the determinant of the bordered tangent, or 0 where it is singular."""
         try:

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.arrays import Array
 from limitmason.checks import finite, instance
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
+from limitmason.model.response_spectrum import STEPS, largest_displacements, refined
 
 LARGEST_AG = 2.0
 """Acceleration of the ground over g beyond which a number is no such thing."""
@@ -188,20 +188,5 @@ class RecordSpectrum:
         Linear between samples.
         """
         periods = np.geomspace(min(self.least, period), period, 40)
-        omega, h = 2.0 * np.pi / periods, self.sample_step
-        steps = max(1, math.ceil(h / (0.02 * periods[0])))
-        samples = np.asarray(self.record, dtype=float)
-        fine = np.interp(np.arange((len(samples) - 1) * steps + 1) / steps, np.arange(len(samples)), samples)
-        return _largest(np.asarray(fine), h / steps, omega, damping)
-
-
-def _largest(record: Array, h: float, omega: Array, damping: float) -> float:
-    """Largest displacement of all oscillators, by the mean acceleration of every step (unconditionally stable)."""
-    u, v, a = np.zeros_like(omega), np.zeros_like(omega), np.full_like(omega, -record[0])
-    top, mass = 0.0, 1.0 + damping * omega * h + 0.25 * (omega * h) ** 2
-    for ground in record[1:]:
-        step_u, step_v = u + h * v + 0.25 * h * h * a, v + 0.5 * h * a
-        a = (-ground - 2.0 * damping * omega * step_v - omega**2 * step_u) / mass
-        u, v = step_u + 0.25 * h * h * a, step_v + 0.5 * h * a
-        top = max(top, float(np.abs(u).max()))
-    return top
+        fine, step = refined(np.asarray(self.record, dtype=float), self.sample_step, float(periods[0]) / STEPS)
+        return float(largest_displacements(fine, step, 2.0 * np.pi / periods, damping).max())

@@ -17,6 +17,7 @@ from limitmason.figures.solids import solid_map
 from limitmason.geometry.rotation import quaternions
 from limitmason.vibration import Mac, Modes
 from limitmason.vibration.blocks import BlockCarrier
+from limitmason.vibration.mac import ALIKE
 
 _REACH = 0.06  # largest displacement drawn over the structure's size
 
@@ -69,7 +70,7 @@ def _drawn(modes: Modes, number: int, reach: float) -> Array:
 def mac_matrix(
     mac: Mac, *, names: tuple[str, str] = ("first", "second"), title: str | None = None, caption: str | None = None
 ) -> Figure:
-    """Matrix of the modal assurance criterion, the better of each row framed.
+    """Matrix of the modal assurance criterion, the best of each row framed where it is 0.5 or more.
 
     Parameters
     ----------
@@ -92,7 +93,9 @@ def mac_matrix(
             ax.add_patch(Rectangle((j, i), 1, 1, facecolor=style.pale(style.BLUE, v), edgecolor="white", gid="cell"))
             ax.text(j + 0.5, i + 0.5, f"{v:.2f}", ha="center", va="center", fontsize=7,
                     color="white" if v > 0.75 else style.BLACK, gid="value")  # fmt: skip
-        ax.add_patch(Rectangle((best[i] + 0.03, i + 0.03), 0.94, 0.94, fill=False, edgecolor=style.BLACK, gid="best"))
+        if mac.values[i, best[i]] >= ALIKE:
+            at = (best[i] + 0.03, i + 0.03)
+            ax.add_patch(Rectangle(at, 0.94, 0.94, fill=False, edgecolor=style.BLACK, gid="best"))
     ax.set(xlim=(0, l), ylim=(k, 0))
     ax.set_xticks(np.arange(l) + 0.5, _ticks(mac.frequency_b), fontsize=6.5)
     ax.set_yticks(np.arange(k) + 0.5, _ticks(mac.frequency_a), fontsize=6.5)

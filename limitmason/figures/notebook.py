@@ -19,7 +19,7 @@ from limitmason.figures.history import history_curves, load_displacement
 from limitmason.figures.modes import mac_matrix, mode_shape
 from limitmason.figures.moving_blocks import assembly, mechanism
 from limitmason.figures.safety import axle_envelope, load_region
-from limitmason.figures.studies import side_by_side, study_lines
+from limitmason.figures.studies import side_by_side, study_lines, varied
 from limitmason.figures.tilt import tilt_test
 from limitmason.limit import AxleEnvelope, LoadRegion
 from limitmason.model import Assembly
@@ -79,8 +79,8 @@ def _(shown: Diagnosis, **options: Any) -> Figure:
 
 
 @plot.register
-def _(shown: Table, x: str, **options: Any) -> Figure:
-    return study_lines(shown, x, **options)
+def _(shown: Table, x: str | None = None, **options: Any) -> Figure:
+    return study_lines(shown, varied(shown, options.get("y", "multiplier")) if x is None else x, **options)
 
 
 for kind, draw in {

@@ -68,15 +68,16 @@ def piece_faces(solids: Sequence[Solid]) -> FacePlanes:
 def back_to_front(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> list[int]:
     """Order in which to paint convex pieces.
 
-    Pieces in contact may overlap slightly (finite rotations do that): the plane of least overlap then decides. A cycle,
-    in which each piece hides part of the next, has no valid order; of its pieces the one that hides fewest of the
-    others comes first, and nothing outside the cycle is painted out of turn.
+    Pieces in contact may overlap slightly (finite rotations do that): the plane of least overlap then decides, the
+    surer the more the least overlap with the other verdict exceeds it. A cycle, in which each piece hides part of the
+    next, has no valid order: the least sure of its verdicts is given up, and nothing outside is painted out of turn.
     """
-    i, j, front, _ = _hiding(solids, faces, view)
+    i, j, front, _, sure = _hiding(solids, faces, view)
     depth = np.array([s.vertices.mean(axis=0) @ view.towards for s in solids])
-    behind = np.where(front > 0, i, j)[front != 0]
-    before = np.where(front > 0, j, i)[front != 0]
-    return _sorted_by_depth(len(solids), behind.tolist(), before.tolist(), depth)
+    hides = front != 0
+    behind = np.where(front > 0, i, j)[hides]
+    before = np.where(front > 0, j, i)[hides]
+    return _sorted_by_depth(len(solids), behind.tolist(), before.tolist(), depth, sure[hides].tolist())
 
 
 def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[Solid], view: Camera) -> list[int]:
@@ -96,7 +97,7 @@ def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[So
     """
     n = len(solids)
     both = [*solids, *others]
-    i, j, front, overlap = _hiding(both, piece_faces(both), view)
+    i, j, front, overlap, _ = _hiding(both, piece_faces(both), view)
     mixed = (i < n) & (j >= n) & ((front < 0) | overlap)
     position = np.empty(n, dtype=np.intp)
     position[order] = np.arange(n)
@@ -105,8 +106,8 @@ def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[So
     return place.tolist()
 
 
-def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[Index, Index, Index, Flags]:
-    """Pairs i < j near each other on the page, which may hide the other (+1 j, -1 i), and whether they overlap."""
+def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[Index, Index, Index, Flags, Array]:
+    """Pairs i < j near each other on the page: which hides the other (+1 j, -1 i), whether they overlap, how sure."""
     page = [view.project(s.vertices) for s in solids]
     low = np.array([[*p.min(axis=0), 0.0] for p in page])
     high = np.array([[*p.max(axis=0), 0.0] for p in page])
@@ -114,19 +115,20 @@ def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[I
     widest = max(len(s.vertices) for s in solids)
     corners = np.array([s.vertices[[*range(len(s.vertices)), *[0] * (widest - len(s.vertices))]] for s in solids])
     size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
-    front, overlap = np.zeros(len(i), dtype=np.intp), np.zeros(len(i), dtype=bool)
+    front, overlap, sure = np.zeros(len(i), dtype=np.intp), np.zeros(len(i), dtype=bool), np.zeros(len(i))
     for first in range(0, len(i), 20000):
         rows = slice(first, first + 20000)
-        front[rows], overlap[rows] = _which_in_front(i[rows], j[rows], corners, faces, view.towards, size)
-    return i, j, front, overlap
+        found = _which_in_front(i[rows], j[rows], corners, faces, view.towards, size)
+        front[rows], overlap[rows], sure[rows] = found
+    return i, j, front, overlap, sure
 
 
 def _which_in_front(
     i: Index, j: Index, corners: Array, faces: FacePlanes, towards: Array, size: float
-) -> tuple[Index, Flags]:
+) -> tuple[Index, Flags, Array]:
     """+1 where piece j may hide piece i, -1 where i may hide j, 0 where neither can.
 
-    The second value says whether the two overlap.
+    The second value says whether the two overlap, the third how much farther they overlap by the other verdict [m].
     """
     gap_i = np.einsum("mfk,mvk->mfv", faces.normal[i], corners[j]).min(axis=2) - faces.offset[i]
     gap_j = np.einsum("mfk,mvk->mfv", faces.normal[j], corners[i]).min(axis=2) - faces.offset[j]
@@ -141,10 +143,13 @@ def _which_in_front(
     best = gap.argmax(axis=1)
     touching = np.asarray(~apart.any(axis=1))
     verdict = np.where(touching, np.sign(slope[np.arange(len(i)), best]).astype(int), verdict)
-    return np.where((apart & edge_on).any(axis=1), 0, verdict), touching
+    widest = [np.where(slope * side > 0.0, gap, -size).max(axis=1) for side in (1.0, -1.0)]
+    return np.where((apart & edge_on).any(axis=1), 0, verdict), touching, np.abs(widest[0] - widest[1])
 
 
-def _sorted_by_depth(n: int, behind: list[int], before: list[int], depth: Array) -> list[int]:
+def _sorted_by_depth(
+    n: int, behind: list[int], before: list[int], depth: Array, sure: Sequence[float]
+) -> list[int]:
     """Every piece after those behind it.
 
     The farthest of the pieces that may be next, within a cycle too.
@@ -152,14 +157,15 @@ def _sorted_by_depth(n: int, behind: list[int], before: list[int], depth: Array)
     graph = coo_matrix((np.ones(len(behind)), (behind, before)), shape=(n, n))
     cycle = connected_components(graph, directed=True, connection="strong")[1]
     hides: list[list[int]] = [[] for _ in range(n)]
-    waiting, outside = [0] * n, [0] * int(cycle.max() + 1)
+    waiting: list[dict[int, float]] = [{} for _ in range(n)]
+    outside = [0] * int(cycle.max() + 1)
     members: list[list[int]] = [[] for _ in outside]
     for k in np.argsort(depth).tolist():
         members[cycle[k]].append(k)
-    for far, near in zip(behind, before, strict=True):
+    for far, near, by in zip(behind, before, sure, strict=True):
         hides[far].append(near)
         if cycle[far] == cycle[near]:
-            waiting[near] += 1
+            waiting[near][far] = by
         else:
             outside[cycle[near]] += 1
     # a cycle is painted as a whole once all behind it is: breaking it elsewhere would bring forward what it hides
@@ -170,12 +176,12 @@ def _sorted_by_depth(n: int, behind: list[int], before: list[int], depth: Array)
         c = heapq.heappop(ready)[1]
         left = members[c]
         while left:
-            k = min(left, key=lambda piece: waiting[piece])
+            k = min(left, key=lambda piece: max(waiting[piece].values(), default=0.0))
             left.remove(k)
             order.append(k)
             for near in hides[k]:
                 if cycle[near] == c:
-                    waiting[near] -= 1
+                    waiting[near].pop(k, None)
                     continue
                 outside[cycle[near]] -= 1
                 if outside[cycle[near]] == 0:

@@ -149,7 +149,7 @@ def study_lines(
     by : columns that tell the lines apart; by default the method, where the rows have one, and every further column
         without which a line would have several values at one x. Where none helps, values stand as points without a
         line. Rows of status "extrapolated" are hollow and joined by a dotted line
-    x_label, y_label : with units
+    x_label, y_label : with units; by default the column and its unit
     published : points of a source, by its name
     log : logarithmic x with the values as ticks; a row at x = 0 then stands at the left edge
     title, caption : heading and the small text under it
@@ -215,8 +215,10 @@ def study_lines(
     bottom, top = ax.get_ylim()
     if 0 < bottom < 0.4 * top:
         ax.set_ylim(bottom=0.0)
-    ax.set_xlabel(x_label or x)
-    ax.set_ylabel(y_label or ("collapse multiplier λ [-]" if y == "multiplier" else y))
+    units = table.units if isinstance(table, Table) else {}
+    named = {c: f"{c} [{units[c]}]" if units.get(c, "-") != "-" else c for c in (x, y)}
+    ax.set_xlabel(x_label or named[x])
+    ax.set_ylabel(y_label or ("collapse multiplier λ [-]" if y == "multiplier" else named[y]))
     ax.grid(linewidth=0.3, color="#dddddd")
     style.frame(ax, title, "\n".join(t for t in (caption, style.enlarged(*ax.get_ylim())) if t))
     if handles:
@@ -236,6 +238,21 @@ def _line_look(method: Any, number: int, colour: str, second: int) -> dict[str, 
 
 
 _NO_PARAMETER = frozenset(("low", "high", "status", "seconds"))
+
+
+def varied(table: Table, y: str = "multiplier") -> str:
+    """The first column of numbers that differ from row to row and are neither y nor its range.
+
+    Raises
+    ------
+    InputError
+        Where there is none, or no column y.
+    """
+    for name in table.columns if y in table.columns else ():
+        values = table[name]
+        if name not in {y, *_NO_PARAMETER} and values.dtype == float and len(set(values[np.isfinite(values)])) > 1:
+            return name
+    raise InputError(f"name the column to draw over, plot('column', y='column'); there are {', '.join(table.columns)}")
 
 
 def _lines_by(rows: Sequence[Mapping[str, Any]], x: str, y: str) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from limitmason.errors import InputError
 from limitmason.formats.drawing import OPENINGS, PLANE_DRAWINGS, outlines_of, read_drawing
 from limitmason.formats.outlines import Outlines
 from limitmason.formats.tracing import need_shapely
-from limitmason.model import Assembly, ContactError
+from limitmason.model import ContactError
 from limitmason.storage.files import named_path
 
 EVEN = 0.3
@@ -88,15 +88,29 @@ def _proposal(path: Path, given: dict[str, Any]) -> Proposal | None:
     elif before is None:
         # nothing is open: what is wrong are overlaps or stones drawn twice
         trials.append(("stones overlap, or are drawn twice", {"gap": 0.005}))
-    best = None
+    best, least = None, None if before is None else len(before)
     for text, more in trials:
         floating = _floating(path, given | options | more)
-        least = before if best is None else best.floating
-        if floating is not None and (least is None or floating < least):
-            best = Proposal("; ".join([t for t in (text, *why) if t]), more | options, floating)
+        if floating is not None and (least is None or len(floating) < least):
+            least = len(floating)
+            best = Proposal("; ".join([t for t in (text, *why) if t]), more | options, least)
         if best is not None and best.floating == 0:
             break
-    return best
+    return _without_loose_layers(path, given, drawn, best)
+
+
+def _without_loose_layers(path: Path, given: dict[str, Any], drawn: Outlines, best: Proposal | None) -> Proposal | None:
+    """The proposal without the layers of which no outline is held: a pipe in an opening is no stone."""
+    if best is None or best.floating == 0:
+        return best
+    floating = set(_floating(path, given | best.options) or ())
+    held = {layer for name, layer in zip(drawn.names, drawn.layers, strict=True) if name not in floating}
+    loose = [layer for layer in dict.fromkeys(drawn.layers) if layer not in held]
+    options = best.options | {"layers": [layer for layer in dict.fromkeys(drawn.layers) if layer in held]}
+    left = _floating(path, given | options) if loose and options["layers"] else None
+    if left is None or len(left) >= best.floating:
+        return best
+    return Proposal(f"{best.why}; nothing on {', '.join(map(repr, loose))} is held by a stone", options, len(left))
 
 
 def open_joints(outlines: list[Array]) -> Array:
@@ -141,10 +155,12 @@ def _in_others(drawn: Outlines) -> list[str]:
     return out
 
 
-def _floating(path: Path, options: dict[str, Any]) -> int | None:
+def _floating(path: Path, options: dict[str, Any]) -> tuple[str, ...] | None:
     """Blocks without a chain of contacts to a support, or None where the options leave no assembly."""
     try:
-        wall: Assembly = read_drawing(path, **options)
-    except (ContactError, InputError):
+        report = read_drawing(path, **options).contact_report()
+    except ContactError as error:  # of one stone that floats as of stones that overlap
+        report = error.assembly.contact_report()
+    except InputError:
         return None
-    return len(wall.contact_report().floating)
+    return None if report.overlaps else tuple(report.floating)

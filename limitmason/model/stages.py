@@ -1,4 +1,4 @@
-"""Stages of loading: settle, ramp, tilt, driven blocks, base motion, hold.
+"""Stages of loading: settle, ramp, tilt, driven blocks, hold; base motion stands in its own file.
 
 Each is plain frozen data.
 
@@ -10,19 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from limitmason.arrays import Array, Flags
-from limitmason.checks import choice, finite, numbers, positive
-from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.support import DEGREES_OF_FREEDOM
-from limitmason.storage.csv_table import separator, split
-from limitmason.storage.files import read_text
 
 
 def _finite(what: str, value: float | Sequence[float]) -> None:
@@ -89,12 +83,6 @@ class Servo:
         """Check the range."""
         if not (np.isfinite(self.force) and 0.0 < self.gain <= 0.5):
             raise InputError(f"a servo needs a finite force and 0 < gain <= 0.5, got {self.force!r} and {self.gain!r}")
-
-
-HOLD, COAST = "hold", "coast"
-
-AT_REST = 0.01
-"""A record ends at rest where its last velocity is below this fraction of its largest [-]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,128 +224,3 @@ class Drive(Stage):
         if not held.any():
             raise InputError("a Drive stage moves nothing: give displacement={block: {'x': ...}}")
         return travel, held
-
-
-_ACCELERATIONS = {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3, "g": GRAVITY}
-
-
-@dataclass(frozen=True)
-class BaseMotion(Stage):
-    """Move all held blocks with a recorded ground acceleration.
-
-    The stage is for the dynamic mode only.
-
-    Parameters
-    ----------
-    acceleration : samples [m/s2], shape (k,) along ``direction``, or (k, 3): x, y and z at once
-    sample_step : time between samples [s]; linear between them
-    direction : unit vector of the motion, shape (3,); three components have none
-    after : what the ground does when the record is over and it still moves. "hold": it stops dead, a blow of its whole
-        velocity on everything that stands on it. "coast": it goes on at that velocity in the stages that follow, also
-        in a run continued from the history. None: a record that ends with more than a hundredth of its largest velocity
-        is refused where another stage follows, and named in the warnings where none does; what is left below that stops
-
-    The displacement of the ground starts from the velocity that an earlier record left it with ("coast").
-    """
-
-    acceleration: Sequence[float] | Sequence[Sequence[float]] = ()
-    sample_step: float = 0.01
-    direction: tuple[float, float, float] = (1.0, 0.0, 0.0)
-    after: str | None = None
-
-    def __post_init__(self) -> None:
-        """Check what can be checked without a model."""
-        choice("BaseMotion: after", self.after, (None, HOLD, COAST))
-        if isinstance(self.acceleration, str | Path):
-            name = str(self.acceleration)
-            raise InputError(f"BaseMotion takes numbers; a file is read by BaseMotion.from_csv({name!r})")
-        record = numbers("BaseMotion: acceleration", self.acceleration)
-        if not np.isfinite(record).all():
-            raise InputError("BaseMotion: the record has samples that are not finite")
-        if not record.size or len(record) < 2:
-            raise InputError("BaseMotion: a record needs two samples of acceleration and more")
-        if record.ndim != 1 and record.shape[1:] != (3,):
-            raise InputError(f"BaseMotion: acceleration must have shape (k,) or (k, 3), got {record.shape}")
-        positive("BaseMotion: sample_step", self.sample_step)
-        if not np.linalg.norm(self.direction) > 0.0:
-            raise InputError("BaseMotion: direction must not be zero")
-        if record.ndim == 2 and tuple(self.direction) != BaseMotion.direction:
-            raise InputError("BaseMotion: three components along x, y and z take no direction; leave it out")
-
-    @classmethod
-    def from_csv(
-        cls, path: str | Path, *, units: str = "m/s2", scale: float = 1.0, column: int | Sequence[int] = 1,
-        **settings: Any,
-    ) -> BaseMotion:  # fmt: skip
-        """A record from a CSV file.
-
-        Time stands in the first column, acceleration in another. Lines of words are headings.
-
-        Parameters
-        ----------
-        units : of the acceleration: "m/s2", "cm/s2", "mm/s2" or "g"; time is in seconds
-        scale : factor on the whole record [-]
-        column : of the acceleration, counted from 0; three of them hold x, y and z, (1, 2, 3)
-        settings : ``direction`` and ``after``, see above
-
-        Raises
-        ------
-        InputError
-            For an unknown unit, a line of no numbers below one of numbers, and times that are not equally spaced; it
-            names file and line.
-        """
-        if units not in _ACCELERATIONS:
-            raise InputError(f"units must be one of {', '.join(_ACCELERATIONS)}, got {units!r}")
-        rows: list[list[float]] = []
-        columns = [column] if isinstance(column, int) else list(column)
-        for number, line in enumerate(read_text(path).splitlines(), 1):
-            cells = split([line], separator(line))
-            try:
-                rows.append([float(cells[0]), *(float(cells[c]) for c in columns)])
-            except (ValueError, IndexError):
-                if rows and line.strip():
-                    raise InputError(f"{path}, line {number}: no time and acceleration in {line!r}") from None
-        if len(rows) < 2:
-            raise InputError(f"{path}: no two lines of time, acceleration (or with semicolons or tabs between)")
-        table = np.array(rows)
-        time, a = table[:, 0], table[:, 1] if len(columns) == 1 else table[:, 1:]
-        step = float(np.median(np.diff(time)))
-        uneven = np.flatnonzero(np.abs(np.diff(time) - step) > 0.01 * abs(step))
-        if len(uneven):
-            raise InputError(f"{path}: times must be equally spaced; after {time[uneven[0]]:g} s they are not")
-        return cls(tuple((finite("scale", scale) * _ACCELERATIONS[units] * a).tolist()), step, **settings)
-
-    @property
-    def units(self) -> Array:
-        """Directions of unit length of the components, shape (c, 3)."""
-        if np.ndim(self.acceleration) == 2:
-            return np.eye(3)
-        d = np.asarray(self.direction, dtype=float)
-        return (d / np.linalg.norm(d))[None]
-
-    def left_over(self) -> tuple[Array, bool]:
-        """Velocity at the end of the record [m/s], shape (3,), and whether it is noticeable.
-
-        That is more than a hundredth of the largest.
-        """
-        a = self._components
-        v = np.cumsum(0.5 * self.sample_step * (a[1:] + a[:-1]), axis=0)
-        size = np.linalg.norm(v, axis=1)
-        return v[-1] @ self.units, bool(size[-1] > AT_REST * size.max())
-
-    @property
-    def _components(self) -> Array:
-        """Samples of every component [m/s2], shape (k, c)."""
-        a = np.asarray(self.acceleration, dtype=float)
-        return a.reshape(len(a), -1)
-
-    def velocity(self, times: Array) -> Array:
-        """Ground velocity at times since the stage began [m/s], shape (t, c).
-
-        It is the exact integral of the piecewise linear record.
-        """
-        a, h = self._components, self.sample_step
-        nodes = np.concatenate([np.zeros((1, a.shape[1])), np.cumsum(0.5 * h * (a[1:] + a[:-1]), axis=0)])
-        k = np.clip((times / h).astype(int), 0, len(a) - 2)
-        r = np.clip(times - k * h, 0.0, h)[:, None]
-        return nodes[k] + a[k] * r + 0.5 * (a[k + 1] - a[k]) / h * r * r

@@ -35,6 +35,9 @@ class Alike(NamedTuple):
     value: float
 
 
+ALIKE = 0.5
+"""Shapes that share less are not called alike: they have more that differs than is common."""
+
 _UNSEEN = 1e-6  # of its largest motion at the sensors' points: a mode that moves less along them is not seen
 _PASSED = 1e-2  # of the squares of a shape: components that read zero are refused where the other's are larger
 
@@ -98,8 +101,9 @@ class Mac(Displayed, Tabular, ReadOnly):
         Modes of close frequencies stand together.
         """
         rows = [
-            [_numbers(g.first), _hertz(self.frequency_a, g.first), _numbers(g.second),
-             _hertz(self.frequency_b, g.second), f"{g.value:.3f}"]
+            [_numbers(g.first), _hertz(self.frequency_a, g.first),
+             *((_numbers(g.second), _hertz(self.frequency_b, g.second)) if g.value >= ALIKE else ("none", "")),
+             f"{g.value:.3f}"]
             for g in self.groups
         ]  # fmt: skip
         lines = [aligned([["mode", "Hz", "is most like", "Hz", "MAC"], *rows], ">>>>>")]

@@ -10,7 +10,8 @@ from walls import on_slab, stack
 import dem
 import limitmason as lm
 from dem import kernels
-from dem.model.state import State, make_state
+from dem.model.initial_state import make_state
+from dem.model.state import State
 from dem.model.tie_arrays import elongation, stored_energy
 
 STIFFNESS, STRENGTH = 1e6, 400.0

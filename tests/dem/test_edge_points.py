@@ -6,7 +6,7 @@ import pytest
 import dem
 import limitmason as lm
 from dem.model.edge_points import follow_edges
-from dem.model.state import make_state
+from dem.model.initial_state import make_state
 from limitmason.geometry import box, prism
 
 HOOK = [[0, 0], [1, 0], [1, 1], [3, 1], [3, 2], [0, 2]]

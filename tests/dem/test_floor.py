@@ -6,6 +6,7 @@ import pytest
 import dem
 import limitmason as lm
 from dem.stages.floor import Floor
+from limitmason.geometry import box
 
 JOINT = lm.Joint(33.0, normal_stiffness=2e8, shear_stiffness=1e8)
 TIME = np.arange(0.0, 1.005, 0.01)
@@ -33,7 +34,7 @@ def lowest(history, sample):
 def test_no_block_sinks_below_the_ground_and_what_fell_goes_with_it(shaken):
     n, held = len(shaken["time"]), shaken.assembly.fixed
     assert min(lowest(shaken, k).min() for k in range(n)) >= 0.0
-    floor = Floor(shaken.assembly)
+    floor = Floor(shaken.assembly, shaken.state.dead)
     down = floor.met(shaken.state).tolist()
     assert down
     assert shaken.quantities["overturned"] == 1.0
@@ -50,7 +51,7 @@ def test_no_block_sinks_below_the_ground_and_what_fell_goes_with_it(shaken):
 
 def test_an_impact_on_the_floor_loses_the_energy_of_motion(three):
     state = dem.make_state(three, lm.Loads.weight(three), mode="dynamic")
-    floor, held, k = Floor(three), state.bodies.held.copy(), 3
+    floor, held, k = Floor(three, lm.Loads.weight(three).dead), state.bodies.held.copy(), 3
     mass, inertia = state.bodies.mass[k], 1.0 / np.diag(state.bodies.inv_inertia[k])
     state.bodies.shift[k, 2] = -1.5
     state.bodies.vel[k], state.bodies.ang[k] = (1.0, 0.0, -5.0), inertia * (0.0, 2.0, 0.0)
@@ -77,7 +78,7 @@ def test_where_blocks_reach_as_low_as_the_supports_the_floor_is_not_known():
     beside = [(1, 0), (2, 0), (2, 1), (1, 1)]
     for stones, level in (((base, on), 0.0), ((base, under), -1.0 - 6.0**0.5), ((base, beside), -(6.0**0.5))):
         made = lm.Assembly.from_polygons(stones, thickness=1.0, joint=JOINT, fixed=[0])
-        floor = Floor(made)
+        floor = Floor(made, lm.Loads.weight(made).dead)
         assert floor.level - floor.margin == pytest.approx(level, abs=1e-12)
         state = dem.make_state(made, lm.Loads.weight(made), mode="dynamic")
         assert not len(floor.met(state))
@@ -92,3 +93,29 @@ def test_what_a_history_plots_is_seen_from_the_ground(three):
     assert np.ptp(run.displacement_of(0)[:, 0]) > 0.05, "the ground moves by 78 mm"
     assert "column" in drawn["ylabel"]
     assert np.abs(drawn["history"]["x"]).max() < 5.0, "the column goes with it [mm]"
+
+
+def test_the_floor_is_where_the_loads_pull_whichever_axis_that_is():
+    """A block slides off a table and falls past its foot: the same in axes in which it falls along any other.
+
+    With the floor along z it was laid down in the middle of a table whose length was along z.
+    """
+
+    def run(turn):
+        solids = [box((0, -0.2, -0.3), (0.5, 0.2, 0)), box((0.04, -0.1, 0), (0.24, 0.1, 0.1))]
+        joint = lm.Joint.from_friction_coefficient(0.3, normal_stiffness=1e8, shear_stiffness=1e8)
+        made = lm.Assembly.from_polyhedra([(x @ turn.T, f) for x, f in solids], joint=joint, fixed=[0])
+        dead = np.zeros((2, 6))
+        dead[:, :3] = made.weights[:, None] * (turn @ [0.0, 0.0, -1.0])
+        push = np.zeros((60, 3))
+        push[1:12] = 12.0 * turn[:, 0]
+        ground = dem.BaseMotion(push, 0.01, after="coast")
+        history = dem.simulate(made, ground, loads=lm.Loads(dead, 0 * dead), mode="dynamic", sample=0.02)
+        return history, (history.shift[:, 1] - history.shift[:, 0]) @ turn
+
+    first, way = run(np.eye(3))
+    assert any("fell to the floor" in w for w in first.warnings)
+    for turn in (np.roll(np.eye(3), 1, axis=0), np.roll(np.eye(3), 2, axis=0), np.diag([1.0, -1.0, -1.0])):
+        other, same = run(turn)
+        assert any("fell to the floor" in w for w in other.warnings)
+        assert np.abs(same - way).max() < 1e-6

@@ -119,3 +119,15 @@ def test_moments_that_fall_on_one_sample_are_one_picture():
     assert one_a_sample([(3, "first crack"), (9, "peak"), (9, "end"), (4, 4)]) == [
         (3, "first crack"), (9, "peak and end"), (4, "sample 4")
     ]  # fmt: skip
+
+
+def test_a_table_is_drawn_over_the_column_that_varies_and_names_its_unit():
+    fixed = {"mu": 0.6, "low": 0.4, "high": 0.5}
+    rows = [{"method": m, "psi": p, "multiplier": 0.4 + 0.01 * p, **fixed} for m in "ab" for p in (0.0, 9.0)]
+    table = study.Table(tuple(rows), {"psi": "deg"})
+    figure = table.plot()
+    assert figure.axes[0].get_xlabel() == "psi [deg]"
+    lines = [x for x in figure.axes[0].lines if x.get_gid() == "line"]
+    assert [list(x.get_xdata()) for x in lines] == [[0.0, 9.0]] * 2
+    with pytest.raises(InputError, match=r"name the column to draw over.*there are mu, load"):
+        study.Table(({"mu": 1.0, "load": 2.0},)).plot()

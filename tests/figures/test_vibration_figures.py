@@ -28,7 +28,17 @@ def test_matrix_shows_every_value_and_frames_the_best_of_each_row(wall, solid):
     values = [float(t.get_text()) for t in axes.texts]
     assert values == pytest.approx(found.values.ravel(), abs=0.006)
     framed = [(p.get_y(), p.get_x()) for p in axes.patches if p.get_gid() == "best"]
-    assert [int(x) for _, x in framed] == [j for _, j, _ in found.pairs]
+    assert [int(x) for _, x in framed] == [j for _, j, value in found.pairs if value >= 0.5]
+
+
+@pytest.mark.exact
+def test_a_shape_that_is_like_none_is_not_called_alike():
+    # the third shape is orthogonal to both of the others
+    shapes = np.array([(1.0, 1.0, 1.0), (1.0, -1.0, 0.0), (1.0, 1.0, -2.0)])
+    found = lm.mac(shapes, shapes[:2], sensors=[((0, 0, z), "y") for z in (1, 2, 3)])
+    framed = [p for p in figures.mac_matrix(found).axes[0].patches if p.get_gid() == "best"]
+    assert [(int(p.get_y()), int(p.get_x())) for p in framed] == [(0, 0), (1, 1)]
+    assert [line.split()[2] for line in str(found).splitlines()[1:4]] == ["1", "2", "none"]
 
 
 @pytest.mark.parametrize("kind", ["blocks", "solid"])

@@ -72,6 +72,17 @@ def test_open_mortar_is_measured_and_the_proposed_command_leaves_nothing_to_deci
     assert main(["solve", str(path), *typed[2:], "--thickness", "20cm", "--friction", "33"]) == 0
 
 
+def test_a_layer_of_which_nothing_is_held_by_a_stone_is_left_out_of_the_proposal(tmp_path, capsys):
+    # a pipe in the open air touches no stone at any thickness of the mortar, and once kept the mortar from being told
+    path = drawing(tmp_path / "wall.dxf", bond(12.0), 4, PIPES=[(2500, 400, 40)])
+    assert main(["check", str(path)]) == 1
+    said = capsys.readouterr().out
+    assert said.startswith("12 mm of open mortar everywhere; nothing on 'PIPES' is held by a stone: try")
+    typed = proposed(said)
+    assert typed[2:] == ["--mortar", "0.012", "--layers", "STONES", "base"]
+    assert main(typed) == 0
+
+
 def test_hand_drawn_gaps_are_measured_and_no_second_tolerance_is_needed(tmp_path, capsys):
     rng = np.random.default_rng(1)
     path = drawing(tmp_path / "wall.dxf", bond(0.0, edge=lambda: rng.uniform(0.0, 2.0)), 4)

@@ -10,7 +10,7 @@ import pytest
 import dem
 import limitmason as lm
 from dem import kernels
-from dem.model import state
+from dem.model import initial_state
 from limitmason.limit import associative, torsion
 from limitmason.limit.program import problem
 from limitmason.limit.program.static import Carried
@@ -173,13 +173,13 @@ def test_mechanism_of_another_wall(monkeypatch):
 
 def joints_changed(monkeypatch, change):
     """Every state of the DEM is made with joints that ``change`` has worked on."""
-    original = state.make_joints
+    original = initial_state.make_joints
 
     def changed(*arguments, **options):
         points, joints, *rest = original(*arguments, **options)
         return (points, change(joints), *rest)
 
-    monkeypatch.setattr(state, "make_joints", changed)
+    monkeypatch.setattr(initial_state, "make_joints", changed)
 
 
 def test_dem_with_a_flipped_normal(monkeypatch):
@@ -205,9 +205,9 @@ def test_dem_with_friction_five_per_cent_high(monkeypatch):
 
 
 def test_dem_with_three_times_the_stable_step(monkeypatch):
-    steps, masses = state.stable_step, state.scaled_masses
-    monkeypatch.setattr(state, "stable_step", lambda *a: 3.0 * steps(*a))
-    monkeypatch.setattr(state, "scaled_masses", lambda k, dt, safety: masses(k, dt, 3.0 * safety))
+    steps, masses = initial_state.stable_step, initial_state.scaled_masses
+    monkeypatch.setattr(initial_state, "stable_step", lambda *a: 3.0 * steps(*a))
+    monkeypatch.setattr(initial_state, "scaled_masses", lambda k, dt, safety: masses(k, dt, 3.0 * safety))
     caught("dem/test_dem_conservation.py::test_halving_the_time_step_quarters_the_error_of_the_position")
     caught(SLENDER)
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .assemblies import Law
 from .engine import number
 from .laws import Answer
 from .model import Frame, Model, Quantity
@@ -18,6 +19,9 @@ GENTLY = 8000
 PART = 0.4
 """Of the limit load, up to which structures are loaded in ``simulate``."""
 
+
+BONDED = 1e4
+"""Strength of the joints of tied structures in ``simulate``, over their weight by the square of their length [-]."""
 
 STIFFER = 30.0
 """Factor on the stiffness in ``simulate``: displacements are then in inverse proportion to it."""
@@ -89,12 +93,27 @@ def judge_push(model: Model, answer: Answer) -> list[str]:
     return []
 
 
+def bonded(model: Model) -> Model:
+    """A model with ties, its joints so strong that they stay elastic: of dry ones hardly any do.
+
+    Own elasticity then judges its displacements, with the ties that are taut at rest.
+    """
+    strength = BONDED * model.weight / model.length**2
+
+    def law(w: Law) -> Law:
+        return replace(w, cohesion=(1.0 + w.mu) * strength, tension=strength)
+
+    if not model.ties:
+        return model
+    return replace(model, law=law(model.law), laws={pair: law(w) for pair, w in model.laws.items()})
+
+
 def simulate(model: Model) -> Answer:
     """Displacements and reaction after own weight and a part of the limit load have come to rest."""
     import dem
 
+    factor, model = PART * Statics(model).limit(), bonded(model)
     assembly, loads = _associated(model.seen(Frame(stiff=STIFFER)))
-    factor = PART * Statics(model).limit()
     stages = [dem.Settle(), dem.Ramp(to=factor, steps=4000), dem.Settle()]
     got = dem.simulate(assembly, stages, loads=loads)
     if any("joints slid" in note for note in got.warnings):
@@ -115,7 +134,7 @@ def judge_simulate(model: Model, answer: Answer) -> list[str]:
     """Reactions carry the loads; where no joint has reached its strength, own elasticity gives the displacements."""
     if answer["status"] != "finished":
         return [f"ends {answer['status']} at {PART} of the limit load"]
-    own, factor, out = Statics(model), answer["_factor"], []
+    own, factor, out = Statics(bonded(model)), answer["_factor"], []
     loads = (model.dead + factor * model.live)[model.free, :3].sum(axis=0)
     off = np.linalg.norm(answer["_reaction"] + loads) / model.weight
     if off > 1e-3:

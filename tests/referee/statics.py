@@ -103,22 +103,20 @@ class Statics:
         return k
 
     def pulled(self, factor: float) -> "Statics | None":
-        """The same with ties that pull under dead load, and with so much of the live load; None where one changes.
+        """The same with the ties that pull under the dead and so much of the live load; None where one yields.
 
-        A tie that hangs loose does nothing, and one that yields is not elastic.
+        A tie that hangs loose does nothing. What is elastic has one state, whatever pulled on the way to it.
         """
         m, on = self.model, np.ones(len(self.model.ties), dtype=bool)
         strength = np.array([t.strength for t in m.ties])
-        while True:
+        for _ in range(2 ** len(m.ties)):
             found = Statics(m, tuple(t for t, used in zip(m.ties, on, strict=True) if used))
-            u = found.displaced() @ [[1.0, 1.0], [0.0, factor]]
-            pull = np.array([t.stiffness * _stretch(self, t, t.way) @ u for t in m.ties]).reshape(-1, 2)
-            loose = (pull <= 0.0).all(axis=1)
-            if (loose == ~on).all():
-                return found if ((pull > 0.0).all(axis=1) & (pull.max(axis=1) < strength))[on].all() else None
-            if (~loose & ~on).any():
-                return None
-            on = ~loose
+            u = found.displaced() @ [1.0, factor]
+            pull = np.array([t.stiffness * _stretch(self, t, t.way) @ u for t in m.ties])
+            if ((pull > 0.0) == on).all():
+                return found if (pull < strength)[on].all() else None
+            on = pull > 0.0
+        return None
 
     def mass_matrix(self) -> Array:
         """M, with inertia by the second moments of tetrahedra, shape (6 n, 6 n)."""

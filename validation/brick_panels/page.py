@@ -16,12 +16,9 @@ from limitmason.experiments.tables import read_table
 
 from . import bricks, deformability, onset, residual
 from .runs import NAME, STEPS, Answer, Runs
+from .slopes import LEFT_OUT, log_slopes, regressors
 
 Array = NDArray[np.float64]
-
-LEFT_OUT = 13
-"""Run out of line with its neighbours, left out of slopes as by its authors' own trend."""
-
 
 STARTS = (1, 2)
 """Perturbed starts of every run of the large table, beside the panel as built."""
@@ -50,7 +47,7 @@ def page(*, store: str | Path | None = None, progress: Callable[[str], None] | N
         f"Joint law: {_without_values(first.law)}. The sentence of the paper (opening or slip) and full plasticity "
         "stand beside it below. A peak is the largest load up to 1.3 mm.", "",
         *_strengths(runs), *onset.section(runs), *deformability.section(runs), *_stiffness(runs), *bricks.section(runs),
-        *_panels(runs), *residual.section(log_slopes, read_table(NAME, "udec_runs.csv").rows), *_why(runs),
+        *_panels(runs), *residual.section(read_table(NAME, "udec_runs.csv").rows), *_why(runs),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"
 
@@ -59,30 +56,9 @@ def _without_values(law: str) -> str:
     return law.partition("lost in failure: ")[2] or law
 
 
-def _regressors(rows: Sequence[Mapping[str, str]]) -> tuple[Array, NDArray[np.bool_]]:
-    """1, log tan(phi), log c, log ft of the runs kept, shape (kept, 4), and which of all are."""
-    keep = np.array([int(r["specimen"][-2:]) != LEFT_OUT for r in rows])
-    x = np.array([[np.tan(np.radians(float(r["friction"]))), float(r["cohesion"]), float(r["tension"])] for r in rows])
-    return np.column_stack([np.ones(len(x)), np.log(x)])[keep], keep
-
-
-def log_slopes(rows: Sequence[Mapping[str, str]], load: Array) -> tuple[Array, Array]:
-    """Exponents of tan(phi), c and ft in a power law of the loads, by least squares without the run left out.
-
-    Returns
-    -------
-    exponents, and the standard errors that the scatter about the power law leaves them, shapes (3,)
-    """
-    table, keep = _regressors(rows)
-    found = np.linalg.lstsq(table, np.log(load[keep]), rcond=None)[0]
-    left = np.log(load[keep]) - table @ found
-    variance = float(left @ left) / (len(table) - len(found)) * np.diag(np.linalg.inv(table.T @ table))
-    return np.asarray(found[1:]), np.asarray(np.sqrt(variance)[1:])
-
-
 def _what_decides(rows: Sequence[Mapping[str, str]], slopes: Mapping[str, tuple[Array, Array]], noise: float) -> str:
     """What the exponents hang on: outline, law, noise of a peak (standard deviation of its logarithm)."""
-    table, _ = _regressors(rows)
+    table, _ = regressors(rows)
     moved = noise * np.sqrt(np.diag(np.linalg.inv(table.T @ table)))[1:]
     outlines = np.array([v[0] for k, v in slopes.items() if k == "ours" or "outline" in k])
     low, high = outlines.min(axis=0), outlines.max(axis=0)

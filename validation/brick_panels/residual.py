@@ -25,6 +25,7 @@ from validation.kept_runs import with_section
 from validation.stochastic.readings import MOVED, told
 
 from .runs import NAME, SPACING, TRAVEL, nudged
+from .slopes import log_slopes
 
 KEPT = (0.0, 0.25, 0.5)
 """Shares of the cohesion that failed joints keep."""
@@ -102,12 +103,11 @@ def before_shear(row: dict[str, str]) -> bool:
     return at["between soldiers"] <= at["beds of piers"] <= steps and at["beds of piers"] < np.inf
 
 
-def section(log_slopes: Any, published: Sequence[dict[str, str]]) -> list[str]:
+def section(published: Sequence[dict[str, str]]) -> list[str]:
     """What the page of the panels says of these runs.
 
     Parameters
     ----------
-    log_slopes : exponents and their errors of 18 loads [kN]
     published : lines of Table 2
     """
     printed = np.array([float(r["V_failure"]) for r in published])
@@ -170,10 +170,8 @@ def main() -> None:
                         key=f"residual {STEPS}", progress=print)  # fmt: skip
     write(STORED["residual"], POINT, table.rows)
     if chosen.page is not None:
-        from .page import log_slopes
-
         text = chosen.page.read_text(encoding="utf-8")
-        own = section(log_slopes, read_table(NAME, "udec_runs.csv").rows)
+        own = section(read_table(NAME, "udec_runs.csv").rows)
         chosen.page.write_text(with_section(text, own), encoding="utf-8")
 
 

@@ -152,6 +152,7 @@ def faces_that_meet(
     first, plane, size, firm : as of :func:`limitmason.capacity.contact_search.faces.shapes_of`
     """
     shapes, first = shapes_of(assembly, first, plane, size, firm)
+    shapes = shapes.with_openings(first)
     if plane is None:
         shapes, first = with_crossings(shapes, first)
     return shapes, with_faces(shapes, first)
@@ -170,7 +171,7 @@ def gap_at(shapes: Shapes, near: Near, pose: Pose) -> Array:
     crosses = is_crossing(shapes, near)
     if crosses.any():
         gap[crosses] = _met(shapes, pose, *_sides(shapes, near.corner[crosses])).gap
-    return gap
+    return gap + shapes.apart(near.face, near.owner)
 
 
 def candidate_contacts(shapes: Shapes, pose: Pose, since: Pose, depth: float, *, inside: float, space: bool) -> Near:
@@ -182,7 +183,10 @@ def candidate_contacts(shapes: Shapes, pose: Pose, since: Pose, depth: float, *,
     depth, inside : as of :func:`limitmason.capacity.contact_search.faces.together`
     """
     near = together(shapes, pose, inside, depth)
-    return near.with_rows(as_near(shapes, crossings(shapes, pose, inside, depth), since, pose)) if space else near
+    if space:
+        near = near.with_rows(as_near(shapes, crossings(shapes, pose, inside, depth), since, pose))
+    near = near._replace(gap=near.gap + shapes.apart(near.face, near.owner))
+    return near.at(near.gap < shapes.near)
 
 
 def known(shapes: Shapes, c: PathContacts, near: Near) -> Flags:

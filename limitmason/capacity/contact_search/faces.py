@@ -46,6 +46,8 @@ class Shapes(NamedTuple):
     firm : ranks of the blocks, see :func:`limitmason.capacity.contacts.firmness`, shape (n,)
     inset : how far the ends of faces are pulled in from the corners of the blocks, in plane [m]
     edge : number of the edge of its block that the side from every corner to the next is, in space, shape (q,)
+    open : pairs of blocks whose joint is open in the reference pose, though their faces touch there
+    opening : the least opening of their points [m]
     """
 
     assembly: Assembly
@@ -65,6 +67,8 @@ class Shapes(NamedTuple):
     firm: Index
     inset: float = 0.0
     edge: Index = np.empty(0, np.intp)
+    open: Index = np.empty(0, np.intp)
+    opening: Array = np.empty(0)
 
     @property
     def owner(self) -> Index:
@@ -91,6 +95,23 @@ class Shapes(NamedTuple):
     def pair(self, one: Index, other: Index) -> Index:
         """One number for two blocks, in either order."""
         return np.minimum(one, other) * self.assembly.n_blocks + np.maximum(one, other)
+
+    def apart(self, face: Index, owner: Index) -> Array:
+        """By how much faces and corners of other blocks are farther apart than their geometry says [m]."""
+        if not len(self.open):
+            return np.zeros(len(face))
+        pair = self.pair(self.face_block[face], owner)
+        row = np.minimum(np.searchsorted(self.open, pair), len(self.open) - 1)
+        return np.where(self.open[row] == pair, self.opening[row], 0.0)
+
+    def with_openings(self, c: PathContacts) -> "Shapes":
+        """With the joints that are open in the reference pose."""
+        gap = np.einsum("mi,mi->m", c.directions[:, 0], c.place_b - c.place_a)
+        pair, of = np.unique(self.pair(c.block_a, c.block_b), return_inverse=True)
+        least = np.full(len(pair), np.inf)
+        np.minimum.at(least, of, gap)
+        rows = least > 0.0
+        return self._replace(open=pair[rows], opening=least[rows])
 
 
 def shapes_of(

@@ -1,0 +1,146 @@
+"""On which face two pieces meet, whatever their least overlap says: one that goes on from what carries the other."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dem.kernels.arrays import Array, Index
+from dem.kernels.compiled import kernel
+from dem.kernels.shapes import CROSSING, Meetings, PieceArrays
+
+TURNED = np.cos(np.deg2rad(3.0))
+"""Cosine of the angle up to which two faces lie in one plane [-]."""
+
+LEVEL = 3.0
+"""Step between two faces, over the depth to which joints beside them are pressed, that is theirs and not built [-]."""
+
+SAG = 10.0
+"""Depth of a face beyond the edge of what carries it, over the depth to which that is pressed, that is elastic [-]."""
+
+
+class Carrying(NamedTuple):
+    """Joints between faces that carry now, and where those of every block stand among them."""
+
+    ends: Index  # blocks a and b, (k, 2)
+    normal: Array  # from a to b, (k, 3)
+    place: Array  # centre of pressure [m], (k, 3)
+    depth: Array  # to which they are pressed [m], (k,)
+    of_block: Index  # their numbers, block after block, those of a block in their order, (2 k,)
+    start: Index  # where those of a block begin, (n + 1,)
+
+
+@kernel(fast=False, forceinline=True)
+def _faces_along(planes: Array, piece: int, face: int, n: Array, sign: float) -> bool:
+    """Whether a face of a piece looks along a normal times a sign."""
+    x = planes[piece, face, 0] * n[0] + planes[piece, face, 1] * n[1] + planes[piece, face, 2] * n[2]
+    return sign * x > TURNED
+
+
+@kernel(fast=False, forceinline=True)
+def _height(plane: Array, place: Array, n: Array, sign: float) -> float:
+    """Height of a plane above a place, along a normal times a sign [m]."""
+    below = plane[3] - (plane[0] * place[0] + plane[1] * place[1] + plane[2] * place[2])
+    return below / (sign * (plane[0] * n[0] + plane[1] * n[1] + plane[2] * n[2]))
+
+
+@kernel(fast=False, counted=True)
+def _step(pieces: PieceArrays, parts: Index, carrier: int, k: int, by: Carrying, sign: float, plane: Array,
+          place: Array) -> float:  # fmt: skip
+    """How much higher a plane lies at a place than the carrier's face [m], infinite where it has none."""
+    nearest, height, n, at = np.inf, -np.inf, by.normal[k], by.place[k]
+    for piece in range(parts[carrier], parts[carrier + 1]):
+        for face in range(pieces.n_faces[piece]):
+            if _faces_along(pieces.planes, piece, face, n, sign):
+                own = pieces.planes[piece, face]
+                off = abs(own[0] * at[0] + own[1] * at[1] + own[2] * at[2] - own[3])
+                if off < nearest:
+                    nearest, height = off, _height(own, place, n, sign)
+    return _height(plane, place, n, sign) - height
+
+
+@kernel(fast=False, counted=True)
+def _deepest(by: Carrying, n: Array, borne: int, other: int, carrier: int) -> float:
+    """Largest depth to which joints of three blocks that look along a normal, or against it, are pressed [m]."""
+    deep = 0.0
+    for block in (borne, other, carrier):
+        for i in range(by.start[block], by.start[block + 1]):
+            k = by.of_block[i]
+            x = by.normal[k, 0] * n[0] + by.normal[k, 1] * n[1] + by.normal[k, 2] * n[2]
+            if abs(x) > TURNED:
+                deep = max(deep, by.depth[k])
+    return deep
+
+
+@kernel(fast=False, counted=True)
+def _goes_on(
+    pieces: PieceArrays, owner: Index, parts: Index, by: Carrying, p: int, q: int, place: Array, found: Index
+) -> None:
+    """Write number of the joint that says so (-1 for none), piece, face and whether the joint is their own.
+
+    It is the face of one piece that goes on from a face on which the other is borne, no higher than what the joints
+    beside it are pressed by; else the one on which they bear each other now.
+    """
+    found[0] = -1
+    apart, widest = False, -np.inf
+    one, two = owner[p], owner[q]
+    i, i_end, j, j_end = by.start[one], by.start[one + 1], by.start[two], by.start[two + 1]
+    while i < i_end or j < j_end:
+        # the joints of both blocks in their order; one between them is in both lists
+        left = by.of_block[i] if i < i_end else len(by.depth)
+        right = by.of_block[j] if j < j_end else len(by.depth)
+        k = min(left, right)
+        i, j = i + (left == k), j + (right == k)
+        a, b = by.ends[k, 0], by.ends[k, 1]
+        own = (a == one and b == two) or (a == two and b == one)
+        for here in range(2):
+            borne, other = (one, two) if here == 0 else (two, one)
+            if (borne != a and borne != b) or (own and borne != b):
+                continue
+            carrier = b if borne == a else a
+            sign, n = (1.0 if borne == b else -1.0), by.normal[k]
+            piece, mine = (q, p) if here == 0 else (p, q)
+            for face in range(pieces.n_faces[piece]):
+                if not _faces_along(pieces.planes, piece, face, n, sign):
+                    continue
+                plane, gap = pieces.planes[piece, face], np.inf
+                for c in range(pieces.n_corners[mine]):
+                    x = pieces.corners[mine, c]
+                    gap = min(gap, plane[0] * x[0] + plane[1] * x[1] + plane[2] * x[2])
+                gap -= plane[3]
+                if gap < -SAG * by.depth[k] or (own and apart) or (own != apart and gap <= widest):
+                    continue
+                if not own:
+                    step = _step(pieces, parts, carrier, k, by, sign, plane, place)
+                    if step > LEVEL * _deepest(by, n, borne, other, carrier):
+                        continue
+                apart, widest = not own, gap
+                found[0], found[1], found[2], found[3] = k, piece, face, own
+
+
+@kernel(fast=False, counted=True)
+def faces_that_go_on(
+    pieces: PieceArrays, owner: Index, parts: Index, by: Carrying, pairs: Index, rows: Index, met: Meetings,
+    found: Index,
+) -> None:  # fmt: skip
+    """Faces on which some pairs of pieces meet whatever their least overlap says.
+
+    Parameters
+    ----------
+    owner : block of every piece, in their order
+    parts : where the pieces of every block begin, shape (n + 1,)
+    rows : pairs that are asked for, shape (r,)
+    met : how all pairs meet by their least overlap
+    found : number of the joint that says so or -1, piece, face, whether the joint is their own; written, (r, 4)
+    """
+    place = np.empty(3)
+    for i in range(len(rows)):
+        m = rows[i]
+        for r in range(3):
+            if met.kind[m] == CROSSING:
+                place[r] = met.crossing[m, 2, r]
+            else:
+                total = 0.0
+                for c in range(met.corners[m]):
+                    total += met.polygon[m, c, r]
+                place[r] = total / met.corners[m]
+        _goes_on(pieces, owner, parts, by, pairs[m, 0], pairs[m, 1], place, found[i])

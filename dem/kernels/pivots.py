@@ -1,0 +1,84 @@
+"""Joints that bear on an edge of block a alone, so that the face they bear on is block b's."""
+
+import numpy as np
+
+from dem.kernels.arrays import Array, Index, Points
+from dem.kernels.compiled import kernel
+
+OF_A, OF_B, OF_BOTH = 0, 1, 2
+"""Whose edge ends a contact."""
+
+ELSEWHERE, ON_A, UNKNOWN = 0, 1, 2
+"""Where a joint bears: not on an edge of a alone, on one, or on an end of which nobody has asked whose it is."""
+
+
+@kernel(fast=False, forceinline=True)
+def _extent(x: Array) -> float:
+    """Largest less smallest."""
+    low = high = x[0]
+    for value in x:
+        low, high = min(low, value), max(high, value)
+    return high - low
+
+
+@kernel(fast=False, forceinline=True)
+def _may_be_at_an_end(along: Array, aside: Array, opening: Array) -> bool:
+    """Whether all pressed points may be at the lower, or all at the upper end of the outline along an axis.
+
+    They are not where another point lies beyond in the same row.
+    """
+    level, length = 1e-9 * _extent(aside), max(_extent(along), 1e-300)
+    above = below = False
+    for i in range(len(along)):
+        if opening[i] < 0.0:
+            for j in range(len(along)):
+                if abs(aside[i] - aside[j]) <= level:
+                    beyond = (along[j] - along[i]) / length
+                    above, below = above or beyond > 2e-3, below or beyond < -2e-3
+    return not (above and below)
+
+
+@kernel(fast=False, forceinline=True)
+def _on_a(ends: Array, opening: Array, slip: Array) -> bool:
+    """Whether all pressed points lie at an end along an axis that is an edge of a, or of both while b slides off it."""
+    for c in range(2):
+        upper = lower = True
+        for i in range(len(opening)):
+            if opening[i] < 0.0:
+                part, low, high = ends[i, 4 + 3 * c], ends[i, 5 + 3 * c], ends[i, 6 + 3 * c]
+                upper = upper and part > 0.999 and (high == OF_A or (high == OF_BOTH and slip[i, c] > 0.0))
+                lower = lower and part < 0.001 and (low == OF_A or (low == OF_BOTH and slip[i, c] < 0.0))
+        if upper or lower:
+            return True
+    return False
+
+
+@kernel(fast=False, counted=True)
+def bearing_ends(
+    points: Points, start: Index, ends: Array, opening: Array, slip: Array, rows: Index, where: Index
+) -> None:
+    """Where some joints that slid and turned bear: ELSEWHERE, ON_A or UNKNOWN.
+
+    Parameters
+    ----------
+    start : first point of every joint
+    ends : see ``State.ends``: NaN in column 1 of joints that have not slid, in column 0 where nobody has asked
+    opening, slip : of all points now [m], shapes (m,) and (m, 2)
+    rows : joints that are asked for
+    where : written, shape (r,)
+    """
+    for i in range(len(rows)):
+        first, last = start[rows[i]], start[rows[i] + 1]
+        where[i] = ELSEWHERE
+        pressed = 0
+        for k in range(first, last):
+            pressed += opening[k] < 0.0
+        if first == last or np.isnan(ends[first, 1]) or pressed == 0 or pressed == last - first:
+            continue
+        deep = opening[first:last]
+        if np.isnan(ends[first, 0]):
+            s, t = points.s[first:last], points.t[first:last]
+            if _may_be_at_an_end(s, t, deep) or _may_be_at_an_end(t, s, deep):
+                where[i] = UNKNOWN
+        elif _on_a(ends[first:last], deep, slip[first:last]):
+            where[i] = ON_A

@@ -1,0 +1,163 @@
+"""The state a simulation begins with: an assembly at rest in its reference position, free of stress."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dem import kernels
+from dem.kernels import BlockModes, RigidBodies
+from dem.model.joints import DEFAULT_POINTS, Grid, JointOptions, chosen_points, make_joints, make_points
+from dem.model.stable_step import block_stiffness, scaled_masses, stable_step
+from dem.model.state import DYNAMIC, ENDS, QUASI_STATIC, State
+from dem.model.strain_shapes import (
+    Start,
+    StrainShapes,
+    coupled_of,
+    fastest_of,
+    out_of_plane,
+    plane_of,
+    scale_masses_of_modes,
+)
+from dem.model.tie_arrays import make_ties
+from limitmason.arrays import Array, Flags
+from limitmason.checks import choice
+from limitmason.deformable import SOLID
+from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
+from limitmason.errors import InputError
+from limitmason.mechanics.contact_points import on_few_points
+from limitmason.mechanics.law_table import refuse_ties
+from limitmason.mechanics.plane import Plane
+from limitmason.model import Assembly, Loads
+
+
+def _real_masses(assembly: Assembly) -> tuple[Array, Array]:
+    """Masses [kg] and inertia [kg m2] of the blocks, shapes (n,) and (n, 3, 3), or 1 of held ones that have none."""
+    mass, inertia = assembly.arrays.mass.copy(), assembly.arrays.inertia.copy()
+    light = ~assembly.fixed & ~(mass > 0.0)
+    if light.any():
+        name = assembly.blocks[int(np.flatnonzero(light)[0])].name
+        raise InputError(f"block {name!r} has no mass: a dynamic simulation needs a positive density")
+    massless = ~(mass > 0.0)
+    mass[massless], inertia[massless] = 1.0, np.eye(3)
+    return mass, inertia
+
+
+def _at_rest(mass: Array, inertia: Array, held: Flags) -> RigidBodies:
+    """Bodies in their reference position."""
+    n = len(mass)
+    zero, quat = np.zeros((n, 3)), np.zeros((n, 4))
+    quat[:, 0] = 1.0
+    return RigidBodies(
+        zero, quat, np.zeros((n, 3, 3)), zero.copy(), zero.copy(), zero.copy(), mass, 1.0 / mass,
+        np.ascontiguousarray(np.linalg.inv(inertia)), held, np.zeros((n, 6)), np.zeros((n, 6)),
+    )  # fmt: skip
+
+
+def make_state(
+    assembly: Assembly,
+    loads: Loads,
+    *,
+    contact_points: Grid | None = None,
+    contact_model: str | None = None,
+    joint_options: JointOptions | None = None,
+    mode: str = QUASI_STATIC,
+    dt: float | None = None,
+    safety: float | None = None,
+    plane: Plane | None = None,
+    blocks: str = RIGID,
+    stress: str = SOLID,
+    driven: Array | None = None,
+) -> State:
+    """State of an assembly at rest in its reference position, free of stress.
+
+    Parameters
+    ----------
+    loads : its dead loads set the default stiffness
+    contact_points : points along the unit and across the thickness, one pair or one per kind of joint or per wall, or
+        their largest spacing [m]; see :func:`limitmason.mechanics.contact_points.contact_points`. (4, 8) by default,
+        where joints crush (15, 15) that crowd towards the edges
+    contact_model : "grid", "lobatto" for points that crowd towards the edges, or "vertices" for the corners of every
+        interface
+    mode : "quasi-static" scales mass and inertia so that every block is as fast as the step allows; "dynamic" keeps
+        the real ones
+    dt : [s]; None chooses 1 (quasi-static, where time has no meaning) or the stable step (dynamic)
+    safety : fraction of the bound of the stable time step that is used; 0.65 by default: local damping up to 0.8 makes
+        a decelerating block 1.8 times as stiff, and 0.9 falls into a limit cycle
+    plane : of a plane problem whose normal is a global axis, from :func:`limitmason.mechanics.plane.find_plane`: one
+        row of
+        contact points lies on it, and every block is held in the motions out of it; found where ``stress`` asks for it
+    blocks : "rigid", or "simply deformable": blocks with a material strain uniformly, bend and twist, see
+        :func:`limitmason.deformable.simply_deformable_block`; blocks without one, and wholly held ones, stay rigid.
+        Dead and live loads act as body forces, which do not deform a block
+    stress : "solid", "plane stress" or "plane strain"; simply deformable blocks only
+    driven : twists that stages will prescribe, shape (k, 6); a plane found for ``stress`` holds them
+
+    Raises
+    ------
+    InputError
+        For an unknown mode, no free block, joints without stiffness, massless blocks in a dynamic run, and a given
+        time step above the stable one.
+    """
+    choice("mode", mode, (QUASI_STATIC, DYNAMIC))
+    n = assembly.n_blocks
+    free = ~assembly.fixed
+    if not free.any():
+        raise InputError("every block is held: there is nothing to simulate")
+    if blocks == SIMPLY_DEFORMABLE:
+        refuse_ties(assembly, "a block that strains in modes", "use blocks='rigid'")
+    needed = plane_of(assembly, loads, blocks, stress, driven)
+    plane = needed if plane is None else plane
+    held = assembly.held.copy()
+    if plane is not None:
+        held |= out_of_plane(plane)
+    grid, contact_model = chosen_points(assembly, contact_points, contact_model)
+    contacts = make_points(assembly, grid, contact_model, plane)
+    if not contacts.count:
+        raise InputError("no joint touches a free block: there is nothing to settle on")
+    options = joint_options or JointOptions()
+    points, joints, interface, laws, warnings = make_joints(assembly, loads.dead, contacts, options)
+    ties, said = make_ties(assembly, options.stiffness_factor)
+    warnings = (*warnings, *said)
+    if contact_model == "grid" and grid == DEFAULT_POINTS:
+        warnings += on_few_points(assembly, "give contact_model='lobatto' and contact_points=(15, 15)")
+    stiffness = block_stiffness(points, joints, n, ties=ties)
+    moves = np.ones(6, dtype=bool)
+    if plane is not None:
+        moves = ~out_of_plane(plane)
+        stiffness *= moves[:, None] & moves
+    safety = 0.65 if safety is None else safety
+    start = Start.of(assembly, stress, plane) if blocks == SIMPLY_DEFORMABLE else None
+    if start is not None and (rigid := int(free.sum()) - len(start.stiffness)):
+        warnings = (*warnings, f"{rigid} of {int(free.sum())} free blocks have no material and stay rigid")
+    deformation: StrainShapes | None = None
+    modes: BlockModes | None = None
+    if mode == QUASI_STATIC:
+        dt = 1.0 if dt is None else dt
+        mass, inertia = scaled_masses(stiffness, dt, safety)
+        if start is not None:
+            coupled = coupled_of(start.deformation, points, joints, moves)
+            deformation, modes = start.modes(assembly, points, joints, coupled)
+            scale_masses_of_modes(mass, inertia, modes, coupled_of(deformation, points, joints, moves), dt, safety)
+    else:
+        mass, inertia = _real_masses(assembly)
+        top = 0.0
+        if start is not None:
+            deformation, modes = start.modes(assembly, points, joints, None)
+            top = fastest_of(mass, inertia, modes, coupled_of(deformation, points, joints, moves))
+        if options.dashpot is None:
+            # z = dashpot w / 2 = 0.1 at the fastest motion, for which the undamped step is 2 / w
+            dash = 0.1 * stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
+            joints.law[:, kernels.LAW.dash] = laws[:, kernels.LAW.dash] = dash
+        largest = stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
+        dt = safety * largest if dt is None else dt
+        if dt > largest:
+            raise InputError(f"dt = {dt:g} s is above the stable time step of {largest:g} s of these joints and masses")
+    bodies = _at_rest(mass, inertia, held)
+    total = np.zeros(kernels.E_SIZE)
+    total[kernels.E_VISCOSITY] = 0.01 / dt
+    whole_faces = np.ones(len(interface), dtype=np.int64)
+    return State(
+        points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, whole_faces, loads.dead.copy(),
+        loads.live.copy(), np.array((1.0, 1.0, 0.0, 0.0, 0.0)), np.zeros(3), assembly.fingerprint,
+        np.zeros(len(points.s)), np.full((len(points.s), ENDS), np.nan), ~moves, warnings, modes, deformation, ties,
+    )  # fmt: skip

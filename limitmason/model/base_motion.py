@@ -1,0 +1,193 @@
+"""Base motion: a stage of loading in which the ground follows a record of its acceleration."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from limitmason.arrays import Array
+from limitmason.checks import choice, finite, numbers, positive
+from limitmason.constants import GRAVITY
+from limitmason.display.notebook import Displayed
+from limitmason.errors import InputError
+from limitmason.model.response_spectrum import ResponseSpectrum
+from limitmason.model.stages import Stage
+from limitmason.storage.csv_table import separator, split
+from limitmason.storage.files import read_text
+
+HOLD, COAST = "hold", "coast"
+
+AT_REST = 0.01
+"""A record ends at rest where its last velocity is below this fraction of its largest [-]."""
+
+_ACCELERATIONS = {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3, "g": GRAVITY}
+
+
+@dataclass(frozen=True)
+class BaseMotion(Displayed, Stage):
+    """Move all held blocks with a recorded ground acceleration.
+
+    The stage is for the dynamic mode only.
+
+    Parameters
+    ----------
+    acceleration : samples [m/s2], shape (k,) along ``direction``, or (k, 3): x, y and z at once
+    sample_step : time between samples [s]; linear between them
+    direction : unit vector of the motion, shape (3,); three components have none
+    after : what the ground does when the record is over and it still moves. "hold": it stops dead, a blow of its whole
+        velocity on everything that stands on it. "coast": it goes on at that velocity in the stages that follow, also
+        in a run continued from the history. None: a record that ends with more than a hundredth of its largest velocity
+        is refused where another stage follows, and named in the warnings where none does; what is left below that stops
+
+    The displacement of the ground starts from the velocity that an earlier record left it with ("coast").
+    """
+
+    acceleration: Sequence[float] | Sequence[Sequence[float]] = ()
+    sample_step: float = 0.01
+    direction: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    after: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without a model."""
+        choice("BaseMotion: after", self.after, (None, HOLD, COAST))
+        if isinstance(self.acceleration, str | Path):
+            name = str(self.acceleration)
+            raise InputError(f"BaseMotion takes numbers; a file is read by BaseMotion.from_csv({name!r})")
+        record = numbers("BaseMotion: acceleration", self.acceleration)
+        if not np.isfinite(record).all():
+            raise InputError("BaseMotion: the record has samples that are not finite")
+        if not record.size or len(record) < 2:
+            raise InputError("BaseMotion: a record needs two samples of acceleration and more")
+        if record.ndim != 1 and record.shape[1:] != (3,):
+            raise InputError(f"BaseMotion: acceleration must have shape (k,) or (k, 3), got {record.shape}")
+        positive("BaseMotion: sample_step", self.sample_step)
+        if not np.linalg.norm(self.direction) > 0.0:
+            raise InputError("BaseMotion: direction must not be zero")
+        if record.ndim == 2 and tuple(self.direction) != BaseMotion.direction:
+            raise InputError("BaseMotion: three components along x, y and z take no direction; leave it out")
+
+    @classmethod
+    def from_csv(
+        cls, path: str | Path, *, units: str | None = None, scale: float = 1.0, column: int | Sequence[int] = 1,
+        **settings: Any,
+    ) -> BaseMotion:  # fmt: skip
+        """A record from a CSV file.
+
+        Time stands in the first column, acceleration in another. Lines of words are headings.
+
+        Parameters
+        ----------
+        units : of the acceleration: "m/s2", "cm/s2", "mm/s2" or "g"; where omitted, what stands in brackets in its
+            heading, as in "a [g]", and m/s2 without one. Time is in seconds
+        scale : factor on the whole record [-]
+        column : of the acceleration, counted from 0; three of them hold x, y and z, (1, 2, 3)
+        settings : ``direction`` and ``after``, see above
+
+        Raises
+        ------
+        InputError
+            For an unknown unit or another one than the heading's, a line of no numbers below one of numbers, and times
+            that are not equally spaced; it names file and line.
+        """
+        if units is not None and units not in _ACCELERATIONS:
+            raise InputError(f"units must be one of {', '.join(_ACCELERATIONS)}, got {units!r}")
+        rows: list[list[float]] = []
+        headed: dict[str, int] = {}
+        columns = [column] if isinstance(column, int) else list(column)
+        for number, line in enumerate(read_text(path).splitlines(), 1):
+            cells = split([line], separator(line))
+            try:
+                rows.append([float(cells[0]), *(float(cells[c]) for c in columns)])
+            except (ValueError, IndexError):
+                if rows and line.strip():
+                    raise InputError(f"{path}, line {number}: no time and acceleration in {line!r}") from None
+                for c in columns:
+                    words = re.search(r"[\[(]([^])]*)[])]", cells[c]) if c < len(cells) else None
+                    unit = words[1].strip().replace("²", "2").replace("^", "") if words else ""
+                    headed |= {unit: number} if unit in _ACCELERATIONS else {}
+        if len(rows) < 2:
+            raise InputError(f"{path}: no two lines of time, acceleration (or with semicolons or tabs between)")
+        for unit, number in headed.items():
+            if unit != (units or next(iter(headed))):
+                raise InputError(f"{path}, line {number}: the heading says {unit}, not {units or next(iter(headed))}")
+        factor = finite("scale", scale) * _ACCELERATIONS[units or next(iter(headed), "m/s2")]
+        table = np.array(rows)
+        time, a = table[:, 0], table[:, 1] if len(columns) == 1 else table[:, 1:]
+        step = float(np.median(np.diff(time)))
+        uneven = np.flatnonzero(np.abs(np.diff(time) - step) > 0.01 * abs(step))
+        if len(uneven):
+            raise InputError(f"{path}: times must be equally spaced; after {time[uneven[0]]:g} s they are not")
+        return cls(tuple((factor * a).tolist()), step, **settings)
+
+    @property
+    def units(self) -> Array:
+        """Directions of unit length of the components, shape (c, 3)."""
+        if np.ndim(self.acceleration) == 2:
+            return np.eye(3)
+        d = np.asarray(self.direction, dtype=float)
+        return (d / np.linalg.norm(d))[None]
+
+    def left_over(self) -> tuple[Array, bool]:
+        """Velocity at the end of the record [m/s], shape (3,), and whether it is noticeable.
+
+        That is more than a hundredth of the largest.
+        """
+        a = self._components
+        v = np.cumsum(0.5 * self.sample_step * (a[1:] + a[:-1]), axis=0)
+        size = np.linalg.norm(v, axis=1)
+        return v[-1] @ self.units, bool(size[-1] > AT_REST * size.max())
+
+    @property
+    def _components(self) -> Array:
+        """Samples of every component [m/s2], shape (k, c)."""
+        a = np.asarray(self.acceleration, dtype=float)
+        return a.reshape(len(a), -1)
+
+    def corrected(self) -> BaseMotion:
+        """The record less its mean acceleration, so that it leaves the ground at rest.
+
+        That corrects a constant error of the zero line, not one that drifts.
+        """
+        a, h = self._components, self.sample_step
+        mean = 0.5 * h * (a[1:] + a[:-1]).sum(axis=0) / (h * (len(a) - 1))
+        fixed = (a - mean).reshape(np.shape(self.acceleration))
+        return replace(self, acceleration=tuple(map(tuple, fixed)) if fixed.ndim == 2 else tuple(fixed.tolist()))
+
+    def spectrum(
+        self, periods: ArrayLike | None = None, *, damping: float = 0.05, component: int = 0
+    ) -> ResponseSpectrum:
+        """Response spectrum of the record.
+
+        Parameters
+        ----------
+        periods : of the oscillators [s]; 100 from 0.05 to 4 s where omitted
+        damping : over the critical one [-]
+        component : of a record with three: 0, 1 or 2 for x, y or z
+        """
+        choice("component", component, tuple(range(self._components.shape[1])))
+        return ResponseSpectrum.of_record(self._components[:, component], self.sample_step, periods, damping)
+
+    def diagram(self) -> dict[str, Any]:
+        """What ``plot()`` draws: acceleration of the ground over time [g]."""
+        a = self._components / GRAVITY
+        names = ["acceleration"] if a.shape[1] == 1 else list("xyz")
+        columns = {"time": self.sample_step * np.arange(len(a))} | dict(zip(names, a.T, strict=True))
+        return {"history": columns, "names": names, "against": "time", "units": {"time": "s"},
+                "ylabel": "acceleration of the ground [g]"}  # fmt: skip
+
+    def velocity(self, times: Array) -> Array:
+        """Ground velocity at times since the stage began [m/s], shape (t, c).
+
+        It is the exact integral of the piecewise linear record.
+        """
+        a, h = self._components, self.sample_step
+        nodes = np.concatenate([np.zeros((1, a.shape[1])), np.cumsum(0.5 * h * (a[1:] + a[:-1]), axis=0)])
+        k = np.clip((times / h).astype(int), 0, len(a) - 2)
+        r = np.clip(times - k * h, 0.0, h)[:, None]
+        return nodes[k] + a[k] * r + 0.5 * (a[k + 1] - a[k]) / h * r * r

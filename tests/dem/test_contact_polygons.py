@@ -1,0 +1,53 @@
+"""Points of contacts found on the way: areas and first moments of any convex polygon, heights over it, its outline."""
+
+import numpy as np
+import pytest
+
+from dem.contact.new_joints import linear_at, spread
+from dem.model.edge_points import convex_hull
+
+SQUARE = ((0.0, 0.0), (0.3, 0.0), (0.3, 0.2), (0.0, 0.2))
+POLYGONS = {
+    "rectangle": SQUARE,
+    "strip of a hundredth": ((0.0, 0.0), (0.3, 0.0), (0.3, 0.003), (0.0, 0.003)),
+    "trapezium": ((0.0, 0.0), (0.4, 0.05), (0.25, 0.3), (0.02, 0.2)),
+    "triangle": ((0.0, 0.0), (0.3, 0.1), (0.1, 0.25)),
+    "hexagon": ((0.0, 0.0), (0.2, -0.05), (0.4, 0.05), (0.42, 0.2), (0.2, 0.3), (0.0, 0.2)),
+    "two corners in one place": ((0.0, 0.0), (0.3, 0.1), (0.3, 0.1), (0.1, 0.25)),
+}
+
+
+def moments(xy):
+    """Area and first moments of a polygon, by Green's theorem."""
+    x, y = xy.T
+    u, v = np.roll(xy, -1, axis=0).T
+    cross = x * v - u * y
+    return np.array([cross.sum() / 2.0, ((x + u) * cross).sum() / 6.0, ((y + v) * cross).sum() / 6.0])
+
+
+@pytest.mark.parametrize("name", POLYGONS)
+def test_points_bear_area_and_first_moments_of_their_polygon(name):
+    xy = np.array(POLYGONS[name])
+    points, area = spread(xy)
+    assert (area > 0.0).all()
+    assert len(np.unique(np.rint(points * 1e9), axis=0)) == len(points)
+    given = np.array([area.sum(), *(area @ points)])
+    assert given == pytest.approx(moments(xy), rel=1e-12, abs=1e-15)
+
+
+@pytest.mark.parametrize("name", POLYGONS)
+def test_a_height_that_is_linear_over_a_polygon_is_found_anywhere(name):
+    xy = np.array(POLYGONS[name])
+    xy = xy - xy.mean(axis=0)
+    at = np.array([(0.0, 0.0), (0.01, -0.02), *xy])
+    assert linear_at(xy, 2e-4 + xy @ (0.01, -0.03), at) == pytest.approx(2e-4 + at @ (0.01, -0.03), rel=1e-9, abs=1e-15)
+
+
+def test_the_outline_of_a_lattice_is_its_four_corners_the_long_way_round():
+    u, v = np.meshgrid(np.linspace(-0.3, 0.3, 4), np.linspace(-0.1, 0.1, 7))
+    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    xy = np.column_stack([u.ravel(), v.ravel()]) @ turn.T
+    corners = xy[convex_hull(xy)]
+    assert moments(corners)[0] == pytest.approx(0.6 * 0.2, rel=1e-12)  # counter-clockwise: above zero
+    own = np.rint(corners @ turn * 1e9).tolist()
+    assert sorted(map(tuple, own)) == [(-3e8, -1e8), (-3e8, 1e8), (3e8, -1e8), (3e8, 1e8)]
