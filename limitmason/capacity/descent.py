@@ -13,7 +13,7 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.capacity import newton
 from limitmason.capacity.kinematics import Pose
-from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, Returned, return_map
+from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, returned_stress
 from limitmason.capacity.system import Evaluated, System
 from limitmason.mechanics.tie_springs import tension
 
@@ -72,7 +72,7 @@ def solve(
         returned = return_map(law, old, now.contact.displacement)
         damping = viscosity + min(DAMPING * unbalance, _MOST)
         missing = 0.0 if target is None else (target - system.controlled(now.pose)) / system.length
-        force = _force(system, returned)
+        force = returned.stress * system.bodies.area[:, None]
         rest = system.unbalanced(now.pose, now.wrenches, force, now.pulled, multiplier) - viscosity * done
         try:
             factors = system.bordered(now._replace(returned=returned), prescribed, damping)
@@ -95,10 +95,6 @@ def frozen(law: ElastoplasticLaw, normal: Array, damage: Array | float = 0.0) ->
     return law._replace(strength=law.strength_at(damage).frozen(normal), softening=None)
 
 
-def _force(system: System, returned: Returned) -> Array:
-    return returned.stress * system.bodies.area[:, None]
-
-
 def _lowest(
     system: System, law: ElastoplasticLaw, old: PlasticHistory, now: Evaluated, motion: Array, multiplier: float,
     viscosity: float, done: Array,
@@ -109,10 +105,11 @@ def _lowest(
     if system.bodies.deforming:
         load = load + system.sprung(now.pose)
     against = float(motion @ ((viscosity + system.springs_own) * motion))
+    area, tied = system.bodies.area[:, None], len(longer) > 0
 
     def slope(share: float) -> float:
-        force = _force(system, return_map(law, old, apart + share * work))
-        pulls, _, _ = tension(system.ties, now.pulled.elongation + share * longer, old.stretched)
+        force = returned_stress(law, old, apart + share * work) * area
+        pulls = tension(system.ties, now.pulled.elongation + share * longer, old.stretched)[0] if tied else longer
         own = (float(pulls @ longer) - float((force * work).sum())) / (system.weight * system.length)
         return own - float(motion @ load) + share * against
 

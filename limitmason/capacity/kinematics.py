@@ -16,6 +16,7 @@ import numpy as np
 from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity.contacts import PathContacts
 from limitmason.capacity.deformable import CondensedShapes
+from limitmason.capacity.point_law import LARGE
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.plane import Plane
@@ -55,6 +56,11 @@ class ContactGeometry(NamedTuple):
     def deforming(self) -> int:
         """Number of shapes of a block, k."""
         return self.shapes_a.shape[2]
+
+    @property
+    def large(self) -> bool:
+        """Whether compiled sums over the points are worth loading, and do for these blocks."""
+        return len(self.area) >= LARGE and not self.deforming
 
 
 class Contact(NamedTuple):
@@ -112,6 +118,15 @@ def moved(pose: Pose, motion: Array) -> Pose:
 def contact(bodies: ContactGeometry, pose: Pose) -> Contact:
     """Displacements, directions and arms of the points in a pose."""
     a, b = bodies.block_a, bodies.block_b
+    if bodies.large:
+        from limitmason.capacity import compiled
+
+        m, c = bodies.directions.shape[:2]
+        found = Contact(np.empty((m, c)), np.empty((m, c, 3)), np.empty((m, 3)), np.empty((m, 3)), bodies.shapes_b)
+        compiled.contact(
+            a, b, bodies.arm_a, bodies.arm_b, bodies.offset, bodies.directions, pose.shift, pose.turn, *found[:4]
+        )
+        return found
     turn_a = pose.turn[a]
     swing_a = np.einsum("mij,mj->mi", turn_a, bodies.arm_a)
     swing_b = np.einsum("mij,mj->mi", pose.turn[b], bodies.arm_b)
@@ -129,8 +144,14 @@ def contact(bodies: ContactGeometry, pose: Pose) -> Contact:
 
 def point_wrenches(bodies: ContactGeometry, at: Contact) -> Array:
     """Wrenches of unit forces on blocks a and b, projected on their degrees of freedom, shape (m, c, 2, d)."""
-    parts_a = [at.directions, np.cross(at.arm_a[:, None], at.directions)]
-    parts_b = [at.directions, np.cross(at.arm_b[:, None], at.directions)]
+    if bodies.large:
+        from limitmason.capacity import compiled
+
+        out = np.empty((*at.displacement.shape, 2, bodies.basis.shape[1]))
+        compiled.point_wrenches(at.directions, at.arm_a, at.arm_b, bodies.basis, out)
+        return out
+    parts_a = [at.directions, _moments(at.arm_a, at.directions)]
+    parts_b = [at.directions, _moments(at.arm_b, at.directions)]
     if bodies.deforming:  # a turns its shapes and its frame together
         parts_a.append(bodies.directions @ bodies.shapes_a)
         parts_b.append(at.directions @ at.shapes_b)
@@ -138,11 +159,25 @@ def point_wrenches(bodies: ContactGeometry, at: Contact) -> Array:
     return np.stack([-on_a @ bodies.basis, on_b @ bodies.basis], axis=2)
 
 
+def _moments(arm: Array, directions: Array) -> Array:
+    """Vector products of the arms, (m, 3), with directions, (m, c, 3); ``numpy.cross`` takes as long to move axes."""
+    u, v, w = arm.T[:, :, None]
+    x, y, z = np.moveaxis(directions, 2, 0)
+    out = np.empty_like(directions)
+    out[:, :, 0], out[:, :, 1], out[:, :, 2] = v * z - w * y, w * x - u * z, u * y - v * x
+    return out
+
+
 def block_wrenches(bodies: ContactGeometry, wrenches: Array, force: Array) -> Array:
     """Sum of the point forces [N], (m, c), on the blocks' degrees of freedom [N, N m], shape (n, d)."""
     n, d = bodies.free.shape
-    pair = np.einsum("mcsd,mc->msd", wrenches, force)
     out = np.zeros((n, d))
+    if bodies.large:
+        from limitmason.capacity import compiled
+
+        compiled.block_wrenches(bodies.block_a, bodies.block_b, wrenches, force, out)
+        return out
+    pair = np.einsum("mcsd,mc->msd", wrenches, force)
     for k in range(d):
         out[:, k] = np.bincount(bodies.block_a, pair[:, 0, k], n) + np.bincount(bodies.block_b, pair[:, 1, k], n)
     return out

@@ -30,6 +30,10 @@ _PROBE = 1e-6
 """Step of the difference quotients of softening points, over their softening length [-]."""
 
 
+LARGE = 500
+"""Contact points from which compiled sums are loaded: below, that takes longer than what they save."""
+
+
 class ElastoplasticLaw(NamedTuple):
     """Law of m contact points: strengths, stiffnesses, and how they soften.
 
@@ -91,6 +95,8 @@ def trial(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> Ar
 
 def return_map(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> Returned:
     """Stress and history after a step from ``old`` to a relative displacement (w, e...) [m], shape (m, c)."""
+    if law.softening is None and len(law.kn) >= LARGE:
+        return _compiled(law, old, displacement, np.empty((*displacement.shape, displacement.shape[1])))
     tried = _elastic_predictor(law, old, displacement)
     if law.softening is None:
         return _plastic(law, law.strength, old, tried)
@@ -117,6 +123,26 @@ def return_map(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) 
     for j in range(c):
         tangent[rows, j, j] += _OPEN_TANGENT * np.minimum(law.kn, law.ks)[rows]
     return Returned(stress, PlasticHistory(slip, lift, before), tangent)
+
+
+def returned_stress(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> Array:
+    """Stress of :func:`return_map` alone [Pa], (m, c), by a law that does not soften."""
+    if len(law.kn) >= LARGE:
+        return _compiled(law, old, displacement, np.empty((0, 0, 0))).stress
+    tried = _elastic_predictor(law, old, displacement)
+    return _plastic_corrector(law, law.strength, old.lift, tried).stress
+
+
+def _compiled(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array, tangent: Array) -> Returned:
+    """The return of a law that does not soften; its tangent is left empty where none is given to be written."""
+    from limitmason.capacity import compiled
+
+    stress, slip, lift = np.empty(displacement.shape), np.empty(old.slip.shape), np.empty(old.lift.shape)
+    compiled.returned(
+        tuple(law.strength), law.kn, law.ks, _OPEN_TANGENT, old.slip, old.lift, displacement, stress, slip, lift,
+        tangent,
+    )  # fmt: skip
+    return Returned(stress, PlasticHistory(slip, lift, old.damage), tangent)
 
 
 class _ElasticPredictor(NamedTuple):

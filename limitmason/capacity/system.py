@@ -221,6 +221,16 @@ class System:
         """Derivative of the wrenches by the motions, per run of points between two rigid blocks, (k, 2 d, 2 d)."""
         b, d = self.bodies, self.bodies.basis.shape[1]
         m, c = at.force.shape
+        if b.large:
+            from limitmason.capacity import compiled
+
+            out = np.empty((len(self.starts), 2 * d, 2 * d))
+            x = at.contact
+            compiled.elements(
+                b.area, at.wrenches, at.returned.tangent, x.directions, x.arm_a, x.arm_b, at.force, self.starts,
+                b.basis, out,
+            )  # fmt: skip
+            return out
         flat = at.wrenches.transpose(0, 2, 3, 1).reshape(m, 2 * d, c)
         stiff = (b.area[:, None, None] * at.returned.tangent) @ flat.transpose(0, 2, 1)
         element = geometric_stiffness(b, at.contact, at.force, self.starts)

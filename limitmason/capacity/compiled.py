@@ -1,0 +1,187 @@
+"""Compiled sums over the contact points of large paths; loaded from ``LARGE`` points on, where they outweigh its price.
+
+Each does what the function of its name in :mod:`limitmason.capacity.kinematics`, ``point_law`` or ``system`` does on
+whole arrays, point by point, for blocks that do not deform and joints that do not soften.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@njit(cache=True, error_model="numpy")
+def contact(
+    block_a: Index, block_b: Index, arm_a: Array, arm_b: Array, offset: Array, reference: Array, shift: Array,
+    turn: Array, displacement: Array, directions: Array, place_a: Array, place_b: Array,
+) -> None:  # fmt: skip
+    """Write displacements, directions and arms of the points in a pose."""
+    gap = np.empty(3)
+    for m in range(len(block_a)):
+        a, b = block_a[m], block_b[m]
+        for i in range(3):
+            swing_a = swing_b = 0.0
+            for j in range(3):
+                swing_a += turn[a, i, j] * arm_a[m, j]
+                swing_b += turn[b, i, j] * arm_b[m, j]
+            gap[i] = offset[m, i] + shift[b, i] - shift[a, i] + swing_b - swing_a
+            place_a[m, i], place_b[m, i] = arm_a[m, i] + swing_a + gap[i], arm_b[m, i] + swing_b
+        for c in range(reference.shape[1]):
+            total = 0.0
+            for i in range(3):
+                x = reference[m, c, i]
+                for j in range(3):
+                    x += turn[a, i, j] * reference[m, c, j]
+                directions[m, c, i] = x
+                total += x * gap[i]
+            displacement[m, c] = total
+
+
+@njit(cache=True, error_model="numpy")
+def point_wrenches(directions: Array, arm_a: Array, arm_b: Array, basis: Array, out: Array) -> None:
+    """Write the wrenches of unit forces on both blocks of every point."""
+    for m in range(len(directions)):
+        for c in range(directions.shape[1]):
+            x, y, z = directions[m, c]
+            for side in range(2):
+                u, v, w = arm_b[m] if side else arm_a[m]
+                k, o, n = v * z - w * y, w * x - u * z, u * y - v * x
+                sign = 1.0 if side else -1.0
+                for j in range(basis.shape[1]):
+                    force = x * basis[0, j] + y * basis[1, j] + z * basis[2, j]
+                    moment = k * basis[3, j] + o * basis[4, j] + n * basis[5, j]
+                    out[m, c, side, j] = sign * (force + moment)
+
+
+@njit(cache=True, error_model="numpy")
+def block_wrenches(block_a: Index, block_b: Index, wrenches: Array, force: Array, out: Array) -> None:
+    """Add the point forces to the degrees of freedom of their blocks."""
+    for m in range(len(block_a)):
+        for c in range(force.shape[1]):
+            for j in range(out.shape[1]):
+                out[block_a[m], j] += wrenches[m, c, 0, j] * force[m, c]
+                out[block_b[m], j] += wrenches[m, c, 1, j] * force[m, c]
+
+
+@njit(cache=True, error_model="numpy")
+def returned(
+    strength: tuple[Array, Array, Array, Array, Array], kn: Array, ks: Array, floor: float, old_slip: Array,
+    old_lift: Array, displacement: Array, stress: Array, slip: Array, lift: Array, tangent: Array,
+) -> None:  # fmt: skip
+    """Write stress and history of every point, and the consistent tangent unless it is empty.
+
+    Parameters
+    ----------
+    strength : tan(phi), tan(psi), cohesion, tension and crushing strength
+    floor : share of the elastic stiffness left in the tangent
+    """
+    tan_phi, tan_psi, cohesion, tension, crushing = strength
+    c = displacement.shape[1]
+    along = np.empty(c - 1)
+    for m in range(len(kn)):
+        mu, psi, n0, size = tan_phi[m], tan_psi[m], kn[m] * (old_lift[m] - displacement[m, 0]), 0.0
+        for j in range(c - 1):
+            along[j] = ks[m] * (old_slip[m, j] - displacement[m, 1 + j])
+            size += along[j] * along[j]
+        size = np.sqrt(size)
+        for j in range(c - 1):
+            along[j] /= max(size, 1e-300)
+        hardness = ks[m] + kn[m] * mu * psi
+        p = max(size - (cohesion[m] + mu * n0), 0.0) / hardness
+        tip = p > 0.0 and cohesion[m] + mu * (n0 + kn[m] * psi * p) < 0.0
+        if tip:
+            p = size / ks[m]
+        apex = n0 + kn[m] * psi * p <= -tension[m]
+        tip = tip and not apex
+        if apex:
+            p = max(size - max(cohesion[m] - mu * tension[m], 0.0), 0.0) / ks[m]
+        normal = -tension[m] if apex else n0 + kn[m] * psi * p
+        raised = old_lift[m] + psi * p
+        crushed = normal > crushing[m]
+        if crushed:
+            normal = crushing[m]
+            p = max(size - (cohesion[m] + mu * normal), 0.0) / ks[m]
+            raised = displacement[m, 0] + normal / kn[m]
+        held = size - ks[m] * p
+        stress[m, 0], lift[m] = normal, raised
+        for j in range(c - 1):
+            stress[m, 1 + j] = held * along[j]
+            slip[m, j] = old_slip[m, j] - p * along[j]
+        if not len(tangent):
+            continue
+        cone, sliding = not apex and not tip and p > 0.0, p > 0.0
+        share = held / max(size, 1e-300) if sliding else 1.0
+        slope = mu if cone else 0.0
+        flow = kn[m] * psi * (1.0 / ks[m] if tip else 1.0 / hardness if cone and not crushed else 0.0)
+        first = 0.0 if apex or crushed else kn[m] * (1.0 - flow * slope)
+        least = floor * min(kn[m], ks[m])
+        tangent[m, 0, 0] = first + least
+        for i in range(c - 1):
+            tangent[m, 0, 1 + i] = flow * ks[m] * along[i]
+            tangent[m, 1 + i, 0] = slope * first * along[i]
+        for i in range(c - 1):
+            for j in range(c - 1):
+                x = ks[m] * share * ((i == j) - sliding * along[i] * along[j])
+                tangent[m, 1 + i, 1 + j] = x + slope * along[i] * tangent[m, 0, 1 + j] + (least if i == j else 0.0)
+
+
+@njit(cache=True, error_model="numpy")
+def elements(
+    area: Array, wrenches: Array, tangent: Array, directions: Array, arm_a: Array, arm_b: Array, force: Array,
+    starts: Index, basis: Array, out: Array,
+) -> None:  # fmt: skip
+    """Write the derivative of the wrenches by the motions of every run of points, of their stiffness and geometry."""
+    c, d = force.shape[1], basis.shape[1]
+    stiff, full, half = np.empty((c, 2 * d)), np.zeros((12, 12)), np.empty((12, 2 * d))
+    p = np.zeros((12, 2 * d))
+    p[:6, :d] = p[6:, d:] = basis
+    f, total, a, b = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    for k in range(len(starts)):
+        out[k], total[:], a[:], b[:] = 0.0, 0.0, 0.0, 0.0
+        for m in range(starts[k], starts[k + 1] if k + 1 < len(starts) else len(area)):
+            for i in range(3):
+                f[i] = 0.0
+                for h in range(c):
+                    f[i] += directions[m, h, i] * force[m, h]
+                total[i] += f[i]
+            on_a = f[0] * arm_a[m, 0] + f[1] * arm_a[m, 1] + f[2] * arm_a[m, 2]
+            on_b = f[0] * arm_b[m, 0] + f[1] * arm_b[m, 1] + f[2] * arm_b[m, 2]
+            for i in range(3):
+                a[i, i] -= on_a
+                b[i, i] -= on_b
+                for j in range(3):
+                    a[i, j] += f[i] * arm_a[m, j]
+                    b[i, j] += f[i] * arm_b[m, j]
+            for h in range(c):
+                for j in range(2 * d):
+                    x = 0.0
+                    for g in range(c):
+                        x += tangent[m, h, g] * wrenches[m, g, j // d, j % d]
+                    stiff[h, j] = area[m] * x
+            for i in range(2 * d):
+                for h in range(c):
+                    x = wrenches[m, h, i // d, i % d]
+                    for j in range(2 * d):
+                        out[k, i, j] -= x * stiff[h, j]
+        # rows: force and moment on a, then on b; columns: shift and spin of a, then of b, see geometric_stiffness
+        for i in range(3):
+            for j in range(3):
+                turned = 0.0 if i == j else total[3 - i - j] * (1.0 if (j - i) % 3 == 2 else -1.0)
+                full[i, 3 + j], full[6 + i, 3 + j] = turned, -turned
+                full[3 + i, j], full[3 + i, 6 + j] = -turned, turned
+                full[3 + i, 3 + j], full[9 + i, 3 + j] = a[i, j], -b[i, j]
+                full[3 + i, 9 + j], full[9 + i, 9 + j] = -b[j, i], b[j, i]
+        for i in range(12):
+            for j in range(2 * d):
+                x = 0.0
+                for h in range(12):
+                    if p[h, j] != 0.0:
+                        x += full[i, h] * p[h, j]
+                half[i, j] = x
+        for i in range(2 * d):
+            for h in range(12):
+                if p[h, i] != 0.0:
+                    for j in range(2 * d):
+                        out[k, i, j] += p[h, i] * half[h, j]

@@ -1,0 +1,77 @@
+"""Compiled sums over the points of large paths beside the same written for whole arrays, in the plane and in space."""
+
+import numpy as np
+import pytest
+
+import limitmason as lm
+from limitmason.capacity import kinematics, point_law
+from limitmason.capacity.contacts import first_contacts, turned_over
+from limitmason.capacity.descent import frozen
+from limitmason.capacity.kinematics import at_rest, block_wrenches, contact, make_bodies, moved, point_wrenches
+from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, returned_stress
+from limitmason.capacity.system import Evaluated, System
+from limitmason.mechanics.contact_points import contact_points
+from limitmason.mechanics.law import PointLaw, interface_law
+from limitmason.mechanics.plane import find_plane
+
+
+def both(monkeypatch, function):
+    """What a function gives with whole arrays, and compiled."""
+    found = []
+    for least in (10**9, 0):
+        for module in (kinematics, point_law):
+            monkeypatch.setattr(module, "LARGE", least)
+        found.append(function())
+    return found
+
+
+@pytest.mark.parametrize("components", [2, 3])
+def test_the_return_to_cone_tip_apex_and_cap_is_the_same(components, monkeypatch):
+    rng = np.random.default_rng(4)
+    m = 4000
+    one, cohesion = np.ones(m), rng.choice([0.0, 0.3], m)
+    strength = PointLaw(
+        0.6 * one, rng.choice([0.0, 0.2, 0.6], m), cohesion, rng.choice([0.0, 0.2, 0.8], m) * (cohesion > 0.0),
+        rng.choice([0.5, np.inf], m),
+    )  # fmt: skip
+    law = ElastoplasticLaw(strength, 2.0 * one, 3.0 * one)
+    old = PlasticHistory(0.2 * rng.normal(size=(m, components - 1)), 0.1 * np.abs(rng.normal(size=m)))
+    at = 0.5 * rng.normal(size=(m, components))
+    for one_law in (law, frozen(law, np.abs(rng.normal(size=m)))):
+        arrays, compiled = both(monkeypatch, lambda x=one_law: return_map(x, old, at))
+        for name in ("stress", "tangent"):
+            assert getattr(compiled, name) == pytest.approx(getattr(arrays, name), abs=1e-12), name
+        for name in ("slip", "lift"):
+            assert getattr(compiled.history, name) == pytest.approx(getattr(arrays.history, name), abs=1e-12), name
+        stress, alone = both(monkeypatch, lambda x=one_law: returned_stress(x, old, at))
+        assert stress == pytest.approx(alone, abs=1e-12)
+        assert alone == pytest.approx(compiled.stress, abs=1e-12)
+
+
+@pytest.mark.parametrize("in_plane", [True, False])
+def test_displacements_wrenches_and_elements_of_a_turned_pose_are_the_same(in_plane, monkeypatch):
+    wall = lm.build.wall(length=0.8, courses=3, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0))
+    loads = lm.Loads.horizontal(wall)
+    plane = find_plane(wall, loads) if in_plane else None
+    points = contact_points(wall, plane=plane)
+    rng, ones = np.random.default_rng(1), np.ones(len(wall.interfaces))
+    first = first_contacts(points, interface_law(wall.arrays), ones, ones)
+    bodies = make_bodies(wall, turned_over(first, rng.random(points.count) < 0.5), plane)
+    motion = 0.2 * rng.normal(size=bodies.free.shape) @ bodies.basis.T
+    pose, m, c = moved(at_rest(wall.n_blocks), motion), points.count, points.components
+    force = rng.normal(size=(m, c))
+    n, d = bodies.free.shape
+    law = ElastoplasticLaw(PointLaw(*(0.5 * np.ones(m) for _ in range(5))), np.ones(m), np.ones(m))
+    none = np.zeros((n, d))
+    system = System(bodies, law, none, none, none, 1.0, 0.3, 0.01, np.zeros((n, 0)))
+    tangent = rng.normal(size=(m, c, c))
+
+    def found():
+        at = contact(bodies, pose)
+        wrenches = point_wrenches(bodies, at)
+        returned = return_map(law, PlasticHistory(np.zeros((m, c - 1)), np.zeros(m)), at.displacement)
+        state = Evaluated(pose, at, wrenches, returned._replace(tangent=tangent), force, None, None)
+        return [*at[:4], wrenches, block_wrenches(bodies, wrenches, force), system._elements(state)]
+
+    for arrays, compiled in zip(*both(monkeypatch, found), strict=True):
+        assert compiled == pytest.approx(arrays, abs=1e-12)
