@@ -8,6 +8,7 @@ from walls import corner, running_bond, stack
 
 import limitmason as lm
 from limitmason.cli import main
+from limitmason.limit.nonassociative import force_program
 from limitmason.limit.nonassociative.force_program import ForceProgram
 
 
@@ -85,6 +86,20 @@ def test_a_time_too_short_for_any_state_gives_the_nearest_one_and_says_that_the_
     low, high = found.details["radenkovic"]
     assert high > 0.4
     assert low <= found.collapse_multiplier <= 2.0 * high
+    assert len(told) == 1
+
+
+def test_programs_end_with_the_time_and_leave_the_associative_bound(monkeypatch):
+    wall = corner()
+    upper = lm.limit_analysis(wall, lm.Loads.horizontal(wall, (0, -1, 0)))
+    monkeypatch.setattr(force_program, "GRACE", 1e-9)
+    found, told = searched(wall, time_limit=1e-6)
+    assert found.status == "time limit ended it"
+    assert found.bound.kind == "upper"
+    assert found.collapse_multiplier == pytest.approx(upper.collapse_multiplier, rel=1e-9)
+    assert np.isnan(found.details["sequential_multiplier"])
+    assert found.certificate.equilibrium_residual < 1e-6
+    assert any("below the associative bound, which is given" in w for w in found.warnings)
     assert len(told) == 1
 
 

@@ -29,10 +29,10 @@ STALLED = 1e-8
 class ConePrograms:
     """The two programs of the alternation, set up once per problem."""
 
-    def __init__(self, law: JointLaw) -> None:
+    def __init__(self, law: JointLaw, deadline: float = np.inf) -> None:
         self.law = law
-        self.forces = ForceProgram(law)
-        self.velocities = ForceProgram(law, slope=law.tan_psi)
+        self.forces = ForceProgram(law, deadline=deadline)
+        self.velocities = ForceProgram(law, slope=law.tan_psi, deadline=deadline)
 
 
 def alternate(
@@ -80,14 +80,18 @@ def alternate(
     return best
 
 
-def complying_forces(law: JointLaw, state: ForceState, *, largest: bool = False) -> ForceState | None:
+def complying_forces(
+    law: JointLaw, state: ForceState, *, largest: bool = False, deadline: float = np.inf
+) -> ForceState | None:
     """Smallest, or largest, multiplier whose forces comply with the mechanism of an exact state."""
     opening, sliding, slip = split(law, law.matrix.T @ state.velocity)
     gap = opening - law.tan_psi * slip
     closing = np.isfinite(law.crushing) & (gap < -ACTIVE)
     slides = slip > ACTIVE
     direction = sliding / np.maximum(slip, 1e-300)[:, None]
-    program = ForceProgram(law, opening=gap > ACTIVE, sliding=slides, direction=direction, closing=closing)
+    program = ForceProgram(
+        law, opening=gap > ACTIVE, sliding=slides, direction=direction, closing=closing, deadline=deadline
+    )
     answer = program.solve(-1.0 if largest else 1.0)
     return None if answer is None else ForceState(*answer, state.velocity, "forces that comply")
 
@@ -123,5 +127,5 @@ def lower(
             keep(alternate(programs, pushed, deadline=deadline))
         if complied is not best and time.perf_counter() < deadline:
             complied = best
-            keep(complying_forces(programs.law, best))
+            keep(complying_forces(programs.law, best, deadline=deadline))
     return best

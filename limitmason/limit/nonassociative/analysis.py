@@ -91,8 +91,9 @@ def solve_nonassociative(
     check_dead_load : also find out whether the structure stands without live load
     accuracy : violation of the true law, relative to the total load, up to which a state counts [-]
     time_limit : [s]; search and proof then end with what they have, at least one trial, and a warning says so; no
-        program begins after it but the associative one and the first of the search. Where no state keeps the law by
-        then, the nearest one is returned as "time limit ended it": it is not admissible
+        program begins after it but the associative one and the first of the search, and those of the search go on for a
+        second at most. Where no state keeps the law by then, the nearest one is returned as "time limit ended it",
+        or, where that lies above it, the associative bound: neither is admissible
     prove : prove the smallest multiplier by programs, which also find it where the search does not; None does so in
         plane up to 28 contact points (14 joints; 18, or 9 joints, in the quick search), without crushing; True demands
         it
@@ -161,7 +162,7 @@ def solve_nonassociative(
         return replace(upper, method=f"{METHOD} (psi = phi: associative)", provenance=provenance)
     if upper.status not in (SOLVED, ALMOST_SOLVED, UNBOUNDED):
         return replace(upper, method=METHOD, provenance=provenance, flow_rule=FlowRule.NON_ASSOCIATIVE)
-    low = radenkovic_lower(law)
+    low = radenkovic_lower(law, deadline)
     if proof_seconds is None:
         proof_seconds = PROOF_SECONDS[named]
     order, ordered, found, proof = search_and_prove(
@@ -175,12 +176,15 @@ def solve_nonassociative(
         state, status = found.nearest, ALMOST_SOLVED
     if state is None and found.stopped and upper.status != UNBOUNDED:
         state, status = found.nearest, TIME_ENDED
+        if state is None or state.multiplier * problem.live_scale > upper.collapse_multiplier:
+            provenance["seconds"] = time.perf_counter() - start
+            return _bound_alone(problem, upper, details, provenance)
     if state is None:
         provenance["seconds"] = time.perf_counter() - start
         return _without_state(problem, upper, proof, details, provenance)
     ends = (state.multiplier, state.multiplier)
     if status == SOLVED and time.perf_counter() < deadline:
-        ends = Polisher(ordered, accuracy).interval(state)
+        ends = Polisher(ordered, accuracy, deadline=deadline).interval(state)
     details["interval_at_mechanism"] = tuple(e * problem.live_scale for e in ends)
     if measure_jump is None:
         measure_jump = problem.plane is not None and problem.points.count <= JUMP_POINTS
@@ -216,6 +220,20 @@ def _without_state(
     )  # fmt: skip
 
 
+def _bound_alone(problem: Problem, upper: Prediction, details: dict, provenance: dict) -> Prediction:
+    """The answer where the time ended before a state below the associative bound: that bound, certified as it is."""
+    low, high = details["radenkovic"]
+    between = f"between {low:.6g} and {high:.6g}" if np.isfinite(low) else f"at most {high:.6g}"
+    words = f"upper bound: the associative multiplier, its state not admissible; not unique, {between} (Radenkovic)"
+    prediction = replace(
+        upper, method=METHOD, status=TIME_ENDED, bound=Bound(BoundKind.UPPER, words), details=details,
+        provenance=provenance, flow_rule=FlowRule.NON_ASSOCIATIVE, certificate=None, warnings=(),
+    )  # fmt: skip
+    certificate = certify(problem.assembly, problem.loads, prediction)
+    prediction = replace(prediction, certificate=certificate)
+    return replace(prediction, warnings=tuple(_warnings(problem, prediction, certificate)))
+
+
 def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[Trial], None]:
     """The bar and ``progress``, with multipliers of the live load, the lowest over both orders of the search."""
     lowest = float("nan")
@@ -231,7 +249,7 @@ def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[T
     return tell
 
 
-def radenkovic_lower(law: JointLaw) -> float:
+def radenkovic_lower(law: JointLaw, deadline: float = np.inf) -> float:
     """Scaled associative multiplier of the law inside, |T| <= c' + tan(psi) N', or NaN where nothing stands on that.
 
     Notes
@@ -239,7 +257,7 @@ def radenkovic_lower(law: JointLaw) -> float:
     Source: Radenkovic's second theorem. Both laws share the tension corner: with tension, tan(psi) N + c A would lie
     outside the true law below N = 0.
     """
-    status, state = ForceProgram(law, slope=law.tan_psi, tolerance=1e-10).largest(law.cohesion)
+    status, state = ForceProgram(law, slope=law.tan_psi, tolerance=1e-10, deadline=deadline).largest(law.cohesion)
     if state is None or status not in ("Solved", "AlmostSolved"):
         return float("nan")
     # an interior point leaves 1e-12 where the bound is zero
@@ -413,6 +431,8 @@ def _warnings(problem: Problem, prediction: Prediction, certificate: Certificate
         given = "the multiplier is the lowest of these, a longer search may end lower"
         if prediction.status == TIME_ENDED:
             given = "none keeps the law yet, the nearest state is given; allow more time"
+            if prediction.bound.kind is BoundKind.UPPER:
+                given = "none keeps the law yet below the associative bound, which is given; allow more time"
         out.append(f"the time limit ended the search after {details['candidates']} trials: {given}")
     out += notes(NON_ASSOCIATIVE, problem.assembly, problem.interfaces)
     out += self_stress(certificate.confinement)

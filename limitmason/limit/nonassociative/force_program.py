@@ -3,6 +3,8 @@
 Clarabel keeps its set-up from solve to solve: only the objective or the right-hand side may change.
 """
 
+import time
+
 import clarabel
 import numpy as np
 from scipy import sparse
@@ -13,6 +15,10 @@ from limitmason.limit.program.static import solver_settings
 
 TOLERANCE = 1e-12
 """Of the interior-point programs: the alternation cannot come closer to the law than they do."""
+
+
+GRACE = 1.0
+"""Time that a program has at least, though the search that it is part of has less left [s]."""
 
 
 class ForceProgram:
@@ -27,15 +33,17 @@ class ForceProgram:
     direction : unit sliding directions d, shape (m, c - 1)
     closing : points held at N' = q, where joints crush or ties yield, shape (m,)
     tolerance : of the interior-point method [-]
+    deadline : reading of ``time.perf_counter`` at which a program that is being solved ends, without an answer
     """
 
     def __init__(
         self, law: JointLaw, *, slope: Array | None = None, opening: Flags | None = None, sliding: Flags | None = None,
         direction: Array | None = None, closing: Flags | None = None, tolerance: float = TOLERANCE,
+        deadline: float = np.inf,
     ) -> None:  # fmt: skip
         """Set the rows up: equations, orthant and cones."""
         m, c = len(law.tan_phi), law.components
-        self.law, n = law, c * m
+        self.law, self.deadline, n = law, deadline, c * m
         none = np.zeros(m, dtype=bool)
         opening, sliding, closing = (none if x is None else x for x in (opening, sliding, closing))
         normal = c * np.arange(m)
@@ -79,15 +87,16 @@ class ForceProgram:
             self._bound[self._cones :: 3] = constant
 
     def _answer(self, changed: str) -> clarabel.DefaultSolution:
+        matrix, kinds, settings = self._arguments
+        settings.time_limit = max(self.deadline - time.perf_counter(), GRACE)
         if self._solver is None:
-            matrix, kinds, settings = self._arguments
             n = len(self._objective)
             quadratic = sparse.csc_matrix((n, n))
             self._solver = clarabel.DefaultSolver(quadratic, self._objective, matrix, self._bound, kinds, settings)
         elif changed == "q":
-            self._solver.update(q=self._objective)
+            self._solver.update(q=self._objective, settings=settings)
         else:
-            self._solver.update(b=self._bound)
+            self._solver.update(b=self._bound, settings=settings)
         return self._solver.solve()
 
     def solve(self, theta: float, weight: Array | None = None) -> tuple[float, Array] | None:

@@ -131,7 +131,7 @@ def _in_order_of_geometry(
         order = numbering(problem, mirrored=mirrored)
         ordered = order.law(law)
         since = time.perf_counter()
-        start, associative = _starting_forces(ordered)
+        start, associative = _starting_forces(ordered, deadline)
         if mirrored and time.perf_counter() > deadline:
             break
         if standard and not mirrored and exact(associative, ordered, options["accuracy"]):
@@ -163,9 +163,9 @@ def _in_order_of_geometry(
     return order, ordered, best._replace(trials=trials, stopped=any(one[2].stopped for one in tried))
 
 
-def _starting_forces(law: JointLaw) -> tuple[Array, ForceState | None]:
+def _starting_forces(law: JointLaw, deadline: float) -> tuple[Array, ForceState | None]:
     """Normal forces N' of the associative state, or equal ones where that has no bound, and the state."""
-    _, state = ForceProgram(law, slope=law.tan_phi, tolerance=1e-10).largest(law.cohesion)
+    _, state = ForceProgram(law, slope=law.tan_phi, tolerance=1e-10, deadline=deadline).largest(law.cohesion)
     if state is None:
         return np.full(len(law.tan_phi), law.total / len(law.tan_phi)), None
     return np.maximum(split(law, state.force)[0], 0.0), state

@@ -106,10 +106,11 @@ class Polisher:
     """From a near-admissible state to an exact one: linear programs in plane, alternating cone programs in 3-D."""
 
     def __init__(
-        self, law: JointLaw, accuracy: float, *, descents: int = 0, random: np.random.Generator | None = None
-    ) -> None:
-        self.law, self.accuracy, self.descents, self.random = law, accuracy, descents, random
-        self.cones = ConePrograms(law)
+        self, law: JointLaw, accuracy: float, *, descents: int = 0, random: np.random.Generator | None = None,
+        deadline: float = np.inf,
+    ) -> None:  # fmt: skip
+        self.law, self.accuracy, self.descents, self.random, self.deadline = law, accuracy, descents, random, deadline
+        self.cones = ConePrograms(law, deadline)
         self.plane = PlanePrograms(law) if law.components == 2 else None
 
     def finish(self, state: ForceState, deadline: float = np.inf) -> ForceState | None:
@@ -144,7 +145,7 @@ class Polisher:
             return interval(self.plane, state)
         ends = [state.multiplier]
         for largest in (False, True):
-            found = complying_forces(self.law, state, largest=largest)
+            found = complying_forces(self.law, state, largest=largest, deadline=self.deadline)
             if exact(found, self.law, self.accuracy):
                 ends.append(found.multiplier)
         return min(ends), max(ends)
@@ -173,7 +174,7 @@ def search_smallest(
     """
     planned = len(effort.slopes) * len(effort.mixings) + effort.random_starts + len(effort.pushes)
     random = np.random.default_rng(seed)
-    polisher = Polisher(law, accuracy, descents=effort.descents, random=random)
+    polisher = Polisher(law, accuracy, descents=effort.descents, random=random, deadline=deadline)
     trials: list[Trial] = []
     best = known
     nearest, least = None, np.inf

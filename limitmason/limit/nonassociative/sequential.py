@@ -68,7 +68,7 @@ def run_sequence(
     total_steps, state, over = 0, None, np.inf
     for attempt in range(restarts + 1):
         slope = np.where(law.dilatant, law.tan_phi, law.tan_psi - variant.slope * law.tan_phi)
-        program = ForceProgram(law, slope=slope, tolerance=1e-10)
+        program = ForceProgram(law, slope=slope, tolerance=1e-10, deadline=deadline)
         frozen = np.maximum(start, 0.0)
         best, idle, failed, values = np.inf, 0, False, []
         for _ in range(max_steps):
