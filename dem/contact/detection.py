@@ -390,6 +390,9 @@ def _turned_since(state: State) -> Array:
 
 
 def _multiply_rows(p: Array, q: Array) -> Array:
-    scalar = p[:, 0] * q[:, 0] - (p[:, 1:] * q[:, 1:]).sum(axis=1)
-    vector = p[:, :1] * q[:, 1:] + q[:, :1] * p[:, 1:] + np.cross(p[:, 1:], q[:, 1:])
-    return np.column_stack([scalar, vector])
+    a, b, c, d = p.T
+    e, f, g, h = q.T
+    return np.stack([
+        a * e - (b * f + c * g + d * h), a * f + e * b + (c * h - d * g), a * g + e * c + (d * f - b * h),
+        a * h + e * d + (b * g - c * f),
+    ], axis=1)  # fmt: skip

@@ -14,6 +14,8 @@ from limitmason.arrays import Array, Flags
 def inherit(state: State, now: PointForces, own: Flags, family: Flags, new: Fresh) -> None:
     """Elastic shear displacement, dilation and damage of the nearest old point of the pair, or of its family.
 
+    The shear is no more than Coulomb's law lets the new point bear.
+
     Parameters
     ----------
     own, family : joints of the same pair, and those on one face that are cut anew with it, shape (k,)
@@ -33,10 +35,14 @@ def inherit(state: State, now: PointForces, own: Flags, family: Flags, new: Fres
         # a point and an area: the force is what stays
         along = np.where(joints.block_b[now.owner[mine]] == new.b, 1.0, -1.0)
         shear[:] = (now.force[mine] * along[:, None]).sum(axis=0) / new.area.sum()
-    new.slip[:, 0] = shear @ new.world[0] / new.law[LAW.ks]
-    new.slip[:, 1] = shear @ new.world[1] / new.law[LAW.ks]
     new.lift[:] = 0.0 if new.contact == CROSSING else points.lift[nearest]
     new.damage[:] = np.where(own[owner], points.damage[nearest], 0.0)
+    new.slip[:] = np.column_stack([shear @ new.world[0], shear @ new.world[1]]) / new.law[LAW.ks]
+    if state.modes is None:
+        # a force on next to no area slides at once: what it does not bear must not be stored first
+        pressed = new.law[LAW.kn] * np.maximum(new.lift - new.gap - new.apart, 0.0)
+        most = (new.law[LAW.cohesion] + new.law[LAW.tan_phi] * pressed) / new.law[LAW.ks]
+        new.slip[:] *= np.minimum(most / np.maximum(np.linalg.norm(new.slip, axis=1), 1e-300), 1.0)[:, None]
 
 
 def deformed(state: State, new: Fresh) -> Fresh:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from dem import kernels
 from dem.kernels import LAW, Joints, Points
+from dem.model.memory import refuse_too_large
 from limitmason.arrays import Array
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import LOBATTO, LOBATTO_POINTS, ContactPoints, contact_points
@@ -128,6 +129,7 @@ def chosen_points(assembly: Assembly, grid: Grid | None, contact_model: str | No
 
 def make_points(assembly: Assembly, grid: Grid, contact_model: str, plane: Plane | None = None) -> ContactPoints:
     """Contact points of the interfaces that touch a free block, in the order of the interfaces."""
+    refuse_too_large(assembly, grid)
     return contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, elastic=True)
 
 

@@ -1,10 +1,15 @@
-"""Points of contacts found on the way: areas and first moments of any convex polygon, heights over it, its outline."""
+"""Points of contacts found on the way: areas and first moments of any convex polygon, heights, outline, first shear."""
 
 import numpy as np
 import pytest
 
-from dem.contact.new_joints import linear_at, spread
+import dem
+import limitmason as lm
+from dem.contact.inheritance import inherit
+from dem.contact.new_joints import face_joint, linear_at, spread
+from dem.kernels import CROSSING, FACES, LAW
 from dem.model.edge_points import convex_hull
+from limitmason.geometry import box
 
 SQUARE = ((0.0, 0.0), (0.3, 0.0), (0.3, 0.2), (0.0, 0.2))
 POLYGONS = {
@@ -51,3 +56,25 @@ def test_the_outline_of_a_lattice_is_its_four_corners_the_long_way_round():
     assert moments(corners)[0] == pytest.approx(0.6 * 0.2, rel=1e-12)  # counter-clockwise: above zero
     own = np.rint(corners @ turn * 1e9).tolist()
     assert sorted(map(tuple, own)) == [(-3e8, -1e8), (-3e8, 1e8), (3e8, -1e8), (3e8, 1e8)]
+
+
+@pytest.mark.parametrize("width", [1e-8, 1e-4, 0.1])
+def test_a_face_that_takes_over_from_an_edge_stores_no_shear_that_it_does_not_bear(width):
+    # the force of the edge on a strip of no area: F^2 / (2 ks A) has no bound, Coulomb's law has one
+    kn, mu, depth = 1e8, 0.5, 1e-5
+    joint = lm.Joint.from_friction_coefficient(mu, normal_stiffness=kn, shear_stiffness=kn)
+    blocks = [box((-1, -1, -1), (1, 1, 0)), box((-0.1, -0.1, 0), (0.1, 0.1, 0.2))]
+    pair = lm.Assembly.from_polyhedra(blocks, joint=joint, fixed=[0])
+    state = dem.make_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
+    state.bodies.shift[1] = 3e-5, 0.0, -depth
+    now, own = state.measured(pair), np.ones(1, dtype=bool)
+    rot, place = state.bodies.rot + np.eye(3), pair.centroids + state.bodies.shift
+    strip = np.array([(0, 0, -depth), (0, 0.1, -depth), (width, 0.1, -depth), (width, 0, -depth)], dtype=float)
+    assert np.linalg.norm(now.force[:, :2].sum(axis=0)) == pytest.approx(mu * kn * depth * 0.04, rel=1e-9)
+    for contact in (FACES, CROSSING):
+        state.contact[:] = contact
+        new = face_joint(pair, state, (0, 1), strip, np.array([0.0, 0.0, 1.0, 0.0]), rot, place, FACES)
+        inherit(state, now, own, own & False, new)
+        size = np.linalg.norm(new.slip, axis=1) * new.law[LAW.ks]
+        assert size == pytest.approx(mu * kn * depth, rel=1e-6)
+        assert new.slip[:, :2] @ new.world[:2, 0] == pytest.approx(-size / kn, rel=1e-6)  # against the displacement
