@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.checks import choice
+from limitmason.diagnosis.inference.shared import is_circumstance
 from limitmason.errors import InputError
 from limitmason.vibration import ModalTest
 
@@ -366,6 +367,14 @@ def called(specimen: Any, number: int) -> str:
     name = name_of(specimen)
     direction = specimen.get("direction", "") if name and isinstance(specimen, Mapping) else ""
     return f"specimen {number if name is None else name}{direction}"
+
+
+def circumstances_of(specimens: Sequence[Any]) -> list[str]:
+    """Names under which all specimens record a circumstance of their test, and not all the same."""
+    if not all(isinstance(s, Mapping) for s in specimens):
+        return []
+    shared = [k for k in (specimens[0] if specimens else ()) if is_circumstance(k) and all(k in s for s in specimens)]
+    return [k for k in shared if len({str(s[k]) for s in specimens}) > 1]
 
 
 def covariates_of(

@@ -173,6 +173,9 @@ class Several:
             assembly, loads = extend(assembly, loads)
         wanted, options = dict(self.answers), dict(self.options)
         test = specimen.get(MODAL_TEST) if isinstance(specimen, Mapping) else None
+        if not wanted and test is None:
+            raise InputError("several(build, {}) answers nothing of it: name a method, {'peak': 'limit'}, or give the "
+                             f"specimen its {MODAL_TEST!r}")  # fmt: skip
         if test is not None:
             wanted |= dict.fromkeys(test.quantities, MODES)
             options[MODES] = {**options.get(MODES, {}), "test": test}
@@ -191,6 +194,10 @@ def several(
     answers : quantity to the method that finds it, or to a function of assembly and loads
     options : of a method, by its name; see :func:`limitmason.methods.answer`
     """
+    if not callable(build):
+        raise InputError(f"build must be a function build(specimen) of assembly and loads, got {build!r}")
+    if not isinstance(answers, Mapping):
+        raise InputError(f"answers must read {{'peak': 'limit'}}, a method for each quantity, got {answers!r}")
     return Several(build, dict(answers), options)
 
 

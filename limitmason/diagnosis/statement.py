@@ -16,7 +16,7 @@ from limitmason.diagnosis.from_table import About, TableStudy
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.shared import unstated
-from limitmason.diagnosis.observations import Observation, Rows, called, covariates_of, unlinked
+from limitmason.diagnosis.observations import Observation, Rows, called, circumstances_of, covariates_of, unlinked
 from limitmason.diagnosis.simulator import Simulator
 from limitmason.diagnosis.tables import CauseTables, StudyCache, placing_noise
 from limitmason.diagnosis.tabulate import Tabulator
@@ -40,7 +40,7 @@ class Statement(ReadOnly):
     measured: Any = None
     noise: Noise = field(default_factory=Noise.unknown)
     nuisance: Mapping[str, Measured] = field(default_factory=dict)
-    covariates: Any = ()
+    covariates: Any = None
     groups: Sequence | None = None
     shared: Sequence[str] | None = None
     _: KW_ONLY
@@ -74,7 +74,8 @@ class Statement(ReadOnly):
             what = "numbers, of one specimen or several," if rows.several or n < 2 else "specimens"
             raise InputError(f"at least {least} {what} are needed, got {n}")
         nuisance = dict(self.nuisance)
-        covariates = covariates_of(self.covariates, specimens, rows)
+        told = circumstances_of(specimens) if self.covariates is None else self.covariates
+        covariates = covariates_of(told, specimens, rows)
         if unknown := [name for name in self.shared or () if name not in covariates]:
             raise InputError(f"shared names {unknown[0]!r}, which is no covariate; known: {', '.join(covariates)}")
         for name, given in nuisance.items():

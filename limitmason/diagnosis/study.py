@@ -41,7 +41,8 @@ class Study(Statement):
         any number per specimen; None for planning
     noise : relative error of the measured values, where the observations do not state their own
     nuisance : inputs of the simulator that were measured separately, with their errors
-    covariates : names to read from each specimen, or a mapping of names to n values
+    covariates : names to read from each specimen, or a mapping of names to n values; where omitted, the circumstances
+        that all specimens record by name and in which they differ (batch, day, operator, sensor, set-up, ...)
     groups : label of the configuration of each specimen: repeats share one
     shared : covariates whose labels may share a part of the noise: its share is estimated and carried. None takes
         those that by name are circumstances of a test (batch, day, operator, sensor, set-up, ...) and that no listed

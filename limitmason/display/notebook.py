@@ -191,10 +191,10 @@ def html_words(shown: Any) -> str:
     """What an object says of itself, as HTML: its words, or its fields and what they mean."""
     own = any(_written(k, n) for k in type(shown).__mro__ for n in ("__str__", "__repr__") if vars(k).get(n) != _line)
     if own or not _fields(shown):
-        return f'<pre style="white-space: pre-wrap">{escape(str(shown))}</pre>'
+        return f'<pre style="white-space: pre-wrap; font-family: monospace">{escape(str(shown))}</pre>'
     meanings = _meanings(type(shown))
     rows = [[name, _short(value), meanings.get(name, "")] for name, value in _fields(shown).items()]
-    return f"<b>{escape(type(shown).__name__)}</b>" + html_table(["field", "value", "what it is"], rows, [])
+    return f"<b>{escape(type(shown).__name__)}</b>" + html_table(["field", "value", "what it is"], rows, [], words=True)
 
 
 def _meanings(kind: type) -> dict[str, str]:
@@ -206,9 +206,10 @@ def _meanings(kind: type) -> dict[str, str]:
     return out
 
 
-def html_table(head: list[str], rows: list[list[str]], notes: list[str]) -> str:
-    """A table as HTML, with lines below it."""
-    cells = "".join(f"<th>{escape(c)}</th>" for c in head)
-    body = "".join("<tr>" + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>" for row in rows)
+def html_table(head: list[str], rows: list[list[str]], notes: list[str], *, words: bool = False) -> str:
+    """A table as HTML, with lines below it; words stand at the left of their cells, numbers where the page has them."""
+    look = ' style="text-align: left"' if words else ""
+    cells = "".join(f"<th{look}>{escape(c)}</th>" for c in head)
+    body = "".join("<tr>" + "".join(f"<td{look}>{escape(c)}</td>" for c in row) + "</tr>" for row in rows)
     below = "".join(f"<br>{escape(n)}" for n in notes)
     return f"<table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>{below}"

@@ -52,6 +52,8 @@ def write_model_template(path: str | Path, *, of: str = "wall") -> None:
     path = named_path(path)
     drawn = path.suffix.lower() == ".svg"
     choice("of", of, ("wall", "arch"))
+    if path.suffix.lower() not in (".json", ".svg"):
+        raise InputError(f"{path}: give a name that ends in .json, a model, or in .svg, a drawing")
     if path.exists():
         raise InputError(f"{path} exists already; choose another name")
     if of == "arch":

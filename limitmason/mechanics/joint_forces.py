@@ -12,6 +12,7 @@ import numpy as np
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array, Flags
 from limitmason.checks import instance
+from limitmason.display.notebook import html_table
 from limitmason.display.text_table import abridged
 from limitmason.errors import InputError
 from limitmason.mechanics.law import interface_law
@@ -112,8 +113,14 @@ class ForceTable(Tabular):
         rows, cut = abridged(self._text())
         return table_text(COLUMNS, rows) + "".join(f"# {c}: to_csv and to_dataframe have them\n" for c in cut)
 
-    def _text(self) -> list[list[str]]:
-        return [[f"{c:.9g}" if isinstance(c, float) else c or "" for c in row] for row in self.rows]
+    def _repr_html_(self) -> str:
+        """The table as a notebook shows it."""
+        head = [name if unit == "-" else f"{name} [{unit}]" for name, unit in COLUMNS.items()]
+        rows, cut = abridged(self._text(6))
+        return html_table(head, rows, [f"{c}: to_csv and to_dataframe have them" for c in cut])
+
+    def _text(self, digits: int = 9) -> list[list[str]]:
+        return [[f"{c:.{digits}g}" if isinstance(c, float) else c or "" for c in row] for row in self.rows]
 
 
 def force_table(answer: Prediction, assembly: Assembly | None = None) -> ForceTable:

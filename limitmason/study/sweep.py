@@ -117,6 +117,9 @@ def _table(rows: Mapping[int, Mapping[str, Any]], end: int, units: Mapping[str, 
 def _points(parameters: Any) -> list[dict[str, Any]]:
     """Points of a sweep: all combinations of lists of values, or the points as given."""
     if isinstance(parameters, Mapping):
+        for name, given in parameters.items():
+            if isinstance(given, str) or not isinstance(given, Iterable):
+                raise InputError(f"parameter {name!r} must be a list of values, [{given!r}] for one, got {given!r}")
         values = {k: list(v) for k, v in parameters.items()}
         empty = next((k for k, v in values.items() if not v), None)
         if empty is not None or not values:

@@ -257,6 +257,18 @@ def test_noise_of_whole_days_makes_an_alarm_only_where_it_is_not_carried():
     assert alarms[()] > alarms[None]
 
 
+@pytest.mark.exact
+def test_circumstances_that_specimens_carry_are_recorded():
+    # the verdict once said "Not recorded: batch" of specimens with a batch, where no covariates were named
+    told = ((1, "A", 1), (2, "B", 1), (3, "A", 2))
+    carry = [{"width": w, "batch": b, "Set up": "rig 1", "day": d} for w, b, d in told]
+    made = Study(carry, lambda s: s["width"], [1.0, 2.0, 3.0], Noise(0.05))
+    assert made.covariates == {"batch": ["A", "B", "A"], "day": [1, 1, 2]}  # one rig tells nothing apart
+    assert made.unstated == ("set-up",)
+    assert Study(carry, lambda s: s["width"], [1.0, 2.0, 3.0], Noise(0.05), covariates=()).covariates == {}
+    assert Study([*carry, {"width": 4}], lambda s: s["width"], [1.0, 2.0, 3.0, 4.0], Noise(0.05)).covariates == {}
+
+
 @pytest.mark.slow
 def test_noise_shared_unrecorded_makes_few_alarms_and_a_clear_effect_still_one():
     # two batches nobody wrote down: half of the noise is theirs

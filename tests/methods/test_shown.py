@@ -47,6 +47,12 @@ def test_a_notebook_shows_words_and_picture(answer):
         page = thing._repr_html_()
         assert "<svg" in page
         assert str(thing).splitlines()[0].replace("<", "&lt;").replace(">", "&gt;")[:40] in page
+    # columns of text stand below each other where the page has a proportional font, and words begin at the left
+    assert 'font-family: monospace">limit analysis' in answer._repr_html_()
+    assert '<td style="text-align: left">phi [deg]' in JOINT._repr_html_()
+    forces = lm.force_table(answer)
+    assert forces._repr_html_().count("<tr>") == len(forces.rows) + 1
+    assert "<th>fx [N]</th>" in forces._repr_html_()
     table = lm.study.Table(({"a": 1.5, "b": "<x>"},), {"a": "m"}, ("a note",))
     assert table._repr_html_() == (
         "<table><thead><tr><th>a [m]</th><th>b</th></tr></thead><tbody><tr><td>1.5</td><td>&lt;x&gt;</td></tr></tbody>"
@@ -69,6 +75,12 @@ def test_an_answer_draws_itself_and_says_when_it_cannot(answer):
 
 
 def test_answers_of_every_kind_draw_themselves(answer):
+    # columns of text stand below each other where the page has a proportional font, and words begin at the left
+    assert 'font-family: monospace">limit analysis' in answer._repr_html_()
+    assert '<td style="text-align: left">phi [deg]' in JOINT._repr_html_()
+    forces = lm.force_table(answer)
+    assert forces._repr_html_().count("<tr>") == len(forces.rows) + 1
+    assert "<th>fx [N]</th>" in forces._repr_html_()
     table = lm.study.Table(({"psi": 0.0, "multiplier": 0.4}, {"psi": 30.0, "multiplier": 0.5}), {"psi": "deg"})
     assert table.plot("psi").axes[0].get_xlabel().startswith("psi")
     modes = lm.modes(WALL)
@@ -111,7 +123,7 @@ def test_an_object_without_words_shows_its_fields_and_what_they_mean(answer):
     damping = dem.Damping(local=0.3)
     assert repr(damping) == "Damping(local=0.3)"
     page = damping._repr_html_()
-    assert "<td>local</td><td>0.3</td>" in page
+    assert '>local</td><td style="text-align: left">0.3</td>' in page
     assert "combined damping" in page  # the docstring's words stand beside the number
     # a terminal shows no array in full, however many blocks there are
     curve = lm.pushover(WALL, LOADS, to=1e-4)

@@ -7,6 +7,8 @@ import pytest
 
 import dem
 import limitmason as lm
+from limitmason.diagnosis import Noise
+from limitmason.diagnosis.simulate import several
 from limitmason.errors import InputError
 
 J = lm.Joint(33.0)
@@ -17,6 +19,10 @@ SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
 PATH = "path must be the name of a file, got (None|3|5)$"
 SITE = lm.codes.GroundSpectrum(0.15, 2.45, 0.28)
 UNIT = {"unit": (0.4, 0.2, 0.2), "joint": J}
+
+
+def BUILD(specimen):
+    return W, L
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +92,14 @@ WRONG = {
     "no file, table": (lambda a: lm.force_table(a, W).to_csv(None), PATH),
     "no file, scene": (lambda a: lm.view(W, a).save(None), PATH),
     "no folder": (lambda _: lm.compare(W, L, ("associative",), store=5), PATH),
+    "scene as a picture": (lambda a: lm.view(W, a, "wall.png"), "a scene is a page, its name ends in .html"),
+    "template as a text": (lambda _: lm.formats.write_model_template("w.doc"), "ends in .json, a model, or in .svg"),
+    "noise as text": (lambda _: Noise("5%"), "noise must be numbers, got '5%'"),
+    "one value to sweep": (lambda _: lm.study.sweep(abs, {"a": 3}), r"parameter 'a' must be a list of values, \[3\]"),
+    "text to sweep": (lambda _: lm.study.sweep(abs, {"a": "bc"}), "parameter 'a' must be a list of values"),
+    "several of nothing": (lambda _: several(BUILD, {})({}), r"name a method, \{'peak': 'limit'\}"),
+    "several by a list": (lambda _: several(BUILD, ["limit"]), "answers must read {'peak': 'limit'}"),
+    "several, swapped": (lambda _: several({"peak": "limit"}, BUILD), "build must be a function"),
     "settlement of nothing": (lambda _: lm.settlement_analysis(W, None), "support"),
 }  # fmt: skip
 

@@ -9,6 +9,7 @@ from math import inf, isfinite
 import numpy as np
 from scipy.special import ndtri
 
+from limitmason.checks import numbers
 from limitmason.errors import InputError
 
 DRAWS = 1999  # of the bootstrap; 399 cannot resolve a threshold of 0.005
@@ -84,7 +85,7 @@ class Noise:
 
     def __post_init__(self) -> None:
         if self.sd is not None:
-            sd = np.asarray(self.sd, dtype=float)
+            sd = numbers("noise", self.sd)
             if sd.ndim > 1 or not np.all(np.isfinite(sd)) or np.any(sd <= 0):
                 raise InputError(f"noise must be a positive relative standard deviation, got {self.sd!r}")
             if np.any(sd >= 1.0) and not self.by_row:

@@ -232,7 +232,7 @@ def circumstances(covariates: Mapping[str, Sequence]) -> dict[str, Sequence]:
     out = {}
     for name, column in covariates.items():
         labels = {str(v) for v in column}
-        told = _called(name) == "specimen" or any(_called(name) in words for words in CIRCUMSTANCES.values())
+        told = _called(name) == "specimen" or is_circumstance(name)
         if told and 1 < len(labels) < len(column):
             out[name] = column
     return out
@@ -242,6 +242,11 @@ def unstated(columns: Iterable[str]) -> tuple[str, ...]:
     """Kinds of circumstances that no column tells by its name, of batch, day and set-up."""
     names = {_called(name) for name in columns}
     return tuple(kind for kind, words in CIRCUMSTANCES.items() if not names & set(words))
+
+
+def is_circumstance(name: object) -> bool:
+    """Whether a column is by its name a circumstance of a test."""
+    return isinstance(name, str) and any(_called(name) in words for words in CIRCUMSTANCES.values())
 
 
 def _called(name: str) -> str:

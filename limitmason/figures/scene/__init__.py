@@ -35,7 +35,7 @@ from limitmason.geometry.polyhedron import face_planes
 from limitmason.mechanics.joint_forces import joint_forces
 from limitmason.mechanics.motion import checked_twists, drawn_motion, free_bounds, structure_size
 from limitmason.model import Assembly
-from limitmason.storage.files import write_text
+from limitmason.storage.files import named_path, write_text
 from limitmason.vibration import Modes
 
 _SEEN = 0.05
@@ -127,8 +127,11 @@ class Scene:
         self.html = html
 
     def save(self, path: str | Path) -> Path:
-        """Write the page to a file and return its path."""
-        return write_text(path, self.html)
+        """Write the page to a file (.html) and return its path."""
+        page = named_path(path)
+        if page.suffix.lower() not in (".html", ".htm"):
+            raise InputError(f"{path}: a scene is a page, its name ends in .html; plot().savefig draws a picture")
+        return write_text(page, self.html)
 
     def __repr__(self) -> str:
         return f"Scene of {len(self.html) / 1e3:.0f} kB; .save('scene.html') and open it in a browser"
