@@ -33,7 +33,7 @@ from limitmason.limit.program.idle_joints import without_rounding
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.program.scaling import balanced, spread
 from limitmason.limit.program.static import Solution, carries_any, in_balance, opening_motion, stands_under_dead_load
-from limitmason.limit.solvers import solve_program
+from limitmason.limit.solvers import choose_solver, solve_program
 from limitmason.limit.torsion import with_torsion_limit
 from limitmason.mechanics.certificate import certify, kinematic_multiplier
 from limitmason.mechanics.residuals import load_on_blocks
@@ -128,8 +128,9 @@ def _first_certified(
     for scaled, name in _attempts(problem, "clarabel" if torsion else solver):
         cones = make_cones(scaled)
         solution = solve_program(
-            scaled, cones, solver=name, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose
-        )
+            scaled, cones, solver=name, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose,
+            judged=True,
+        )  # fmt: skip
         spent += solution.seconds
         if solution.status == UNBOUNDED and not carries_any(scaled, solution):
             solution = solution._replace(status=NOT_CONVERGED)
@@ -172,6 +173,8 @@ def _attempts(problem: Problem, solver: str) -> Iterator[tuple[Problem, str]]:
     if own is None and wide > 2.0:
         own = balanced(problem)
         yield own, solver
+    if choose_solver(problem, solver) == "interior-point" and solver == "auto":
+        yield problem, "clarabel"
     if solver == "auto" and unsupported(problem) is None:
         # thin blocks among thick ones may suit one scaling only
         yield problem, "interior-point"

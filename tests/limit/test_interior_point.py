@@ -197,6 +197,30 @@ def test_auto_falls_back_on_clarabel_and_says_so(monkeypatch):
     assert prediction.collapse_multiplier == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.parametrize("off, taken", [(0.0, "interior-point"), (1e-3, "clarabel")])
+def test_what_the_own_solver_almost_solves_is_handed_on_only_where_its_certificate_says_so(
+    off, taken, monkeypatch
+):
+    from limitmason.limit import solvers
+    from limitmason.limit.interior_point import solver
+
+    wall = running_bond(4, 5)
+    loads = lm.Loads.horizontal(wall)
+    expected = lm.limit_analysis(wall, loads, solver="clarabel").collapse_multiplier
+    original = solver.solve_interior_point
+
+    def almost(problem, **options):
+        found = original(problem, **options)
+        return found._replace(status="almost solved", multiplier=(1.0 + off) * found.multiplier)
+
+    monkeypatch.setattr(solvers, "LARGE_IN_PLANE", 0)
+    monkeypatch.setattr(solver, "solve_interior_point", almost)
+    prediction = lm.limit_analysis(wall, loads)
+    assert prediction.provenance["solver"] == taken
+    assert prediction.status == "solved"
+    assert prediction.collapse_multiplier == pytest.approx(expected, rel=1e-8)
+
+
 @pytest.mark.slow
 def test_small_problems_do_not_load_the_compiler():
     import subprocess
