@@ -5,11 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from diagnosis_models import CAUSES, GAIN, ROUNDING, data, study
 from scipy.stats import multivariate_normal
 
-from limitmason.diagnosis import Cause, Observation, Study
+from limitmason.diagnosis import Cause, Observation, Rule, Study
 from limitmason.diagnosis.inference.discrepancy import dependences
 from limitmason.diagnosis.inference.fit import Likelihood
+from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.shared import Components
 from limitmason.diagnosis.inference.trends import one_of_each, same
 
@@ -101,3 +103,24 @@ def test_a_thousand_points_of_curves_taken_as_independent_are_judged_in_seconds(
     assert time.process_time() - begun < 20.0  # was more than ten minutes
     assert found.causes == ("cause 3",)
     assert found.estimates["cause 3"].low < 0.1 < found.estimates["cause 3"].high
+
+
+@pytest.mark.slow
+def test_pairs_that_cannot_beat_a_single_cause_are_left_out_and_the_answer_stays(monkeypatch):
+    always, asked = Rule(asks=1.1), []
+    first = Judge._second_gains
+
+    def counted(judge, *about):
+        asked.append(first(judge, *about))
+        return asked[-1]
+
+    def answers():
+        sets = [study(data(cause, size, seed=s)) for cause, size in ((ROUNDING, 0.014), (GAIN, 1.2)) for s in range(4)]
+        found = [made.diagnose(CAUSES, draws=299, rule=always) for made in sets]
+        return [(f.kind, f.causes, f.pairs, f.identified, f.verdict.tried_pairs) for f in found]
+
+    monkeypatch.setattr(Judge, "_second_gains", counted)
+    quick = answers()
+    assert min(asked) < 2.0  # some cannot
+    monkeypatch.setattr(Judge, "_second_gains", lambda *about: np.inf)  # all are tested by the bootstrap
+    assert answers() == quick

@@ -24,6 +24,7 @@ PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as mu
 DRAWN = 699  # data sets drawn from the explanation: its own distribution of the excess
 SURE = 3.0  # standard errors by which the slope along its own contrast must differ from 0, and at most from 1
 LEVER = 2.0  # log-likelihood by which a name must beat every listed lever with another dependence
+CLOSE = 1e-6  # log-likelihood that rounding may be
 ODDS = 3.0  # the same over a drift in an order that is not recorded: 20 to 1
 
 Renewed = Callable[[Design, Verdict], bool]
@@ -277,6 +278,12 @@ class Judge:
             rival_excess=beyond,
         )
 
+    def _second_gains(self, verdict: Verdict, names: Names, y: np.ndarray) -> float:
+        """Log-likelihood by which the best pair, tested or not, is above a single cause."""
+        pairs = self.design.pair_names
+        found = self.design.fits(pairs, self.design.turned(y)) if pairs else []
+        return max((float(f.loglik[0]) for f in found), default=-np.inf) - float(verdict.tested[names].fit.loglik[0])
+
     def _second_look(
         self, decision: ConfidenceSet, verdict: Verdict, record: Identification, y: np.ndarray, pairs: bool
     ) -> tuple[Verdict, Identification | None]:
@@ -284,17 +291,17 @@ class Judge:
 
         Try pairs before it is given where the residuals ask.
         """
-        names = record.names
-        if record.structure >= self.rule.asks or (record.structure >= self.rule.structure and not pairs):
+        names, better = record.names, record.structure < self.rule.structure
+        if record.structure >= self.rule.asks or not (better or pairs):
             return verdict, record
+        enough = 0.5 * chdtri(1.0, PAIR_TAIL / max(len(self.design.causes) - 1, 1))
+        if not better and self._second_gains(verdict, names, y) < enough - CLOSE:
+            return replace(verdict, tried_pairs=bool(self.design.pair_names)), record
         rejected = {**verdict.tested, names: replace(verdict.tested[names], kept=False)}
         bare = replace(_left_structure(verdict, names), tested=rejected)
         both = self.beside_levers(decision.with_pairs(y, bare), y) if pairs else bare
-        better = record.structure < self.rule.structure
         if both.pairs and not better:
-            second = both.tested[both.pairs[0]].gain - verdict.tested[names].gain
-            trials = max(len(self.design.causes) - 1, 1)
-            better = 2.0 * second >= chdtri(1.0, PAIR_TAIL / trials)
+            better = both.tested[both.pairs[0]].gain - verdict.tested[names].gain >= enough
         if not better:
             return replace(verdict, tried_pairs=both.tried_pairs), record
         if len(both.pairs) != 1:
