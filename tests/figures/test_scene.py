@@ -279,3 +279,15 @@ def test_a_scene_frames_what_has_fallen_and_marks_joints_that_open_by_a_hundredt
         assert np.all(np.abs(place - after["centre"]) < window)
     assert np.abs(wall.centroids[2] + shift[1, 2] - before["centre"]).max() > 0.54 * before["size"]
     assert 0.0 < after["crack"] < 0.02, "not a tenth of the 4 m that one has fallen"
+
+
+def test_a_scene_frames_the_ground_as_far_as_it_does_not_dwarf_the_wall():
+    joint = lm.Joint(33.0)
+    tall = held(lm.view(lm.build.wall(length=0.8, courses=5, unit=(0.4, 0.2, 0.2), joint=joint)))
+    corners = tall["vertices"].reshape(-1, 3)
+    seen = np.ptp(corners, axis=0)  # the base reaches beyond the wall and below it: all of it is in the window
+    assert np.linalg.norm(seen) == pytest.approx(tall["size"])
+    assert tall["centre"] == pytest.approx(0.5 * (corners.min(axis=0) + corners.max(axis=0)))
+    squares = [[(-20, -9), (20, -9), (20, 0), (-20, 0)], [(0, 0), (1, 0), (1, 2), (0, 2)]]
+    wide = lm.Assembly.from_polygons(squares, thickness=1.0, joint=joint, fixed=[0])
+    assert held(lm.view(wide))["size"] == pytest.approx(np.linalg.norm([1 + 2 * 0.5, 1.0, 2 + 0.5]))

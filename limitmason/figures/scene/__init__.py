@@ -268,8 +268,12 @@ def _solids(model: Assembly, motion: SceneMotion) -> dict[str, Any]:
                 lines += [edge.start, edge.end]
                 line_owner += [i, i]
     low, high = free_bounds(model)
-    centres = [model.centroids + max(motion.scale, 1.0) * pose.shift for pose in motion.poses]
-    framed = np.vstack([low, high, *centres])
+    free = ~model.fixed
+    centres = [model.centroids[free] + max(motion.scale, 1.0) * pose.shift[free] for pose in motion.poses]
+    # what holds them is framed too, a wide ground as far as a quarter of the structure about it
+    every, aside = np.array([b.bounds for b in model.blocks]), 0.25 * float((high - low).max())
+    held = np.clip([every[:, 0].min(axis=0), every[:, 1].max(axis=0)], low - aside, high + aside)
+    framed = np.vstack([low, high, held, *centres])
     heavy = [f"{b.mass:.4g} kg" for b in model.blocks]
     return {
         "vertices": _text(corners),
