@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import math
 import os
 import signal
@@ -23,10 +24,15 @@ from limitmason.app.script import ScriptLine
 from limitmason.comparison import SideBySide
 from limitmason.display.progress import reached, task, told_to
 from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.formats import proposal
+from limitmason.model import ContactError
 from limitmason.standing import Standing
 
 NAMED = (InputError, NotApplicable, NotConverged, TypeError, KeyError, OSError, ImportError, UnicodeError, MemoryError)
 """Errors that are an answer: their words go to the page; any other is a mistake of ours and is called one."""
+
+DRAWING = "drawing = lm.formats.model_of_drawing("
+"""How the line begins that reads a drawing."""
 
 LEAST_MEMORY = 4 << 30
 """Bytes of address space that the process gets on any machine."""
@@ -94,7 +100,8 @@ def run(lines: Sequence[ScriptLine], folder: str) -> dict[str, Any]:
                     notes.append(_words(error))
                     left_out.append(line.text)
                     continue
-                return {"error": {"part": line.part, "name": type(error).__name__, "text": _words(error)},
+                text = (_proposed(line.text) if isinstance(error, ContactError) else "") + _words(error)
+                return {"error": {"part": line.part, "name": type(error).__name__, "text": text},
                         "notes": _told(caught)}  # fmt: skip
             except Exception as error:
                 return {"error": {"part": line.part, "name": type(error).__name__, "text": "a mistake in limitmason, "
@@ -169,6 +176,19 @@ def _words(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return f"not enough memory, take fewer blocks: {error}".rstrip(": ")
     return str(error.args[0] if isinstance(error, KeyError) and error.args else error)
+
+
+def _proposed(line: str) -> str:
+    """What makes the stones of a drawing meet, in the words of the form, from the line that read it."""
+    if not line.startswith(DRAWING):
+        return ""
+    call = ast.parse(line).body[0].value  # type: ignore[attr-defined]
+    given = {k.arg: ast.literal_eval(k.value) for k in call.keywords if k.arg in ("scale", "thickness", "layers")}
+    found = proposal(ast.literal_eval(call.args[0]), **given)
+    if found is None:
+        return ""
+    options = {k: v if isinstance(v, float) else ", ".join(v) for k, v in found.options.items()}
+    return f"{found.why}: try {' and '.join(f'{k} {v}' for k, v in options.items())}. "
 
 
 def _told(caught: Sequence[warnings.WarningMessage]) -> list[str]:

@@ -214,6 +214,22 @@ def test_a_drawing_without_its_extra_has_a_named_error(tmp_path, monkeypatch):
     assert "pip install 'limitmason[app]'" in error["text"]
 
 
+def test_open_mortar_of_a_drawing_is_measured_and_what_is_proposed_solves(tmp_path, monkeypatch):
+    pytest.importorskip("shapely")
+    monkeypatch.chdir(tmp_path)
+    lm.formats.write_model_template("wall.svg")
+
+    def run(**more):
+        values = {"scale": "0.001", "thickness": "0.2"} | more
+        body = session() | {"structure": {"kind": "file", "file": "wall.svg", "values": values}}
+        body["loads"] = {"kind": "own"}
+        return worker.run(script.statements(body, folder.Folder(tmp_path), kind="draw"), str(tmp_path))
+
+    error = run()["error"]
+    assert error["text"].startswith("12 mm of open mortar everywhere: try mortar 0.012. block 'stones-1' floats")
+    assert "error" not in run(mortar="0.012")
+
+
 def endless(pipe, _folder):
     """A worker that never ends by itself."""
     while True:
