@@ -219,7 +219,6 @@ def pushover(
         return certified_curve(generations, nodes, origin, path.REACHED, warnings, 1.0)
     if to is not None and finite("to [m]", to) == 0.0:
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
-
     end = None if to is None else system.controlled(origin) + to
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
     warnings += said
