@@ -113,7 +113,13 @@ def follow(
     went is a jump, energy that came is refused.
     """
     path = _Path(generations, nodes, to, ratio, steps, say, loading)
-    return path.followed(), path.warnings
+    end = path.followed()
+    if path.taken_off > _DROP:
+        path.warnings.append(
+            f"where contacts were found anew the load fell by up to {path.taken_off:.1%} of its largest, which is no "
+            "limit point of the structure: with other steps the path may come to another one"
+        )
+    return end, path.warnings
 
 
 @dataclass
@@ -134,6 +140,7 @@ class _Path:
     halved: int = 0  # this step, for energy or for bonds
     rounds: int = 0  # of closing in on a limit point
     short: int = 0  # steps of this round
+    taken_off: float = 0.0  # largest fall where contacts were found anew, of the largest load
 
     def __post_init__(self) -> None:
         """Where the path begins and ends, and its first step."""
@@ -397,7 +404,11 @@ class _Path:
         loads = [n.multiplier for n in self.nodes[self.begin :]]
         softens, passed = system.law.softening is not None, self.phase is Phase.FALLING
         pushed, pushes = max(self.toward * m for m in loads), self.toward * new.multiplier
-        fell = pushed > 0.0 and (passed or softens or new.jump)
+        renewed = new.jump and self.nodes[-2].onward is not None
+        if renewed and pushed > 0.0:
+            self.taken_off = max(self.taken_off, self.toward * (loads[-2] - loads[-1]) / pushed)
+        # what contacts found anew take off is no fall of the structure
+        fell = pushed > 0.0 and (passed or softens or (new.jump and not renewed))
         if self.to is None and fell and pushes < (1.0 - (_DROP_OF_SOFTENING if softens else _DROP)) * pushed:
             return PASSED
         level = loads[-LASTING:]
