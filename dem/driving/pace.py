@@ -32,9 +32,9 @@ def slowest_period(assembly: Assembly, state: State, loads: Loads) -> float:
         blocks.append(sparse.diags_array(state.modes.mass.ravel()))
     mass = sparse.csc_array(sparse.block_diag(blocks, format="csc"))[free][:, free]
     k = sparse.csc_array(k[free][:, free])
-    # blocks that nothing holds but friction across: a trifle of stiffness keeps the matrix regular
-    lift = 1e-9 * float(k.diagonal().max())
-    solve = splu(k + lift * sparse.eye_array(len(free), format="csc")).solve
+    # blocks that nothing holds but friction across: a trifle of stiffness, shared as mass is, keeps the matrix regular
+    lift = 1e-9 * float((k.diagonal() / mass.diagonal()).max())
+    solve = splu(sparse.csc_array(k + lift * mass)).solve
     u = solve(np.concatenate([loads.dead.ravel(), np.zeros(_deforms(state).size)])[free])
     for _ in range(2):
         u = solve(mass @ u)
