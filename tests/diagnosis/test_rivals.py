@@ -54,28 +54,28 @@ def levered(s, x=0.0, y=0.0):
     return {"peak": np.exp(out), "stiffness": np.exp(0.2 * out)}
 
 
-def verdict(walls, sizes, seed):
+def verdict(walls, sizes, seed, side="left right"):
     rng, rows = np.random.default_rng(seed), []
     for i, s in enumerate(walls):
-        for q, v in levered(s, *sizes).items():
+        for q, v in levered(s, *(sizes if s["side"] in side else ())).items():
             rows.append(Observation(i, q, float(v * np.exp(0.05 * rng.standard_normal())), 0.05))
     return Study(walls, levered, rows, covariates=["side"], shared=()).diagnose(LISTED)
 
 
 @pytest.mark.slow
 def test_a_pair_that_one_lever_on_one_side_does_for_is_not_named_and_a_true_pair_is():
-    # on the left the levers act alike, on the right oppositely: both together are one lever on one side only
+    # on the left the levers act nearly alike, on the right oppositely: together they are nearly the first on the left
     sides = [{"side": "left" if i % 2 else "right", "a": 1.0 + 0.3 * np.cos(i)} for i in range(16)]
-    mirrored = [{**s, "b": s["a"] * (1.0 if s["side"] == "left" else -1.0) + 0.02 * np.sin(3 * i)}
+    mirrored = [{**s, "b": s["a"] * (1.0 if s["side"] == "left" else -1.0) * (1.0 + 0.4 * np.sin(3 * i))}
                 for i, s in enumerate(sides)]  # fmt: skip
-    for seed in (9, 10, 11):
-        found = verdict(mirrored, (0.25, 0.25), seed)
+    apart = [{**s, "b": np.sin(2.0 * i)} for i, s in enumerate(sides)]
+    for seed in (10, 11, 12):
+        found = verdict(mirrored, (0.5, 0.0), seed, "left")
         assert found.kind == "unexplained"
         assert not found.pairs
         assert found.verdict.rivalled == (("first", "second"),)
         assert found.verdict.rival in ("first by side", "second by side")
         assert f"one lever, {found.verdict.rival}, does nearly as well" in str(found)
-        apart = [{**s, "b": np.sin(2.0 * i)} for i, s in enumerate(sides)]
         assert verdict(apart, (0.25, 0.25), seed).pairs == (("first", "second"),)
 
 

@@ -126,6 +126,8 @@ class Trials:
         self.design, self.drawn = self.study.design(), self.study.scale
         self._curves = {}
         self.felt = np.array([[q == want for q in self.study.rows.quantities] for want in quantities])
+        kinds = self.study.rows.kinds
+        self.of_kind = np.array([[k == want for k in kinds] for want in dict.fromkeys(kinds)])
 
     def nothing(self, k, rng):
         """Values of the baseline."""
@@ -152,9 +154,9 @@ class Trials:
         return grid.at_size(float(np.interp(size, grid.sizes[0], np.arange(len(grid.sizes[0]))))).between(grid.zero)
 
     def is_clear(self, y, cause):
-        """Whether d2 is 36 and more from the baseline and the nearest rival, and two quantities feel it."""
+        """Whether d2 is 36 and more from the baseline and the nearest rival, and two kinds of data feel it."""
         rivals = [float(distances(y, self.design.singles[c.name])[0]) for c in self.causes if c.name != cause.name]
-        felt = sum(float((y[rows] ** 2).sum()) >= 16.0 for rows in self.felt)
+        felt = sum(float((y[rows] ** 2).sum()) >= 16.0 for rows in self.of_kind)
         return distances(y, self.design.null)[0] >= VISIBLE and min(rivals) >= VISIBLE and felt >= 2
 
     def listed(self, k, rng):

@@ -8,7 +8,7 @@ from scipy.linalg import solve_triangular
 
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.fit import BestFit, Likelihood
-from limitmason.diagnosis.inference.trends import is_numeric, one_of_each
+from limitmason.diagnosis.inference.trends import ROWS, is_numeric, one_of_each
 
 AMPLITUDES = (1.5, 3.0, 6.0, 12.0, 24.0)  # of the bias in units of the noise
 LEVERS = (3.0, 6.0, 12.0, 24.0)  # the same of a lever with another dependence
@@ -237,7 +237,8 @@ class Rivals:
 
         A rival is the effect of a listed cause at its largest size, or of a measured input, scaled to a mean square of
         one, times an unknown factor that depends on a column: a friction that differs by direction, a softness that
-        grows with the load. Beside a pair of causes, the factor may also differ for one label only.
+        grows with the load. Beside a pair of causes the factor may also differ for one label only, but not by quantity:
+        that is a reading, which the list has.
         """
         own = self.design.own(names)
         if (own, len(names)) not in self._levers:
@@ -248,8 +249,9 @@ class Rivals:
         """The same, but for some columns; with labels alone."""
         design, inner = self.design, tuple(f" in {kind}" for kind in set(self.design.kinds))
         plain: dict[str, Sequence[Any]] = {
-            k: v for k, v in design.columns.items() if not k.endswith(inner) and k != "specimen" and k not in own
-        }
+            k: v for k, v in design.columns.items()
+            if not k.endswith(inner) and k not in (*own, *(ROWS if alone else ("specimen",)))
+        }  # fmt: skip
         ways, along, factors = dependences(plain, alone=alone), [], []
         null = design.null.between(design.null.zero)
         effects = dict(zip(design.measured, design.apart(design.null.slopes.T), strict=False)) if alone else {}

@@ -206,13 +206,13 @@ class Judge:
         """The verdict without pairs that one lever with another dependence does for.
 
         A friction that differs by direction acts through one lever, and two listed causes together can imitate it. A
-        pair must beat every such lever by the margin that a name must beat smooth discrepancies by.
+        pair must beat every such lever by as much as a single name must.
         """
         rivals, rivalled, nearest = self.rivals(self.noise(verdict)), list[Names](), (-np.inf, "")
         for names in verdict.pairs:
             levers = rivals.levers(names)
             each = levers.each(self.design.turned(y)[None], self.design.like)[0] if levers.along else np.zeros(0)
-            if len(each) and float(verdict.tested[names].fit.loglik[0]) - each.max() < self.rule.margin:
+            if len(each) and float(verdict.tested[names].fit.loglik[0]) - each.max() < LEVER:
                 rivalled.append(names)
                 nearest = max(nearest, (float(each.max()), levers.along[int(each.argmax())]))
         if not rivalled:
