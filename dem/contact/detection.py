@@ -293,7 +293,7 @@ class _Search:
         return float((0.5 * shape.gap[use] / np.maximum(speed, 1e-300)).min())
 
 
-def _among(values: Array, known: Index) -> Flags:
+def _among(values: Index, known: Index) -> Flags:
     """Whether numbers are among some in their order: ``numpy.isin`` sorts both."""
     if not len(known):
         return np.zeros(np.shape(values), dtype=bool)

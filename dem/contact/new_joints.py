@@ -213,14 +213,14 @@ def spread(xy: Array) -> tuple[Array, Array]:
         order = _first_named(corners.tobytes())
     e1, e2 = points[corners[:, 1]] - points[corners[:, 0]], points[corners[:, 2]] - points[corners[:, 0]]
     area = share * np.abs(e1[:, 0] * e2[:, 1] - e1[:, 1] * e2[:, 0])
-    weight = np.bincount(corners.ravel(), np.repeat(area / 3.0, 3), len(points))[order]
+    weight: Array = np.bincount(corners.ravel(), np.repeat(area / 3.0, 3), len(points)).astype(float)[order]
     # points within 1e-9 m are one, in the order in which triangles name them
     number: dict[tuple[float, float], int] = {}
     one = [number.setdefault((x, y), len(number)) for x, y in np.rint(points[order] * 1e9).tolist()]
     if len(number) == len(points):
         return points[order], weight
     first = np.unique(one, return_index=True)[1]
-    return points[order[first]], np.bincount(one, weight)
+    return points[order[first]], np.bincount(one, weight).astype(float)
 
 
 @cache

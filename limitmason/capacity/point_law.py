@@ -138,9 +138,10 @@ def _compiled(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array, t
     from limitmason.capacity import compiled
 
     stress, slip, lift = np.empty(displacement.shape), np.empty(old.slip.shape), np.empty(old.lift.shape)
+    s = law.strength
     compiled.returned(
-        tuple(law.strength), law.kn, law.ks, _OPEN_TANGENT, old.slip, old.lift, displacement, stress, slip, lift,
-        tangent,
+        (s.tan_phi, s.tan_psi, s.cohesion, s.tension, s.crushing), law.kn, law.ks, _OPEN_TANGENT, old.slip, old.lift,
+        displacement, stress, slip, lift, tangent,
     )  # fmt: skip
     return Returned(stress, PlasticHistory(slip, lift, old.damage), tangent)
 
