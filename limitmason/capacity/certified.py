@@ -11,6 +11,7 @@ from limitmason.capacity.certificate import Balance, StepCertificate, certify, e
 from limitmason.capacity.contact_search.touching import outside
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose
+from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.point_law import PlasticHistory, slid_back
 from limitmason.capacity.result import Break, PushoverCurve
@@ -24,7 +25,7 @@ def certified_curve(
     generations: Generations,
     nodes: list[Node],
     origin: Pose,
-    status: path.PathEnd,
+    status: PathEnd,
     warnings: list[str],
     unit: float,
 ) -> PushoverCurve:

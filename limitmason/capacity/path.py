@@ -6,35 +6,30 @@ in on it with short steps from the sample before the highest, and falls.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
 
-from limitmason.arrays import Index
 from limitmason.capacity import breaking, stepping
 from limitmason.capacity.generations import Generations
-from limitmason.capacity.kinematics import Pose
+from limitmason.capacity.outcomes import (
+    LASTING,
+    LEVEL,
+    OPENED,
+    OVERTURNED,
+    PASSED,
+    PLATEAU,
+    REACHED,
+    STOPPED,
+    PathEnd,
+    Phase,
+    StepOutcome,
+    Try,
+)
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.steps import Steps, extrapolated, may_have_fallen, until_open, until_stuck
 from limitmason.capacity.system import System
 from limitmason.display.progress import reached
-
-
-class PathEnd(StrEnum):
-    """How a path ended."""
-
-    REACHED = "reached"
-    PASSED = "limit point passed"
-    OVERTURNED = "overturned"
-    STOPPED = "stopped"
-    PLATEAU = "slides on at constant load"
-    OPENED = "open joints still bear bond"
-    CANNOT_STAND = "cannot stand under dead load"
-
-
-REACHED, PASSED, OVERTURNED, STOPPED, PLATEAU, OPENED, CANNOT_STAND = PathEnd
-LEVEL, LASTING = 1e-6, 6  # a plateau: so little change, of the largest load, over so many samples
 
 FARTHEST = 0.5
 """Control displacement up to which a limit point is looked for, over the median block size [-]."""
@@ -52,36 +47,6 @@ _CLOSER, _ROUNDS = 0.25, 8  # of the step before a limit point; rounds in which 
 _DROP = 0.002  # fall below a limit point after which it is passed, of its load
 _DROP_OF_SOFTENING = 0.2  # the same where joints lose strength and others may take over
 _MISSED = 2e-3  # of the largest load: rise to a jump that may be left unseen
-
-
-class Phase(StrEnum):
-    """Where a path is by its largest load."""
-
-    RISING = "rising"
-    CLOSING = "closing in on a limit point"
-    FALLING = "past a limit point"
-
-
-class StepOutcome(StrEnum):
-    """What becomes of a try of a step that does not end the path."""
-
-    ACCEPTED = "accepted"
-    SHORTER = "tried again, shorter"
-
-
-@dataclass
-class Try:
-    """A try of a step: from where, how far [m], what was extrapolated, and what was found.
-
-    ``due`` are the points that break from there at once.
-    """
-
-    system: System
-    last: Node
-    move: float
-    guess: tuple[Pose, float] | None
-    new: Node
-    due: Index | None = None
 
 
 def follow(
@@ -141,6 +106,7 @@ class _Path:
     rounds: int = 0  # of closing in on a limit point
     short: int = 0  # steps of this round
     taken_off: float = 0.0  # largest fall where contacts were found anew, of the largest load
+    near: Try | None = None  # the shortest step from a state that loses energy: a jump, should none go on without
 
     def __post_init__(self) -> None:
         """Where the path begins and ends, and its first step."""
@@ -207,8 +173,11 @@ class _Path:
             new = stepping.jump(system, last, target, self.ratio)
             if new is not None:
                 self.say(f"jump at {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
-        if new is None and 0.5 * move < self.shortest and self.generations.shapes is not None:
-            new, move = self._beyond(system, last, left)
+        if new is None and 0.5 * move < self.shortest:
+            if self.near is not None and self.near.last.control == last.control:
+                return self._jumped(self.near)
+            if self.generations.shapes is not None:
+                new, move = self._beyond(system, last, left)
         due = None
         if new is not None and breaking.brittle(system):
             new, due = breaking.cut(system, last, new, self.ratio)
@@ -317,13 +286,19 @@ class _Path:
         over = 0.0 if a.new.jump else self.generations.energy(a.last, a.new)
         if abs(over) <= self.steps.energy:
             return StepOutcome.ACCEPTED
+        self.near = a if over > 0.0 else self.near
         if self._halve(a):
             return StepOutcome.SHORTER
         if over < 0.0:
             return self._stopped(a.last, f"the next step would make {-over:.1%} of its work out of nothing")
-        a.new = a.new._replace(jump=True)
-        self.say(f"jump at {a.new.control:.4g} m: {over:.1%} of the step's work is lost")
+        self._jumped(a)
         return StepOutcome.ACCEPTED
+
+    def _jumped(self, a: Try) -> Try:
+        """A step to a state near by that loses energy, as the jump that it is."""
+        self.say(f"jump at {a.new.control:.4g} m: lambda {a.last.multiplier:.5f} to {a.new.multiplier:.5f}")
+        a.new = a.new._replace(jump=True)
+        return a
 
     def _keeps_bonds(self, a: Try) -> StepOutcome | PathEnd:
         """Open joints that still bear their bond end a path."""

@@ -15,7 +15,7 @@ from limitmason.arrays import Array, Index
 from limitmason.capacity.certificate import StepCertificate, Structure, strength, tensions
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
-from limitmason.capacity.path import LASTING, LEVEL
+from limitmason.capacity.outcomes import LASTING, LEVEL
 from limitmason.capacity.stepping import Node
 from limitmason.deformable.levels import RIGID
 from limitmason.errors import InputError, NotApplicable

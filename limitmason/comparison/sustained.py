@@ -15,8 +15,8 @@ from limitmason.answers.results import NOT_CONVERGED, SOLVED, Bound, BoundKind, 
 from limitmason.capacity import Steps, pushover
 from limitmason.capacity.contacts import standard_points
 from limitmason.capacity.ensemble import GOES_ON, thickness
+from limitmason.capacity.outcomes import OVERTURNED, REACHED
 from limitmason.capacity.papers import PAPERS
-from limitmason.capacity.path import OVERTURNED, REACHED
 from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.mechanics.contact_points import Grid, chosen_grid

@@ -10,7 +10,7 @@ import dem
 import limitmason as lm
 from limitmason.capacity import contacts
 from limitmason.capacity.contacts import standard_points
-from limitmason.capacity.path import OPENED, REACHED
+from limitmason.capacity.outcomes import OPENED, REACHED
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import contact_points
 

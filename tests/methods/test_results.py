@@ -12,7 +12,7 @@ import mechanisms
 from dem.stages.resuming import RunStatus
 from limitmason import formats
 from limitmason.answers.results import SOLVED, Bound, BoundKind, ContactModel, FlowRule, Prediction, Status
-from limitmason.capacity.path import PathEnd
+from limitmason.capacity.outcomes import PathEnd
 from limitmason.errors import InputError
 from limitmason.model.stages import Settle
 

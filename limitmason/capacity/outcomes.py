@@ -1,0 +1,55 @@
+"""What becomes of a try of a step, where a path is by its largest load, and how paths end."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from limitmason.arrays import Index
+from limitmason.capacity.kinematics import Pose
+from limitmason.capacity.stepping import Node
+from limitmason.capacity.system import System
+
+
+class PathEnd(StrEnum):
+    """How a path ended."""
+
+    REACHED = "reached"
+    PASSED = "limit point passed"
+    OVERTURNED = "overturned"
+    STOPPED = "stopped"
+    PLATEAU = "slides on at constant load"
+    OPENED = "open joints still bear bond"
+    CANNOT_STAND = "cannot stand under dead load"
+
+
+REACHED, PASSED, OVERTURNED, STOPPED, PLATEAU, OPENED, CANNOT_STAND = PathEnd
+LEVEL, LASTING = 1e-6, 6  # a plateau: so little change, of the largest load, over so many samples
+
+
+class Phase(StrEnum):
+    """Where a path is by its largest load."""
+
+    RISING = "rising"
+    CLOSING = "closing in on a limit point"
+    FALLING = "past a limit point"
+
+
+class StepOutcome(StrEnum):
+    """What becomes of a try of a step that does not end the path."""
+
+    ACCEPTED = "accepted"
+    SHORTER = "tried again, shorter"
+
+
+@dataclass
+class Try:
+    """A try of a step: from where, how far [m], what was extrapolated, and what was found.
+
+    ``due`` are the points that break from there at once.
+    """
+
+    system: System
+    last: Node
+    move: float
+    guess: tuple[Pose, float] | None
+    new: Node
+    due: Index | None = None
