@@ -1,5 +1,7 @@
 """The two readings of the random panels: stores read back, noise taken out, and when a pair meets the print."""
 
+import json
+
 import numpy as np
 import pytest
 from walls import bonded_stack
@@ -43,6 +45,19 @@ def test_a_store_is_read_back_without_the_line_that_a_kill_cut_off(tmp_path):
     with path.open("a") as file:
         file.write('{"key": 3, "row": {"ulti')
     assert [r["ultimate"] for _, r in sorted(rows.read_store(path).items())] == list(made["ultimate"])
+
+
+def test_a_folder_adds_to_what_is_kept_and_replaces_its_own_samples(tmp_path, monkeypatch):
+    monkeypatch.setattr(page, "LINES", tmp_path / "lines.csv")
+    monkeypatch.setattr(page, "CURVES", tmp_path / "curves.csv")
+    for folder, number, peaks in (("a", 4, (3e3, 4e3)), ("b", 3, (5e3,)), ("c", 4, (6e3,))):
+        name = f"{page.name_of(number, SHARING[1], 0.1)}.jsonl"
+        (tmp_path / folder).mkdir()
+        lines = (json.dumps({"key": k, "row": {"sample": k, "ultimate": v, "at": 0.0}}) for k, v in enumerate(peaks))
+        (tmp_path / folder / name).write_text("\n".join(["{}", *lines, ""]))
+        page.fold(tmp_path / folder)
+    kept = [(r["set"], r["sample"], float(r["ultimate"])) for r in page.read(page.LINES)]
+    assert kept == [("4", "0", 6e3), ("4", "1", 4e3), ("3", "0", 5e3)]
 
 
 def test_noise_of_a_run_is_taken_out_of_a_spread():

@@ -31,21 +31,29 @@ RUNS_OF_PRINT = 300
 
 
 def fold(store: Path) -> None:
-    """Keep a line of every run in a folder, and the curves of some cells."""
-    lines, curves = [], []
+    """Keep a line of every run in a folder, and the curves of some cells; what it does not hold stays as it is kept."""
+    lines = {tuple(r[:5]): r for r in _kept(LINES)}
+    curves = {tuple(r[:3]): r for r in _kept(CURVES)}
     for number in (3, 4):
         for kept in KEPT:
             for sharing in SHARING:
                 for again in ("", AGAIN):
                     path = store / f"{name_of(number, sharing, kept)}{again}.jsonl"
                     for sample, row in sorted(read_store(path).items()) if path.exists() else ():
-                        lines.append([number, sharing, f"{kept:g}", int(bool(again)), sample, *_line(row)])
+                        key = f"{number}", sharing, f"{kept:g}", f"{int(bool(again))}", f"{sample}"
+                        lines[key] = [*key, *_line(row)]
                         if (number, sharing, kept) in FANS and not again and "curve" in row:
                             loads = np.interp(GRID, *row["curve"])
-                            curves.append([sharing, f"{kept:g}", sample, *(f"{v:.0f}" for v in loads)])
-    write_table(LINES, UNITS, lines)
+                            shown = sharing, f"{kept:g}", f"{sample}"
+                            curves[shown] = [*shown, *(f"{v:.0f}" for v in loads)]
+    write_table(LINES, UNITS, list(lines.values()))
     grid = {f"{1e3 * u:.2f} mm": "N" for u in GRID}
-    write_table(CURVES, {"drawn": "-", "keeps": "-", "sample": "-", **grid}, curves)
+    write_table(CURVES, {"drawn": "-", "keeps": "-", "sample": "-", **grid}, list(curves.values()))
+
+
+def _kept(path: Path) -> list[list[str]]:
+    """Rows of a kept table, none where it is not there yet."""
+    return [list(r) for r in parsed(path.read_text(encoding="utf-8"), path.name).rows] if path.exists() else []
 
 
 def _line(row: dict[str, Any]) -> list[str]:
