@@ -25,7 +25,7 @@ import limitmason as lm
 from dem import make_state
 from dem.model.holding import Damping, run_constant
 
-INSTRUCTIONS_PER_POINT = 42  # of the plain law without dilation and crushing, counted in dem/kernels/law.py
+INSTRUCTIONS_PER_POINT = 42  # of the plain law without dilation and crushing, counted in dem/kernels/joint_law.py
 CHAIN = 16  # multiply-adds per element of the sweep
 GRIDS = {8: (4, 2), 32: (8, 4), 128: (16, 8)}
 SIZES = {104: (9, 11), 420: (20, 20), 1040: (32, 32), 2080: (45, 45), 4095: (63, 64)}

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels.arrays import Index
-from dem.kernels.mohr_coulomb import SHEAR_NOW, SHEAR_PAST, TENSION_NOW, TENSION_PAST
+from dem.kernels.zone_plasticity import SHEAR_NOW, SHEAR_PAST, TENSION_NOW, TENSION_PAST
 from limitmason.arrays import Array, Flags
 
 ELASTIC, AT_YIELD, YIELDED, TENSION = 0, 1, 2, 3

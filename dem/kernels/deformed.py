@@ -13,8 +13,8 @@ import numpy as np
 
 from dem.kernels.arrays import LAW, Array, BlockModes, BlockStep, Joints, Points, RigidBodies
 from dem.kernels.compiled import kernel
+from dem.kernels.joint_law import Numbers
 from dem.kernels.kinematics import Axes, third_axis
-from dem.kernels.law import Numbers
 from dem.kernels.local_damping import brake_of
 from dem.kernels.sums import joint_sums
 

@@ -16,8 +16,8 @@ from dem.kernels.arrays import (
 )
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import strained_sums
+from dem.kernels.joint_law import Numbers, Peak, return_map
 from dem.kernels.kinematics import Axes, cross, crossing, dot, kinematics, third_axis
-from dem.kernels.law import Numbers, Peak, return_map
 from dem.kernels.sums import joint_sums
 
 

@@ -3,8 +3,8 @@
 from dem.kernels.arrays import LAW, Array, BlockModes, Joints, Points, RigidBodies
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import deformation_at
+from dem.kernels.joint_law import peak_of, softening_of, stress
 from dem.kernels.kinematics import crossing, kinematics, third_axis
-from dem.kernels.law import peak_of, softening_of, stress
 
 
 @kernel(fast=False, counted=True)

@@ -77,11 +77,12 @@ def relative_motion(
 ) -> None:  # fmt: skip
     """How the blocks of every pair lie to each other now, and have moved and turned since they were looked at.
 
-    ``moved`` bounds the travel of any point of the second, seen from the first [m]. The last four are written.
+    ``moved`` bounds the travel of any point of the second, seen from the first [m]; ``turned`` is the angle [rad].
+    These two, ``offset`` and ``turn`` are written.
     """
     for m in range(len(near.blocks)):
         a, b = near.blocks[m, 0], near.blocks[m, 1]
-        far = 0.0
+        far = 0.0  # squared change of the offset, in the axes of the first
         for r in range(3):
             x = place[b, r] - place[a, r]
             for c in range(3):
@@ -90,10 +91,12 @@ def relative_motion(
             far += (x - near.offset[m, r]) ** 2
         a0, a1, a2, a3 = quat[a, 0], quat[a, 1], quat[a, 2], quat[a, 3]
         b0, b1, b2, b3 = quat[b, 0], quat[b, 1], quat[b, 2], quat[b, 3]
+        # turn of b against a: conjugate of q_a times q_b
         h0, h1 = a0 * b0 + a1 * b1 + a2 * b2 + a3 * b3, a0 * b1 - a1 * b0 - (a2 * b3 - a3 * b2)
         h2, h3 = a0 * b2 - a2 * b0 - (a3 * b1 - a1 * b3), a0 * b3 - a3 * b0 - (a1 * b2 - a2 * b1)
         turn[m, 0], turn[m, 1], turn[m, 2], turn[m, 3] = h0, h1, h2, h3
         k0, k1, k2, k3 = near.turn[m, 0], near.turn[m, 1], near.turn[m, 2], near.turn[m, 3]
+        # and since then: conjugate of that turn times this one, whose vector part is as long as sin(angle / 2)
         y1 = k0 * h1 - k1 * h0 - (k2 * h3 - k3 * h2)
         y2 = k0 * h2 - k2 * h0 - (k3 * h1 - k1 * h3)
         y3 = k0 * h3 - k3 * h0 - (k1 * h2 - k2 * h1)

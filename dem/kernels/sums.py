@@ -5,8 +5,8 @@ import numpy as np
 from dem.kernels.added import has_added
 from dem.kernels.arrays import LAW, Joints, Points, RigidBodies
 from dem.kernels.compiled import kernel
+from dem.kernels.joint_law import Numbers, Peak, SofteningRow, peak_of, plain_peak_of, return_map, softening_of
 from dem.kernels.kinematics import Axes, relative_motion
-from dem.kernels.law import Numbers, Peak, SofteningRow, peak_of, plain_peak_of, return_map, softening_of
 
 
 @kernel(forceinline=True)
@@ -20,7 +20,7 @@ def point_sums(
     ----------
     d, g, z : b's point stands at d + X + G X + z gap, X = (s, t, 0), in joint axes; g = (G11, G12, ... G32), and z is
         b's normal: it stood along a's when the joint was made, and a gap turns with its block
-    peak, softening, dilates : see :func:`dem.kernels.law.return_map`; ``dilates`` is a constant of each call
+    peak, softening, dilates : see :func:`dem.kernels.joint_law.return_map`; ``dilates`` is a constant of each call
     motion : dash, 1 / dt, and velocity of b's joint origin against a's [m/s] and of its rotation [rad/s]; or None
     rates : of what the faces' strains add to that velocity, as d and g (9); or None
     strained : None between rigid blocks

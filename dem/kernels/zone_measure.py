@@ -4,9 +4,9 @@ import numpy as np
 
 from dem.kernels.arrays import Array
 from dem.kernels.compiled import kernel
-from dem.kernels.law import peak_of, softening_of, stress
-from dem.kernels.mohr_coulomb import MAT_D, MAT_DN, MAT_G, MAT_STRAIN, MAT_YIELDS, stress_return
+from dem.kernels.joint_law import peak_of, softening_of, stress
 from dem.kernels.zone_arrays import Nodes, QuadTable, SideContacts, Sides, ZonedArrays, Zones
+from dem.kernels.zone_plasticity import MAT_D, MAT_DN, MAT_G, MAT_STRAIN, MAT_YIELDS, stress_return
 from dem.kernels.zones import met, stress_at, turned
 
 

@@ -13,8 +13,19 @@ import numpy as np
 
 from dem.kernels.arrays import Array
 from dem.kernels.compiled import kernel
-from dem.kernels.law import peak_of, plain_peak_of, return_map, softening_of
-from dem.kernels.mohr_coulomb import (
+from dem.kernels.joint_law import peak_of, plain_peak_of, return_map, softening_of
+from dem.kernels.zone_arrays import (
+    Z_FRACTURE,
+    Z_FRICTION,
+    Z_MISSED,
+    Z_PLASTIC,
+    Nodes,
+    QuadTable,
+    SideContacts,
+    Sides,
+    Zones,
+)
+from dem.kernels.zone_plasticity import (
     MAT_D,
     MAT_DN,
     MAT_G,
@@ -26,17 +37,6 @@ from dem.kernels.mohr_coulomb import (
     TENSION_PAST,
     exceeds,
     stress_return,
-)
-from dem.kernels.zone_arrays import (
-    Z_FRACTURE,
-    Z_FRICTION,
-    Z_MISSED,
-    Z_PLASTIC,
-    Nodes,
-    QuadTable,
-    SideContacts,
-    Sides,
-    Zones,
 )
 
 

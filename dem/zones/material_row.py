@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dem.kernels.mohr_coulomb import (
+from dem.kernels.zone_plasticity import (
     MAT_C,
     MAT_D,
     MAT_DN,

@@ -7,11 +7,11 @@
 
 from limitmason.calibration.cross_validation import LeftOut
 from limitmason.calibration.estimation import calibrate
-from limitmason.calibration.fit import Fit, Predicted
 from limitmason.calibration.information import NextTest, UnresolvedDirection
 from limitmason.calibration.joint_model import JointModel
 from limitmason.calibration.least_squares import SearchSettings
 from limitmason.calibration.parameter import Parameter
+from limitmason.calibration.result import Fit, Predicted
 from limitmason.calibration.solid_model import SolidModel
 from limitmason.calibration.targets import FEATURES, CurveTarget, Target
 from limitmason.display.notebook import shows

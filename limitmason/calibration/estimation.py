@@ -11,12 +11,12 @@ import numpy as np
 from limitmason.answers.curve import Curve
 from limitmason.arrays import Array
 from limitmason.calibration.cross_validation import groups_of, left_out
-from limitmason.calibration.fit import Fit, fit_warnings
 from limitmason.calibration.information import Information
 from limitmason.calibration.least_squares import SAME, SearchSettings, Slopes, searched, settle
 from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.parameter import Parameter, ParameterScale
 from limitmason.calibration.profile import profile
+from limitmason.calibration.result import Fit, fit_warnings
 from limitmason.calibration.runs import Model, Runs
 from limitmason.calibration.targets import CurveTarget, Entry, OutputValue, entries_of
 from limitmason.display.progress import watched

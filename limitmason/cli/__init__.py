@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from limitmason import __version__
-from limitmason.cli import application, check, diagnosis, driven, models, packaged, safety, theories
+from limitmason.cli import application, check, diagnosis, experiments, models, pushover, safety, theories
 from limitmason.cli.console import say
 from limitmason.display.progress import MODES, reached, show_progress, task
 from limitmason.errors import InputError, NotApplicable, NotConverged
@@ -122,12 +122,12 @@ def _parser() -> argparse.ArgumentParser:
     top.add_argument("--debug", action="store_true", help="show the whole traceback of an error")
     commands = top.add_subparsers(title="commands", metavar="COMMAND")
 
-    packaged.add_commands(commands)
+    experiments.add_commands(commands)
     models.add_commands(commands)
     safety.add_commands(commands)
     check.add_commands(commands)
     theories.add_commands(commands)
-    driven.add_commands(commands)
+    pushover.add_commands(commands)
     diagnosis.add_commands(commands)
     application.add_commands(commands)
     return top

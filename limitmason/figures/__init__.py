@@ -8,6 +8,7 @@ model where it is needed, what is shown of it, the file that is written. An answ
 from types import ModuleType
 
 from limitmason.figures.assessment_page import assessment_report
+from limitmason.figures.collapse_mechanism import assembly, mechanism
 from limitmason.figures.comparison import predicted_against_published, predicted_beside_references
 from limitmason.figures.confusion import confusable
 from limitmason.figures.contacts import contact_report
@@ -18,7 +19,6 @@ from limitmason.figures.diagnosis_panels import diagnosis
 from limitmason.figures.forces import contact_forces
 from limitmason.figures.history import history_curves, load_displacement
 from limitmason.figures.modes import mac_matrix, mode_shape
-from limitmason.figures.moving_blocks import assembly, mechanism
 from limitmason.figures.plastic_zones import plasticity
 from limitmason.figures.safety import assessment, axle_envelope, load_region
 from limitmason.figures.scene import Scene, view

@@ -10,7 +10,7 @@ from limitmason.checks import instance
 from limitmason.codes import Assessment, FloorSpectrum, GroundSpectrum, RecordSpectrum
 from limitmason.codes.circular_2019 import DAMPING, STATES, Capacity, Spectrum
 from limitmason.constants import VERSION
-from limitmason.figures.moving_blocks import mechanism
+from limitmason.figures.collapse_mechanism import mechanism
 from limitmason.figures.page import bullets, image, table, write_page
 from limitmason.figures.safety import assessment
 from limitmason.figures.structure_page import geometry_facts, joint_table, load_facts

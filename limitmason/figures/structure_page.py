@@ -12,10 +12,10 @@ from limitmason.answers.results import BoundKind, Prediction
 from limitmason.checks import instance
 from limitmason.comparison import SideBySide
 from limitmason.constants import VERSION
+from limitmason.figures.collapse_mechanism import assembly as draw_assembly
+from limitmason.figures.collapse_mechanism import mechanism
 from limitmason.figures.contacts import contact_report
 from limitmason.figures.forces import contact_forces
-from limitmason.figures.moving_blocks import assembly as draw_assembly
-from limitmason.figures.moving_blocks import mechanism
 from limitmason.figures.page import bullets, image, table, write_page
 from limitmason.figures.studies import side_by_side
 from limitmason.model import Assembly, Joint, Loads

@@ -23,7 +23,7 @@ from walls import running_bond
 import dem
 import limitmason as lm
 from limitmason import cli, comparison, diagnosis, experiments, methods
-from limitmason.cli import driven, models
+from limitmason.cli import models, pushover
 from limitmason.comparison import wall_ladder
 from limitmason.study import memo
 
@@ -241,8 +241,8 @@ def run(canned, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(experiments, "all_cases", lambda **_: [experiments.load("pavia-tilting", "S1")])
     monkeypatch.setattr(wall_ladder, "predict_walls", recorder("walls", wall_ladder.predict_walls("formulas", ["189"])))
     monkeypatch.setattr(comparison, "compare", recorder("compare", table))
-    monkeypatch.setattr(driven, "get_method", lambda name: methods.get_method(name) if name == "limit" else pushed)
-    monkeypatch.setattr(driven, "_draw", lambda o, *_: note("draw", o.figure, o.cracks))
+    monkeypatch.setattr(pushover, "get_method", lambda name: methods.get_method(name) if name == "limit" else pushed)
+    monkeypatch.setattr(pushover, "_draw", lambda o, *_: note("draw", o.figure, o.cracks))
     monkeypatch.setattr(diagnosis, "investigate", investigate)
     monkeypatch.setattr(lm.figures, "diagnosis_folder", written)
     # what a figure shows is tested elsewhere: here it counts that it is drawn, of what, and how

@@ -109,7 +109,7 @@ def force(root: Path, cache: Path | None = None, script: str = FORCE) -> tuple[f
 
 @pytest.mark.slow
 def test_an_edit_of_an_imported_kernel_file_is_seen_by_its_callers(tmp_path):
-    law = copied(tmp_path) / "law.py"
+    law = copied(tmp_path) / "joint_law.py"
     assert force(tmp_path) == (pytest.approx(1e3), 0)
     assert force(tmp_path) == (pytest.approx(1e3), 1)
     # of the same length and with the time stamp of before: neither time nor size tells
@@ -119,7 +119,7 @@ def test_an_edit_of_an_imported_kernel_file_is_seen_by_its_callers(tmp_path):
     law.write_text(edited, encoding="utf-8")
     os.utime(law, ns=(before.st_atime_ns, before.st_mtime_ns))
     assert law.stat().st_size == before.st_size
-    for cached in law.parent.glob("__pycache__/law.*.pyc"):
+    for cached in law.parent.glob("__pycache__/joint_law.*.pyc"):
         cached.unlink()  # Python's own cache asks for time and size
     assert force(tmp_path) == (pytest.approx(2e3), 0)
     # and a class whose name stands in what was kept may go

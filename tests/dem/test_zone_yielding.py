@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 from zone_bodies import ZoneBody, grid
 
 import limitmason as lm
-from dem.kernels.mohr_coulomb import MAT_D, MAT_DN, MAT_G, SHEAR_NOW, TENSION_NOW, stress_return
+from dem.kernels.zone_plasticity import MAT_D, MAT_DN, MAT_G, SHEAR_NOW, TENSION_NOW, stress_return
 from dem.zones.material_row import material_row
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, Elasticity
 

@@ -9,7 +9,7 @@ import pytest
 import dem
 import limitmason as lm
 from dem import kernels
-from dem.kernels.law import plain_peak_of, softening_of
+from dem.kernels.joint_law import plain_peak_of, softening_of
 from dem.kernels.sums import point_sums
 from limitmason.capacity import Steps, path, stepping
 from limitmason.capacity.certificate import certify

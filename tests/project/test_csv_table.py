@@ -9,7 +9,7 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments, study
-from limitmason.cli.driven import _write
+from limitmason.cli.pushover import _write
 from limitmason.errors import InputError
 from limitmason.experiments.measured_table import read_measured, write_measured
 from limitmason.experiments.tables import folder, parse_table, read_description, read_table
