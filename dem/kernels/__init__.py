@@ -1,10 +1,10 @@
 """Compiled functions of the explicit distinct element method, one subject to a file; only these import each other.
 
-``joint_law`` is the joint law at a point and ``added`` the terms that are added to it, ``sums`` adds it up over the points of
-a joint, ``kinematics`` says how the blocks of a joint lie to each other, ``forces`` brings the sums to the blocks,
-``ties`` the pull of rods, ``deformed`` what goes with blocks that strain, ``stepping`` moves these, ``measure`` reads a
-position without changing it, ``springs`` says how stiffly its joints hold a block, ``shapes`` finds where pieces touch,
-``going_on`` the faces that go on from one block to the next, ``pivots`` the joints that bear on an edge;
+``joint_law`` is the joint law at a point and ``added`` the terms that are added to it, ``sums`` adds it up over the
+points of a joint, ``kinematics`` says how the blocks of a joint lie to each other, ``forces`` brings the sums to the
+blocks, ``ties`` the pull of rods, ``deformed`` what goes with blocks that strain, ``stepping`` moves these, ``measure``
+reads a position without changing it, ``springs`` says how stiffly its joints hold a block, ``shapes`` finds where
+pieces touch, ``going_on`` the faces that go on from one block to the next, ``pivots`` the joints that bear on an edge;
 ``arrays`` is what all of them see. ``zones`` has the forces of blocks cut into zones in the plane, with the same joint
 law, ``zone_plasticity`` returns a zone's stress to its strength (Mohr-Coulomb), ``zone_motion`` moves zones,
 ``zone_measure`` reads them.
