@@ -15,7 +15,7 @@ from limitmason.model.load import Loads
 from mechanisms.friction import FrictionSums, bed_joint_friction, edge_radii, torsion_radius
 from mechanisms.motion import ESTIMATE, THIS_MOTION, answer, flexure_twists
 from mechanisms.optimum import SmallestValue, ratio, smallest_ratio
-from mechanisms.parameters import Facade, foot_level, read
+from mechanisms.parameters import Facade, check_reduction, courses_to_try, foot_level, read
 from mechanisms.virtual_work import flexure_power
 
 SOURCE_D = (
@@ -91,14 +91,11 @@ def horizontal_flexure(
         raise NotApplicable(f"side_walls must be 1 or 2 for horizontal flexure, got {f.side_walls}")
     if not 0.0 < contact_factor <= 1.0:
         raise InputError(f"contact_factor must be above 0 and at most 1, got {contact_factor!r}")
-    if reduction is not None and not 0.0 <= reduction <= 1.0:
-        raise InputError(f"reduction must lie between 0 and 1, got {reduction!r}")
-    if hinge_courses is not None and not 1 <= hinge_courses <= f.courses:
-        raise InputError(f"hinge_courses must be a whole number from 1 to {f.courses}, got {hinge_courses!r}")
+    check_reduction(reduction)
+    hinges = courses_to_try("hinge_courses", hinge_courses, f.courses)
     arm = torsion_radius(f.staggering, f.thickness) if torsion_arm is None else torsion_arm
     if not arm >= 0.0:
         raise InputError(f"torsion_arm must not be negative [m], got {torsion_arm!r}")
-    hinges = range(1, f.courses + 1) if hinge_courses is None else [int(hinge_courses)]
 
     def search(omega: float | None) -> tuple[SmallestValue, int]:
         best: tuple[SmallestValue, int] | None = None

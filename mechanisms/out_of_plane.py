@@ -16,7 +16,7 @@ from limitmason.model.load import Loads
 from mechanisms.friction import FrictionSums, bed_joint_friction, joint_friction
 from mechanisms.motion import ESTIMATE, UPPER_IDEAL, answer, rocking_twists
 from mechanisms.optimum import SmallestValue, ratio, smallest_ratio
-from mechanisms.parameters import Facade, ReadParameters, foot_level, read
+from mechanisms.parameters import Facade, ReadParameters, check_reduction, courses_to_try, foot_level, read
 from mechanisms.stepping import best_steps
 from mechanisms.virtual_work import rocking_power
 
@@ -78,8 +78,8 @@ def simple_rocking(
     """
     seen = read(facade, loads, side_walls=side_walls)
     f = seen.facade
-    _share("reduction", reduction)
-    hinges = _range("hinge_courses", hinge_courses, f.courses)
+    check_reduction(reduction)
+    hinges = courses_to_try("hinge_courses", hinge_courses, f.courses)
     found = {n: rocking_terms(f, n, n, reduction=reduction) for n in hinges}
     n = min(found, key=lambda k: ratio(found[k].numerator, found[k].denominator, 0.0))
     value = ratio(found[n].numerator, found[n].denominator, 0.0)
@@ -165,15 +165,14 @@ def compound_rocking(
                 f"{(given or ['below_crack'])[0]} is for a straight crack; a stepped one is searched whole"
             )
         return _stepped(seen, hinge_courses)
-    if reduction is not None:
-        _share("reduction", reduction)
+    check_reduction(reduction)
     if crack_tangent is not None and not 0.0 <= crack_tangent <= f.steepest_crack * (1.0 + 1e-9):
         steepest = f.steepest_crack
         raise InputError(f"crack_tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {crack_tangent!r}")
 
     def search(omega: float | None) -> tuple[SmallestValue, int, int]:
         best: tuple[SmallestValue, int, int] | None = None
-        for n in _range("hinge_courses", hinge_courses, f.courses):
+        for n in courses_to_try("hinge_courses", hinge_courses, f.courses):
             for m in _crossed(crossed_courses, n, given=hinge_courses is not None):
                 terms = rocking_terms(f, n, m, reduction=omega, below_crack=below_crack)
                 limit = min(f.steepest_crack, f.side_wall_length / (m * f.course_height))
@@ -251,7 +250,7 @@ def rocking_terms(
 def _stepped(seen: ReadParameters, hinge_courses: int | None) -> Prediction:
     """Compound rocking whose crack follows whole courses, at the worst hinge."""
     f, h = seen.facade, seen.facade.course_height
-    hinges = _range("hinge_courses", hinge_courses, f.courses)
+    hinges = courses_to_try("hinge_courses", hinge_courses, f.courses)
     found = {n: best_steps(f, n) for n in hinges}
     n = min(found, key=lambda k: found[k].multiplier)
     steps = found[n].courses
@@ -318,14 +317,6 @@ def _twists(seen: ReadParameters, level: float, crack: Any) -> Array | None:
     return rocking_twists(seen.assembly, seen.loads, foot + level, lambda z: crack(z - foot))
 
 
-def _range(name: str, value: int | None, most: int) -> range:
-    if value is None:
-        return range(1, most + 1)
-    if isinstance(value, bool) or value != int(value) or not 1 <= value <= most:
-        raise InputError(f"{name} must be a whole number from 1 to {most}, got {value!r}")
-    return range(int(value), int(value) + 1)
-
-
 def _crossed(value: int | str | None, hinge: int, *, given: bool) -> range:
     """Courses to cross for one hinge, or none where the crack would pass below a hinge that is being searched."""
     if value == "hinge":
@@ -336,9 +327,4 @@ def _crossed(value: int | str | None, hinge: int, *, given: bool) -> range:
         if not given:
             return range(0)
         raise InputError(f"crossed_courses {value} exceeds hinge_courses {hinge}: the crack would pass below the hinge")
-    return _range("crossed_courses", value, hinge)
-
-
-def _share(name: str, value: float) -> None:
-    if not 0.0 <= value <= 1.0:
-        raise InputError(f"{name} must lie between 0 (no friction) and 1 (all of it), got {value!r}")
+    return courses_to_try("crossed_courses", value, hinge)

@@ -232,6 +232,21 @@ def read(facade: Facade | Assembly, loads: Loads | None = None, **changes: Any) 
     return ReadParameters(facade.changed(**given) if given else facade, None, None)
 
 
+def courses_to_try(name: str, value: int | None, most: int) -> range:
+    """The number of courses that is given, or all from 1 to ``most``, of which the worst will be taken."""
+    if value is None:
+        return range(1, most + 1)
+    if isinstance(value, bool) or value != int(value) or not 1 <= value <= most:
+        raise InputError(f"{name} must be a whole number from 1 to {most}, got {value!r}")
+    return range(int(value), int(value) + 1)
+
+
+def check_reduction(value: float | None) -> None:
+    """Refuse a factor on the friction that is given and does not lie between 0 and 1."""
+    if value is not None and not 0.0 <= value <= 1.0:
+        raise InputError(f"reduction must lie between 0 (no friction) and 1 (all of it), got {value!r}")
+
+
 def wall_recipe(assembly: Assembly) -> dict[str, Any]:
     """Recipe of a built wall, or an error that says what to do."""
     recipe = dict(assembly.recipe)

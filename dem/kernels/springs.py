@@ -33,7 +33,12 @@ def _run(rows: Array, first: int, count: int, out: Array, eight: Array) -> None:
 
 @kernel(fast=False, counted=True)
 def _pairwise(rows: Array, first: int, count: int, out: Array) -> None:
-    """Sum of rows in the order in which numpy sums a column: halves of halves down to :data:`RUN` rows."""
+    """Sum of rows in the order in which numpy sums a column: halves of halves down to :data:`RUN` rows.
+
+    The same order gives the last bits of numpy's sum. A stack stands for a function that calls itself: at each depth a
+    run of rows (``begin``, ``size``), how many of its halves are summed (``done``), the sum of its first half
+    (``lower``) and of the whole (``found``).
+    """
     width, depth, level = rows.shape[1], 0, 48
     begin, size, done = np.zeros(level, np.int64), np.zeros(level, np.int64), np.zeros(level, np.int64)
     lower, found, eight = np.empty((level, width)), np.empty((level, width)), np.empty((8, width))

@@ -38,12 +38,12 @@ class Zones(NamedTuple):
 class QuadTable(NamedTuple):
     """Tables of zone shapes and materials."""
 
-    stiffness: Array  # (k, 8, 8)
-    strain: Array  # (k, 4, 3, 8)
-    release: Array  # (k, 4, 4, 3)
-    modes: Array  # (k, 4, 3, 4)
-    weight: Array  # (k, 4)
-    gradient: Array  # (k, 4, 2)
+    stiffness: Array  # enhanced modes condensed [N/m], (k, 8, 8)
+    strain: Array  # xx, zz, 2 xz at every stress point by nodal displacements [1/m], (k, 4, 3, 8)
+    release: Array  # enhanced modes by the stress that plastic strain takes away at a point [m/Pa], (k, 4, 4, 3)
+    modes: Array  # strains at every stress point by enhanced modes [1/m], (k, 4, 3, 4)
+    weight: Array  # volume of every stress point [m3], (k, 4)
+    gradient: Array  # of the nodes' shape functions at the middle, x and z [1/m], (k, 4, 2)
     material: Array  # (m, MAT_SIZE)
 
 

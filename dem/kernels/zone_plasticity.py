@@ -55,6 +55,7 @@ def planes(mat: Array, m: int, a: Array, b: Array, f: Array, shear: Index) -> in
         for r in range(3):
             a[i, r] = f[i, r] = 0.0
         shear[i] = 1
+    # plane strain: shear between largest and smallest, then the edges where two are equal, then tension of each
     if mat[m, MAT_STRAIN] != 0.0:
         for i, (up, low) in enumerate(((0, 2), (0, 1), (1, 2))):
             a[i, up], a[i, low], b[i] = k, -1.0, c
@@ -64,6 +65,7 @@ def planes(mat: Array, m: int, a: Array, b: Array, f: Array, shear: Index) -> in
             b[3 + r] = ft
             shear[3 + r] = 0
         return 6
+    # plane stress, 0 across: shear in the plane; each in tension, k s <= c or s <= ft; each in compression, -s <= c
     a[0, 0], a[0, 1], b[0] = k, -1.0, c
     f[0, 0], f[0, 1] = q, -1.0
     cut = min(ft, c / k)

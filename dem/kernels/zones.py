@@ -117,6 +117,7 @@ def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plas
             continue
         zones.flag[z, g] = past | new
         w = tables.weight[kind, g]
+        # the stress that plastic strain takes away here, with its nodal forces and what enhanced modes give after it
         d0, d1, d2 = xx - trial[0], zz - trial[1], xz - trial[2]
         zones.spent[z, g, 0] += d0
         zones.spent[z, g, 1] += d1
@@ -135,6 +136,7 @@ def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plas
         lost += w * (
             trial[0] * plastic[0] + trial[1] * plastic[1] + trial[2] * plastic[2] + trial[3] * plastic[3]
         )
+        # length of the plastic strain tensor: its entry 2 holds 2 xz, of which both shears make half of the square
         zones.plastic[z, g] += np.sqrt(
             plastic[0] * plastic[0] + plastic[1] * plastic[1] + plastic[3] * plastic[3] + 0.5 * plastic[2] * plastic[2]
         )

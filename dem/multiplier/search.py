@@ -203,7 +203,7 @@ class _Bracket:
         return np.inf if self.stable >= self.up_to or new > 1e3 * self.c.unit else new
 
     def held(self, new: float, record: list[tuple[float, LoadVerdict]]) -> None:
-        """Count a load as held."""
+        """Count a load as held; one above a refused load shows that it was refused for the stride that led to it."""
         if new >= self.refused:
             # reopen the bracket: up to the next refused load, or upwards again
             above = [(x, v.outcome) for x, v in record if v.outcome != EQUILIBRIUM and x > new]
@@ -213,7 +213,8 @@ class _Bracket:
         self.stable = new
         self.queue = [x for x in self.queue if x > new]
         if not np.isfinite(self.refused) and new > self.last:
-            # the first climb takes longer strides, to a quarter of the load
+            # beyond the loads that were asked for. Where these lead near to collapse strides begin at the tolerance and
+            # double; else the first climb takes longer strides, to a quarter of the load
             longest = max(2.0 * self.c.first, 0.25 * new)
             self.step = 2.0 * self.step if self.near else min(1.5 * self.step, longest)
 

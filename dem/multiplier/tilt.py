@@ -98,11 +98,10 @@ class TiltTest(Displayed, Readings):
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Between the stopped tables that stood and fell.
+        """Tangents of the tilt between which the wall falls [-], None where no stopped table stood and fell.
 
-        It is lower where a turning one fell earlier.
-
-        None without them.
+        The upper end is the lowest stopped table on which it fell. The lower end is the highest on which it stood, or
+        the multiplier, where it fell earlier on a table that turned.
         """
         if not np.isfinite(self.held).all():
             return None

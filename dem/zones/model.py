@@ -128,9 +128,9 @@ class _Shapes:
         self.known: dict[Hashable, int] = {}
 
     def of(self, cell: Index, material: Material, thickness: float) -> int:
-        """Number of the tables of a zone with its nodes.
+        """Where the tables of a zone stand in ``made``; they are made for the first zone of its kind.
 
-        Sizes and forms are equal that are so to nine digits.
+        Zones are of one kind if size and form agree to nine digits, and thickness and material are the same.
         """
         arms = self.place[cell] - self.place[cell].mean(axis=0)
         size = np.abs(arms).max()
@@ -178,7 +178,11 @@ def make_zones(
 
 
 def set_loads(model: ZonedModel, wrench: Array) -> None:
-    """Apply a wrench per block [N, N m], shape (n, 6): on a zoned block as a rigid motion's inertia acts."""
+    """Apply a wrench per block [N, N m], shape (n, 6).
+
+    On the nodes of a zoned block it is spread as the inertia of a rigid motion: the force by volume, and about their
+    middle a turning field that gives the moment.
+    """
     mesh, nodes, rigid = model.mesh, model.nodes, model.rigid
     volume = nodal_volume(model)
     nodes.load[:] = 0.0

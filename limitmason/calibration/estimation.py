@@ -12,7 +12,7 @@ from limitmason.answers.curve import Curve
 from limitmason.arrays import Array
 from limitmason.calibration.cross_validation import groups_of, left_out
 from limitmason.calibration.information import Information
-from limitmason.calibration.least_squares import SAME, SearchSettings, Slopes, searched, settle
+from limitmason.calibration.least_squares import SAME, SearchSettings, Slopes, confirmed, searched
 from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.parameter import Parameter, ParameterScale
 from limitmason.calibration.profile import profile
@@ -130,7 +130,7 @@ def _fitted(
     """The best of all runs, slopes there, every minimum, and the intervals where a level is given."""
     best, guess, minima = searched(objective, effort)
     objective.say("slopes")
-    best, slopes = settle(objective, best, guess, effort.most)
+    best, slopes = confirmed(objective, best, guess, effort.most)
     ends = None
     for _ in range(0 if level is None else AGAIN):
         assert level is not None
@@ -138,7 +138,7 @@ def _fitted(
         ends = profile(objective, best, slopes, objective.rise(best, level))
         if objective.best.chi2 > best.chi2 - SAME * objective.variance(best):
             break
-        best, slopes = settle(objective, objective.best, slopes.central, effort.most)
+        best, slopes = confirmed(objective, objective.best, slopes.central, effort.most)
     return best, slopes, minima, ends
 
 

@@ -55,8 +55,13 @@ class Information(ReadOnly):
     sides: Array
 
     def _parts(self, slopes: Array | None = None) -> tuple[Array, Array]:
-        """Deviation of every principal move in resolutions, infinite where unseen, and the moves, shape (p, p)."""
+        """Deviation of every principal move in resolutions, infinite where unseen, and the moves, shape (p, p).
+
+        Principal moves are the right singular vectors of the slopes per resolution, U S V^T. A move of one unit changes
+        the residuals by its singular value s, so that its deviation is sqrt(variance) / s.
+        """
         p = len(self.scale)
+        # rows of zeros: with fewer data than parameters the moves that no datum sees are vectors too
         seen = (self.slopes if slopes is None else slopes) * self.scale.resolution
         _, size, moves = np.linalg.svd(np.vstack([seen, np.zeros((p, p))]), full_matrices=False)
         floor = max(BLIND, 1e-10 * float(size.max(initial=0.0)))

@@ -196,11 +196,15 @@ def measured_slopes(objective: Objective, at: Minimum, guess: Array) -> Slopes:
     return Slopes(central, below, above, np.where(open_[0], one[0], 0.0), np.where(open_[1], one[1], 0.0))
 
 
-def settle(objective: Objective, best: Minimum, guess: Array, most: int) -> tuple[Minimum, Slopes]:
-    """The minimum that no point one deviation away lies below, and the slopes there."""
+def confirmed(objective: Objective, best: Minimum, guess: Array, most: int) -> tuple[Minimum, Slopes]:
+    """The minimum that no point one deviation away lies below, and the slopes there.
+
+    Slopes are measured a deviation to either side of a minimum. Where one of these runs lies below it, or the slopes
+    lead on, the search goes on from there and the slopes are measured anew.
+    """
     while True:
         found = measured_slopes(objective, best, guess)
-        below = objective.best
+        below = objective.best  # of all runs so far, those for the slopes included
         start = below if below.chi2 < best.chi2 - NOISE * objective.variance(best) else best
         better, guess = descend(objective, start.x, most, found.central)
         moved = float(np.linalg.norm(found.central @ (better.x - best.x)))

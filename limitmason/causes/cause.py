@@ -163,7 +163,7 @@ def check_causes(causes: Iterable[Cause], nuisance: Iterable[str] = ()) -> tuple
 def cause_pairs(causes: Sequence[Cause]) -> list[tuple[Cause, Cause]]:
     """All pairs that can act together, in list order.
 
-    Two causes of one parameter cannot.
+    Two causes that set the same parameter of the simulator cannot: it takes one value of it.
     """
     out = []
     for i, first in enumerate(causes):

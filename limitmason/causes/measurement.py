@@ -162,6 +162,7 @@ def rig_compliance(
 
 
 def _shifted(*, covariate: str, label: Any) -> Mapping[str, Any]:
+    """What of the declaration of a batch shift depends on its options; its own covariate cannot rival it as a trend."""
     return {
         "name": f"shift of {covariate} {label}",
         "parameter": f"shift_{covariate}_{label}".replace(" ", "_"),

@@ -80,8 +80,8 @@ def load_displacement(
         marker = "o" if len(u) < 12 else None
         ax.plot(1e3 * u, 1e-3 * f, color=style.BLACK, linewidth=0.8, marker=marker, markersize=3.5, label=label,
                 markerfacecolor="white", gid="measured", zorder=2.5)  # fmt: skip
-    for (label, force), dashes in zip(_measured_levels(measured), cycle(_LEVELS), strict=False):
-        ax.axhline(force, color=style.BLACK, linewidth=0.8, linestyle=dashes, label=label, gid=f"measured {label}")
+    for (label, force_kn), dashes in zip(_measured_levels(measured), cycle(_LEVELS), strict=False):
+        ax.axhline(force_kn, color=style.BLACK, linewidth=0.8, linestyle=dashes, label=label, gid=f"measured {label}")
     for (label, force), colour in zip((levels or {}).items(), cycle(reversed(style.SERIES)), strict=False):
         ax.axhline(1e-3 * force, color=colour, linewidth=0.8, linestyle=(0, (2, 2)), label=label, gid=f"level {label}")
     groups: dict[str, list[tuple[float, float]]] = {}

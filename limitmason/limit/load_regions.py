@@ -338,10 +338,12 @@ def _closed(
         inner = np.array(corners)
         extent = np.maximum(np.ptp(inner, axis=0), FLAT * support.unit)
         size = float(np.linalg.norm(np.ptp(inner / extent, axis=0)))
+        # where the outer set stands out of the inner one: its corners, and the nearest points of the inner set
         far = _outer_corners(planes, inner, extent)
         foot = np.array([_nearest(inner / extent, w) for w in far])
         away = np.linalg.norm(far - foot, axis=1) if len(far) else np.zeros(0)
         gap = float(away.max(initial=0.0)) / size
+        # outwards from there, as directions of the multipliers themselves
         fresh = [
             (w - f) / extent / np.linalg.norm((w - f) / extent)
             for w, f, a in zip(far, foot, away, strict=True) if a > tolerance * size

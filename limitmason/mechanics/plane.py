@@ -50,9 +50,9 @@ def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) ->
     free = ~assembly.fixed
     wrench = np.concatenate([loads.dead[free], loads.live[free]])
     size = max(np.abs(wrench[:, :3]).max(initial=0.0), 1e-300)
-    pulls = np.arange(len(active), len(assembly.links.area))
-    pulls = pulls[free[assembly.links.block_a[pulls]] | free[assembly.links.block_b[pulls]]]
-    vectors = np.concatenate([x.normal[active], wrench[:, :3] / size, assembly.links.normal[pulls], _in_plane(driven)])
+    ties = np.arange(len(active), len(assembly.links.area))  # links are the interfaces and, after them, the ties
+    ties = ties[free[assembly.links.block_a[ties]] | free[assembly.links.block_b[ties]]]
+    vectors = np.concatenate([x.normal[active], wrench[:, :3] / size, assembly.links.normal[ties], _in_plane(driven)])
     corners = x.corners[(x.corner_start[:-1][active, None] + np.arange(4))]
     edge = corners[:, 1] - corners[:, 0]
     # singular values: those of vectors.T @ vectors would be the squares, whose rounding hides a plane that is turned
@@ -66,22 +66,23 @@ def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) ->
         candidates = sorted([e, np.cross(x.normal[active][0], e)], key=lambda p: -abs(p[1]))
     length = np.linalg.norm(corners.max(axis=(0, 1)) - corners.min(axis=(0, 1)))
     for p in candidates:
+        # of the two normals of a plane the one whose largest component is positive, or its y where that is large
         p = p / np.linalg.norm(p) * (1.0 if p[np.abs(p).argmax()] > 0 else -1.0)
         if abs(p[1]) > 0.5 and p[1] < 0:
             p = -p
-        height = corners @ p
+        across = corners @ p
         middle = x.centroid[free] @ p
         level = float(np.median(middle))
         mirrored = (
-            np.abs(np.sort(height, axis=1) + np.sort(height, axis=1)[:, ::-1] - 2 * level).max() <= 1e-7 * length
+            np.abs(np.sort(across, axis=1) + np.sort(across, axis=1)[:, ::-1] - 2 * level).max() <= 1e-7 * length
             and np.abs(middle - level).max() <= 1e-7 * length
-            and np.abs(assembly.links.centre[pulls] @ p - level).max(initial=0.0) <= 1e-7 * length
+            and np.abs(assembly.links.centre[ties] @ p - level).max(initial=0.0) <= 1e-7 * length
         )
         spread = np.sort(np.abs(np.stack([edge @ p, (corners[:, 2] - corners[:, 1]) @ p], axis=1)), axis=1)
         rectangular = spread[:, 0].max() <= 1e-7 * length
         moments = wrench[:, 3:] - (wrench[:, 3:] @ p)[:, None] * p
-        quiet = np.abs(moments).max(initial=0.0) <= 1e-9 * size * length
-        if mirrored and rectangular and quiet and _supports_fit(assembly.held, p):
+        turns_in_plane = np.abs(moments).max(initial=0.0) <= 1e-9 * size * length
+        if mirrored and rectangular and turns_in_plane and _supports_fit(assembly.held, p):
             z = np.array([0.0, 0.0, 1.0])
             first = np.cross(p, z) if abs(p[2]) < 0.9 else np.array([1.0, 0.0, 0.0]) - p[0] * p
             first /= np.linalg.norm(first)

@@ -74,15 +74,16 @@ def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
 
 
 def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False) -> Laid:
-    """The assembly with held blocks made one.
+    """The assembly with a group of held blocks made one, so that a support of several blocks moves as one body.
 
-    The first of them owns the joints and ties of all.
-
-    Joints between held blocks are left out: the ground bears both sides of them.
+    The first of the group owns the joints and ties of all. Joints between two held blocks are left out: the ground
+    bears both sides of them.
 
     Parameters
     ----------
-    drop : make one block of all, with the pieces of all; else the others stay where they are, without joints
+    group : numbers of held blocks
+    drop : give the first block the solids of all and leave the others out; else these stay where they are, without
+        joints, so that blocks keep their numbers
     """
     first, owner, rest = group[0], np.arange(assembly.n_blocks), np.setdiff1d(np.arange(assembly.n_blocks), group[1:])
     owner[list(group)] = first

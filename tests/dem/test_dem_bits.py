@@ -53,7 +53,7 @@ def test_fresh_and_cached_kernels_give_the_same_bits(tmp_path):
 @pytest.mark.parametrize(
     "name",
     [
-        "law.return_map", "law.stress", "law.strength_of", "added.with_added", "sums.point_sums",
+        "joint_law.return_map", "joint_law.stress", "joint_law.strength_of", "added.with_added", "sums.point_sums",
         "deformed.strained_sums", "forces._joint_forces", "zone_measure._zone_stresses",
     ],
 )

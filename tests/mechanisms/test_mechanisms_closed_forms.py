@@ -70,6 +70,15 @@ def test_section_7_simple_rocking():
     assert value(me.simple_rocking(ROUND.changed(friction=0.0), hinge_courses=10)) == pytest.approx(0.15, abs=1e-12)
 
 
+@pytest.mark.parametrize("mechanism", [me.simple_rocking, me.compound_rocking, me.horizontal_flexure])
+def test_a_hinge_lies_at_a_whole_course_of_the_wall(mechanism):
+    for hinge in (0, 2.5, 11, True):
+        with pytest.raises(ValueError, match="hinge_courses must be a whole number from 1 to 10"):
+            mechanism(ROUND, hinge_courses=hinge)
+    with pytest.raises(ValueError, match="reduction must lie between 0"):
+        mechanism(ROUND, reduction=1.1)
+
+
 def test_simple_rocking_searches_the_hinge():
     # friction grows with the cube of the depth: nine courses down is worse than ten
     worst = me.simple_rocking(ROUND)

@@ -141,14 +141,14 @@ def assembly(test: Experiment) -> Assembly:
             normal_stiffness=CRACK_STIFFNESS[0], shear_stiffness=CRACK_STIFFNESS[1], name="crack in a unit",
         )  # fmt: skip
     courses = int(p["courses"])
-    # a unit with its joint is longer than the unit
-    lengths = int(float(p["length"]) / (float(p["unit length"]) / 1e3))
+    # as many whole units as fit: each model unit takes half of the joints beside it and is longer than the unit
+    per_course = int(float(p["length"]) / (float(p["unit length"]) / 1e3))
     wall = running_wall(
         length=float(p["length"]),
         courses=courses,
-        unit=(float(p["length"]) / lengths, float(p["height"]) / courses, float(p["thickness"])),
+        unit=(float(p["length"]) / per_course, float(p["height"]) / courses, float(p["thickness"])),
         joint=joint,
-        density=1e-6,
+        density=1e-6,  # weightless, as assumed: the vertical force comes on the beam
         top_beam=o["beam_height"],
         beam_density=0.0,
         unit_cracks=crack,

@@ -74,7 +74,15 @@ class BlockCholesky:
         self._place_points(self._rank[row], point[owner])
 
     def _place_points(self, rank: Index, point: Index) -> None:
-        """Give every point to the front that eliminates its first unknown, and find its rows' places there."""
+        """Give every point to the front that eliminates its first unknown, and find its rows' places there.
+
+        A place is that of ``Fronts.place``: own unknowns of the front first, then its boundary.
+
+        Parameters
+        ----------
+        rank : of the unknown of every gathered row, in order of elimination
+        point : to which the row belongs
+        """
         fronts = self.fronts
         loaded = np.flatnonzero(np.diff(self._row_start))
         owner = np.zeros(self.points, dtype=np.intp)

@@ -200,8 +200,9 @@ def in_balance(problem: Problem, force: Array, multiplier: float) -> Array:
 def carries_any(problem: Problem, solution: Solution) -> bool:
     """Whether the forces of a solution grow with the live load without end: a ray that proves "unbounded".
 
-    A f + live = 0 on every block, by its own live load, with friction and normal force alone. What the whole takes for
-    rounding may be all that a small block bears: cohesion, or a tie. Forces that a solver does not give prove nothing.
+    A f + live = 0 on every block, by its own live load, with friction and normal force alone: cohesion, ties and joints
+    that crush have a largest force and no ray. Every block is judged by its own load, since cohesion that is rounding
+    to the whole may bear all of a small block. Forces that a solver does not give prove nothing.
     """
     if not solution.multiplier > 0:
         return False
