@@ -97,9 +97,10 @@ _ASSOCIATIVE_PLASTIC = Cell(
 _NON_ASSOCIATIVE_PLASTIC = Cell(
     Taken.PLASTIC, says="tension and cohesion are taken as perfectly plastic, and dilatancy goes on with any slip"
 )
+_BY_FORMULAS = "by the closed forms; a bound by a motion that the blocks can make counts what they dissipate"
 _CLOSED_FORM = Cell(
     Taken.LEFT_OUT,
-    "by closed forms; a motion that is admissible on the blocks is charged with their power",
+    _BY_FORMULAS,
     says="cohesion, tension and crushing of the joints are left out by this closed form",
 )
 _STRENGTH = {
@@ -112,7 +113,7 @@ _NO_SOFTENING = Cell(
     says="residual values of the joints are left out: joints keep their peak strength at any slip and "
     "opening, so joints that soften carry less; the DEM follows them",
 )
-_LEFT_OUT_OF_RANGE = Cell(Taken.LEFT_OUT, "a range has no warnings: its docstring says so")
+_LEFT_OUT_OF_RANGE = Cell(Taken.LEFT_OUT, "a proven range carries no warnings; its docstring says so")
 _PLASTIC_THEORIES = {**_all(_NO_SOFTENING, *LIMIT, MECHANISMS), PROVEN_RANGE: _LEFT_OUT_OF_RANGE}
 _NO_PROOF, _NO_TIES = (
     Cell(
@@ -130,11 +131,11 @@ _AT_CORNERS = Cell(
 _CRUSHING = {
     **_all(_NO_PROOF, PROVEN_SMALLEST, PROVEN_RANGE),
     **_all(Cell(Taken.TAKEN, "at its contact points, like all others"), DEM, PUSHOVER),
-    MECHANISMS: _CLOSED_FORM._replace(why="an upper bound stays one: a motion that opens every joint crushes nothing"),
+    MECHANISMS: _CLOSED_FORM._replace(why="a motion that opens every joint crushes nothing: its bound holds"),
 }
 _NOT_COVERED = Cell(Taken.REFUSED, "the interior-point solver of this package does not cover", "use solver='clarabel'")
 _PSI_IS_PHI = Cell(Taken.LEFT_OUT, "psi = phi is taken, and the bound says so")
-_LOST = Cell(Taken.TAKEN, "with residual values it is lost, without them it is perfectly plastic")
+_LOST = Cell(Taken.TAKEN, "lost where the joint has residual values, else perfectly plastic")
 _TIES_PLASTIC = Cell(
     Taken.PLASTIC,
     "tension only, up to the least of yield, bond and anchor plate, with any elongation",
@@ -146,10 +147,10 @@ _BY = "by opening, by opening or slip, or not at all (Joint.lost_by); "
 DILATANCY = Term(
     "dilatancy psi < phi", "dilates less than its friction", lambda a: a.arrays.tan_psi < a.arrays.tan_phi, {
         **_all(_PSI_IS_PHI, ASSOCIATIVE, INTERIOR_POINT), **_all(TAKEN, PROVEN_SMALLEST, PROVEN_RANGE),
-        NON_ASSOCIATIVE: Cell(Taken.TAKEN, "goes on with any slip"),
-        DEM: Cell(Taken.TAKEN, "up to JointOptions.dilatant_slip, and given back where a joint slides back"),
-        PUSHOVER: Cell(Taken.TAKEN, "whichever way the slip leads: where it turns back the curve warns"),
-        MECHANISMS: Cell(Taken.LEFT_OUT, "what is admissible bounds the associative value, and the bound says so"),
+        NON_ASSOCIATIVE: Cell(Taken.TAKEN, "joints go on opening with any slip"),
+        DEM: Cell(Taken.TAKEN, "up to JointOptions.dilatant_slip; the joint closes again where it slides back"),
+        PUSHOVER: Cell(Taken.TAKEN, "slip opens the joint in any direction; where it turns back the curve warns"),
+        MECHANISMS: Cell(Taken.LEFT_OUT, "psi = phi is taken: a motion gives an upper bound of the associative value"),
     },
 )  # fmt: skip
 COHESION = Term("cohesion", "has cohesion", lambda a: a.arrays.cohesion > 0.0, _STRENGTH)
@@ -170,8 +171,8 @@ ABOVE_APEX = Term(
 CRUSHING = Term(
     "crushing, at points of a grid", _FC, _crushes, {
         **_CRUSHING, **_all(TAKEN, INTERIOR_POINT, DEM, PUSHOVER),
-        ASSOCIATIVE: Cell(Taken.TAKEN, "errs on the high side; says what half as many points give"),
-        NON_ASSOCIATIVE: Cell(Taken.TAKEN, "errs on the high side; says how many points there are"),
+        ASSOCIATIVE: Cell(Taken.TAKEN, "errs on the high side; the answer says what half as many points give"),
+        NON_ASSOCIATIVE: Cell(Taken.TAKEN, "errs on the high side; the answer says how many points there are"),
     }, GRID,
 )  # fmt: skip
 STRESS_BLOCK = Term(
@@ -213,11 +214,10 @@ TIES = Term(
     lambda a: np.repeat([False, True], [len(a.interfaces), len(a.ties)]), {
         **_all(_TIES_PLASTIC, ASSOCIATIVE, NON_ASSOCIATIVE), **_all(_NO_TIES, PROVEN_SMALLEST, PROVEN_RANGE),
         INTERIOR_POINT: _NOT_COVERED,
-        DEM: Cell(Taken.PLASTIC, "elastic up to their strength, with the elongation that is left; tension only"),
-        PUSHOVER: Cell(Taken.PLASTIC, "elastic up to their strength, at any rotation, loose when they shorten; not "
-                       "with blocks that deform"),
-        MECHANISMS: Cell(Taken.LEFT_OUT, "by closed forms; a motion that is admissible on the blocks is charged with "
-                         "their power", says="ties are left out by this closed form"),
+        DEM: Cell(Taken.PLASTIC, "tension only, elastic up to their strength; what they have yielded by remains"),
+        PUSHOVER: Cell(Taken.PLASTIC, "tension only, elastic up to their strength, at any rotation; not with blocks "
+                       "that deform"),
+        MECHANISMS: Cell(Taken.LEFT_OUT, _BY_FORMULAS, says="ties are left out by this closed form"),
     },
 )  # fmt: skip
 FIELDS = (
