@@ -219,7 +219,7 @@ def check_contacts(assembly: Assembly, loads: Loads, twists: Array) -> ContactCh
     faces = points.interface < len(assembly.interfaces)
     law = interface_law(assembly.links).at(points.interface).over(points.area).without_crushing(np.flatnonzero(faces))
     opening, sliding = rates[:, 0], np.linalg.norm(rates[:, 1:], axis=1)
-    excess = law.lift(opening, sliding)[faces]
+    excess = law.free_opening(opening, sliding)[faces]
     largest = max(float(np.abs(opening).max(initial=0.0)), float(sliding.max(initial=0.0)), 1e-300)
     dissipated = float(law.dissipation(opening, sliding).sum())
     work = float((loads.live * v).sum())

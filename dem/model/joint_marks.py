@@ -43,6 +43,8 @@ def joint_marks(state: State, now: PointForces, count: int) -> JointMarks:
     p, law = state.points, state.joints.law[now.owner]
     kn, ft = law[:, LAW.kn], law[:, LAW.tension]
     force = np.linalg.norm(now.force, axis=1) / p.area
+    # the normal stress that the opening would make in a joint that does not crush, in tension at most ft and none once
+    # a point is damaged; the shear stress is the rest of the force beside the normal stress that is really there
     normal = np.maximum(-kn * now.opening, np.where(p.damage > 0.0, 0.0, -ft))
     crushing = np.minimum(normal, kn * law[:, LAW.crushing])
     shear = np.sqrt(np.maximum(force**2 - crushing**2, 0.0))

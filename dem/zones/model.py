@@ -100,7 +100,10 @@ def make_model(
 def _rigid_blocks(assembly: Assembly, rigid: Flags, body: Index) -> Rigid:
     """Rigid blocks at rest.
 
-    ``body`` the one that carries each node, -1 for none.
+    Parameters
+    ----------
+    rigid : whether a block is, shape (n_blocks,)
+    body : number of the rigid block that carries each node, -1 for a node of a zone
     """
     numbers, own = np.flatnonzero(rigid), np.flatnonzero(body >= 0).astype(np.int64)
     nb = len(numbers)

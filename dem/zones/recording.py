@@ -87,10 +87,12 @@ def rigid_motion(model: ZonedModel) -> tuple[Array, Array]:
         return np.column_stack([np.bincount(mesh.block, values[:, k], n) / count for k in range(2)])
 
     middle, mean_shift = mean(place), mean(shift)
+    # the turn of least squares between the arms of the nodes before (r) and after (s), from x to z
     r = place - middle[mesh.block]
     s = r + shift - mean_shift[mesh.block]
     cross = np.bincount(mesh.block, r[:, 0] * s[:, 1] - r[:, 1] * s[:, 0], n)
     turn = np.arctan2(cross, np.bincount(mesh.block, (r * s).sum(axis=1), n))
+    # nodes move about their own mean, which is off the block's centroid
     arm = model.assembly.centroids[:, [0, 2]] - middle
     cos, sin = np.cos(turn) - 1.0, np.sin(turn)
     out = np.zeros((n, 3))

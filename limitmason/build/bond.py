@@ -286,7 +286,10 @@ def _symmetric(
 
 
 def _fill(bond: Bond, length: float) -> list[tuple[float, bool]]:
-    """Whole units around one or two cut ones."""
+    """Whole units around one or two cut ones.
+
+    A rest shorter than half a unit is not laid by itself: with one whole unit it makes two equal pieces.
+    """
     pitch, header = bond.pitch, bond.module[0][1]
     whole = int((length + bond.tolerance) / pitch)
     rest = length - whole * pitch
@@ -299,7 +302,7 @@ def _fill(bond: Bond, length: float) -> list[tuple[float, bool]]:
         cuts = [rest / 2.0] * 2
     elif whole % 2 == 0:
         cuts = [rest]
-    else:
+    else:  # one piece would stand beside the middle: two keep the course symmetric
         whole, rest = whole - 1, rest + pitch
         cuts = [rest / 2.0] * 2
     side = whole // 2
@@ -308,7 +311,10 @@ def _fill(bond: Bond, length: float) -> list[tuple[float, bool]]:
 
 
 def _fill_flemish(bond: Bond, length: float) -> list[tuple[float, bool]]:
-    """Stretcher, header, ..., stretcher, with cut stretchers in the middle where the length needs them."""
+    """Stretcher, header, ..., stretcher, with cut stretchers in the middle where the length needs them.
+
+    The course is symmetric: ``side``, a middle of whole and cut units (bats), and the mirrored side.
+    """
     stretcher, header = bond.pitch, bond.header_width
     module = stretcher + header
     turns = int((length - stretcher + bond.tolerance) / module)
@@ -318,6 +324,7 @@ def _fill_flemish(bond: Bond, length: float) -> list[tuple[float, bool]]:
     s, h = (stretcher, False), (header, True)
     if rest <= bond.tolerance:
         return [s, *[h, s] * turns]
+    # an even number of turns leaves a stretcher in the middle to be cut, an odd one a header to keep or to widen
     if turns % 2 == 0:
         side, spare = [s, h] * (turns // 2), stretcher + rest
         if spare <= 2.0 * stretcher:

@@ -135,7 +135,13 @@ def _plane(plane: Plane, name: str) -> tuple[Array, Array]:
 def _pieces(
     interface: Interface, cut: Mapping[int, tuple[Array, Array, float]], first: Sequence[int]
 ) -> list[Interface]:
-    """An interface between the parts of its blocks, each piece between one part of a and one of b."""
+    """An interface between the parts of its blocks, each piece between one part of a and one of b.
+
+    Parameters
+    ----------
+    cut : point, normal and slack of the plane of every block that is cut
+    first : number in the new assembly of every block, or of its part below the plane; the part above follows it
+    """
     pieces = [(interface.polygon, first[interface.block_a], first[interface.block_b])]
     for side, block in ((1, interface.block_a), (2, interface.block_b)):
         if block not in cut:

@@ -230,6 +230,7 @@ class Factor:
         if self._whole is not None:
             return np.asarray(self._whole(right))
         fronts = self.elimination.fronts
+        # no front needed its rows exchanged, as where the matrix is positive definite: Cholesky's two sweeps serve
         if not self._exchanges:
             rows = np.array(right.T, order="C")
             fronts.substitute(self._store, rows)

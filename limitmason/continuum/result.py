@@ -189,9 +189,10 @@ def curve_of(
 ) -> SolidCurve:  # fmt: skip
     """The curve of a list of states."""
     live, dead = model.live.ravel(), model.all_dead
-    size = float(np.linalg.norm(model.live.sum(axis=0)))
+    size = float(np.linalg.norm(model.live.sum(axis=0)))  # 0 for a couple: the curve then holds multipliers, not forces
     u, factor = np.array([n.displacement for n in nodes]), np.array([n.multiplier for n in nodes])
     travel = np.diff(u, axis=0)
+    # work of the live load by the trapezoidal rule, as its multiplier changes within a step; the dead load is constant
     by_live = 0.5 * (factor[1:] + factor[:-1]) * (travel @ live)
     by_dead = travel @ dead
     work = [np.concatenate([[0.0], np.cumsum(w)]) for w in (by_live, by_dead)]

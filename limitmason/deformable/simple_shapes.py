@@ -70,7 +70,11 @@ def simply_deformable_blocks(assembly: Assembly, state: str, normal: ArrayLike |
 
 
 def _shapes(elasticity: Elasticity, x: Array) -> tuple[tuple[str, ...], list[Array]]:
-    """Names of the shapes and their values at points in the block's axes, (m, 3) each, rigid motions left in."""
+    """Names of the shapes and their values at points in the block's axes, (m, 3) each, rigid motions left in.
+
+    They are the displacements of the strains and stresses that :func:`simply_deformable_block` names. Axis i is along,
+    j across and k the third in space; their coordinates are a, b and c.
+    """
     letters, nu = "xyz", elasticity.contraction
     used = (0, 2) if elasticity.plane else (0, 1, 2)
     found: dict[str, Array] = {}
@@ -80,13 +84,16 @@ def _shapes(elasticity: Elasticity, x: Array) -> tuple[tuple[str, ...], list[Arr
 
     for n, i in enumerate(used):
         for j in used[n:]:
+            # a shear strain of one, half of it from the displacement along either axis
             both = {i: 0.5 * x[:, j], j: 0.5 * x[:, i]}
             add(f"e{letters[i]}{letters[j]}", both if i != j else {i: x[:, i]})
     for i, j in permutations(used, 2):
         a, b = x[:, i], x[:, j]
         c = np.zeros(len(x)) if elasticity.plane else x[:, 3 - i - j]
         third = {} if elasticity.plane else {3 - i - j: -nu * b * c}
+        # eps_ii = b with eps_jj = eps_kk = -nu b: nothing but sigma_ii
         add(f"bend {letters[i]}{letters[j]}", {i: a * b, j: -0.5 * (a**2 + nu * b**2 - nu * c**2), **third})
+        # eps_ii = a b: a moment that grows along i, and the section warps by the parabola of shear that makes it grow
         third = {} if elasticity.plane else {3 - i - j: -nu * a * b * c}
         warp = -(2.0 + nu) / 6.0 * b**3 + 0.5 * nu * b * c**2
         across = -(a**3) / 6.0 - 0.5 * nu * a * (b**2 - c**2)

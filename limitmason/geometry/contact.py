@@ -336,6 +336,7 @@ def _merge_patches(
     """Join coplanar patches of one block pair when together they fill their convex hull (faces cut into triangles)."""
     if not len(a):
         return ContactPatches(a, b, [], np.empty((0, 3)), overlaps, doubts)
+    # patches of one pair stand in a row after this; two of them are joined at a time until no two fill their hull
     order = np.lexsort((b, a))
     a, b, normals, areas, tolerance = a[order], b[order], normals[order], areas[order], tolerance[order]
     polygons = [polygons[i] for i in order]

@@ -243,6 +243,7 @@ def _union(a: Solid, b: Solid, slack: float) -> Solid | None:
         whole = split_solid(whole, d * n, n, slack)[0]
     if whole is None:
         return None
+    # the planes bound what holds both: it is the union only where its volume is that of both
     both = float(mass_properties([a, b]).volume.sum())
     return whole if abs(float(mass_properties([whole]).volume[0]) - both) <= 1e-9 * both else None
 

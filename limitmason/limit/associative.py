@@ -298,10 +298,12 @@ def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None
     m = scaled_mechanism(assembly, fall, problem.twists(velocity), points.position, points.interface)
     if m is None:
         return None, {}
+    # a trial without forces: only its motion is judged
     none = resultants_from_points(assembly, points.position, points.interface, points.area, np.zeros((points.count, 3)))
     trial = Prediction("", np.nan, Bound(BoundKind.NONE), CANNOT_STAND, m, none, **contact_facts(problem))
     bound = kinematic_multiplier(assembly, fall, trial).multiplier
     if not bound < 1.0:
+        # as the solver gives it the motion may close joints by rounding: let one that opens all of them repair it
         motion, _ = opening_motion(problem)
         if motion is not None:
             bound = kinematic_multiplier(assembly, fall, trial, candidates=(problem.twists(motion),)).multiplier

@@ -108,9 +108,9 @@ def kinematic_multiplier(
         for field in (*_opening_fields(assembly, label), *candidates):
             field = np.where(moving[:, None], field, 0.0)
             opening, sliding = joints.rates(field)
-            lift = state.law.lift(opening, np.linalg.norm(sliding, axis=1))
+            free = state.law.free_opening(opening, np.linalg.norm(sliding, axis=1))
             for points in (rigid & touched, firm & touched)[: 1 if firm is rigid else 2]:
-                margin = lift[points]
+                margin = free[points]
                 if margin.min(initial=np.inf) <= 0.0:
                     continue
                 # g is concave in v, so adding t field raises every g by at least t times the field's own margin

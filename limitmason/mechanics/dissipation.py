@@ -31,8 +31,9 @@ def point_rates(assembly: Assembly, twists: Array, position: Array, interface: N
 
 
 def point_state(assembly: Assembly, resultants: Resultants, twists: Array, *, convex: bool = True) -> PointState:
-    """Forces, rates and strengths at the contact points of a prediction; ``convex`` as in
-    :mod:`limitmason.mechanics.law`.
+    """Forces, rates and strengths at the contact points of a prediction.
+
+    ``convex`` is that of :mod:`limitmason.mechanics.law`.
     """
     x = assembly.links
     k = resultants.point_interface
@@ -46,13 +47,13 @@ def point_state(assembly: Assembly, resultants: Resultants, twists: Array, *, co
 
 
 def point_dissipation(law: PointLaw, opening: Array, sliding: Array) -> tuple[Array, Array]:
-    """Power a point can dissipate under the associative law, and its lift g.
+    """Power a point can dissipate under the associative law, and its free opening g.
 
-    The lift g = e_n - tan(phi) |e_t| must not be negative. Without crushing g < 0 is inadmissible, see
-    :meth:`limitmason.mechanics.law.PointLaw.dissipation`.
+    The free opening g = e_n - tan(phi) |e_t| is the opening beyond the dilation of its slip. Without crushing g < 0 is
+    inadmissible, see :meth:`limitmason.mechanics.law.PointLaw.dissipation`.
     """
     slip = np.linalg.norm(sliding, axis=1)
-    return law.dissipation(opening, slip), law.lift(opening, slip)
+    return law.dissipation(opening, slip), law.free_opening(opening, slip)
 
 
 class Dissipation:
@@ -129,6 +130,7 @@ class Dissipation:
         """
         if not len(self._faces):
             return 0.0
+        # a face slides by the slip of its centre and its spin about the normal: |slip| is integrated over its polygon
         x, f = self._assembly.links, self._faces
         _, at_centre = point_rates(self._assembly, twists, x.centre[f], f)
         spin = ((twists[x.block_b[f], 3:] - twists[x.block_a[f], 3:]) * x.normal[f]).sum(axis=1)

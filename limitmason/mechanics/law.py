@@ -155,7 +155,7 @@ class PointLaw(NamedTuple):
         outside = np.maximum(shear - strength, -normal - self.tension)
         return np.maximum(outside, normal - self.crushing)
 
-    def lift(self, opening: Array, slip: Array) -> Array:
+    def free_opening(self, opening: Array, slip: Array) -> Array:
         """Opening beyond what associative sliding needs, g = e_n - tan(phi) |e_t| [m/s], shape (m,)."""
         return opening - self.tan_phi * slip
 
@@ -169,7 +169,7 @@ class PointLaw(NamedTuple):
         ----------
         opening, slip : e_n and |e_t| [m/s], shape (m,)
         """
-        g = self.lift(opening, slip)
+        g = self.free_opening(opening, slip)
         power = self.cohesion * slip + np.where(g > 0, self.tension * g, 0.0)
         finite = self.crushes
         power[finite] += self.crushing[finite] * np.maximum(-g[finite], 0.0)

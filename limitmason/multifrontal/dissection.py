@@ -103,7 +103,11 @@ def _best_cut(position: Array, owner: Index, other: Index) -> tuple[Flags, Flags
 
 
 def elimination_tree(graph: sparse.csr_array, fronts: list[Index]) -> Tree:
-    """Boundary and parent of every front, from the order of elimination."""
+    """Boundary and parent of every front, from the order of elimination.
+
+    The boundary is what a front's own nodes and its children touch of nodes that are eliminated later. The parent is
+    the front that eliminates the first of these.
+    """
     start, neighbour = graph.indptr, graph.indices
     order = np.concatenate(fronts)
     place = np.empty(len(order), np.intp)

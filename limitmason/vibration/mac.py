@@ -330,6 +330,7 @@ def _one_model(a: Modes, b: Modes) -> bool:
 
 def _free_vectors(m: Modes) -> Array:
     """Shapes on the free unknowns in their order, shape (k, r)."""
+    # the numbers of the unknowns, spread as a shape is, show in which entry of a shape each stands; held ones are 0
     r = m.system.mass.shape[0]
     numbers = m.system.spread(np.arange(1.0, r + 1.0)).ravel()
     place = np.zeros(r, dtype=np.intp)

@@ -196,7 +196,12 @@ def inverse_hessian(root: Array, v: Array) -> Array:
 
 @njit(cache=True, error_model="numpy")
 def inverse_step(x: Array, d: Array) -> float:
-    """Largest 1 / step at which a point x + step d reaches the boundary of its cone, or 0 when none ever does."""
+    """Largest 1 / step at which a point x + step d reaches the boundary of its cone, or 0 when none ever does.
+
+    The cone is x_0 >= |(x_1, ...)|. In coordinates that scale x to the unit of the cone's axis the step is (rho_0, rho)
+    and meets the boundary at 1 / (|rho| - rho_0). Source: Vandenberghe 2010, The CVXOPT linear and quadratic cone
+    program solvers.
+    """
     m, c = x.shape
     worst = 0.0
     for p in range(m):
@@ -204,6 +209,7 @@ def inverse_step(x: Array, d: Array) -> float:
         for j in range(1, c):
             tail += x[p, j] ** 2
         tail = np.sqrt(tail)
+        # sqrt(x_0^2 - tail^2) as a product: near the boundary the difference of squares would cancel
         root = np.sqrt((x[p, 0] - tail) * (x[p, 0] + tail))
         dot = x[p, 0] * d[p, 0]
         for j in range(1, c):

@@ -129,6 +129,7 @@ class PlanePrograms:
 
     def velocities(self, *, weight: Array | None = None, zero: Flags | None = None) -> Array | None:
         """Velocities at mean live velocity one that minimise sum(weight * rate), rates in ``zero`` held at zero."""
+        # unknowns: velocities, then at every point slip either way and crushing; what it opens by is a row
         m, n, law = self.m, self.n, self.law
         cost = np.zeros(n + 3 * m)
         if weight is not None:
@@ -146,7 +147,7 @@ class PlanePrograms:
             equal = sparse.vstack([equal, rest[zero[0]]], format="csc")
             rest = rest[~zero[0]]
         right = np.zeros(equal.shape[0])
-        right[m] = 1.0
+        right[m] = 1.0  # the mean live velocity
         answer = linprog(
             cost, rest, np.zeros(rest.shape[0]), equal, right, np.column_stack([low, high]), method="highs-ds",
             options=self._options,
