@@ -203,6 +203,7 @@ def answer(
             notes.append(f"{ON_BLOCKS} {kinematic:.6g} there (details['kinematic_multiplier'])")
         elif ideal_bound == UPPER_IDEAL:
             bound = NOT_ADMISSIBLE
+        # the power of an admissible motion counts cohesion, tension, crushing and ties; what it does not count is told
         uncharged = tuple(term for term in terms() if not check.admissible or term not in FIELDS or term is RESIDUAL)
         notes += left_out(MECHANISMS, assembly, among=uncharged)
     provenance: dict[str, Any] = {"theory": "analytical mechanism", "source": source}

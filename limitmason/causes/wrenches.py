@@ -95,6 +95,7 @@ def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors: ArrayLik
         rest = wrench - body
         rest = np.where(np.abs(rest) > 1e-12 * max(float(np.abs(wrench).max(initial=0.0)), 1e-300), rest, 0.0)
         force, moment = rest[:, :3], rest[:, 3:]
+        # arm from the centroid to the force's line of action, F x M / |F|^2: it grows with the size of the block
         square = (force**2).sum(axis=1, keepdims=True)
         arm = np.divide(np.cross(force, moment), square, out=np.zeros_like(force), where=square > 0)
         rest = np.hstack([force, moment + np.cross(arm * (np.asarray(factors) - 1.0), force)])

@@ -10,7 +10,7 @@ from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import clean_outline, convex_pieces
 from limitmason.geometry.polyhedron import Solid, box, face_planes, group_by_topology, mass_properties
-from limitmason.geometry.splitting import split_polygon, split_solid
+from limitmason.geometry.splitting import below_planes, split_polygon, split_solid
 
 MOST_PARTS = 40
 """A solid that would need more parts is refused: what it means is curved, and a hull or fewer faces say it better."""
@@ -234,13 +234,7 @@ def _union(a: Solid, b: Solid, slack: float) -> Solid | None:
             n, d = normal[0], float(offset[0])
             if (points @ n).max() <= d + 10.0 * slack and not any(n @ m > 1.0 - 1e-12 for m, _ in planes):
                 planes.append((n, d))
-    low, high = points.min(axis=0), points.max(axis=0)
-    room = float((high - low).max())
-    whole: Solid | None = box(low - room, high + room)
-    for n, d in planes:
-        if whole is None:
-            return None
-        whole = split_solid(whole, d * n, n, slack)[0]
+    whole = below_planes(planes, points, slack)
     if whole is None:
         return None
     # the planes bound what holds both: it is the union only where its volume is that of both

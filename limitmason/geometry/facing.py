@@ -124,6 +124,7 @@ def _face_pairs(
     faces: Faces, start: Index, p: Index, q: Index, reach: Array, facing: float
 ) -> tuple[Index, Index, Index]:
     """Faces of every pair of solids with opposite normals whose boxes are within reach, and the pair they are of."""
+    # every face of p beside every face of q: row ``local`` of a pair is face local // n_q of p and local % n_q of q
     n_p, n_q = start[p + 1] - start[p], start[q + 1] - start[q]
     pair = np.repeat(np.arange(len(p)), n_p * n_q)
     local = np.arange(len(pair)) - np.repeat(np.cumsum(n_p * n_q) - n_p * n_q, n_p * n_q)

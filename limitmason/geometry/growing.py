@@ -12,8 +12,8 @@ from scipy.spatial import ConvexHull
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.boxtree import overlapping_pairs
-from limitmason.geometry.polyhedron import Solid, box, face_planes, mass_properties
-from limitmason.geometry.splitting import split_solid
+from limitmason.geometry.polyhedron import Solid, face_planes, mass_properties
+from limitmason.geometry.splitting import below_planes
 
 _FACING = 0.34  # cosine of 70 degrees: a face is moved where a neighbour lies within this of its normal
 _ALIKE = np.cos(np.deg2rad(10.0))  # facets of a scan whose normals differ by less are one face
@@ -120,14 +120,9 @@ def _planes(points: Array) -> tuple[Array, Array]:
 
 
 def _inside(normals: Array, offsets: Array, points: Array, margin: float = 0.0) -> Solid:
-    """What lies below all planes: a box around the points cut by one after the other."""
-    size = float(np.ptp(points, axis=0).max())
-    room = margin + size
-    solid: Solid | None = box(points.min(axis=0) - room, points.max(axis=0) + room)
-    for n, d in zip(normals, offsets, strict=True):
-        if solid is None:
-            break
-        solid = split_solid(solid, d * n, n, 1e-9 * size)[0]
+    """What lies below all planes, of a box that is by a margin and the size of the points larger than they are."""
+    slack = 1e-9 * float(np.ptp(points, axis=0).max())
+    solid = below_planes(zip(normals, offsets, strict=True), points, slack, margin=margin)
     if solid is None:
         raise InputError("nothing lies below all planes")
     return solid

@@ -1,9 +1,11 @@
 """Convex polyhedra and polygons split by a plane."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.geometry.polyhedron import Solid
+from limitmason.geometry.polyhedron import Solid, box
 
 
 def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> tuple[Array | None, Array | None]:
@@ -90,3 +92,23 @@ def _solid(places: Array, faces: list[list[int]]) -> Solid:
     used = sorted({i for face in faces for i in face})
     number = {old: new for new, old in enumerate(used)}
     return Solid(places[used], tuple(tuple(number[i] for i in face) for face in faces))
+
+
+def below_planes(
+    planes: Iterable[tuple[Array, float]], points: Array, slack: float, *, margin: float = 0.0
+) -> Solid | None:
+    """What lies below all planes of a box around some points, or None where nothing does.
+
+    Parameters
+    ----------
+    planes : unit normal, and offset along it [m]
+    points : [m], shape (n, 3); the box stands out from them by their largest extent and a margin [m]
+    slack : see :func:`split_polygon`
+    """
+    room = margin + float(np.ptp(points, axis=0).max())
+    solid: Solid | None = box(points.min(axis=0) - room, points.max(axis=0) + room)
+    for normal, offset in planes:
+        if solid is None:
+            return None
+        solid = split_solid(solid, offset * normal, normal, slack)[0]
+    return solid

@@ -132,7 +132,8 @@ def kinematic_multiplier(
 def _opening_fields(assembly: Assembly, label: Index) -> Iterator[Array]:
     """Motions in which the blocks fly apart, ever more upwards than sideways.
 
-    Every independent part flies from the middle of its own joints with held blocks, or of its blocks.
+    Every independent part flies from the middle of its own joints with held blocks, or of its blocks. Head joints open
+    as blocks spread, bed joints as they rise: which mixture opens all of them beyond their dilation is found by trying.
 
     Parameters
     ----------

@@ -207,7 +207,7 @@ def joined(doubt: DoubtfulContact, present: Mapping[tuple[int, int], list[Interf
     slack : distance up to which they are the same place [m]
     """
     if doubt.kind in KEPT:
-        # what was kept is the closed end of the common area
+        # the joint that was made in spite of the doubt lies on the closed part of the common area
         points = np.concatenate(doubt.polygons)
         low, high = points.min(axis=0), points.max(axis=0)
     else:
