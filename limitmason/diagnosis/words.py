@@ -77,6 +77,8 @@ def headline(diagnosis: Findings) -> str:
     if kind == "scatter":
         return "scatter: the data scatter more than stated, and no cause takes more of that away than chance would"
     where = f", varies with {diagnosis.covariate}" if diagnosis.covariate else ""
+    if lever := by_specimen(diagnosis):
+        where = f", differs from specimen to specimen as {lever} would"
     if diagnosis.verdict.structured and not diagnosis.causes:
         fits, held = " and ".join(diagnosis.verdict.structured[0]), diagnosis.identification
         why = "leaves structure that noise does not make" if held is None else not_two_kinds(held)
@@ -89,6 +91,12 @@ def headline(diagnosis: Findings) -> str:
         "no cause and no pair of the list fits" if diagnosis.verdict.tried_pairs else "no single cause of the list fits"
     )
     return f"unexplained{where}: {none}{'' if diagnosis.verdict.tried_pairs else ' (pairs not tried)'}"
+
+
+def by_specimen(diagnosis: Findings) -> str:
+    """The lever that differs from specimen to specimen where more scatter does not do, or nothing."""
+    verdict = diagnosis.verdict
+    return "" if verdict.rivalled else verdict.rival.removesuffix(" by specimen")
 
 
 def rivalled_words(diagnosis: Findings) -> str:
@@ -160,6 +168,7 @@ def meaning(diagnosis: Findings) -> list[str]:
             f"The values scatter by {sd:.1f} % about the simulation, more than the noise ({diagnosis.noise}), and "
             f"no listed cause takes more of that away than chance would (p = {diagnosis.verdict.p['guard']:.3f}).",
             *carried,
+            *by_kind_words(diagnosis),
         ]
         if diagnosis.verdict.p["gain"] < diagnosis.rule.gain:
             best = max(diagnosis.verdict.tested.values(), key=lambda tested: tested.gain)
@@ -169,12 +178,13 @@ def meaning(diagnosis: Findings) -> list[str]:
             ]
         return [*out, "Repeat a few tests to measure the noise before any cause is sought."]
     if kind == "unexplained":
-        where = (
-            f" It goes with {diagnosis.covariate}: what differs between specimens of different {diagnosis.covariate} "
-            "is the place to look, which need not be that quantity itself."
-            if diagnosis.covariate
-            else ""
-        )
+        where, lever = "", by_specimen(diagnosis)
+        if diagnosis.covariate:
+            where = (f" It goes with {diagnosis.covariate}: what differs between specimens of different "
+                     f"{diagnosis.covariate} is the place to look, which need not be it itself.")  # fmt: skip
+        elif lever:
+            where = (f" It is no scatter of single values: it differs from specimen to specimen as {lever} would (p "
+                     f"{shown_p(diagnosis.verdict.p['lever'])}). Look for what is not recorded.")  # fmt: skip
         alone = "alone or in pairs" if diagnosis.verdict.tried_pairs else "alone (pairs were not tried)"
         told = [" and ".join(n) for n in diagnosis.verdict.withdrawn]
         found = f"nothing on the list, {alone}, removes the misfit"

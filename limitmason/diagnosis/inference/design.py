@@ -107,6 +107,12 @@ class Design:
         """Recorded columns that are numbers, not labels."""
         return frozenset(name for name, column in self.columns.items() if is_numeric(column))
 
+    @cached_property
+    def of_kind(self) -> tuple[np.ndarray, ...]:
+        """Rows of each kind of evidence, boolean, shape (n,)."""
+        kinds = np.array(self.kinds or ("",) * self.n)
+        return tuple(kinds == kind for kind in dict.fromkeys(kinds.tolist()))
+
     def own(self, names: Names) -> tuple[str, ...]:
         """Columns that the causes of an explanation declare as their own."""
         return tuple(column for c in self.causes if c.name in names for column in getattr(c, "own", ()))

@@ -1,6 +1,7 @@
 """Model discrepancy: smooth biases without a cause, and listed levers with another dependence, as rivals of a cause."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -247,29 +248,65 @@ class Rivals:
 
     def _levers_but(self, own: tuple[str, ...], alone: bool) -> Discrepancy:
         """The same, but for some columns; with labels alone."""
-        design, inner = self.design, tuple(f" in {kind}" for kind in set(self.design.kinds))
+        inner = tuple(f" in {kind}" for kind in set(self.design.kinds))
         plain: dict[str, Sequence[Any]] = {
-            k: v for k, v in design.columns.items()
+            k: v for k, v in self.design.columns.items()
             if not k.endswith(inner) and k not in (*own, *(ROWS if alone else ("specimen",)))
         }  # fmt: skip
-        ways, along, factors = dependences(plain, alone=alone), [], []
+        return self._acting(self._effects(measured=alone), dependences(plain, alone=alone), LEVERS)
+
+    @cached_property
+    def by_specimen(self) -> Discrepancy:
+        """Levers, measured inputs included, that differ from specimen to specimen without any order."""
+        column = self.design.columns.get("specimen", range(self.design.n))
+        return self._acting(self._effects(measured=True), {"specimen": [one_of_each(column)]}, AMPLITUDES)
+
+    def _effects(self, *, measured: bool) -> dict[str, np.ndarray]:
+        """Effect of every listed cause at its largest size, and of measured inputs where asked, shape (n,)."""
+        design = self.design
         null = design.null.between(design.null.zero)
-        effects = dict(zip(design.measured, design.apart(design.null.slopes.T), strict=False)) if alone else {}
+        out = dict(zip(design.measured, design.apart(design.null.slopes.T), strict=False)) if measured else {}
         for cause in design.causes:
             grid = design.singles[cause.name]
             far = int(np.argmax(np.abs(grid.sizes[0] - cause.baseline)))
-            effects[cause.name] = design.apart(grid.at_size(float(far)).between(grid.zero) - null)
+            out[cause.name] = design.apart(grid.at_size(float(far)).between(grid.zero) - null)
+        return out
+
+    def _acting(
+        self, effects: Mapping[str, np.ndarray], ways: Mapping[str, list[np.ndarray]], amplitudes: Sequence[float]
+    ) -> Discrepancy:  # fmt: skip
+        """Effects, scaled to a mean square of one, times unknown factors that depend on columns."""
+        along, factors = [], []
         for name, effect in effects.items():
             size = float(np.sqrt(np.mean(effect**2)))
             if size <= 1e-9:
                 continue
             for column, parts in ways.items():
                 for part in parts:
-                    lever = design.turned(effect / size * part.T).T
-                    for amplitude in LEVERS:
+                    lever = self.design.turned(effect / size * part.T).T
+                    for amplitude in amplitudes:
                         along.append(f"{name} by {column}")
                         factors.append(amplitude * lever)
         return Discrepancy(along, factors, self.slopes)
+
+    def over_scatter(self, fit: BestFit, y: np.ndarray) -> np.ndarray:
+        """Log evidence of the best lever that differs from specimen to specimen, over more scatter, shape (b,).
+
+        With R_k the sum of squares that the baseline leaves in the n_k rows of a kind and P that of the inputs' data,
+        more scatter in each kind has the log-likelihood ``-sum (n_k log s_k^2 + R_k / s_k^2) / 2 - P / 2``, s_k^2 the
+        larger of R_k / n_k and 1.
+
+        Parameters
+        ----------
+        fit : of the baseline, with residuals
+        y : what was fitted, less the shift that the inputs' own data make
+        """
+        scatter = -0.5 * fit.penalty
+        for inside in self.design.of_kind:
+            left, count = (fit.residuals[:, inside] ** 2).sum(axis=1), int(inside.sum())
+            variance = np.maximum(left / count, 1.0)
+            scatter = scatter - 0.5 * (count * np.log(variance) + left / variance)
+        return self.by_specimen.evidence(y, self.design.like) - scatter
 
     def drift(self, names: Names, effect: np.ndarray, y: np.ndarray, like: Likelihood) -> float:
         """Log evidence of the same effect growing from nothing from test to test, in an order that is not recorded.

@@ -176,7 +176,10 @@ class Judge:
         """
         decision = ConfidenceSet(self.design, draws, self.rule)
         alarm = decision.alarm(y, self.unstated) if alarm is None else alarm
-        verdict = decision.explained(y, alarm, pairs)
+        if alarm.kind == VerdictKind.SCATTER:
+            verdict = self.beside_scatter(decision, alarm, y)
+        else:
+            verdict = decision.explained(y, alarm, pairs)
         if not self.rule.identify:
             return verdict
         verdict = self._with_identification(decision, self.beside_levers(verdict, y), y, pairs)
@@ -201,6 +204,32 @@ class Judge:
             return replace(left, identification=replace(record, missing=(*record.missing, "kinds")))
         kind = verdict.kind if record.holds else VerdictKind.BEHAVES_LIKE
         return replace(verdict, kind=kind, identification=record)
+
+    def beside_scatter(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray) -> Verdict:
+        """More scatter, or unexplained where one lever that differs from specimen to specimen does better.
+
+        A factor of every specimen that its force and its stiffness share, or a friction that some walls feel, is no
+        scatter of single values. The log-likelihood of such a lever over scatter of each kind is compared with that in
+        data drawn from the scatter. Only where the noise is known.
+        """
+        design = self.design
+        if not design.like.quadratic:
+            return verdict
+        rivals, data = self.rivals(), design.turned(y)[None]
+        fit = design.fits([()], data, residuals=True)[0]
+        spread = np.ones(design.n)
+        for inside in design.of_kind:
+            spread[inside] = max(1.0, float(np.sqrt(np.mean(fit.residuals[0, inside] ** 2))))
+        rows, at = slice(0, min(DRAWN, decision.count)), design.null.z_at(fit.position)[0]
+        z = at + decision.draws.inputs[rows]
+        drawn = design.predicted((), fit)[0] + spread * decision.draws.errors[rows]
+        again = design.fits([()], drawn, z, residuals=True)[0]
+        over = rivals.over_scatter(again, drawn - z @ rivals.slopes.T)
+        p = {**verdict.p, "lever": share_of(over >= float(rivals.over_scatter(fit, data)[0]))}
+        if p["lever"] >= self.rule.guard:
+            return replace(verdict, p=p)
+        levers = rivals.by_specimen
+        return replace(verdict, kind=VerdictKind.UNEXPLAINED, p=p, rival=levers.along[levers.best(data, design.like)])
 
     def beside_levers(self, verdict: Verdict, y: np.ndarray) -> Verdict:
         """The verdict without pairs that one lever with another dependence does for.

@@ -180,7 +180,8 @@ class Verdict:
     causes : kept causes, best first; for a pair the causes of the best pair
     pairs : kept pairs, best first
     covariate, trend : best trend of the residuals at the baseline, None when none is seen
-    p : the gate's "gain", "shape", "scatter" and "guard"
+    p : the gate's "gain", "shape", "scatter" and "guard"; "lever", where more scatter was held against levers that
+        differ from specimen to specimen
     critical_gain : log-likelihood gain over the whole list that noise alone reaches with probability ``Rule.gain``
     tested : all explanations that were held against the data, by names
     null : fit of the baseline
@@ -188,7 +189,7 @@ class Verdict:
     withdrawn : explanations that fit but predict whole groups left out worse than the baseline does
     structured : single names that fit but leave a model discrepancy in the residuals
     rivalled : pairs that fit, but do no better than one lever with another dependence
-    rival : that lever and its column
+    rival : that lever and its column; or the lever that differs from specimen to specimen, as more scatter would not
     identification : what stands behind the single name or pair, None where there is none
     rehearsed : how often a name is given where the true cause is missing from the list, None where no name is at stake
     doubt : an alarm held against noise that tests share unstated, None without an alarm or where all is recorded
