@@ -91,6 +91,8 @@ class Cells:
             "z_sides": np.array(z_sides).reshape(2 * self.k, self.count).T,
             "flat": np.tile(flat, (self.count, 1)),
         }
+        ends = np.sqrt(np.einsum("gii->gi", gram)).reshape(self.count, 2, self.d).max(axis=1, initial=0.0)
+        self.reach = 0.5 * ends.sum(axis=1)  # a step changes the values by no more, shape (g,)
         # one row per node, so that one look-up fetches all that a step needs
         self.columns = column_slices(self.d, self.k)
         self.table = np.concatenate([rows[name] for name in self.columns], axis=1)

@@ -243,6 +243,9 @@ def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[BestFit]
     column = np.concatenate([s[0] for s in starts])
     found = _step(grids, every, owner, column, inner)
     if grids[0].shape:
+        for g, grid in enumerate(grids):
+            if len(grid.sizes) > 1:
+                _try_rows_beside(grid, data, found, slice(g * b, (g + 1) * b), starts[g][2])
         _go_on(grids, every, owner, found)
     out = []
     for g, grid in enumerate(grids):
@@ -262,15 +265,19 @@ def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[BestFit]
     return out
 
 
-def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None]:
-    """Column of the best node of each data set, and the inner products with it and its neighbours where made."""
+def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None, Array]:
+    """Column of the best node of each data set, the inner products with it and its neighbours where made, and ranks.
+
+    Among nodes with the same measured inputs that with the highest rank is the best.
+    """
     y, z, like = data.y, data.z, data.like
     if not data.plain:
         used = np.ones_like(y) if data.weights is None else data.weights
         squares = (used * y * y).sum(axis=1)[:, None]
         loss = np.maximum((squares - 2.0 * (used * y) @ cells.nodes.T) + used @ (cells.nodes**2).T, 0.0)
         penalty = ((z[:, None, :] - cells["z"][None]) ** 2).sum(axis=-1)
-        return np.argmax(data.loglik(loss, penalty), axis=1), None
+        ranks = data.loglik(loss, penalty)
+        return np.argmax(ranks, axis=1), None, ranks
     known, rows = like.kind == "known", np.arange(len(y))
     products = data.wide @ (cells.ranks if known else cells.losses)
     if known:
@@ -288,7 +295,7 @@ def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None]:
     inner = products[rows[:, None], around] + (cells["half"][:, 0] if known else 0.5 * cells["squares"][:, 0])[around]
     if known and cells.k:
         inner -= np.einsum("bck,bk->bc", cells["z"][around], z)
-    return column, inner
+    return column, inner, products
 
 
 @dataclass
@@ -313,6 +320,38 @@ def _step(
     loss = step.loss if step.left is None else data.like.loss(step.left, data.weights)
     penalty = (step.off**2).sum(axis=0)
     return _Found(column, step.index, step.move, data.loglik(loss, penalty), loss, penalty)
+
+
+def _try_rows_beside(grid: Grid, data: Data, found: _Found, part: slice, ranks: Array) -> None:
+    """Steps from the best nodes in the rows of the first size beside that of the fit, where they lead to a better one.
+
+    Two causes that trade off make a valley narrower than a cell: the best node need not lie in the cell of the best
+    fit. No step reaches farther than half of every cell, and a row that this rules out is left alone.
+    """
+    cells, line = grid.cells, np.arange(grid.shape[1])
+    last = grid.shape[0] - 1
+    active = np.arange(len(data.y))
+    for _ in range(WALK):
+        moved = []
+        for way in (-1, 1):
+            at = found.column[part][active]
+            row = at // len(line) % (last + 1) + way
+            rows = active[(row >= 0) & (row <= last)]
+            first = (found.column[part][rows] // len(line) + way) * len(line)
+            column = first + ranks[rows[:, None], first[:, None] + line].argmax(axis=1)
+            some = data.some(rows)
+            before = some.like.loss(some.y - cells.nodes[column], some.weights)
+            least = np.maximum(np.sqrt(before) - cells.reach[column], 0.0) ** 2
+            can = some.loglik(least, np.zeros(len(rows))) > found.loglik[part][rows] + BETTER
+            rows, some, column = rows[can], some.some(can), column[can]
+            if not len(rows):
+                continue
+            other = _step([grid], some, np.zeros(len(rows), dtype=int), column)
+            better = other.loglik > found.loglik[part][rows] + BETTER
+            for name, values in vars(found).items():
+                values[..., part][..., rows[better]] = getattr(other, name)[..., better]
+            moved.append(rows[better])
+        active = np.unique(np.concatenate(moved)) if moved else active[:0]
 
 
 def _go_on(grids: Sequence[Grid], data: Data, owner: Index, found: _Found) -> None:
