@@ -100,8 +100,8 @@ def pushover(
         along the axis with which the support acts on the structure [N]. A list of wholly held blocks moves as one, and
         is one block of the curve's structure, under the name of its first
     to : control displacement from the state under dead load [m]; negative for the other sense; None goes on until the
-        load has fallen 0.2 % below its first limit point, at most to half a block; a support needs a number; 0 without
-        live loads ends in the state under dead load, the curve's only sample
+        load has fallen 0.2 % below its first limit point, or stayed below it for 0.02 blocks, at most to half a block;
+        a support needs a number; 0 without live loads ends in the state under dead load, the curve's only sample
     blocks : "rigid"; "lumped", rigid with the compliance of the units' material in the joints
         (:func:`limitmason.mechanics.lumped_units.with_lumped_units`); "simply deformable", blocks that strain and bend,
         the shapes of :func:`dem.push`'s; "ritz", elastic bodies in polynomials, condensed to their joint points

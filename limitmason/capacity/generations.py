@@ -159,7 +159,7 @@ class Generations:
             return 1.0
         beyond = outside(shapes, s.points, after.pose)
         most = shapes.step * np.where(is_crossing(shapes, s.points), MOVES_ON, RUNS_OFF)
-        far = (after.force[:, 0] > 0.0) & (beyond > most)
+        far = (after.force[:, 0] != 0.0) & (beyond > most)
         if not far.any():
             return 1.0
         was = beside_faces(shapes, s.points, before.pose)

@@ -45,6 +45,7 @@ _HALVINGS = 6  # of a step that loses or makes energy
 _OVER = 0.01  # least displacement of what overturns, of the median block size
 _CLOSER, _ROUNDS = 0.25, 8  # of the step before a limit point; rounds in which it is closed in on
 _DROP = 0.002  # fall below a limit point after which it is passed, of its load
+_BELOW = 0.02  # of the median block size: displacement over which a load below its limit point has passed it
 _DROP_OF_SOFTENING = 0.2  # the same where joints lose strength and others may take over
 _MISSED = 2e-3  # of the largest load: rise to a jump that may be left unseen
 
@@ -347,7 +348,7 @@ class _Path:
                     f"at {new.control:.4g} m blocks would go through each other where they have no contact "
                     f"point: {met}",
                 )
-            self.nodes.append(new)
+            self.nodes.append(new._replace(handed=self._handed(a)))
         else:
             weak = a.new._replace(looked=last.looked)
             self.nodes.append(weak)
@@ -374,6 +375,15 @@ class _Path:
         reached(None if self.to is None else (new.control - began) / (self.to - began), line)
         return None
 
+    def _handed(self, a: Try) -> float:
+        """What contacts found anew at the last sample took off the load [-]: its fall that the new tangent leaves."""
+        before = self.nodes[-1]
+        fell = self.toward * (before.multiplier - a.new.multiplier)
+        if before.onward is None or fell <= 0.0:
+            return 0.0
+        rises = self.toward * self.generations.rise(a.new, a.last, a.new.control - a.last.control)
+        return float(np.clip(fell + rises, 0.0, fell)) if np.isfinite(rises) else fell * a.new.jump
+
     def _ended(self, system: System, new: Node) -> PathEnd | None:
         """How the path ends with its last state; None where it goes on."""
         loads = [n.multiplier for n in self.nodes[self.begin :]]
@@ -381,10 +391,14 @@ class _Path:
         pushed, pushes = max(self.toward * m for m in loads), self.toward * new.multiplier
         renewed = new.jump and self.nodes[-2].onward is not None
         if renewed and pushed > 0.0:
-            self.taken_off = max(self.taken_off, self.toward * (loads[-2] - loads[-1]) / pushed)
-        # what contacts found anew take off is no fall of the structure
+            self.taken_off = max(self.taken_off, new.handed / pushed)
         fell = pushed > 0.0 and (passed or softens or (new.jump and not renewed))
-        if self.to is None and fell and pushes < (1.0 - (_DROP_OF_SOFTENING if softens else _DROP)) * pushed:
+        lacks = handed_over(self.toward, self.nodes[self.begin :])
+        if self.to is None and fell and pushes + lacks < (1.0 - (_DROP_OF_SOFTENING if softens else _DROP)) * pushed:
+            return PASSED
+        top = self.nodes[self.begin + int(np.argmax(self.toward * np.array(loads)))]
+        beyond = abs(new.control - top.control) > _BELOW * system.size
+        if self.to is None and passed and not softens and beyond:
             return PASSED
         level = loads[-LASTING:]
         lasts = len(level) == LASTING and (
@@ -418,6 +432,15 @@ class _Path:
         else:
             factor = 1.5 if off < smooth or a.guess is None else 0.7 if off > 4 * smooth else 1.0
         self.advance = factor * a.move
+
+
+def handed_over(toward: float, nodes: list[Node]) -> float:
+    """What a load lacks by contacts found anew, and has not regained [-]: no fall of the structure."""
+    lacks = 0.0
+    for before, node in pairwise(nodes):
+        regained = toward * (node.multiplier - before.multiplier)
+        lacks = lacks + node.handed if node.handed else max(0.0, lacks - max(regained, 0.0))
+    return lacks
 
 
 def jumps(nodes: list[Node]) -> tuple[int, ...]:

@@ -39,7 +39,8 @@ class Node(NamedTuple):
     """A converged state of the path: pose, history, multiplier, control displacement [m], forces [N].
 
     ``generation`` is that of its contacts; ``onward`` those with which the path goes on, where they were found anew;
-    ``looked`` the pose in which they were last looked for; ``broken`` the points that broke on the way to it.
+    ``looked`` the pose in which they were last looked for; ``broken`` the points that broke on the way to it;
+    ``handed`` what contacts that were found anew at its start took off its load [-].
     """
 
     pose: Pose
@@ -54,6 +55,7 @@ class Node(NamedTuple):
     onward: Onward | None = None
     looked: Pose | None = None
     broken: Index | None = None
+    handed: float = 0.0
 
 
 def node_of(system: System, solved: newton.Solved, jump: bool = False, programs: int = 0) -> Node:

@@ -5,10 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from referee.engines import ENGINES
+from referee.statics import Statics
 
 import dem
 import limitmason as lm
 from limitmason.capacity import Steps
+from limitmason.capacity.contact_search.crossing import is_crossing
+from limitmason.capacity.contact_search.touching import outside
+from limitmason.capacity.contacts import NO_CORNER
+from limitmason.capacity.generations import RUNS_OFF
 from limitmason.geometry import box
 from limitmason.mechanics.contact_points import contact_points
 from limitmason.mechanics.plane import find_plane
@@ -26,10 +31,13 @@ def finer(times):
 # falls of 0.2 % behind the first limit point were leapt over by steps that ended 2.3 and 15 % higher; points that let
 # go at once ended on a branch 1.4 % higher, with a crushing toe 2.5 %; limit points in a step whose end bears more were
 # left out: 1.31 for .44, 1.49 for .839, .150 for .133 in (61, 31 to 37); a state near by, reached by a jump, was given
-# up for one far away: .281 for .349 in (61, 86) with finer steps
+# up for one far away: .281 for .349 in (61, 86) with finer steps; points inside a face that had left it waited for an
+# heir that none has, and loads that they then took off counted as falls of the structure: .549 for .530 in (31, 214);
+# bonds went on beyond the ends of their faces: 9.55 for 10.75 in (61, 68)
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("seed", "case"), [(1, 13), (1, 40), (31, 23), (51, 15), (61, 31), (61, 36), (61, 37), (61, 86)]
+    ("seed", "case"),
+    [(1, 13), (1, 40), (1, 47), (31, 23), (31, 214), (51, 15), (61, 31), (61, 36), (61, 37), (61, 68), (61, 86)],
 )
 def test_steps_of_all_kinds_that_are_finer_find_the_same_largest_load(seed, case):
     wall, loads = ENGINES["pushover"].model(seed, case).build()
@@ -47,14 +55,40 @@ def test_a_jump_goes_to_the_state_near_by_and_the_path_ends_where_distinct_eleme
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("seed", "case"), [(31, 214), (61, 68)])
+def test_what_bears_lies_on_its_face(seed, case):
+    """Pressed or bonded, no point goes farther off than a step may carry it; one that nothing can follow is gone."""
+    wall, loads = ENGINES["pushover"].model(seed, case).build()
+    made = (curve := lm.pushover(wall, loads)).generations
+    for node in curve.nodes:
+        points = made.structures[node.generation].points
+        off = outside(made.shapes, points, node.pose) / made.shapes.step
+        crosses = is_crossing(made.shapes, points)
+        assert off[(node.force[:, 0] != 0.0) & ~crosses].max() <= RUNS_OFF
+        if points.components == 2 and node.onward is not None:
+            onward = made.structures[node.onward.generation].points
+            inside = onward.corner == NO_CORNER
+            assert outside(made.shapes, onward, node.pose)[inside].max() <= made.shapes.step
+
+
+@pytest.mark.slow
+def test_a_load_that_slides_on_below_its_limit_point_ends_the_path():
+    """By own statics it is .122; what the blocks meet 95 mm on bears .552."""
+    model = ENGINES["pushover"].model(61, 94)
+    curve = lm.pushover(*model.build())
+    assert curve.status == "limit point passed"
+    assert curve.peak.load == pytest.approx(Statics(model).limit(), rel=5e-3)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "case"), [(31, 214), (1, 47)])
 def test_a_load_that_falls_where_contacts_are_found_anew_is_told(seed, case):
-    """Steps 4 and 16 times finer end up to 13 % apart there: the handover takes off load at no displacement."""
+    """The handover takes off load at no displacement."""
     wall, loads = ENGINES["pushover"].model(seed, case).build()
     curve = lm.pushover(wall, loads)
     changes = [k for k in curve.jumps if curve.nodes[k - 1].onward is not None]
     fell = max(1.0 - curve.load[k] / curve.load[k - 1] for k in changes)
-    assert fell > 5e-3
+    assert fell > 2e-3
     assert any("where contacts were found anew the load fell by up to" in w for w in curve.warnings)
 
 

@@ -139,7 +139,8 @@ def found_anew(
         near = near.with_rows(back)
     if not (gone.any() or len(near.corner)):
         return None
-    loaded = (force[:, 0] > 0.0) & (inside > -_WAITS * shapes.step)
+    # a corner's successor may come yet; a point inside a face has none
+    loaded = (force[:, 0] > 0.0) & (inside > -_WAITS * shapes.step) & (c.corner != NO_CORNER)
     if space:
         near = near.at(_single(old, near))
     gone = gone & (~loaded | old.succeeded(near))
