@@ -26,7 +26,7 @@ from dem.stages.stage_run import StageRun
 from limitmason.arrays import Array
 from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE
-from limitmason.mechanics.contact_points import on_few_points
+from limitmason.mechanics.contact_points import extents, on_few_points
 from limitmason.mechanics.lumped_units import with_lumped_units
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.model import Assembly, Loads
@@ -179,14 +179,7 @@ class BlockStructure(DrivenStructure):
 def default_spacing(assembly: Assembly) -> float:
     """Half the smallest of the lengths and heights of joints [m], each the longer side in its plane of the wall."""
     x = assembly.arrays
-    owner = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start))
-    arm = x.corners - x.centre[owner]
-    first = x.corner_start[:-1]
-    spans = np.stack([
-        np.maximum.reduceat(a, first) - np.minimum.reduceat(a, first)
-        for a in (np.einsum("ij,ij->i", arm, t[owner]) for t in (x.tangent_1, x.tangent_2))
-    ])  # fmt: skip
-    return 0.5 * float(spans.min(axis=0).min())
+    return 0.5 * float(extents(x, x.tangent_1, x.tangent_2).min())
 
 
 def _plane(assembly: Assembly, loads: Loads, unit: Array) -> Plane | None:

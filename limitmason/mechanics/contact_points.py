@@ -214,6 +214,14 @@ def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Gr
     return sizes
 
 
+def extents(x: AssemblyArrays, *directions: Array) -> Array:
+    """Extent of every face along directions of its plane, shape (k, 3) each [m]; shape (k, number of directions)."""
+    owner, first = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start)), x.corner_start[:-1]
+    arm = x.corners - x.centre[owner]
+    along = [np.einsum("ij,ij->i", arm, d[owner]) for d in directions]
+    return np.stack([np.maximum.reduceat(a, first) - np.minimum.reduceat(a, first) for a in along], axis=1)
+
+
 def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> Index:
     """Points along and across every interface, none farther apart than a spacing [m].
 
@@ -222,25 +230,16 @@ def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> In
     if isinstance(spacing, bool) or not 0.0 < spacing < np.inf:
         raise InputError(f"a spacing of contact points must be positive [m], got {spacing!r}")
     x = assembly.arrays
-    owner = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start))
-    arm = x.corners - x.centre[owner]
     if plane is None:
         rows = np.flatnonzero(np.diff(x.corner_start) == 4)
-        spans = np.zeros((len(x.block_a), 2))
-        for k, tangent in enumerate((x.tangent_1, x.tangent_2)):
-            along = np.einsum("ij,ij->i", arm, tangent[owner])
-            spans[:, k] = np.maximum.reduceat(along, x.corner_start[:-1]) - np.minimum.reduceat(
-                along, x.corner_start[:-1]
-            )
+        spans = extents(x, x.tangent_1, x.tangent_2)
         if len(rows):
             quads = _turned(assembly, rows, x.corners[x.corner_start[rows][:, None] + np.arange(4)])
             spans[rows, 0] = np.linalg.norm(quads[:, 1] - quads[:, 0], axis=1)
             spans[rows, 1] = np.linalg.norm(quads[:, 2] - quads[:, 1], axis=1)
     else:
-        along = np.einsum("ij,ij->i", arm, np.cross(plane.normal, x.normal)[owner])
-        first = x.corner_start[:-1]
-        span = np.maximum.reduceat(along, first) - np.minimum.reduceat(along, first)
-        spans = np.stack([span, np.zeros(len(span))], axis=1)
+        span = extents(x, np.cross(plane.normal, x.normal))
+        spans = np.concatenate([span, np.zeros_like(span)], axis=1)
     return np.maximum(np.ceil(spans / spacing - 1e-6).astype(np.intp) + 1, 2)
 
 
@@ -303,16 +302,20 @@ def _extent(assembly: Assembly, blocks: Index, axis: Array) -> Array:
     return np.asarray(np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first))
 
 
+def _centroids(corners: Array, normal: Array) -> Array:
+    """Centroids of polygons with equally many corners, from the triangles at their first corner, shape (m, 3)."""
+    r = corners - corners[:, :1]
+    part = 0.5 * np.einsum("mti,mi->mt", np.cross(r[:, 1:-1], r[:, 2:]), normal)
+    return corners[:, 0] + (part[..., None] * (r[:, 1:-1] + r[:, 2:]) / 3.0).sum(axis=1) / part.sum(axis=1)[:, None]
+
+
 def _corner_areas(corners: Array, normal: Array) -> Array:
     """Tributary areas of polygon corners that add up to the area and keep its centroid.
 
     Each triangle from the centroid to an edge gives half its area to either end: that is linear interpolation with the
     centroid's own third handed to the corners in the same proportion, which leaves the first moment unchanged.
     """
-    r = corners - corners[:, :1]
-    part = 0.5 * np.einsum("mti,mi->mt", np.cross(r[:, 1:-1], r[:, 2:]), normal)
-    centre = corners[:, 0] + (part[..., None] * (r[:, 1:-1] + r[:, 2:]) / 3.0).sum(axis=1) / part.sum(axis=1)[:, None]
-    q = corners - centre[:, None]
+    q = corners - _centroids(corners, normal)[:, None]
     triangle = 0.5 * np.einsum("mti,mi->mt", np.cross(q, np.roll(q, -1, axis=1)), normal)
     return 0.5 * (triangle + np.roll(triangle, 1, axis=1))
 
@@ -391,10 +394,7 @@ def _fan_lattice(corners: Array, n: int, normal: Array, rule: Rule) -> tuple[Arr
     Every triangle from the centroid to a side is mapped from the unit square, s from the centroid outwards and t along
     the side; its ratio of areas grows as s, so that the centroid itself counts for nothing in exact weights.
     """
-    m = len(corners)
-    r = corners - corners[:, :1]
-    part = 0.5 * np.einsum("mti,mi->mt", np.cross(r[:, 1:-1], r[:, 2:]), normal)
-    centre = corners[:, 0] + (part[..., None] * (r[:, 1:-1] + r[:, 2:]) / 3.0).sum(axis=1) / part.sum(axis=1)[:, None]
+    m, centre = len(corners), _centroids(corners, normal)
     s, share = rule(n)
     outwards, along = share[1], share.sum(axis=0)
     following = np.roll(corners, -1, axis=1)
