@@ -80,7 +80,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def _leave_out_studies(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out slow tests of pages and blind trials, a lane of their own, unless their folder or a file is named."""
+    """Leave out slow tests of pages, blind trials and long examples, a lane, unless their folder or a file is named."""
     studies = Path(__file__).with_name("validation")
     named = [(config.invocation_params.dir / str(arg).split("::")[0]).resolve() for arg in config.args]
     if any(path.is_relative_to(studies) for path in named):

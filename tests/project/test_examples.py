@@ -1,18 +1,11 @@
-"""Every example runs as shipped, from another folder, reaches its headline numbers and prints what is stored."""
+"""Every short example runs as shipped, from another folder, reaches its headline numbers and prints what is stored."""
 
 import math
 import re
-import runpy
 import subprocess
-import sys
-from pathlib import Path
 
 import pytest
-import stored_output
-from PIL import Image
-from site_sources import STORED
-
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+from example_runs import EXAMPLES, LONG, run_example
 
 
 def block_on_slope(g):
@@ -61,22 +54,6 @@ def wall_with_opening(g):
     assert g["pulled"].status == "solved"
 
 
-def corner_walls_out_of_plane(g):
-    values = g["multipliers"]
-    assert values["straight"] == pytest.approx(g["free_wall"], abs=1e-6)
-    assert values["straight"] < values["L"] < values["U"]
-    # a straight wall turns about its toe and twists no face; the corner of the L does, and is weaker for it
-    assert g["limited"]["straight"] == pytest.approx(g["free_wall"], abs=1e-6)
-    assert g["free_wall"] < g["limited"]["L"] < 0.95 * values["L"]
-    assert values["L"] < g["limited"]["U"] <= values["U"] + 1e-7
-
-
-def vaults_and_domes(g):
-    assert 0.042 < g["thick"] < 0.044  # Heyman: 4.2 % of the radius; meridians of finitely many voussoirs
-    assert g["multipliers"]["barrel vault, filled"] > g["multipliers"]["barrel vault"] > 0.1
-    assert all(value > 0.1 for value in g["multipliers"].values())
-
-
 def rubble_leaf(g):
     assert g["leaf"].n_blocks == 41
     dry, mortar = g["predictions"]["dry"], g["predictions"]["mortar"]
@@ -103,16 +80,6 @@ def gaps_in_a_corner_wall(g):
     assert first.high < g["associative"] == pytest.approx(0.36197, abs=1e-4)
 
 
-def ferris_tin_loi_walls(g):
-    associative = {"wall-1": 0.64286, "wall-2": 0.58000, "wall-3": 0.40369, "wall-4": 0.33195, "wall-5": 0.23964,
-                   "wall-6": 0.34782}  # fmt: skip
-    published = {"wall-1": 0.640, "wall-2": 0.563, "wall-3": 0.356, "wall-4": 0.264, "wall-5": 0.215, "wall-6": 0.297}
-    for name, (upper, lowest, violation) in g["found"].items():
-        assert upper == pytest.approx(associative[name], abs=1e-4)
-        assert lowest <= 1.01 * published[name]
-        assert violation <= 1e-5
-
-
 def tie_rods(g):
     for name, found in g["predictions"].items():
         assert found.status == "solved"
@@ -124,16 +91,6 @@ def tie_rods(g):
         assert 0.999 * g["exact"][name] < curve.peak.load < g["exact"][name]
         assert all(c.accepted for c in curve.certificates)
     assert g["curves"]["rods"].load[-1] > 0.25 > 0.1 > g["curves"]["bare"].load[-1]
-
-
-def own_cause(g):
-    assert g["extended_value"] > 1.1 * g["plain_value"]
-    # it goes with the height alone: something else that does could do the same
-    assert g["diagnosis"].kind == "behaves like"
-    assert g["diagnosis"].causes == ("hollow upper units",)
-    assert g["diagnosis"].identification.along == "height"
-    assert g["size"] == pytest.approx(0.5, rel=0.15)
-    assert g["without"].kind != "none"
 
 
 def wall_flow_rules(g):
@@ -204,141 +161,10 @@ def diagnose_ferris_tin_loi(g):
     assert (g["rest"].baseline() > 0.98 * g["rest"].measured).all()
 
 
-def diagnose_minho(g):
-    assert len(g["measured"]) == 31
-    # no cause of the list explains both series
-    assert g["verdicts"]["all"].kind == "unexplained"
-    # the granite walls: whatever the physics, the readings of the second direction stand apart by about a tenth
-    walls = g["verdicts"]["WS"]
-    assert walls.kind == "two"
-    assert all("shift of direction -" in names for names in walls.pairs)
-    assert walls.estimates["shift of direction -"].size == pytest.approx(1.1, abs=0.03)
-    assert walls.gain.leave_group_out.total > 0
-    assert g["verdicts"]["SW"].kind == "unexplained"
-
-
 def minho_shear_walls(g):
     assert len(g["rows"]) == 31
     # rocking walls: the plain rigid-block model lies within a tenth of the mean, no tuning
     assert abs(sum(g["ratios"]["WS"]) / len(g["ratios"]["WS"]) - 1) < 0.1
-
-
-def three_theories_one_wall(g):
-    result = g["result"]
-    # what cannot fail is not listed: of the bounds and the DEM, the DEM alone could have
-    (finding,) = result.findings()
-    assert finding.startswith("holds: the DEM lies inside the admissible range")
-    # the program's associative value, the same as without the DEM
-    assert result["associative"].multiplier == pytest.approx(0.36197, abs=1e-4)
-    assert result["non-associative"].multiplier <= result["dem"].high <= result["associative"].multiplier
-
-
-def dilatancy_and_block_size(g):
-    ratios = g["dilatancy"].where(share=0.0)["ratio"]
-    assert all(ratios < 0.95)
-    sizes = g["by_size"]["whole block"].where(method="associative")["multiplier"]
-    assert sizes[0] < sizes[1] < sizes[2]
-    monolith = g["by_size"]["in plane"].where(method="monolith")["multiplier"]
-    assert monolith == pytest.approx(monolith[0])
-    program = g["converging"].where(method="associative")["multiplier"]
-    assert program == pytest.approx(program[0], rel=1e-5)
-
-
-def four_point_bending(g):
-    strength, bed = g["strength"], g["bed_part"]
-    # a straight bed joint is elastic until its edge breaks: f = ft times the section modulus of the contact points
-    assert strength[90.0] == pytest.approx(g["straight"], rel=0.02)
-    assert strength[0.0] > strength[45.0] > strength[75.0] > strength[90.0]
-    # stepped failure through bed and head joints, or debonding of bed joints, as in the tests
-    assert all(0.3 < bed[theta] < 0.7 for theta in (0.0, 15.0))
-    assert all(bed[theta] > 0.99 for theta in (75.0, 90.0))
-    # sudden drop of the reaction
-    assert all(g["ends"][theta] < 0.25 * strength[theta] for theta in strength)
-
-
-def minho_pushover(g):
-    found = g["answers"]["SW.100"]
-    # elastic joints and second-order effects lower the peak, and a contact never gives more than rigid-plastic joints
-    rigid = found["limit analysis"]
-    assert 0.85 * rigid["non-associative"] < found["peak"] < 1.01 * rigid["associative"]
-    assert found["peak"] == pytest.approx(sum(found["measured"]) / len(found["measured"]), rel=0.15)
-    assert found["stiffness"] <= found["initial slope"]
-    assert min(found["measured stiffness"]) < found["stiffness"] < max(found["measured stiffness"])
-    assert found["degradation"] == sorted(found["degradation"], reverse=True)
-    assert 0 < found["dissipated"][0] < found["dissipated"][1] < found["dissipated"][2]
-    # friction dissipates at most what the drive puts in
-    assert abs(g["cycles"].energy_error).max() < 1e-3 * g["cycles"]["support"].max()
-
-
-def rondelet_contact_points(g):
-    # published: about 0.40 and 0.32, 25 % apart; the bond is assumed
-    without, dilatant = g["found"]["toothed-odd-ragged", 2]
-    assert dilatant == pytest.approx(0.40, rel=0.05)
-    assert without == pytest.approx(0.32, rel=0.05)
-    assert 0.18 < dilatant / without - 1.0 < 0.32
-    rows = {(r["method"], r["share"], r["points"]): r["multiplier"] for r in g["tables"]["toothed-odd-ragged", 2]}
-    assert all(rows["dem", 1.0, n] <= 1.005 * rows["associative", 1.0, n] for n in (2, 8))
-    # two points along a face hold the pressure at its ends: torsion, and with it the wall, is too strong at psi = 0
-    assert g["radii"][2] > 1.5 * g["radii"][200]
-    assert g["found"]["toothed-odd-ragged", 4][0] < 0.9 * without
-    assert g["found"]["toothed-odd-ragged", 4][1] > 0.95 * dilatant
-
-
-def tilt_test(g):
-    for test in g["tests"].values():
-        assert test.status == "solved"
-        # a table that turns reads more than held loads do
-        assert 0.0 < test.collapse_multiplier / test.increments.collapse_multiplier - 1.0 < 0.06
-        assert test.at_rest <= 1.01 * g["upper"]
-    assert g["zero"].at_rest < 0.9 * g["dilatant"].at_rest
-
-
-def murano_pushover(g):
-    dry, mortared = g["found"]["DS"], g["found"]["REGW"]
-    # peaks of the 3DEC model whose joint parameters these are
-    assert dry["peak"] == pytest.approx(3e3, rel=0.1)
-    # what the source leaves open moves the peak of the other by a third; measured 43.5 or 47.8 kN
-    assert 43e3 < mortared["peak"] < 52e3
-    assert g["found"]["both"] == pytest.approx(43e3, rel=0.1)
-    assert g["found"]["ground a joint"] < g["found"]["both"] < mortared["peak"]
-    assert mortared["peak"] < g["found"]["cohesion kept"] < mortared["limit"]
-    assert dry["peak"] < dry["last"] < dry["limit"]
-    assert g["weight"] == pytest.approx(22.33e3, abs=5.0)
-
-
-def brick_panel(g):
-    # measured: 3.69 to 5.67 kN (S1 to S4), first visible crack 0.72 to 1.71 kN
-    curve = g["curve"]
-    assert 0.7e3 < curve.first_failure.load < 1.71e3
-    assert 0.8 * 3.69e3 < curve.peak.load < 1.2 * 5.67e3
-    assert curve.rate_error < 0.15
-    assert curve.mode_at(curve.peak.index).name in ("soldier bending", "diagonal", "rocking")
-
-
-def bnw_zoned_walls(g):
-    test, curve = g["found"]["BNW1"]
-    # a prediction with inputs of codes: shown with its misfit, no gate on the measured peak
-    assert curve.status == "finished"
-    assert curve.event("unit cracks").displacement < curve.event("unit yields").displacement
-    assert curve.errors["energy"].max() < 0.01
-    toe = curve.mesh.place[curve.mesh.zones].mean(axis=1)
-    yielding = toe[curve.zones[-1].marks == 1]
-    # crushing begins at the toe: low, and on the side pushed to
-    assert ((yielding[:, 1] < 0.25) & (yielding[:, 0] > 2.2)).any()
-    assert float(test.parameters["vertical stress"]) == 0.59
-
-
-def minho_cracking_stone(g):
-    found = {row[1]: float(row[2]) for row in g["rows"]}
-    stored = {row[1]: float(row[2]) for row in g["stored"].rows if row[0] == "SW.200.1"}
-    # the stored table is that of two speeds: a brittle case differs by its rate
-    for case in ("rigid blocks, limit analysis", "elastic stone", "zones fc 3.5 MPa, ft a twentieth"):
-        assert found[case] == pytest.approx(stored[case], rel=0.02)
-    # one rigid block overturns at N L / 2 / H0 = 203.6 (1 / 2) / 1 kN: no wall carries more
-    assert max(found.values()) < 101.8
-    # a stone of 91.6 MPa that cracks at 3 MPa carries what an elastic one does
-    assert found["stone fc 91.6, ft 3 MPa, zones and planes"] == pytest.approx(found["elastic stone"], rel=0.01)
-    assert found["zones fc 3.5 MPa, ft a twentieth"] < 0.85 * found["elastic stone"]
 
 
 def u_wall_as_a_solid(g):
@@ -392,39 +218,20 @@ def stochastic_panels(g):
     assert g["by_law"]["cohesion stays"] < 0.43
 
 
-def diagnose_murano(g):
-    # printed frequencies of three models and their errors enclose each measured one
-    assert g["measured"](g["FIRST"]) == pytest.approx((26.71, 0.09), abs=0.01)
-    assert g["measured"](g["SECOND"]) == pytest.approx((34.88, 0.16), abs=0.01)
-    rows, second = g["rows"], g["second"]
-    elastic = [v for k, v in rows.items() if "side walls" not in k]
-    # fitted on the first frequency, mode 3 is the second measured one, mode 2 is not; rigid blocks: one factor on all
-    assert all(abs(third / second - 1.0) < 0.02 < 0.1 < abs(mode / second - 1.0) for mode, third, _ in elastic)
-    one, all_of_them = rows["density"], rows["stiffness of all joints"]
-    assert one[:2] == pytest.approx(all_of_them[:2], rel=2e-3)
-    # no cause that frequencies allow brings the stiffness down to the measured one
-    assert all(k > 1.4 * g["STIFFNESS"] for _, _, k in rows.values())
-
-
 CHECKS = {
     f.__name__: f
     for f in (
-        block_on_slope, stack, semicircular_arch, wall_with_opening, corner_walls_out_of_plane, traced_drawing,
-        ferris_tin_loi_walls, wall_flow_rules, minho_shear_walls, two_mechanisms,
-        mechanisms_of_a_u_shaped_wall, three_theories_one_wall, dilatancy_and_block_size,
-        four_point_bending, minho_pushover, rondelet_contact_points, own_cause,
-        diagnose_pavia, diagnose_brick_panels, diagnose_ferris_tin_loi, diagnose_minho,
-        diagnose_murano,
-        tilt_test, murano_pushover, capacity_curve, gaps_in_a_corner_wall,
-        brick_panel, bnw_zoned_walls, minho_cracking_stone, u_wall_as_a_solid, tie_rods,
-        calibrate_brick_panels, calibrate_murano_stiffness, stochastic_panels, vaults_and_domes, rubble_leaf,
-        modes_of_a_wall, rocking_column, axles_on_an_arch,
+        block_on_slope, stack, modes_of_a_wall, rocking_column, axles_on_an_arch, semicircular_arch,
+        wall_with_opening, rubble_leaf, traced_drawing, capacity_curve, gaps_in_a_corner_wall, tie_rods,
+        wall_flow_rules, two_mechanisms, mechanisms_of_a_u_shaped_wall, diagnose_pavia, diagnose_brick_panels,
+        diagnose_ferris_tin_loi, minho_shear_walls, u_wall_as_a_solid, calibrate_brick_panels,
+        calibrate_murano_stiffness, stochastic_panels,
     )
 }  # fmt: skip
 
 
 def test_every_example_is_checked():
-    assert {p.stem for p in EXAMPLES.glob("*.py")} == set(CHECKS)
+    assert {p.stem for p in EXAMPLES.glob("*.py")} == {*CHECKS, *LONG}
 
 
 def test_every_figure_of_an_example_is_written_where_it_is_run():
@@ -444,20 +251,4 @@ def test_no_figure_lies_in_the_root_of_the_repository():
 
 @pytest.mark.parametrize("name", sorted(CHECKS))
 def test_example(name, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", [f"{name}.py"])
-    scope = runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
-    printed = capsys.readouterr().out
-    CHECKS[name](scope)
-    for figure in tmp_path.glob("*.png"):
-        assert figure.stat().st_size > 5_000, figure.name
-    stale = f"the gallery shows something else: python docs/site/store_gallery.py {name}"
-    kept = STORED / name
-    assert {p.name for p in tmp_path.glob("*.png")} == {p.name for p in kept.glob("*.png")}, stale
-    if not stored_output.made_here():
-        return
-    differs = stored_output.differences(printed, (kept / "output.txt").read_text(encoding="utf-8"), name)
-    assert not differs, "\n".join([stale, *differs])
-    for figure in sorted(tmp_path.glob("*.png")):
-        unlike = stored_output.unlikeness(stored_output.reduced(figure), Image.open(kept / figure.name))
-        assert unlike < stored_output.ALIKE, (figure.name, unlike, stale)
+    run_example(name, CHECKS[name], tmp_path, monkeypatch, capsys)

@@ -269,3 +269,13 @@ def test_the_page_has_the_section_of_the_set_as_printed():
     text = "\n".join(residual.section(read_table(NAME, "udec_runs.csv").rows))
     shown = (Path(page.__file__).parents[2] / "docs" / "papers" / "panels.md").read_text(encoding="utf-8")
     assert text.strip() in shown
+
+
+@pytest.mark.slow
+def test_grid_of_strengths_lies_in_the_window_about_the_printed_loads():
+    ratio = []
+    for row in read_table(NAME, "udec_runs.csv").rows:
+        test = load(row["specimen"])
+        curve = dem.push(test.assembly(), test.drive(), to=1.3e-3, blocks="lumped", steps=10_000, rate_check=False)
+        ratio.append(np.log(1e-3 * curve.peak.load / float(row["V_failure"])))
+    assert 0.85 < np.exp(np.mean(ratio)) < 1.3
