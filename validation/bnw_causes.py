@@ -1,10 +1,10 @@
 """Diagnosis of the BNW walls by our own zoned units: peaks and drifts of BNW1 and BNW2 are judged, BNW3 is left out.
 
-    python -m validation.bnw_causes [--out docs/papers]
+    python -m validation.bnw_causes [--kept FOLDER] [--out docs/papers]
 
 reads ``bnw_causes.csv``, the runs of the page of the walls to its digits, and draws ``bnw-causes.png``. "slower" are
-the runs of its first table, with and without crack planes; the others have one speed. They were not made for BNW3:
-there the effect of a cause is the mean of those on BNW1 and BNW2.
+the runs of its first table, with and without crack planes; the others have one speed. --kept writes the file anew from
+the pushes that ``validation.bnw_walls --kept`` has made.
 """
 
 import argparse
@@ -19,12 +19,20 @@ import numpy as np
 from limitmason import causes as catalogue
 from limitmason import experiments
 from limitmason.diagnosis import Cause, Observation, Study
+from limitmason.storage.csv_table import write_table
 
-NAME, WALLS = "bnw-walls", ("BNW1", "BNW2", "BNW3")
+from .bnw_walls import CRACKING, MODELS, NAME, WALLS, once_pushed, pushed
+
 BASE, SLOWER, UNCRACKED = "as assumed", "slower", "slower, units do not crack"
 QUANTITIES = {"peak": "kN", "drift at the peak": "%"}
 SCATTER = {"peak": 0.05, "drift at the peak": 0.3}
 """Assumed: peaks of the two senses of a wall differ by 1 to 5 %, their drifts by up to 60 %."""
+ENDS = {
+    ("fc", np.log(1.5)): "fc 1.5 times", ("fc", np.log(0.75)): "fc 0.75 times", ("E", np.log(2.0)): "E 6.18 GPa",
+    ("friction", 0.2): "friction 0.6", ("friction", -0.2): "friction 0.2",
+    ("ks", np.log(1.75 / 12.0)): "G: ks 1.75 GPa/m", ("ft", np.log(2.0)): "ft 0.4 MPa",
+}  # fmt: skip
+"""Runs from which effects are interpolated, by lever and its change: in logarithms, of friction in the coefficient."""
 STORED = Path(__file__).with_suffix(".csv")
 
 
@@ -34,6 +42,18 @@ def stored() -> dict[tuple[str, str], dict[str, float]]:
     return {(r[0], r[1]): dict(zip(QUANTITIES, map(float, r[2:]), strict=True)) for r in lines}
 
 
+def keep(folder: Path) -> None:
+    """Write the file anew from pushes that are kept in a folder; what is missing there is pushed."""
+    rows = []
+    for wall in WALLS:
+        pushes = {c: once_pushed(wall, c, folder) for c in (BASE, *ENDS.values())}
+        pushes |= {c: pushed(wall, folder, **MODELS[m]) for c, m in ((SLOWER, CRACKING), (UNCRACKED, "units yield"))}
+        for change, p in pushes.items():
+            top = p.curve.peak
+            rows.append([wall, change, f"{1e-3 * top.load:.0f}", f"{p.drift(top.displacement):.2f}"])
+    write_table(STORED, {"wall": "-", "change": "-", **QUANTITIES}, rows)
+
+
 def simulate(
     specimen: Mapping[str, Any], *, fc: float = 1.0, modulus: float = 3.088, friction: float = 0.4, ks: float = 12.0,
     tension: float = 0.2, uncracked: float = 0.0,
@@ -41,17 +61,11 @@ def simulate(
     """Peak [kN] and drift [%] between the runs, in logarithms; effects of several causes multiply."""
     wall = specimen["wall"]
     out = _logs(wall, SLOWER) + uncracked * (_logs(wall, UNCRACKED) - _logs(wall, SLOWER))
-    for value, ends in (
-        (np.log(fc), {np.log(1.5): "fc 1.5 times", np.log(0.75): "fc 0.75 times"}),
-        (np.log(modulus / 3.088), {np.log(2.0): "E 6.18 GPa"}),
-        (friction - 0.4, {0.2: "friction 0.6", -0.2: "friction 0.2"}),
-        (np.log(ks / 12.0), {np.log(1.75 / 12.0): "G: ks 1.75 GPa/m"}),
-        (np.log(tension / 0.2), {np.log(2.0): "ft 0.4 MPa"}),
-    ):  # fmt: skip
+    for lever, value in (("fc", np.log(fc)), ("E", np.log(modulus / 3.088)), ("friction", friction - 0.4),
+                         ("ks", np.log(ks / 12.0)), ("ft", np.log(tension / 0.2))):  # fmt: skip
         if value:
-            end = next(e for e in ends if e * value > 0.0)
-            known = [w for w in (wall,) if w != WALLS[2]] or WALLS[:2]
-            out += value / end * np.mean([_logs(w, ends[end]) - _logs(w, BASE) for w in known], axis=0)
+            end = next(e for name, e in ENDS if name == lever and e * value > 0.0)
+            out += value / end * (_logs(wall, ENDS[lever, end]) - _logs(wall, BASE))
     return dict(zip(QUANTITIES, np.exp(out).tolist(), strict=True))
 
 
@@ -108,7 +122,11 @@ def main() -> None:
     """Diagnose, and predict BNW3 with what is kept."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=None, help="folder of the figure")
+    parser.add_argument("--kept", type=Path, default=None, help="folder of pushes from which the file is made anew")
     chosen = parser.parse_args()
+    if chosen.kept is not None:
+        keep(chosen.kept)
+        RUNS.update(stored())
     verdict = study().diagnose(CAUSES, seed=0)
     print(verdict.report())
     by = {c.name: c.parameter for c in CAUSES if c.apply is None}

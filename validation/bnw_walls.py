@@ -171,6 +171,11 @@ def pushed(specimen: str, kept: Path | None, *, once: bool = False, zone: float 
     return Pushed(test, curve, height)
 
 
+def once_pushed(wall: str, change: str, kept: Path | None) -> Pushed:
+    """A wall with crack planes and one of the changes of ``VARIED``, at one speed."""
+    return pushed(wall, kept, once=True, **{**MODELS[CRACKING], **dict(VARIED)[change]})
+
+
 def model_of(options: Mapping[str, Any]) -> str:
     """Which of the two models options make."""
     return CRACKING if options.get("unit_cracks") else "units yield"
@@ -252,19 +257,19 @@ def both(p: Pushed) -> str:
 
 
 def varied(found: Mapping[tuple[str, str], Pushed]) -> list[str]:
-    """Table of what inputs do."""
-    rows = [["", "masonry E, G [GPa]"] + [f"{w}: {t}" for w in WALLS[:2] for t in (
-        "peak [kN]", "change", "at drift [%]", "crack", "toe", "first")]]  # fmt: skip
-    for name, options in VARIED:
-        cells = [name, moduli(options)]
-        for wall in WALLS[:2]:
+    """Tables of what inputs do, one of every wall."""
+    out = []
+    for wall in WALLS:
+        rows = [[wall, "masonry E, G [GPa]", "peak [kN]", "change", "at drift [%]", "crack", "toe", "first"]]
+        for name, options in VARIED:
             p, base = found[wall, name], found[wall, VARIED[0][0]]
-            cells += [
-                f"{1e-3 * p.curve.peak.load:.0f}", f"{p.curve.peak.load / base.curve.peak.load - 1.0:+.0%}",
+            rows.append([
+                name, moduli(options), f"{1e-3 * p.curve.peak.load:.0f}",
+                f"{p.curve.peak.load / base.curve.peak.load - 1.0:+.0%}",
                 f"{p.drift(p.curve.peak.displacement):.2f}", *(at(p, i) for i in crack_and_toe(p)), first_of(p),
-            ]  # fmt: skip
-        rows.append(cells)
-    return markdown(rows)
+            ])  # fmt: skip
+        out += [*markdown(rows), ""]
+    return out[:-1]
 
 
 def moduli(options: Mapping[str, Any]) -> str:
@@ -338,15 +343,13 @@ def misfits(found: Mapping[tuple[str, str], Pushed]) -> list[str]:
 def page(kept: Path | None) -> tuple[str, Figure, Figure]:
     """The page as Markdown, and its figures."""
     found = {(w, m): pushed(w, kept, **o) for w in WALLS for m, o in MODELS.items()}
-    other = {
-        (w, name): pushed(w, kept, once=True, **{**MODELS[CRACKING], **o}) for name, o in VARIED for w in WALLS[:2]
-    }
+    other = {(w, name): once_pushed(w, name, kept) for name, _ in VARIED for w in WALLS}
     means = [np.mean([found[w, m].ratio for w in WALLS]) for m in MODELS]
     seconds = max(p.curve.seconds + (p.curve.faster.seconds if p.curve.faster is not None else 0.0)
                   for p in found.values())  # fmt: skip
     led = [w for w in WALLS if first_of(found[w, CRACKING]) == "crack"]
     flips = [
-        f"- {name}: {', '.join(f'{w} {first_of(other[w, name])}' for w in WALLS[:2])}"
+        f"- {name}: {', '.join(f'{w} {first_of(other[w, name])}' for w in WALLS)}"
         for name, o in VARIED if {"unit_tension", "unit_strength"} & set(o)
     ]  # fmt: skip
     alone = pushed("BNW1", kept, once=True, unit_tension=0.4e6)

@@ -11,15 +11,17 @@ ROWS = [[c.strip() for c in line.strip("|").split("|")] for line in PAGE.read_te
 
 
 def test_the_runs_are_those_of_the_page():
-    shown = {}
+    shown, wall = {}, ""
     for row in ROWS:
         if len(row) == 14 and row[0] in causes.WALLS:
             shown[row[0], causes.UNCRACKED if row[1] == "units yield" else causes.SLOWER] = row[2], row[3]
-        elif len(row) == 14 and row[2].isdigit():
-            shown |= {(w, row[0]): (row[k], row[k + 2]) for w, k in (("BNW1", 2), ("BNW2", 8))}
+        elif len(row) == 8 and row[0] in causes.WALLS:
+            wall = row[0]
+        elif len(row) == 8 and wall and row[2].isdigit():
+            shown[wall, row[0]] = row[2], row[4]
     for key, found in causes.RUNS.items():
         assert list(found.values()) == [float(v) for v in shown[key]]
-    assert len(causes.RUNS) == 22
+    assert len(causes.RUNS) == 30
 
 
 def test_a_run_is_met_at_its_own_inputs():
