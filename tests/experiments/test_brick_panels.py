@@ -145,6 +145,17 @@ def test_cracks_are_drawn_where_joints_have_failed(pushed):
 # ---- loads of the grid, bricks that deform, a diagnosis ----
 
 
+def test_soldiers_bear_on_the_piers_by_the_length_that_is_asked_for():
+    flush, bearing = (load("udec-01", outline="675/8/5", bearing=b).assembly() for b in (0.0, 0.1125))
+    for wall, count, length in ((flush, 27, 2.025), (bearing, 30, 2.25)):
+        soldiers = np.concatenate([b.vertices[:, 0] for b in wall.blocks if b.name.startswith("soldier")])
+        assert len(soldiers) == 8 * count
+        assert np.ptp(soldiers) == pytest.approx(length)
+    assert bearing.volumes.sum() == pytest.approx(flush.volumes.sum())
+    with pytest.raises(InputError, match="do not fill"):
+        load("udec-01", bearing=0.1).assembly()
+
+
 @pytest.mark.slow
 def test_simple_bricks_are_within_three_per_cent_of_elastic_ones():
     """Compliance of the panel under its plate, joints that hold: shapes added to a block can only soften it."""

@@ -124,9 +124,8 @@ def assembly(test: Experiment) -> Assembly:
     brick = Material(
         young_modulus=o["young_modulus"], poisson_ratio=o["poisson_ratio"], density=o["density"], name="brick"
     )
-    return signed(
-        panel(read_outline(o["outline"]), spans.get(test.specimen, 2.025), joint(test), brick, start=o["start"]), test
-    )
+    span, outline = spans.get(test.specimen, 2.025), read_outline(o["outline"])
+    return signed(panel(outline, span, joint(test), brick, start=o["start"], bearing=o["bearing"]), test)
 
 
 def joint(test: Experiment) -> Joint:

@@ -51,17 +51,23 @@ def read_outline(text: str) -> Outline:
     return Outline(pier, below, above)
 
 
-def panel(outline: Outline, span: float, joint: Joint, brick: Material, *, start: str) -> Assembly:
+def panel(
+    outline: Outline, span: float, joint: Joint, brick: Material, *, start: str, bearing: float = 0.0
+) -> Assembly:
     """Panel with a soldier course over its opening and a brick as spreader plate at mid-span.
 
     Parameters
     ----------
     span : of the opening [m]
     start : "whole" or "half", the brick at the ends of the bottom course
+    bearing : of the soldier course on each pier [m], whole soldiers over both
     """
+    soldiers = Opening(
+        outline.pier, 0.0, span, outline.below * UNIT[1], head="soldier", bearing=float(bearing) if bearing else None
+    )
     found = wall(
         length=2.0 * outline.pier + span, courses=outline.below + 3 + outline.above, unit=UNIT, joint=joint,
         start=start, density=brick.density or 2000.0, spreader=(UNIT[0], UNIT[1]),
-        openings=[Opening(outline.pier, 0.0, span, outline.below * UNIT[1], head="soldier")],
+        openings=[soldiers],
     )  # fmt: skip
     return found.with_material(brick)
