@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import date
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +26,12 @@ from limitmason.display.text_table import markdown as markdown_lines
 from limitmason.experiments.modern_walls import MODELS, NAME, specimens
 from limitmason.experiments.modern_walls.inputs import complete, inputs_of
 from limitmason.experiments.registry import load as load_wall
-from limitmason.experiments.tables import read_table
 from limitmason.storage.csv_table import write_table
 from validation.measured_walls_text import TEXT
 from validation.wall_causes import HELD, STIFFNESS, responses, stiffness
-from validation.wall_figures import curve_lines, envelopes, plastic_curve, scatter_figure, worst_walls
+from validation.wall_curves import read_record
+from validation.wall_curves_text import sections
+from validation.wall_figures import envelopes, scatter_figure, worst_walls
 from validation.wall_loop import (
     LeftOut,
     ThresholdsLeftOut,
@@ -41,10 +42,9 @@ from validation.wall_loop import (
     scatter,
     threshold_left_out,
 )
+from validation.wall_tests import RESPONSES, ROWS, Measured, measured_walls, rigid_bound
 
 Array = NDArray[np.float64]
-ROWS = {r["specimen"]: r for r in read_table(NAME, "walls.csv").rows}
-RESPONSES = {r["specimen"]: r for r in read_table(NAME, "responses.csv").rows}
 ABOVE = ("22", "24")  # walls above the rigid bound which the acceptance is asked with and without
 BLIND = Path(__file__).with_name("blind_walls.csv")
 TWO_SENSES, STIFFER = 1.4, 1.3  # ratios from which on a row is listed as doubtful
@@ -64,36 +64,10 @@ CAUSES: Mapping[str, Mapping[str, Any]] = {
 the factor of the cracks in units."""
 
 
-class Measured(NamedTuple):
-    """A wall whose response is given: number, campaign, mean of the largest forces of both senses [kN], mode."""
-
-    wall: str
-    campaign: str
-    force: float
-    mode: str
-
-
-def measured_walls() -> list[Measured]:
-    """Walls with a response, in their order."""
-    found = []
-    for wall, row in RESPONSES.items():
-        forces = [float(row[c]) for c in ("V_max_pos", "V_max_neg") if row[c]]
-        if forces:
-            found.append(Measured(wall, ROWS[wall]["campaign"], float(np.mean(forces)), row["failure_mode"]))
-    return found
-
-
 def logs(found: Iterable[WallPrediction], walls: Sequence[Measured]) -> Array:
     """ln(predicted / measured)."""
     by = {p.wall: p.force for p in found}
     return np.log([by[m.wall] / m.force for m in walls])
-
-
-def rigid_bound(wall: str) -> float:
-    """N L / (2 H0) [kN], above which no wall can be under a constant load."""
-    row = ROWS[wall]
-    length, stress = float(row["L"]), inputs_of(row)["sigma0"].value
-    return 500.0 * stress * length**2 * float(row["t"]) / (float(row["H0_over_H"]) * float(row["H"]))
 
 
 def four_forces(walls: Sequence[Measured]) -> Array:
@@ -343,11 +317,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     by_loop = modes_by_loop(whole, causes, loop.chosen)
     carry, wrong = carriers(whole, loop, by_loop)
     far, worst_table = worst(all_walls, found["extended"])
-    drawn = dict.fromkeys(r["specimen"] for r in read_table(NAME, "envelopes.csv").rows)
-    curves = {wall: plastic_curve(wall) for wall in drawn}
-    curve_table = curve_lines(curves)
+    curves = read_record()
     parts = {
-        "[curves]": markdown(curve_table[0], curve_table[1:]),
+        "[curves]": "\n".join(sections(curves)),
         "[ladder]": table, "[chosen]": chosen, "[modes]": modes(whole, found, by_loop, four),
         "[carriers]": carry, "[wrong]": wrong, "[coverage]": coverage(all_walls, found),
         "[impossible]": impossible(all_walls), "[doubtful]": doubtful(all_walls),
@@ -362,7 +334,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     write_blind(found)
     scatter_figure({k: found[k] for k in ("formulas", "first", "extended")}, all_walls, o.out / "measured-walls.png")
     worst_walls(far, {p.wall: p for p in found["extended"]}, o.out / "measured-walls-worst.png")
-    envelopes({p.wall: p for p in found["extended"]}, curves, o.out / "measured-walls-envelopes.png")
+    envelopes(curves, o.out / "measured-walls-envelopes.png")
 
 
 if __name__ == "__main__":

@@ -16,11 +16,13 @@ import numpy as np
 
 from limitmason.answers.results import FlowRule
 from limitmason.causes.cause import Cause
-from limitmason.comparison.wall_ladder import formulas_force, rocking_force
+from limitmason.comparison.wall_ladder import formulas_force
+from limitmason.comparison.wall_modes import rocking_force
 from limitmason.errors import InputError
 from limitmason.experiments import registry
 from limitmason.experiments.modern_walls import (
     FILLED,
+    HELD,
     MODELS,
     NAME,
     axial_force,
@@ -37,7 +39,6 @@ from limitmason.study.memo import Memo
 
 FORCE, MODE, STIFFNESS, CRACK = "peak", "failure mode: rocks", "stiffness", "drift at first crack"
 HOLLOW = ("HC",)
-HELD = 0.5  # shear span of a wall whose both ends are held against rotation
 ROCKING = 0.9, 0.1
 """Force over rocking force at which a wall rocks as likely as not, and the spread of that; assumed, not fitted."""
 

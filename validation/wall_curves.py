@@ -1,125 +1,145 @@
-"""Capacity curves of measured walls with joints that soften and units that crack, beside what was measured.
+"""Capacity curves of the measured walls with all inputs, beside what was measured, and the section that shows them.
 
     python -m validation.wall_curves --store FILE --walls 189 190
 
-keeps a curve a line; a run that was cut off goes on. At its end it prints the walls whose envelope was measured.
+keeps a curve a line; a run that was cut off goes on. Without ``--walls`` it is all walls with complete inputs, those
+whose response is given first, the cheapest of every campaign, then the second of each. ``--page
+docs/measured-walls.md`` then writes the record beside this file, the sections of the page and the figure; without
+``--store`` it makes them from the record.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-import limitmason as lm
-from limitmason.capacity.steps import Steps
-from limitmason.display.text_table import markdown
-from limitmason.errors import NotApplicable, NotConverged
-from limitmason.experiments.modern_walls import NAME, units_per_course
+from limitmason.comparison.wall_curves import (
+    FURTHEST,
+    LEFT_OVER,
+    POINTS,
+    TRIES,
+    UNITS,
+    WallCurve,
+    coarseness,
+    wall_curve,
+)
+from limitmason.errors import InputError
+from limitmason.experiments import registry
+from limitmason.experiments.modern_walls import MODELS, NAME, units_per_course
 from limitmason.experiments.modern_walls.inputs import complete
 from limitmason.experiments.tables import read_table
+from limitmason.storage.csv_table import parsed, write_table
 from limitmason.study.memo import Memo
-from validation.wall_figures import drift_at
+from validation.kept_runs import with_section
+from validation.wall_curves_text import sections
+from validation.wall_figures import envelopes
 
 Array = NDArray[np.float64]
+SAMPLES = Path(__file__).with_name("wall_curves.csv")
+ENDS = Path(__file__).with_name("wall_curve_ends.csv")
+WALLS = {r["specimen"]: r for r in read_table(NAME, "walls.csv").rows}
 
-SOFTENS: Mapping[str, Any] = {"cracks": "diagonal strength", "energy_share": 1.0}
-"""Options of the wall: every strength as printed, lost over assumed fracture energies. No number is fitted, but these
-options were **chosen** among six after the curves of wall 189 had been seen beside its test."""
-
-POINTS = 5  # contact points along a joint
-TRIES = 3000  # of a step
-FURTHEST = 0.004  # drift to which walls are pushed
-WITHIN = 1.5  # factor that is asked of the drift at the peak
-
-
-def curve_of(wall: str) -> dict[str, Any]:
-    """Drift [%] and force [kN] of a wall pushed by its top, how it ended, and processor time [s]."""
-    test = lm.experiments.load(NAME, wall, **SOFTENS)
-    height, begun = float(test.row["H"]), time.process_time()
-    row: dict[str, Any] = {"wall": wall, "drift": [], "force": []}
-    try:
-        curve = lm.pushover(
-            test.assembly(), test.loads(), control=("beam", "x"), to=FURTHEST * height, contact_model="grid",
-            grid=POINTS, steps=Steps(most=TRIES),
-        )  # fmt: skip
-        row |= {"drift": 100.0 * np.asarray(curve.displacement) / height, "force": np.asarray(curve.multiplier)}
-        row["status"] = str(curve.status)
-    except (NotApplicable, NotConverged) as refusal:
-        row["status"] = str(refusal)
-    return {**row, "seconds": time.process_time() - begun}
+PER_SAMPLE: Mapping[str, str] = {
+    "drift": "%", "force": "kN", "slid": "-", "slips": "-", "apart": "-", "past": "-", "cracked": "-",
+}  # fmt: skip
+PER_WALL = "inside", "coarse", "points", "steps", "iterations", "seconds", "status"
 
 
-def curves_kept(store: Path | None) -> dict[str, dict[str, Any]]:
-    """Curves in a store, by wall."""
+def computed_curve(wall: str) -> dict[str, Any]:
+    """The curve of a wall, as a row of a store."""
+    return wall_curve(registry.load(NAME, wall, **MODELS["pushover"]))._asdict()
+
+
+def blocks_followed(wall: str) -> float:
+    """Units of the wall that is followed."""
+    units = units_per_course(WALLS[wall])[0] * int(WALLS[wall]["courses"])
+    return units / coarseness(registry.load(NAME, wall)) ** 2
+
+
+def order() -> list[str]:
+    """Walls with all inputs: those with a response first, the cheapest of every campaign, the second of each, ..."""
+    rows = sorted((r for r in WALLS.values() if complete(r)), key=lambda r: blocks_followed(r["specimen"]))
+    taken: Counter[str] = Counter()
+    turns = {}
+    for r in rows:
+        taken[r["campaign"]] += 1
+        turns[r["specimen"]] = r["responses"] != "given", taken[r["campaign"]], blocks_followed(r["specimen"])
+    return sorted(turns, key=turns.__getitem__)
+
+
+def computed(store: Path, names: Sequence[str], workers: int = 1) -> dict[str, WallCurve]:
+    """Compute what a store lacks of some walls; all curves in it."""
+    unknown = [n for n in names if n not in WALLS]
+    if unknown:
+        raise InputError(f"no wall {unknown[0]!r} in {NAME}")
     memo = Memo(store, kind=dict)
-    return {str(row["wall"]): row for row in memo.rows.values()}
-
-
-def peak_of(drift: Sequence[float] | Array, force: Sequence[float] | Array) -> tuple[float, float, float]:
-    """Largest force, the drift there, and the share of it that is left at the end."""
-    far, load = np.asarray(drift, dtype=float), np.asarray(force, dtype=float)
-    k = int(load.argmax())
-    return float(load[k]), float(far[k]), float(load[-1] / load[k])
-
-
-def envelope_lines(curves: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
-    """Rows of a table: peak, drift at the peak and what is left, computed and measured."""
-    lines = [["wall", "largest force, computed over measured", "drift at the peak [%]", "ratio",
-              "within 1.5", "ratio of the drifts at 0.7 of the peak", "left", "path"]]  # fmt: skip
-    for name, row in curves.items():
-        test = lm.experiments.load(NAME, name)
-        measured = test.recipe.curve(test)
-        most, at, _ = peak_of(measured.displacement, measured.load)
-        force, drift, left = peak_of(row["drift"], row["force"])
-        end = min(float(row["drift"][-1]), float(np.max(measured.displacement)))
-        left = float(np.interp(end, row["drift"], row["force"])) / force
-        theirs = float(np.interp(end, measured.displacement, measured.load)) / most
-        ratio = drift / at
-        rise = drift_at(0.7, np.asarray(row["drift"]), np.asarray(row["force"])) / drift_at(
-            0.7, np.asarray(measured.displacement), np.asarray(measured.load)
-        )
-        lines.append([
-            name, f"{force / most:.2f}", f"{drift:.3f}, measured {at:.3f}", f"{ratio:.2f}",
-            "yes" if 1.0 / WITHIN <= ratio <= WITHIN else "no", f"{rise:.2f}", 
-            f"{left:.2f}, measured {theirs:.2f} at {end:.2f} %", f"{row['status']}, {row['seconds']:.0f} s",
-        ])  # fmt: skip
-    return lines
-
-
-def cheapest_first() -> list[str]:
-    """Walls with all inputs, fewest blocks first."""
-    rows = [r for r in read_table(NAME, "walls.csv").rows if complete(r)]
-    return [r["specimen"] for r in sorted(rows, key=lambda r: units_per_course(r)[0] * int(r["courses"]))]
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Compute what is missing."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--store", type=Path, required=True)
-    parser.add_argument("--walls", nargs="*", help="their numbers; all with complete inputs where left out")
-    parser.add_argument("--workers", type=int, default=1)
-    o = parser.parse_args(arguments)
-    computed(o.store, o.walls or cheapest_first(), o.workers)
-    measured = dict.fromkeys(r["specimen"] for r in read_table(NAME, "envelopes.csv").rows)
-    kept = {wall: row for wall, row in curves_kept(o.store).items() if wall in measured and row["drift"]}
-    print("\n".join(markdown(envelope_lines(kept))))
-
-
-def computed(store: Path, names: Sequence[str], workers: int = 1) -> None:
-    """Compute what a store lacks of some walls."""
-    memo = Memo(store, kind=dict)
-    jobs = {(name, tuple(SOFTENS.items()), POINTS, FURTHEST): {"wall": name} for name in names}
+    of = tuple(sorted(MODELS["pushover"].items())), POINTS, TRIES, LEFT_OVER, FURTHEST, UNITS
+    jobs = {(name, of): {"wall": name} for name in names}
     missing, begun = sum(key not in memo for key in jobs), time.perf_counter()
-    for done, (key, row) in enumerate(memo.map(curve_of, jobs, workers=workers), 1):
+    for done, (key, row) in enumerate(memo.map(computed_curve, jobs, workers=workers), 1):
         left = (time.perf_counter() - begun) / done * (missing - done)
         said = f"{row['status']}, {row['seconds']:.0f} s; {left:.0f} s left"
         print(f"[{done}/{missing}] wall {key[0]}: {said}", flush=True)
+    return {name: WallCurve(**memo[name, of]) for name in order() if (name, of) in memo}
+
+
+def write_record(curves: Iterable[WallCurve]) -> None:
+    """Keep curves beside this file: every sample, and how each ended."""
+    kept = sorted(curves, key=lambda c: int(c.wall))
+    rows = [
+        [c.wall, *(f"{v:.5g}" for v in sample)]
+        for c in kept for sample in zip(*(getattr(c, k) for k in PER_SAMPLE), strict=True)
+    ]  # fmt: skip
+    note = "Capacity curves of walls of modern-walls by limitmason.comparison.wall_curves, every sample of the path."
+    write_table(SAMPLES, {"wall": "-", **PER_SAMPLE}, rows, note)
+    units = {"wall": "-", **dict.fromkeys(PER_WALL, "-"), "seconds": "s"}
+    ends = [
+        [c.wall, c.inside or "-", c.coarse, c.points, c.steps, c.iterations, f"{c.seconds:.1f}", c.status] for c in kept
+    ]
+    write_table(ENDS, units, ends, "What those curves took [s of processor time], and how they ended.")
+
+
+def read_record() -> dict[str, WallCurve]:
+    """The curves that are kept beside this file, by wall."""
+    table, ends = (parsed(p.read_text(encoding="utf-8"), p.name) for p in (SAMPLES, ENDS))
+    samples: dict[str, list[list[float]]] = {}
+    for wall, *cells in table.rows:
+        samples.setdefault(wall, []).append([float(v) for v in cells])
+    found = {}
+    for wall, inside, coarse, points, steps, iterations, seconds, status in ends.rows:
+        columns = [list(c) for c in zip(*samples.get(wall, []), strict=True)] or [[] for _ in PER_SAMPLE]
+        found[wall] = WallCurve(
+            wall, **dict(zip(PER_SAMPLE, columns, strict=True)), inside=inside, coarse=int(coarse), points=int(points),
+            steps=int(steps), iterations=int(iterations), status=status, warnings=[], seconds=float(seconds),
+        )  # fmt: skip
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Compute what is missing, and write the sections."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--store", type=Path, help="file that keeps curves as they come")
+    parser.add_argument("--walls", nargs="*", help="their numbers; all with complete inputs where left out")
+    parser.add_argument("--page", type=Path, help="page whose sections are made, with its figure beside it")
+    parser.add_argument("--workers", type=int, default=1)
+    o = parser.parse_args(arguments)
+    if o.store is None and (o.walls or not o.page):
+        parser.error("--store FILE keeps the curves that are to be computed")
+    if o.store is not None:
+        write_record(computed(o.store, o.walls or order(), o.workers).values())
+    if o.page is not None:
+        curves, text = read_record(), o.page.read_text(encoding="utf-8")
+        for part in sections(curves):
+            text = with_section(text, part.splitlines())
+        o.page.write_text(text, encoding="utf-8")
+        envelopes(curves, o.page.with_name("measured-walls-envelopes.png"))
 
 
 if __name__ == "__main__":

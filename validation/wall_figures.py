@@ -12,6 +12,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 import limitmason as lm
+from limitmason.comparison.wall_curves import WallCurve
 from limitmason.comparison.wall_ladder import WallPrediction
 from limitmason.experiments.modern_walls import MODELS, NAME
 from limitmason.experiments.modern_walls.inputs import complete
@@ -90,64 +91,29 @@ def _draw(axes: Any, wall: lm.Assembly, twists: np.ndarray) -> None:
     axes.axis("off")
 
 
-SHEAR_SHARE = 0.4  # shear over normal stiffness of joints
-POINTS = 5  # contact points along a joint
-FURTHEST = 0.005  # drift to which walls are pushed
-
-
-def plastic_curve(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Drift [%] and force [kN] of the extended model pushed, joints as stiff as the printed E, nothing lost."""
-    test = lm.experiments.load(NAME, name, **MODELS["extended"])
-    height = float(test.row["H"])
-    normal = 1e6 * float(test.row["E"]) * int(test.row["courses"]) / height
-    curve = lm.pushover(
-        test.assembly(), test.loads(), control=("beam", "x"), to=FURTHEST * height, contact_model="grid", grid=POINTS,
-        stiffness=(normal, SHEAR_SHARE * normal),
-    )  # fmt: skip
-    return 100.0 * np.asarray(curve.displacement) / height, np.asarray(curve.multiplier)
+def envelopes(curves: Mapping[str, WallCurve], path: Path) -> None:
+    """Measured envelopes of both senses and computed curves, each divided by its largest force."""
+    rows = read_table(NAME, "envelopes.csv").rows
+    figure = Figure(figsize=(12.0, 6.0), layout="constrained")
+    for k, name in enumerate(dict.fromkeys(r["specimen"] for r in rows)):
+        axes = figure.add_subplot(2, 3, k + 1)
+        for sense, colour in (("pos", "#2c3e50"), ("neg", "#7f8c8d")):
+            own = np.array([[abs(float(r["drift"])), abs(float(r["force"]))] for r in rows if r["specimen"] == name
+                            and r["sense"] == sense])  # fmt: skip
+            own = own[np.argsort(own[:, 0], kind="stable")]
+            axes.plot(own[:, 0], own[:, 1] / own[:, 1].max(), color=colour, linewidth=1.2)
+        if name in curves and curves[name].force:
+            found = curves[name]
+            axes.plot(found.drift, np.array(found.force) / found.peak, color="#c0392b", linewidth=1.4)
+        axes.set(title=f"wall {name}", xlabel="drift [%]", ylabel="force over largest", xlim=(0.0, 0.7),
+                 ylim=(0.0, 1.1))  # fmt: skip
+    handles = [axes.plot([], [], color=c, label=n)[0] for n, c in (
+        ("measured, positive", "#2c3e50"), ("measured, negative", "#7f8c8d"), ("computed", "#c0392b"))]  # fmt: skip
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
+    save(figure, path)
 
 
 def drift_at(share: float, drift: np.ndarray, force: np.ndarray) -> float:
     """Drift at which a share of the largest force is first reached."""
     far = int(np.argmax(force >= share * force.max()))
     return float(np.interp(share * force.max(), force[far - 1 : far + 1], drift[far - 1 : far + 1]))
-
-
-def curve_lines(curves: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> list[list[str]]:
-    """Rows of a table: largest forces and drifts at shares of them, computed and measured, and the measured drop."""
-    lines = [["wall", "largest force, computed over measured", "drift at 0.7 of it [%]", "ratio", "drift at 0.9 [%]",
-              "ratio", "drift at the peak, measured [%]", "force left at the end, measured"]]  # fmt: skip
-    for name, (drift, force) in curves.items():
-        test = lm.experiments.load(NAME, name)
-        measured = test.recipe.curve(test)
-        far, load = np.asarray(measured.displacement), np.asarray(measured.load)
-        line = [name, f"{force.max() / load.max():.2f}"]
-        for share in (0.7, 0.9):
-            ours, theirs = drift_at(share, drift, force), drift_at(share, far, load)
-            line += [f"{ours:.3f}, measured {theirs:.3f}", f"{ours / theirs:.2f}"]
-        lines.append([*line, f"{far[load.argmax()]:.2f}", f"{load[-1] / load.max():.2f}"])
-    return lines
-
-
-def envelopes(
-    found: Mapping[str, WallPrediction], curves: Mapping[str, tuple[np.ndarray, np.ndarray]], path: Path
-) -> None:  # fmt: skip
-    """Measured envelopes of walls with the predicted force, its interval and the computed curves, both senses alike."""
-    rows = read_table(NAME, "envelopes.csv").rows
-    figure = Figure(figsize=(12.0, 5.6), layout="constrained")
-    for k, name in enumerate(curves):
-        axes = figure.add_subplot(2, 3, k + 1)
-        for sense in ("pos", "neg"):
-            own = np.array([[float(r["drift"]), float(r["force"])] for r in rows if r["specimen"] == name
-                            and r["sense"] == sense])  # fmt: skip
-            axes.plot(own[:, 0], own[:, 1], color="#2c3e50", linewidth=1.2)
-        for sign in (1.0, -1.0):
-            axes.axhline(sign * found[name].force, color="#c0392b", linewidth=1.0)
-            axes.axhspan(*sorted(sign * v for v in found[name].interval), color="#c0392b", alpha=0.15)
-            axes.plot(sign * curves[name][0], sign * curves[name][1], color="#229954", linewidth=1.2)
-        axes.set(title=f"wall {name}", xlabel="drift [%]", ylabel="force [kN]")
-    handles = [axes.plot([], [], color=c, label=n)[0] for n, c in (
-        ("measured envelope", "#2c3e50"), ("computed, printed E, nothing lost", "#229954"),
-        ("limit analysis and its 90 % interval", "#c0392b"))]  # fmt: skip
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
-    save(figure, path)

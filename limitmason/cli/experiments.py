@@ -46,7 +46,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command.add_argument("series", metavar="SERIES", help="a packaged series with a page of its own")
     command.add_argument("walls", nargs="*", metavar="WALL", help="only these walls; default: all")
     command.add_argument("--method", required=True, metavar="METHOD",
-                         help="formulas, first or extended (block models), or non-associative")  # fmt: skip
+                         help="formulas, first or extended (block models), non-associative, or pushover")  # fmt: skip
     command.add_argument("--store", type=writable, metavar="FILE", help="keep answers here and go on after a kill")
     command.add_argument("--workers", type=int, default=1, help="processes, one wall each")
     command.add_argument("--no-interval", action="store_true", help="do not move the inputs: a seventh of the time")
@@ -93,11 +93,19 @@ def _list(options: argparse.Namespace) -> int:
 
 def _show(options: argparse.Namespace) -> int:
     from limitmason import experiments
+    from limitmason.display.text_table import aligned
+    from limitmason.experiments import registry
 
     source, _, specimen = options.source.partition("/")
     if specimen and options.specimen:
         raise InputError(f"specimen {options.specimen!r} is given besides {options.source!r}: name one")
     specimen = options.specimen or specimen
+    if not specimen and source in set(experiments.sources()) - set(registry.tabled()):
+        names = experiments.specimens(source)
+        rows = [[name, experiments.load(source, name).title] for name in names]
+        show_text(f"{source}: {experiments.load(source, names[0]).source.title}\n\n{aligned(rows)}\n\n"
+                  f"limitmason experiments show {source} {names[0]} shows the data sheet of one")  # fmt: skip
+        return 0
     for name in [specimen] if specimen else experiments.specimens(source):
         show_text(str(experiments.load(source, name)) + "\n")
     return 0

@@ -11,25 +11,29 @@ import numpy as np
 
 from limitmason.answers.results import Prediction
 from limitmason.checks import choice
+from limitmason.comparison.wall_curves import wall_curve
+from limitmason.comparison.wall_modes import mode_inside, rocking_force
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments import registry
-from limitmason.experiments.modern_walls import BEAM, MODELS, NAME, axial_force, shear_span, value
+from limitmason.experiments.modern_walls import MODELS, NAME, shear_span, value
 from limitmason.experiments.modern_walls.inputs import has_shear_span, inputs_of
 from limitmason.experiments.record import Experiment
 from limitmason.limit.analysis import limit_analysis
 from limitmason.mechanics.wall_forces import wall_forces
-from limitmason.model.assembly import Assembly
 from limitmason.study.content import fingerprint
 from limitmason.study.memo import Memo
 
-LADDER = ("formulas", "first", "extended", "non-associative")
-"""Models of the ladder; the last is the extended one without dilatancy."""
+LADDER = ("formulas", "first", "extended", "non-associative", "pushover")
+"""Models of the ladder: *non-associative* is the extended one without dilatancy, *pushover* the capacity curve of a
+wall whose joints and units lose their strength."""
 
 ROCKS = 0.86
 """Share of the force at which a wall rocks in one piece from which on it is said to rock (F); **fitted** to modes."""
 
-MODEL_SPREAD: Mapping[str, float] = {"formulas": 0.16, "first": 0.27, "extended": 0.15, "non-associative": 0.15}
+MODEL_SPREAD: Mapping[str, float] = {
+    "formulas": 0.16, "first": 0.27, "extended": 0.15, "non-associative": 0.15, "pushover": 0.2,
+}  # fmt: skip
 """Scatter of a model beside that of the inputs, standard deviation of the logarithm: of the walls in
 ``docs/measured-walls.md``, campaigns left out."""
 
@@ -41,7 +45,7 @@ class WallPrediction(NamedTuple):
 
     ``force`` [kN] at the medians of the inputs; ``spread``, standard deviation of its logarithm from the inputs, NaN
     where they were not moved; ``rocks``, force over that of the wall rocking in one piece; ``inside``, the mode by what
-    gave way inside the wall, see :func:`mode_inside`; ``status`` says why there is none.
+    gave way inside the wall, see :func:`wall_modes.mode_inside`; ``status`` says why there is none.
     """
 
     wall: str
@@ -87,7 +91,8 @@ def predict_walls(
     Parameters
     ----------
     method : "formulas" (:func:`mechanisms.wall_forces`), "first" and "extended" block models by associative limit
-        analysis, "non-associative": the extended one without dilatancy
+        analysis, "non-associative": the extended one without dilatancy, "pushover": the largest force of
+        :func:`limitmason.comparison.wall_curves.wall_curve`
     walls : their numbers; all where omitted
     store : file that keeps every answer; the same call goes on after a kill
     spread : move every input by its standard deviation, one by one, for the interval: six runs more
@@ -107,7 +112,7 @@ def predict_walls(
     """
     choice("method", method, LADDER)
     names = list(registry.specimens(NAME) if walls is None else walls)
-    chosen = {} if method == "formulas" else {**MODELS["first" if method == "first" else "extended"], **(options or {})}
+    chosen = {} if method == "formulas" else {**MODELS.get(method, MODELS["extended"]), **(options or {})}
     memo = Memo(store, kind=dict)
     of = fingerprint(method, dict(chosen), spread)
     keys = {(name, method, of): name for name in names}
@@ -117,7 +122,8 @@ def predict_walls(
         reached(done / max(missing, 1), f"wall {key[0]}")
         if progress is not None:
             left = (time.perf_counter() - begun) / done * (missing - done)
-            progress(f"[{done}/{missing}] wall {key[0]}: {row['force']:.1f} kN; {left:.0f} s left")
+            said = f"{row['force']:.1f} kN" if np.isfinite(row["force"]) else row["status"]
+            progress(f"[{done}/{missing}] wall {key[0]}: {said}; {left:.0f} s left")
     return [WallPrediction(**{k: memo[key][k] for k in WallPrediction._fields}) for key in keys]
 
 
@@ -179,59 +185,17 @@ def _answer(test: Experiment, found: Prediction) -> tuple[float, float, str]:
     force = float(found.collapse_multiplier)
     if not np.isfinite(force) or found.mechanism is None:
         raise NotConverged(f"{test.name}: {found.status}")
-    return force, force / rocking_force(test), mode_inside(test.assembly(), found)
+    return force, force / rocking_force(test), mode_inside(test.assembly(), found.mechanism.twists)
+
+
+def _by_curve(test: Experiment) -> tuple[float, float, str]:
+    found = wall_curve(test)
+    if not found.force:
+        raise NotConverged(f"{test.name}: {found.status}")
+    return found.peak, found.peak / rocking_force(test), found.inside
 
 
 _SOLVERS: Mapping[str, Callable[[Experiment], tuple[float, float, str]]] = {
     "formulas": _by_formulas, "first": _by_blocks, "extended": _by_blocks, "non-associative": _without_dilatancy,
+    "pushover": _by_curve,
 }  # fmt: skip
-
-
-def rocking_force(test: Experiment) -> float:
-    """Force at which the wall rocks in one piece [kN], N L / (2 H0) (1 - s0 / fc): nothing but its edges gives way."""
-    row = test.row
-    arm = shear_span(test) * float(row["H"])
-    block = 1.0 - value(test, "sigma0") / value(test, "fc")
-    return 1e-3 * axial_force(test) * 0.5 * float(row["L"]) / arm * block
-
-
-def mode_inside(assembly: Assembly, found: Prediction) -> str:
-    """Mode by the mechanism, of a wall whose inside gave way.
-
-    SL where one bed joint has most of the motion of the top; G where columns slide past each other along their vertical
-    planes without moving apart; S for the rest.
-    """
-    sideways, apart, past = motions(assembly, found)
-    if sideways.max() > 0.5:
-        return "SL"
-    return "G" if past > 0.4 and apart < 0.3 * past else "S"
-
-
-def motions(assembly: Assembly, found: Prediction) -> tuple[np.ndarray, float, float]:
-    """Slip of every bed joint over its length, and how far vertical planes move apart and past each other.
-
-    All over the motion of the top; vertical planes are head joints and cracks, summed over the wall and weighed by
-    their height over that of the wall.
-    """
-    assert found.mechanism is not None
-    twists, at = np.asarray(found.mechanism.twists), assembly.centroids
-    beam = assembly.block_index(BEAM)
-    height = float(assembly.blocks[beam].bounds[0, 2])
-    length = float(np.ptp(assembly.blocks[beam].vertices[:, 0]))
-
-    def velocity(block: int, place: np.ndarray) -> np.ndarray:
-        return twists[block, :3] + np.cross(twists[block, 3:], place - at[block])
-
-    top = abs(velocity(beam, np.array([at[beam, 0], at[beam, 1], height]))[0]) or np.inf
-    beds: dict[float, float] = {}
-    apart = past = 0.0
-    for i in assembly.interfaces:
-        place = i.polygon.mean(axis=0)
-        jump = np.abs(velocity(i.block_b, place) - velocity(i.block_a, place)) / top
-        wide, high = np.ptp(i.polygon[:, 0]) / length, np.ptp(i.polygon[:, 2]) / height
-        if i.kind in ("head", "crack"):
-            apart, past = apart + jump[0] * high, past + jump[2] * high
-        else:
-            level = round(float(place[2]), 4)
-            beds[level] = beds.get(level, 0.0) + float(jump[0] * wide)
-    return np.array(list(beds.values())), float(apart), float(past)

@@ -95,6 +95,9 @@ def test_experiments_list_and_show(capsys):
     assert "SW.30.1" in out
     _, out, _ = run("experiments", "show", "ferris-tin-loi-2001/wall-3", capsys=capsys)
     assert "0.404" in out
+    _, out, _ = run("experiments", "show", "modern-walls", capsys=capsys)
+    assert len(out.splitlines()) == 198 + 4, "a large series is listed, a line a wall"
+    assert "modern-walls 1 shows the data sheet of one" in out
 
 
 def test_experiments_run_writes_table_and_figure(tmp_path, capsys):

@@ -110,6 +110,19 @@ def test_dry_wall_of_sticking_joints_rocks_about_its_toe_by_statics(wall):
     assert found == pytest.approx(min(foot, top), rel=2e-3)
 
 
+def test_wall_whose_ends_are_held_carries_the_moments_of_both():
+    # H V = M top + M foot, wherever the force is drawn; the free beam has the smaller one at both ends
+    options = {"mu": 20.0, **DRY}
+    test = experiments.load(NAME, "118", rotation="as tested", **options)
+    length, height, t, fc, stress = (float(test.row[k]) for k in ("L", "H", "t", "fc", "sigma0"))
+    axial = 1e6 * stress * length * t + np.array([0.0, 9.80665 * 1000.0 * length * height * t])
+    ends = axial * length / 2.0 * (1.0 - axial / (1e6 * fc * length * t))
+    found = lm.limit_analysis(test.assembly(), test.loads(), check_dead_load=False).collapse_multiplier
+    assert found == pytest.approx(1e-3 * ends.sum() / height, rel=1e-3)
+    cantilever = experiments.load(NAME, "124", rotation="as tested")  # nothing to hold there
+    assert len(cantilever.assembly().supports) == len(experiments.load(NAME, "124").assembly().supports)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("wall", ["7", "52", "189"])
 def test_head_joints_are_as_printed(wall):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from validation.wall_curves import peak_of
+from validation.wall_curves_text import peak_of
 from validation.wall_diagnosis import FORCE, MODE, STIFFNESS, Trial, observations, scatter_of, trial_lines
 from validation.wall_figures import drift_at
 from validation.wall_stiffness import Stiff, fitted_exponent, fitted_left_out, within
