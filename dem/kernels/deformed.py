@@ -82,6 +82,7 @@ def load_shapes(
     contact: Array, i: int, side: Array, j: int, sign: float, f: Numbers, s: Numbers, t: Numbers, space: bool | None
 ) -> None:
     """Add what forces do to the shapes of block i; sums of f, s f and t f in the axes of that side."""
+    # moments about the joint's origin: t f3, -s f3 and s f2 - t f1
     f1, f2, f3, m1, m2, m3 = sign * f[0], sign * f[1], sign * f[2], sign * t[2], -sign * s[2], sign * (s[1] - t[0])
     for k in range(PLANE_MODES if space is None else SPACE_MODES):
         x = side[j, k, 0] * f1 + side[j, k, 1] * f2 + side[j, k, 2] * f3 + side[j, k, 3] * m1 + side[j, k, 4] * m2

@@ -107,6 +107,7 @@ def _goes_on(
                     x = pieces.corners[mine, c]
                     gap = min(gap, plane[0] * x[0] + plane[1] * x[1] + plane[2] * x[2])
                 gap -= plane[3]
+                # a face borne by a third block goes before the pair's own joint; of either kind the widest gap counts
                 if gap < -SAG * by.depth[k] or (own and apart) or (own != apart and gap <= widest):
                     continue
                 if not own:

@@ -123,6 +123,7 @@ def stress(
     n = min(tension(kn * (lift - w), ft, reach), kn * peak.crushing)
     a1, a2 = slip_1 - e1, slip_2 - e2
     trial = ks * np.sqrt(a1 * a1 + a2 * a2)
+    # the elastic shear, shortened to c + tan(phi) N where it is larger
     ratio = min(max(c + mu * n, 0.0) / max(trial, 1e-300), 1.0)
     t1, t2 = ks * ratio * a1, ks * ratio * a2
     pressed = max(n, 0.0)

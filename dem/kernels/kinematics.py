@@ -23,6 +23,7 @@ def kinematics(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, Numbe
     r00, r01, r02 = rot[a, 0, 0], rot[a, 0, 1], rot[a, 0, 2]
     r10, r11, r12 = rot[a, 1, 0], rot[a, 1, 1], rot[a, 1, 2]
     r20, r21, r22 = rot[a, 2, 0], rot[a, 2, 1], rot[a, 2, 2]
+    # both arms turned with their blocks: ``rot`` holds R - I, so that a small turn keeps its digits
     c0, c1, c2 = ca[j, 0], ca[j, 1], ca[j, 2]
     wa0 = r00 * c0 + r01 * c1 + r02 * c2
     wa1 = r10 * c0 + r11 * c1 + r12 * c2
@@ -32,6 +33,7 @@ def kinematics(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, Numbe
     wb0 = rot[b, 0, 0] * c0 + rot[b, 0, 1] * c1 + rot[b, 0, 2] * c2
     wb1 = rot[b, 1, 0] * c0 + rot[b, 1, 1] * c1 + rot[b, 1, 2] * c2
     wb2 = rot[b, 2, 0] * c0 + rot[b, 2, 1] * c1 + rot[b, 2, 2] * c2
+    # from a's joint origin to b's
     gap0 = offset[j, 0] + (shift[b, 0] - shift[a, 0]) + (wb0 - wa0)
     gap1 = offset[j, 1] + (shift[b, 1] - shift[a, 1]) + (wb1 - wa1)
     gap2 = offset[j, 2] + (shift[b, 2] - shift[a, 2]) + (wb2 - wa2)
@@ -51,7 +53,7 @@ def kinematics(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, Numbe
     a0, a1, a2, a3 = quat[a, 0], quat[a, 1], quat[a, 2], quat[a, 3]
     b0, b1, b2, b3 = quat[b, 0], quat[b, 1], quat[b, 2], quat[b, 3]
     k0, k1, k2, k3 = turn[j, 0], turn[j, 1], turn[j, 2], turn[j, 3]
-    # conj(p) q, then times k
+    # turn of b against a, conj(q_a) q_b, times what undoes the turn at which the joint was made
     h0 = a0 * b0 + a1 * b1 + a2 * b2 + a3 * b3
     h1 = a0 * b1 - a1 * b0 - (a2 * b3 - a3 * b2)
     h2 = a0 * b2 - a2 * b0 - (a3 * b1 - a1 * b3)
@@ -60,6 +62,7 @@ def kinematics(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, Numbe
     y0 = h0 * k1 + h1 * k0 + h2 * k3 - h3 * k2
     y1 = h0 * k2 + h2 * k0 + h3 * k1 - h1 * k3
     y2 = h0 * k3 + h3 * k0 + h1 * k2 - h2 * k1
+    # its vector part in the joint's axes, and G = R_rel - I of a unit quaternion
     v1 = e0 * y0 + e1 * y1 + e2 * y2
     v2 = p0 * y0 + p1 * y1 + p2 * y2
     v3 = n0 * y0 + n1 * y1 + n2 * y2

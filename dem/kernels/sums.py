@@ -35,10 +35,13 @@ def point_sums(
     d1, d2, d3 = d
     g11, g12, g21, g22, g31, g32 = g
     z1, z2, z3 = z
+    # sums over the points of stress times area: forces f and moments m; or with the arms s, t and gap, of which blocks
+    # that strain make both their moments and what does work on their shapes
     f1 = f2 = f3 = m1 = m2 = m3 = work = lost = broken = 0.0
     s1 = s2 = s3 = t1 = t2 = t3 = u1 = u2 = u3 = 0.0
     # unsigned: no index from the end to allow for, so that the loop over part of the arrays vectorises without views
     for k in range(np.uint64(p0), np.uint64(p1)):
+        # displacement of b against a at the point: slip e1, e2 and opening w
         x, y, far = s[k], t[k], gap[k]
         e1 = d1 + g11 * x + g12 * y + z1 * far
         e2 = d2 + g21 * x + g22 * y + z2 * far

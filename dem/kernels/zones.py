@@ -60,6 +60,7 @@ def turned(z: int, nodes: Nodes, zones: Zones, tables: QuadTable, u: Array) -> t
         fxz += dx * gz
         fzx += dz * gx
         fzz += dz * gz
+    # rotation of the polar decomposition of I + grad u, in the plane: its tangent is (F_zx - F_xz) / (F_xx + F_zz)
     p, q = 2.0 + fxx + fzz, fzx - fxz
     r = 1.0 / np.sqrt(p * p + q * q)
     c, s = p * r, q * r

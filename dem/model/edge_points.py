@@ -215,6 +215,7 @@ def _between(outline: _Outline, points: Array, axis: int) -> Array:
 def pivots_on_a(assembly: Assembly, state: State, now: PointForces, rows: Index) -> Flags:
     """Whether all that bears in joints that slid and turned is an edge of a: the face they bear on is b's, (r,)."""
     where = np.empty(len(rows), dtype=np.int64)
+    # whose edges end a contact is found only where the first round asks for it; the second then knows
     for _ in range(2):
         kernels.bearing_ends(state.points, state.joints.start, state.ends, now.opening, now.slip, rows, where)
         for k in rows[where == kernels.UNKNOWN].tolist():

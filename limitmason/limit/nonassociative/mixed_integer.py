@@ -126,6 +126,7 @@ class BoundedProgram:
             np.zeros(2 * m + 1), sparse.vstack([p.balance, cone]), np.concatenate([p.load, np.full(2 * m, -INF)]),
             np.concatenate([p.load, bound]), low, high,
         )  # fmt: skip
+        # the range of every force and slack over all admissible forces, by a linear program each
         unit = np.eye(2 * m + 1)[:m]
         normal, normal_low = _maxima(model, unit), np.maximum(_maxima(model, unit, smallest=True), 0.0)
         slack = (_maxima(model, -cone.toarray()) + bound).reshape(2, m)
@@ -188,18 +189,21 @@ class BoundedProgram:
         eye, mu, eye_g = sparse.eye_array(m), sparse.diags_array(law.tan_phi), sparse.eye_array(g)
         cohesion, free, none = law.cohesion / p.unit, np.full(m, INF), np.zeros(m)
         diagonal = sparse.diags_array
+        # forces: equilibrium, and both cones
         add(p.load, p.load, N=p.normal, T=p.tangent, lam=(law.live / p.unit)[:, None])
-        # 0 <= slack <= limit (1 - binary), 0 <= rate <= limit binary
         add(-cohesion, free, N=mu, T=-eye)
         add(-cohesion, free, N=mu, T=eye)
+        # slack <= limit (1 - binary): a point that slides is on its cone, one that opens bears nothing
         add(-free, limits.slack[0] - cohesion, N=mu, T=-eye, plus=diagonal(limits.slack[0]) @ spread)
         add(-free, limits.slack[1] - cohesion, N=mu, T=eye, minus=diagonal(limits.slack[1]) @ spread)
         add(-free, limits.normal, N=eye, open=diagonal(limits.normal))
+        # rates: sliding to either side, mean live velocity one, opening not below tan(psi) per slip
         tangent = p.tangent.T.tocsr()[self.first]
         add(np.zeros(g), np.zeros(g), v=tangent, z_plus=eye_g, z_minus=-eye_g)
         add([1.0], [1.0], v=(law.live / law.live_size)[None, :])
         psi = diagonal(law.tan_psi) @ spread
         add(none, free, v=p.normal.T, z_plus=-psi, z_minus=-psi)
+        # rate <= limit binary, and no group slides to both sides
         add(-free, none, v=p.normal.T, z_plus=-psi, z_minus=-psi, open=-diagonal(limits.opening))
         add(np.full(g, -INF), np.zeros(g), z_plus=eye_g, plus=-diagonal(limits.slip[0]))
         add(np.full(g, -INF), np.zeros(g), z_minus=eye_g, minus=-diagonal(limits.slip[1]))
