@@ -211,7 +211,9 @@ class Tabulator:
             return Tabulation(causes, sizes, z, values.reshape(len(sizes[0]), len(sizes[1]), *map(len, z), self.n))
         one, two = (t.values[np.ix_(p, *thin)] for t, p in zip((first, second), pick, strict=True))
         zero = base.values[np.ix_(*thin)] if thin else base.values
-        return Tabulation(causes, sizes, z, one[:, None] + two[None] - zero)
+        values = one[:, None] + two[None]
+        values -= zero
+        return Tabulation(causes, sizes, z, values)
 
     def pair_error(self, table: Tabulation, at: tuple[float, ...], z: Sequence[float]) -> float:
         """Largest error of an additive pair table at one point, in units of the noise: true pair minus table."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from limitmason.arrays import Array, Index
 Row = Sequence[Array] | Array
 Rows = Sequence[Sequence[Array]] | Array
 FLAT = 1e-9  # of the largest squared change per cell along an axis: below it rounding would choose the step
+HELD = 50_000  # entries of changes that are held at a time
 SWEEPS = 8  # of coordinate descent inside one cell of three and more axes
 TINY = 1e-30  # keeps the step finite along an axis without effect
 
@@ -66,10 +68,7 @@ class Cells:
         columns = np.arange(self.count)
         ways = np.array([-1, 1])[:, None, None] * self.stride[None, :, None]
         self.beside = np.where(some, columns + ways, columns).reshape(2 * self.d, self.count).T.copy()
-        sides = np.stack([self.nodes - self.nodes[self.beside[:, i]] for i in range(self.d)]
-                         + [self.nodes[self.beside[:, self.d + i]] - self.nodes for i in range(self.d)]
-                         ) if self.d else np.zeros((0, 1, n))  # fmt: skip
-        gram = sides.transpose(1, 0, 2) @ sides.transpose(1, 2, 0)
+        norms = self._norms()
         squares = np.einsum("gn,gn->g", self.nodes, self.nodes)
         node_z = [a[index[first + i]] for i, a in enumerate(z)]
         z_sides = [v - v[self.beside[:, first + i]] for i, v in enumerate(node_z)]
@@ -77,27 +76,70 @@ class Cells:
         half = 0.5 * squares + 0.5 * sum((v**2 for v in node_z), np.zeros(self.count))
         apart = int(np.prod(self.shape[:first], dtype=int))  # nodes that share their measured inputs
         self.z_levels = np.array([v[::apart] for v in node_z]).T if self.k else np.zeros((1, 0))
-        flat = [FLAT * float(gram[:, i, i].max(initial=0.0)) for i in range(2 * self.d)]
-        flat = [max(flat[i], flat[self.d + i]) for i in range(self.d)]
+        flat = [FLAT * float((norms[:, [i, self.d + i]] ** 2).max(initial=0.0)) for i in range(self.d)]
         rows = {
             "index": index.T,
             "low": np.where(some[0], -0.5, 0.0).T,
             "high": np.where(some[1], 0.5, 0.0).T,
-            "cross": np.einsum("dgn,gn->gd", sides, self.nodes),
-            "gram": gram.reshape(self.count, 4 * self.d**2),
+            "cross": np.zeros((self.count, 2 * self.d)),
+            "gram": np.zeros((self.count, 4 * self.d**2)),
             "squares": squares[:, None],
             "half": half[:, None],
             "z": np.array(node_z).reshape(self.k, self.count).T,
             "z_sides": np.array(z_sides).reshape(2 * self.k, self.count).T,
             "flat": np.tile(flat, (self.count, 1)),
         }
-        ends = np.sqrt(np.einsum("gii->gi", gram)).reshape(self.count, 2, self.d).max(axis=1, initial=0.0)
-        self.reach = 0.5 * ends.sum(axis=1)  # a step changes the values by no more, shape (g,)
+        self.reach = 0.5 * np.maximum(norms[:, : self.d], norms[:, self.d :]).sum(axis=1)  # of a step, shape (g,)
         # one row per node, so that one look-up fetches all that a step needs
         self.columns = column_slices(self.d, self.k)
         self.table = np.concatenate([rows[name] for name in self.columns], axis=1)
-        self.ranks = np.ascontiguousarray(np.concatenate([self.nodes, rows["z"], -half[:, None]], axis=1).T)
-        self.losses = np.ascontiguousarray(np.concatenate([self.nodes, -0.5 * squares[:, None]], axis=1).T)
+        self.filled = np.zeros(self.count, dtype=bool)
+
+    @cached_property
+    def ranks(self) -> np.ndarray:
+        """What values, measured inputs and one are multiplied by to rank the nodes where the noise is known."""
+        return self._below_nodes([*self["z"].T, -self["half"][:, 0]])
+
+    @cached_property
+    def losses(self) -> np.ndarray:
+        """What values and one are multiplied by to rank the nodes by their sums of squares."""
+        return self._below_nodes([-0.5 * self["squares"][:, 0]])
+
+    def _below_nodes(self, rows: Sequence[np.ndarray]) -> np.ndarray:
+        """Node values side by side with some rows below them, shape (n and the number of rows, g)."""
+        n = self.nodes.shape[1]
+        out = np.empty((n + len(rows), self.count))
+        out[:n] = self.nodes.T
+        for i, row in enumerate(rows, start=n):
+            out[i] = row
+        return out
+
+    def _norms(self) -> np.ndarray:
+        """Size of the change to the node before and after along every axis, shape (g, 2 d)."""
+        out = np.zeros((self.count, 2 * self.d))
+        step = max(1, HELD // max(self.nodes.shape[1], 1))
+        for axis in range(self.d):
+            before, after = self.beside[:, axis], self.beside[:, self.d + axis]
+            for start in range(0, self.count, step):
+                rows = slice(start, start + step)
+                change = self.nodes[after[rows]] - self.nodes[rows]
+                out[rows, self.d + axis] = np.sqrt(np.einsum("gn,gn->g", change, change))
+            out[:, axis] = np.where(before == np.arange(self.count), 0.0, out[before, self.d + axis])
+        return out
+
+    def rows(self, columns: Index) -> np.ndarray:
+        """Rows of the table, shape (len of columns, its width); inner products are made where they are first wanted."""
+        missing = np.unique(columns[~self.filled[columns]])
+        d, at = self.d, self.columns
+        step = max(1, HELD // max(2 * d * self.nodes.shape[1], 1))
+        for start in range(0, len(missing) if d else 0, step):
+            some = missing[start : start + step]
+            sides = self.nodes[self.beside[some]] - self.nodes[some, None]
+            np.negative(sides[:, :d], out=sides[:, :d])
+            self.table[some, at["gram"]] = (sides @ sides.transpose(0, 2, 1)).reshape(len(some), -1)
+            self.table[some, at["cross"]] = np.einsum("gdn,gn->gd", sides, self.nodes[some])
+        self.filled[missing] = True
+        return self.table[columns]
 
     def __getitem__(self, name: str) -> np.ndarray:
         """One quantity of all nodes, shape (g, its number of columns)."""
@@ -238,7 +280,7 @@ def _cell(
     for g, cells in enumerate(grids):
         part = slice(ends[g], ends[g + 1])
         mine = column[part]
-        tables.append(cells.table[mine])
+        tables.append(cells.rows(mine))
         if not inner:
             nodes.append(cells.nodes[np.concatenate([mine[:, None], cells.beside[mine]], axis=1)])
             if at.used is None:

@@ -217,6 +217,7 @@ def fits(
     y, z = np.atleast_2d(y), np.atleast_2d(z)
     data = Data(y, z, like, np.broadcast_to(np.asarray(replicate, dtype=float), (len(y),)), weights)
     step = max(1, (BLOCK if data.plain else CHUNK) // max(1, *(len(g.nodes) for g in grids)))
+    step = max(1, min(step, CHUNK // max(1, len(grids) * y.shape[1])))
     # small arrays are cheaper by the dozen: grids of as many axes go together
     alike: dict[int, list[int]] = {}
     for i, grid in enumerate(grids):

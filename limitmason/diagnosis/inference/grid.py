@@ -117,8 +117,10 @@ class Grid:
             way = np.where((move > 0.0) | (i == 0), 1, -1)
             beside = list(index)
             beside[axis] = np.clip(i + way, 0, length - 1)
-            change = self.nodes[np.ravel_multi_index(tuple(beside), self.shape)] - self.nodes[node]
-            out = out + (way * move)[:, None] * change
+            change = self.nodes[np.ravel_multi_index(tuple(beside), self.shape)]
+            change -= self.nodes[node]
+            change *= (way * move)[:, None]
+            out += change
         return out
 
     def between(self, position: Sequence[float] | np.ndarray) -> np.ndarray:
@@ -186,7 +188,9 @@ class Tabulation:
 
     def whitened(self, origin: np.ndarray, scale: np.ndarray) -> Grid:
         """The table as a grid in units of the noise, measured from ``origin``, both of shape (n,)."""
-        return Grid(self.sizes, self.z, (self.values - origin) / scale)
+        values = self.values - origin
+        values /= scale
+        return Grid(self.sizes, self.z, values)
 
 
 def at_measured(table: OnNodes) -> np.ndarray:
