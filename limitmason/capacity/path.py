@@ -13,6 +13,8 @@ import numpy as np
 from limitmason.capacity import breaking, stepping
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.outcomes import (
+    BELOW,
+    DROP,
     LASTING,
     LEVEL,
     OPENED,
@@ -44,8 +46,6 @@ _PATIENT = 3  # failures of a step after which cone programs are solved for it
 _HALVINGS = 6  # of a step that loses or makes energy
 _OVER = 0.01  # least displacement of what overturns, of the median block size
 _CLOSER, _ROUNDS = 0.25, 8  # of the step before a limit point; rounds in which it is closed in on
-_DROP = 0.002  # fall below a limit point after which it is passed, of its load
-_BELOW = 0.02  # of the median block size: displacement over which a load below its limit point has passed it
 _DROP_OF_SOFTENING = 0.2  # the same where joints lose strength and others may take over
 _MISSED = 2e-3  # of the largest load: rise to a jump that may be left unseen
 
@@ -80,7 +80,7 @@ def follow(
     """
     path = _Path(generations, nodes, to, ratio, steps, say, loading)
     end = path.followed()
-    if path.taken_off > _DROP:
+    if path.taken_off > DROP:
         path.warnings.append(
             f"where contacts were found anew the load fell by up to {path.taken_off:.1%} of its largest, which is no "
             "limit point of the structure: with other steps the path may come to another one"
@@ -229,7 +229,7 @@ class _Path:
         if moved == 0.0:
             return StepOutcome.ACCEPTED
         on = fell * abs(a.new.control - a.last.control) / moved
-        near = largest - self.toward * a.last.multiplier + on > _DROP * largest
+        near = largest - self.toward * a.last.multiplier + on > DROP * largest
         if not near or min(fell, rose) <= LEVEL * largest or a.last.jump or a.last.broken is not None:
             return StepOutcome.ACCEPTED
         if max(fell, rose) <= self.steps.peak * largest or self.rounds >= _ROUNDS:
@@ -393,11 +393,11 @@ class _Path:
         if renewed and pushed > 0.0:
             self.taken_off = max(self.taken_off, new.handed / pushed)
         fell = pushed > 0.0 and (passed or softens or (new.jump and not renewed))
-        lacks = handed_over(self.toward, self.nodes[self.begin :])
-        if self.to is None and fell and pushes + lacks < (1.0 - (_DROP_OF_SOFTENING if softens else _DROP)) * pushed:
+        lacks = float(stepping.handed_over(self.toward, self.nodes[self.begin :])[-1])
+        if self.to is None and fell and pushes + lacks < (1.0 - (_DROP_OF_SOFTENING if softens else DROP)) * pushed:
             return PASSED
         top = self.nodes[self.begin + int(np.argmax(self.toward * np.array(loads)))]
-        beyond = abs(new.control - top.control) > _BELOW * system.size
+        beyond = abs(new.control - top.control) > BELOW * system.size
         if self.to is None and passed and not softens and beyond:
             return PASSED
         level = loads[-LASTING:]
@@ -432,15 +432,6 @@ class _Path:
         else:
             factor = 1.5 if off < smooth or a.guess is None else 0.7 if off > 4 * smooth else 1.0
         self.advance = factor * a.move
-
-
-def handed_over(toward: float, nodes: list[Node]) -> float:
-    """What a load lacks by contacts found anew, and has not regained [-]: no fall of the structure."""
-    lacks = 0.0
-    for before, node in pairwise(nodes):
-        regained = toward * (node.multiplier - before.multiplier)
-        lacks = lacks + node.handed if node.handed else max(0.0, lacks - max(regained, 0.0))
-    return lacks
 
 
 def jumps(nodes: list[Node]) -> tuple[int, ...]:

@@ -15,8 +15,8 @@ from limitmason.arrays import Array, Index
 from limitmason.capacity.certificate import StepCertificate, Structure, strength, tensions
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
-from limitmason.capacity.outcomes import LASTING, LEVEL
-from limitmason.capacity.stepping import Node
+from limitmason.capacity.outcomes import DROP, LASTING, LEVEL
+from limitmason.capacity.stepping import Node, handed_over
 from limitmason.deformable.levels import RIGID
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints
@@ -100,15 +100,22 @@ class PushoverCurve(Curve):
 
     @property
     def first_limit_point(self) -> CurvePoint | None:
-        """The first sample after which the load falls, or the first of a last plateau.
+        """The largest load before one that has passed it, or the first of a last plateau.
 
-        It is None while the load rises.
+        A limit point is passed where the load is 0.2 % below it, what contacts found anew take off aside; where it has
+        not risen above it while the displacement doubled; or where it is below at the end of the curve. Shallower and
+        shorter dips hang on the steps. It is None while the load rises.
         """
-        largest = float(np.abs(self.load).max())
-        falls = np.flatnonzero(np.diff(self.load) < -LEVEL * largest)
-        if len(falls):
-            return self.point(int(falls[0]))
-        first = int(np.argmax(self.load >= self.load[-1] - LEVEL * largest))
+        load, way, top = self.load, np.abs(self.displacement - self.displacement[0]), 0
+        lacks, largest = handed_over(1.0, self.nodes), float(np.abs(load).max())
+        for k in range(1, len(self)):
+            if load[k] > load[top] + LEVEL * largest:
+                top = k
+            elif load[k] + lacks[k] < load[top] - DROP * abs(load[top]) or way[k] > 2.0 * way[top] > 0.0:
+                return self.point(top)
+        if load[-1] < load[top] - LEVEL * largest:
+            return self.point(top)
+        first = int(np.argmax(load >= load[-1] - LEVEL * largest))
         return self.point(first) if len(self) - first >= LASTING else None
 
     @property

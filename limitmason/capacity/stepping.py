@@ -1,6 +1,7 @@
 """From state to state: Newton from the extrapolated increment, programs where it sticks, halving, viscous jumps."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -204,3 +205,12 @@ def quieted(
                 return node_of(system, last, jump=True, programs=total)
         eta *= 0.2
     return None
+
+
+def handed_over(toward: float, nodes: Sequence[Node]) -> Array:
+    """What the load lacks at every node by contacts found anew, and has not regained [-]: no fall of the structure."""
+    lacks = [0.0]
+    for before, node in pairwise(nodes):
+        regained = max(0.0, toward * (node.multiplier - before.multiplier))
+        lacks.append(lacks[-1] + node.handed if node.handed else max(0.0, lacks[-1] - regained))
+    return np.array(lacks)

@@ -43,6 +43,8 @@ def test_steps_of_all_kinds_that_are_finer_find_the_same_largest_load(seed, case
     wall, loads = ENGINES["pushover"].model(seed, case).build()
     usual, fine = (lm.pushover(wall, loads, steps=s) for s in (None, finer(4)))
     assert usual.peak.load == pytest.approx(fine.peak.load, rel=2e-3)
+    # first limit points hung on dips that only finer steps see: 10.74 and 7.48 in (61, 68), .0089 and .0058 in (1, 47)
+    assert usual.first_limit_point.load == pytest.approx(fine.first_limit_point.load, rel=2e-3)
 
 
 @pytest.mark.slow
@@ -194,6 +196,26 @@ def test_a_limit_point_between_two_states_that_bear_more_is_found(on):
     curve = lm.pushover(wall, loads, gaps=np.where(np.abs(points.directions[:, 0, 0]) > 0.99, stops, 0.0))
     assert curve.status == "limit point passed"
     assert curve.peak.load == pytest.approx(exact.load(exact.slips), rel=2e-4)
+
+
+@pytest.mark.parametrize(("fall", "passed"), [(1.5e-3, False), (3e-3, True)])
+@pytest.mark.parametrize("times", [1, 8])
+def test_a_dip_is_a_limit_point_if_it_is_as_deep_as_one_that_ends_a_path(fall, passed, times):
+    """Short of half its displacement the load falls, by less than 0.2 % or more, before the stop."""
+    wall, loads = pushed_onto_a_ramp()
+    exact = OnTheRamp(wall)
+    top = exact.load(exact.slips)
+    stops = np.interp(fall, 1.0 - exact.load(w := exact.slips * np.linspace(1.0, 1.5, 999)) / top, w)
+    assert stops - exact.slips < 0.5 * (exact.slips - exact.rests)
+    points = contact_points(wall, plane=find_plane(wall, loads), elastic=True)
+    gaps = np.where(np.abs(points.directions[:, 0, 0]) > 0.99, stops, 0.0)
+    to = None if passed else 2.0 * stops - exact.rests
+    curve = lm.pushover(wall, loads, gaps=gaps, to=to, steps=finer(times))
+    if passed:
+        assert curve.first_limit_point.load == pytest.approx(top, rel=2e-4)
+    else:
+        assert curve.first_limit_point is None
+        assert curve.peak.load > 1.2 * top
 
 
 @pytest.mark.parametrize("beyond", [1.0, 3.0, 30.0])
