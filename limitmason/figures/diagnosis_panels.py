@@ -16,7 +16,7 @@ from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.words import headline
 from limitmason.figures import style
 from limitmason.figures.confusion import distance_legend, draw_distances
-from limitmason.figures.residuals import few_labels, ordered_covariates, residual_panel
+from limitmason.figures.residuals import few_labels, kinds_note, of_covariate, ordered_covariates, residual_panel
 
 MOST_COLUMNS = 4  # kept explanations that get a column of residuals
 MOST_ROWS = 5  # covariates shown
@@ -118,7 +118,7 @@ def _head(sheet: _Sheet, result: Any, title: str | None) -> None:
     sheet.depth += 0.19 * len(lines) + 0.05
     inputs = ", ".join(f"{k} {v.value:.3g} ± {v.sd:.2g}" for k, v in result.nuisance.items())
     note = (
-        f"{result.n} specimens, noise {result.noise}{', measured input ' + inputs if inputs else ''}; conditional on a "
+        f"{_count(result)}, noise {result.noise}{', measured input ' + inputs if inputs else ''}; conditional on a "
         f"list of {len(result.listed)} cause{'s' * (len(result.listed) != 1)}."
     )
     lines = textwrap.wrap(note, int((_PAGE - 0.24) / 0.0555))
@@ -127,8 +127,16 @@ def _head(sheet: _Sheet, result: Any, title: str | None) -> None:
     sheet.depth += 0.145 * len(lines) + 0.12
 
 
+def _count(result: Any) -> str:
+    """How many specimens, and numbers where a specimen has several."""
+    specimens = len(set(result.design.columns.get("specimen", range(result.n))))
+    return f"{specimens} specimens" + (f", {result.n} numbers" if specimens < result.n else "")
+
+
 def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
-    covariates = result.covariates or {"number of the specimen": list(range(1, result.n + 1))}
+    within = tuple(f" in {kind}" for kind in set(result.design.kinds))  # a panel shows every kind
+    covariates = {k: v for k, v in result.covariates.items() if not k.endswith(within)}
+    covariates = covariates or {"number of the specimen": list(range(1, result.n + 1))}
     names = ordered_covariates(result, covariates)
     shown, left_out = names[:MOST_ROWS], names[MOST_ROWS:]
     columns: list[tuple[str, ...]] = [(), *result.kept[:MOST_COLUMNS]]
@@ -147,7 +155,8 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
             for k, name in enumerate(shown[start : start + per_row]):
                 ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth + 0.03, width, 1.25 * _PANEL)
                 trend = _trend_of(result, name)
-                residual_panel(ax, width, covariates[name], values[()], limits, noise, _BASE, trend, first=k == 0)
+                residual_panel(ax, width, covariates[name], values[()], limits, noise, _BASE, trend, first=k == 0,
+                               kinds=result.design.kinds)  # fmt: skip
                 ax.set_xlabel(with_unit(name, units), fontsize=7, color=style.BLACK, labelpad=1.5)
             sheet.depth += 1.25 * _PANEL + 0.48
         return
@@ -164,9 +173,8 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
         for k, names_ in enumerate(columns):
             ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth, width, high)
             trend = None if names_ else _trend_of(result, name)
-            residual_panel(
-                ax, width, covariates[name], values[names_], limits, noise, colours[names_], trend, first=k == 0
-            )
+            residual_panel(ax, width, covariates[name], values[names_], limits, noise, colours[names_], trend,
+                           first=k == 0, kinds=result.design.kinds)  # fmt: skip
         x = _LEFT + 0.5 * (_PAGE - _LEFT - _RIGHT)
         sheet.depth += high + (0.19 if is_numeric(covariates[name]) or few_labels(covariates[name]) else 0.05)
         sheet.text(x, sheet.depth, with_unit(name, units), fontsize=7, ha="center")
@@ -174,7 +182,10 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
 
 
 def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
+    markers = kinds_note(result.design.kinds)
     parts = ["Points: specimens; line: trend along the covariate"]
+    if markers:
+        parts = [f"{markers.capitalize()}, each with the trend of its own along the covariate"]
     stated = result.noise.kind != "unknown"
     parts.append(f"shaded: twice the noise {'stated' if stated else 'estimated from the best fit'}, {noise:.1f} %")
     if result.covariate:
@@ -201,7 +212,7 @@ def _column_title(result: Any, names: tuple[str, ...]) -> str:
 
 
 def _trend_of(result: Any, name: str) -> str | None:
-    return result.verdict.trend if name == result.covariate else None
+    return result.verdict.trend if of_covariate(result, name) else None
 
 
 def with_unit(name: str, units: Mapping[str, str]) -> str:
@@ -327,7 +338,10 @@ def _predicted(ax: Axes, result: Any, quantity: str) -> int:
     everything = np.concatenate([measured, *(s[1] for s in sets)])
     low, high = float(everything.min()), float(everything.max())
     low, high = (0.0, 1.06 * high) if low < 0.4 * high else (low - 0.08 * (high - low), high + 0.08 * (high - low))
-    ends = np.array([low, high])
+    several = len(set(result.quantities)) > 1 and everything.min() > 0.0
+    if several:  # newtons beside hertz
+        low, high = 0.7 * float(everything.min()), 1.4 * float(everything.max())
+    ends = np.geomspace(low, high, 60) if several else np.array([low, high])
     noise = _noise_band(result) / 100.0
     ax.fill_between(ends, ends * np.exp(-2 * noise), ends * np.exp(2 * noise), color="#ececec", linewidth=0, zorder=0.5)
     ax.plot(ends, ends, color=style.FAINT, linewidth=0.7, zorder=1, gid="1:1")
@@ -345,7 +359,11 @@ def _predicted(ax: Axes, result: Any, quantity: str) -> int:
     handles.append(Patch(facecolor="#ececec", label="twice the noise"))
     ax.set_xlim(low, high)
     ax.set_ylim(low, high)
-    ax.locator_params(nbins=5)
+    if several:
+        ax.set_xscale("log")
+        ax.set_yscale("log")
+    else:
+        ax.locator_params(nbins=5)
     ax.set_xlabel(f"measured {quantity}".strip(), fontsize=7, labelpad=1.5)
     ax.set_ylabel(f"predicted {quantity}".strip(), fontsize=7, labelpad=1.5)
     ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.42, -0.17), fontsize=6.5, frameon=False,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ def ordered_covariates(result: Any, covariates: Mapping[str, Sequence]) -> list[
     for name, column in covariates.items():
         trends = Trends({name: column}, result.design.scale, kinds=result.design.kinds)
         strength[name] = float(trends.statistic(residual)[0])
-    return sorted(covariates, key=lambda n: (n != result.covariate, -strength[n]))
+    return sorted(covariates, key=lambda n: (not of_covariate(result, n), -strength[n]))
 
 
 def few_labels(column: Sequence) -> bool:
@@ -32,11 +32,20 @@ def few_labels(column: Sequence) -> bool:
     return len(set(map(str, column))) <= LABELS
 
 
+MARKERS = {"o": "circles", "s": "squares", "^": "triangles", "D": "diamonds"}
+LINES = ("-", "--", ":", "-.")
+
+
+def of_covariate(result: Any, name: str) -> bool:
+    """Whether the verdict names this covariate, in all kinds of data or within one."""
+    return result.covariate is not None and result.covariate.split(" in ")[0] == name
+
+
 def residual_panel(
     ax: Axes, width: float, column: Sequence, values: np.ndarray, limits: tuple[float, float],
-    noise: float, colour: str, trend: str | None, *, first: bool,
+    noise: float, colour: str, trend: str | None, *, first: bool, kinds: Sequence[str] = (),
 ) -> None:  # fmt: skip
-    """Residuals of one explanation against one covariate.
+    """Residuals of one explanation against one covariate, with a trend of its own in each kind of data.
 
     Parameters
     ----------
@@ -46,46 +55,63 @@ def residual_panel(
     noise : standard deviation [%]; twice it is shaded
     trend : kind of the trend that the verdict names, drawn and framed; None for another covariate
     first : whether the panel carries the numbers of the vertical axis
+    kinds : kind of data of each row; () is one for all
     """
     ax.axhspan(-2 * noise, 2 * noise, color="#ececec", linewidth=0, zorder=0.5, gid="noise")
     ax.axhline(0.0, color=style.FAINT, linewidth=0.6, zorder=1)
     line: dict[str, Any] = {"color": POINTER if trend else style.GHOST, "linewidth": 1.3 if trend else 0.8, "zorder": 2}
+    told = np.array(kinds if len(kinds) else [""] * len(values))
+    labels = [str(v) for v in column]
+    known = sorted(set(labels))
     if is_numeric(column):
         x = np.asarray(column, dtype=float)
         span = float(np.ptp(x)) or 1.0
         ax.set_xlim(x.min() - 0.07 * span, x.max() + 0.07 * span)
         levels = np.unique(x)
         ax.set_xticks(_ticks(levels), [f"{v:g}" for v in _ticks(levels)])
-        if trend == "group" and len(levels) <= len(x) / 2:
-            for level in levels:
-                mean = float(values[x == level].mean())
-                ax.plot([level - 0.03 * span, level + 0.03 * span], [mean, mean], gid="trend", **line)
-        elif len(levels) > 1:
-            power = 2 if trend == "quadratic" and len(levels) > 2 else 1
-            at = np.linspace(x.min(), x.max(), 60)
-            ax.plot(at, np.polyval(np.polyfit(x, values, power), at), gid="trend", **line)
     else:
-        labels = [str(v) for v in column]
-        known = sorted(set(labels))
-        spread = np.random.default_rng(0).uniform(-0.13, 0.13, len(labels))
-        x = np.array([known.index(v) for v in labels]) + spread
-        for k, label in enumerate(known):
-            mean = float(values[[v == label for v in labels]].mean())
-            ax.plot([k - 0.3, k + 0.3], [mean, mean], gid="trend", **line)
+        x = np.array([known.index(v) for v in labels], dtype=float)
         ax.set_xlim(-0.6, len(known) - 0.4)
+        ax.set_xticks([])
         if len(known) <= LABELS:
             room = max(int(width / len(known) / 0.052), 4)
             ax.set_xticks(range(len(known)), [v if len(v) <= room else v[: room - 1] + "…" for v in known])
-        else:
-            ax.set_xticks([])
-    ax.plot(x, values, "o", color=colour, markersize=3.6, markeredgecolor="white", markeredgewidth=0.4, zorder=3,
-            gid="points")  # fmt: skip
+    spread = 0.0 if is_numeric(column) else np.random.default_rng(0).uniform(-0.13, 0.13, len(labels))
+    each = zip(dict.fromkeys(told.tolist()), MARKERS, LINES, strict=False)
+    for kind, marker, dashes in each:
+        inside = told == kind
+        for at, height in _trend_lines(x[inside], values[inside], trend, numeric=is_numeric(column)):
+            ax.plot(at, height, gid="trend", linestyle=dashes, **line)
+        ax.plot((x + spread)[inside], values[inside], marker, color=colour, markersize=3.6, markeredgecolor="white",
+                markeredgewidth=0.4, zorder=3, gid="points")  # fmt: skip
     ax.set_ylim(*limits)
     if not first:
         ax.tick_params(labelleft=False)
     if trend:
         ax.spines[:].set(visible=True, color=POINTER, linewidth=1.2)
         ax.set_gid("covariate")
+
+
+def _trend_lines(
+    x: np.ndarray, values: np.ndarray, trend: str | None, *, numeric: bool
+) -> Iterator[tuple[Sequence[float] | np.ndarray, Sequence[float] | np.ndarray]]:  # fmt: skip
+    """Lines of one trend: the mean of every label or of few levels, else a line or a bend."""
+    levels = np.unique(x)
+    if not numeric or (trend == "group" and len(levels) <= len(x) / 2):
+        half = 0.03 * (float(np.ptp(x)) or 1.0) if numeric else 0.3
+        for level in levels:
+            mean = float(values[x == level].mean())
+            yield [level - half, level + half], [mean, mean]
+    elif len(levels) > 1:
+        power = 2 if trend == "quadratic" and len(levels) > 2 else 1
+        at = np.linspace(x.min(), x.max(), 60)
+        yield at, np.polyval(np.polyfit(x, values, power), at)
+
+
+def kinds_note(kinds: Sequence[str]) -> str:
+    """Which marker is which kind of data; nothing for one kind."""
+    told = list(dict.fromkeys(kinds))
+    return ", ".join(f"{m} {k}" for m, k in zip(MARKERS.values(), told, strict=False)) if len(told) > 1 else ""
 
 
 def _ticks(levels: np.ndarray) -> np.ndarray:

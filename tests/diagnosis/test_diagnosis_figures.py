@@ -4,6 +4,7 @@ import base64
 import re
 from html.parser import HTMLParser
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from diagnosis_models import CAUSES, HEIGHTS, ROUNDING, data, kinds, pulled, specimens, study
@@ -11,6 +12,7 @@ from diagnosis_models import CAUSES, HEIGHTS, ROUNDING, data, kinds, pulled, spe
 import limitmason as lm
 from limitmason.diagnosis import Cause, Noise, Study
 from limitmason.diagnosis.words import headline
+from limitmason.figures.residuals import kinds_note, residual_panel
 
 KINDS = ("none", "cause", "either", "two", "unexplained", "scatter")
 TWIN = Cause("thickness <loss>", "twin", 0.0, (0.0, 0.02), "the same & more", "measurement", pulled)
@@ -243,3 +245,19 @@ def test_noise_from_replicates_is_the_pooled_one():
         Noise.from_replicates([1.0, 2.0], ["a", "b"])
     with pytest.raises(ValueError, match="0.04 is 4 %"):
         Noise(4.0)
+
+
+def test_every_kind_of_data_has_its_own_line_and_marker():
+    age, kinds = np.tile(np.arange(6.0), 2), ["force"] * 6 + ["vibration"] * 6
+    values = np.concatenate([3.0 * age[:6] - 2.0, 1.0 - 0.5 * age[6:]])
+    ax = plt.figure().add_subplot()
+    residual_panel(ax, 2.0, age, values, (-20.0, 20.0), 1.0, "k", "linear", first=True, kinds=kinds)
+    lines = [line for line in ax.lines if line.get_gid() == "trend"]
+    slopes = [np.polyfit(*line.get_data(), 1) for line in lines]
+    assert slopes == [pytest.approx([3.0, -2.0]), pytest.approx([-0.5, 1.0])]
+    points = [line for line in ax.lines if line.get_gid() == "points"]
+    assert [p.get_ydata().tolist() for p in points] == [values[:6].tolist(), values[6:].tolist()]
+    assert len({p.get_marker() for p in points}) == 2
+    assert len({line.get_linestyle() for line in lines}) == 2
+    assert kinds_note(kinds) == "circles force, squares vibration"
+    plt.close("all")
