@@ -255,18 +255,21 @@ class Tabulator:
         halfway = (lambda a, b: float(np.sqrt(a * b))) if _is_factor(cause) else (lambda a, b: 0.5 * (a + b))
         x = np.array(sorted({v for a, b in pairwise(ends) for v in (a, halfway(a, b), b)}))
         y = self.evaluate((cause,), [((v,), rest) for v in x])
-        intervals = list(pairwise(x))
+        intervals = [(a, b, 0.0) for a, b in pairwise(x)]  # with half of what the curve missed there before
         worst = 0.0
-        while intervals and len(x) + len(intervals) <= max(self.levels, 5):
-            middle = np.array([halfway(a, b) for a, b in intervals])
+        while intervals and len(x) < max(self.levels, 5):
+            some = max(self.levels, 5) - len(x)
+            asked, left = intervals[:some], intervals[some:]
+            middle = np.array([halfway(a, b) for a, b, _ in asked])
             true = self.evaluate((cause,), [((v,), rest) for v in middle])
             miss = np.max(np.abs(_curve(cause, x, y)(middle) - true) / self.noise, axis=1)
             order = np.argsort(np.concatenate([x, middle]))
             x, y = np.concatenate([x, middle])[order], np.concatenate([y, true])[order]
-            bad = [(ab, m, e) for ab, m, e in zip(intervals, middle, miss, strict=True) if e > TOLERANCE]
             # the curve through twice as many levels misses about a quarter as much, half beside a kink
-            worst = 0.5 * float(miss.max())
-            intervals = [half for (a, b), m, _ in bad for half in ((a, m), (m, b))]
+            worst = max(0.5 * float(miss.max()), *(m for _, _, m in left), 0.0)
+            bad = [k for k in np.argsort(-miss) if miss[k] > TOLERANCE]  # where not all can be halved, the worst are
+            intervals = [(*end, 0.5 * float(miss[k])) for k in bad
+                         for end in ((asked[k][0], middle[k]), (middle[k], asked[k][1]))]  # fmt: skip
         return x, worst
 
     def _from_corners(self, cause: Cause, levels: np.ndarray) -> tuple[np.ndarray, float]:

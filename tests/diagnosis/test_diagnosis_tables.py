@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 from scipy.optimize import minimize
 
-from limitmason.diagnosis import Cause, Measured, Noise, Study
+from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study
 from limitmason.diagnosis.inference.cells import descend
 from limitmason.diagnosis.inference.confidence_set import Tally, add_draws
 from limitmason.diagnosis.inference.fit import Likelihood, fit, fits
@@ -420,3 +420,16 @@ def test_two_causes_that_trade_off_are_fitted_in_the_cell_of_the_truth():
     there = np.array([((v - grid.between(p)) ** 2).sum() for v, p in zip(y, places, strict=True)])
     assert np.mean(found > there + 1e-9) <= 0.01
     assert (found - there).max() < 4.0  # of thirty values; 25 where the best node alone is gone on from
+
+
+@pytest.mark.parametrize("levels", [8, 10, 14])
+def test_sizes_are_added_where_a_mechanism_takes_over_while_any_are_left(levels):
+    walls = [{"c": 0.23}, {"c": 0.41}, {"c": 0.77}]
+    rows = [Observation(i, "peak", 1.0, 0.05) for i in range(3)]
+    made = Study(walls, lambda s, x=0.0: 1.0 + 0.5 * (x > s["c"]) + 0.1 * x, rows, shared=(), levels=levels)
+    table = made.table(Cause("jump", "x", 0.0, (0.0, 1.0)))
+    (found,) = table.levels
+    assert len(found) == levels
+    around = [found[k] - found[k - 1] for k in (int(np.searchsorted(found, s["c"])) for s in walls)]
+    assert sum(around) <= {8: 0.5, 10: 0.375, 14: 0.25}[levels]
+    assert table.error > 1.0  # a jump stays missed by half of it between two sizes, which is told

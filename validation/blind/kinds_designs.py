@@ -114,14 +114,15 @@ class Trials:
     together : column within which tests share half the variance of each quantity's noise, stated as independent
     """
 
-    causes, scatter, simulate = CAUSES, SCATTER, staticmethod(simulate)
+    causes, scatter, simulate, levels = CAUSES, SCATTER, staticmethod(simulate), SLOW["levels"]
 
     def __init__(self, covariates, cache, specimens=TWELVE, quantities=tuple(SCATTER), together=None):
         self.specimens, self.quantities, self.together = specimens, quantities, together
         found = rows([self.simulate(s) for s in specimens], quantities, self.scatter)
         self.study = Study(
             specimens, self.simulate, found, nuisance=campaigns.NUISANCE, covariates=covariates,
-            causes=self.causes, cache=cache, version="1", shared=None if together else (), **SLOW,
+            causes=self.causes, cache=cache, version="1", shared=None if together else (),
+            **{**SLOW, "levels": self.levels},
         )  # fmt: skip
         self.design, self.drawn = self.study.design(), self.study.scale
         self._curves = {}
