@@ -15,7 +15,7 @@ from limitmason.arrays import Array, Index
 from limitmason.capacity.certificate import StepCertificate, Structure, strength, tensions
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
-from limitmason.capacity.outcomes import DROP, LASTING, LEVEL
+from limitmason.capacity.outcomes import DROP, LASTING, LEVEL, PLAIN
 from limitmason.capacity.stepping import Node, handed_over
 from limitmason.deformable.levels import RIGID
 from limitmason.errors import InputError, NotApplicable
@@ -116,7 +116,10 @@ class PushoverCurve(Curve):
         if load[-1] < load[top] - LEVEL * largest:
             return self.point(top)
         first = int(np.argmax(load >= load[-1] - LEVEL * largest))
-        return self.point(first) if len(self) - first >= LASTING else None
+        lasts = len(self) - first >= LASTING or (
+            len(self) - first >= 3 and way[-1] - way[first] > PLAIN * self.structure.size
+        )
+        return self.point(first) if lasts else None
 
     @property
     def cost(self) -> Cost:

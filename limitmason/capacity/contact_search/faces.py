@@ -27,6 +27,10 @@ FACING = -0.5
 """Cosine between the outward normals up to which the face of a corner looks at another face."""
 
 
+ALONG = 0.99
+"""Cosine between the outward normal of a face and that of a point from which the point may lie on it."""
+
+
 class Shapes(NamedTuple):
     """Faces of all blocks and their corners in the reference pose.
 
@@ -260,9 +264,10 @@ def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
 
     ``near`` is what lies together in the reference pose.
 
-    Where two corners meet the frame stays with the block that has it.
+    Where two corners meet the frame stays with the block that has it. Where a joint ends at an edge its corners lie on
+    the faces beyond it too: they belong to those that look along its normal.
     """
-    owner = shapes.owner
+    owner, normal = shapes.owner, shapes.normal
     by_pair: dict[tuple[int, int], list[int]] = {}
     for row in range(len(near.corner)):
         key = int(shapes.face_block[near.face[row]]), int(owner[near.corner[row]])
@@ -272,11 +277,15 @@ def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
     for i in range(c.count):
         a, b = int(c.block_a[i]), int(c.block_b[i])
         best: dict[bool, int] = {}
-        for flipped, key in ((False, (a, b)), (True, (b, a))):
+        for flipped, key, along in ((False, (a, b), c.directions[i, 0]), (True, (b, a), -c.directions[i, 0])):
+            most = ALONG
             for row in by_pair.get(key, []):
                 off = shapes.corner_place[near.corner[row]] - c.place_b[i]
-                if np.abs(off).max() < reachable:
-                    best[flipped] = row
+                if np.abs(off).max() >= reachable or (looks := float(normal[near.face[row]] @ along)) < ALONG:
+                    continue
+                looks -= float(normal[shapes.corner_face[near.corner[row]]] @ along)
+                if looks > most:
+                    best[flipped], most = row, looks
         if not best:
             continue
         flipped = False not in best
@@ -292,7 +301,8 @@ def with_faces(shapes: Shapes, c: PathContacts) -> PathContacts:
         mine = np.arange(shapes.face_start[c.block_a[i]], shapes.face_start[c.block_a[i] + 1])
         one = np.full(len(mine), i)
         gap, inside = beside(shapes, rest, c.place_b[one], c.block_b[one], mine)
-        lies = (np.abs(gap) < shapes.near) & (inside > -shapes.step) & (shapes.normal[mine] @ c.directions[i, 0] > 0.99)
+        along = shapes.normal[mine] @ c.directions[i, 0] > ALONG
+        lies = (np.abs(gap) < shapes.near) & (inside > -shapes.step) & along
         if lies.any():
             face[i] = mine[np.where(lies, np.abs(gap), np.inf).argmin()]
     return replace(c, face=face)
