@@ -99,7 +99,11 @@ HEAD = (
 )
 INTRODUCTION = """# Effects that are not on the list
 
-Rules were set on seed 20261130. They are judged once, on seed 20261226, which is written here before the run.
+**Where nothing is recorded, the place of clear effects is told in 92.4 % [88, 95], where all is in 97.9 % [95, 99]
+(asked 85 %).** Names stay safe: 2 of 983 data sets give a wrong one, 0.20 % [0.04, 0.64]; the verdicts state 0.15 %.
+
+Rules were set on seed 20261130. They were judged once, on seed 20261226, which stood on this page before the run. Rows
+of fewer than 300 data sets are the first of them.
 
 Specimens are the twelve of [kinds.md](kinds.md), with peak, stiffness and first frequency. "Stated" is the mean of the
 rates that the verdicts state for a wrong name. "Clear" are data sets at least 25 in d2 from every listed cause. Their
@@ -108,6 +112,11 @@ own. Kinds that feel an effect alike are both the worst: a reading of all forces
 Asked: identified wrongly at most 5 %; unexplained with its place at least 85 % of the clear ones; the stated rate
 within a factor of 1.5 of the one found. Brackets hold 90 % intervals. `python -m validation.blind.places
 --seed 20261226 --sets 300 --cache kept_tables.jsonl --records kept.jsonl --out places.md` makes the page.
+
+What changed: where nothing is recorded, 28 % of the clear effects ended as more scatter. That is now held against
+levers that differ from specimen to specimen. The count changed too: rounding decided between kinds that feel an effect
+alike. By that count seed 20261130 gives 78 % where nothing is recorded, by this one 93 %. An ideal judge, who knows
+every family of effects but no column, is right in 99.5 % of these 193 data sets.
 
 """
 
