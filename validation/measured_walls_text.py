@@ -118,10 +118,8 @@ Extended model, all walls. *over rigid bound*: measured over N L / (2 H0).
 
 ## What is not here
 
-- Capacity curves of all walls. `python -m validation.wall_curves --store FILE` makes them: every strength as printed,
-  units that crack by the diagonal strength, all lost over assumed fracture energies. No number is fitted. The options
-  were chosen among six after the curves of wall 189 had been seen. See the next section.
-- Non-associative limit analysis of all walls (`limitmason predict modern-walls --method non-associative`) and the DEM.
+- The DEM on some of these walls, and intervals of the curves.
+- Non-associative limit analysis of all walls (`limitmason predict modern-walls --method non-associative`).
   Without dilatancy six walls carried 0.83 to 0.91 of what they carry with it; solid brick walls take minutes each.
 
 What the models get wrong, stiffness and cracking drift: [diagnosis](measured-walls-diagnosis.md).

@@ -13,7 +13,7 @@ from limitmason.comparison.wall_ladder import formulas_force
 from limitmason.comparison.wall_modes import rocking_force
 from limitmason.display.text_table import markdown
 from limitmason.experiments import registry
-from limitmason.experiments.modern_walls import NAME
+from limitmason.experiments.modern_walls import FILLED, NAME
 from limitmason.experiments.modern_walls.inputs import complete
 from limitmason.experiments.tables import read_table
 from validation.wall_figures import drift_at
@@ -114,16 +114,26 @@ def _beside(curves: Mapping[str, WallCurve], walls: Sequence[Measured]) -> str:
     }
     lines = [["model, same walls", "median", "sd of ln", "median abs ln", "90 %"]]
     loops = {}
+    filled = np.array([ROWS[m.wall]["head_joints"] in FILLED for m in walls])
     for name, logs in made.items():
         factors = {f"{f:g}": logs + np.log(f) for f in FACTORS}
         loops[name] = left_out(factors, campaigns).logs
-        for label, found in ((name, logs), (f"{name}, one factor, campaigns left out", loops[name])):
+        for label, found in (
+            (name, logs), (f"{name}, one factor, campaigns left out", loops[name]),
+            (f"{name}, {filled.sum()} walls of filled heads", logs[filled]),
+            (f"{name}, {(~filled).sum()} of other heads", logs[~filled]),
+        ):  # fmt: skip
             s = scatter(found)
             lines.append([label, f"{s.median:.2f}", f"{s.deviation:.3f}", f"{s.middle:.2f}", f"{s.nine:.2f}"])
+    logs_of_filled = {name: logs[filled] for name, logs in made.items()}
     low, high = difference(loops["curves"], loops["formulas"], campaigns)
     less = loops["curves"].std(ddof=1) - loops["formulas"].std(ddof=1)
     said = (f"sd of the curves less that of the formulas, one factor each: {less:+.3f}, 90 % of draws of campaigns "
             f"{low:+.3f} to {high:+.3f}.")  # fmt: skip
+    less = logs_of_filled["curves"].std(ddof=1) - logs_of_filled["formulas"].std(ddof=1)
+    own = [c for c, yes in zip(campaigns, filled, strict=True) if yes]
+    low, high = difference(logs_of_filled["curves"], logs_of_filled["formulas"], own)
+    said += f" The same of filled heads, nothing fitted: {less:+.3f}, {low:+.3f} to {high:+.3f}; the split was made after."
     return "\n".join([*markdown(lines), "", said])
 
 

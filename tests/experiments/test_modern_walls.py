@@ -119,6 +119,7 @@ def test_wall_whose_ends_are_held_carries_the_moments_of_both():
     ends = axial * length / 2.0 * (1.0 - axial / (1e6 * fc * length * t))
     found = lm.limit_analysis(test.assembly(), test.loads(), check_dead_load=False).collapse_multiplier
     assert found == pytest.approx(1e-3 * ends.sum() / height, rel=1e-3)
+    assert test.drive().displacement == {"beam": {"x": 1.0, "ry": 0.0}}
     cantilever = experiments.load(NAME, "124", rotation="as tested")  # nothing to hold there
     assert len(cantilever.assembly().supports) == len(experiments.load(NAME, "124").assembly().supports)
 

@@ -251,10 +251,13 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
 
 
 def drive(test: Experiment) -> Drive:
-    """The beam pushed sideways, free to rise and to turn: of a cantilever, H0 = H."""
-    if shear_span(test) != 1.0:
-        raise InputError(f"{test.name} is no cantilever: push it by its loads (H0 / H = {shear_span(test):g})")
-    return Drive({BEAM: {"x": 1.0}})
+    """The beam pushed sideways, free to rise; free to turn of a cantilever, held where both ends were held."""
+    if shear_span(test) == 1.0:
+        return Drive({BEAM: {"x": 1.0}})
+    if shear_span(test) == HELD and test.options["rotation"] == "as tested":
+        return Drive({BEAM: {"x": 1.0, "ry": 0.0}})
+    raise InputError(f"{test.name} is no cantilever: push it by its loads (H0 / H = {shear_span(test):g}), or, of 0.5, "
+                     "with rotation='as tested'")  # fmt: skip
 
 
 def curve(test: Experiment) -> Curve:
