@@ -133,7 +133,7 @@ def _beside(curves: Mapping[str, WallCurve], walls: Sequence[Measured]) -> str:
     less = logs_of_filled["curves"].std(ddof=1) - logs_of_filled["formulas"].std(ddof=1)
     own = [c for c, yes in zip(campaigns, filled, strict=True) if yes]
     low, high = difference(logs_of_filled["curves"], logs_of_filled["formulas"], own)
-    said += f" The same of filled heads, nothing fitted: {less:+.3f}, {low:+.3f} to {high:+.3f}; the split was made after."
+    said += f" The same of filled heads, nothing fitted: {less:+.3f}, {low:+.3f} to {high:+.3f}; split afterwards."
     return "\n".join([*markdown(lines), "", said])
 
 
