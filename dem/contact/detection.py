@@ -10,7 +10,7 @@ from dem.contact.internal_edges import FLAT, Bearings, moved_together
 from dem.contact.meeting import PiecesMeet, area_of, least_area, on_faces_that_go_on
 from dem.contact.near import ALWAYS, SMALL, Neighbours, Pieces, placed
 from dem.contact.new_joints import Fresh, assemble, crossing_joint, face_joint
-from dem.kernels import APART, CROSSING, FACES, Joints, NearPairs
+from dem.kernels import APART, CROSSING, E_DAMPING, FACES, Joints, NearPairs
 from dem.kernels.arrays import Index
 from dem.model.edge_points import note_slid, pivots_on_a
 from dem.model.stable_step import points_of
@@ -60,7 +60,8 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     for. New pairs take the law of a joint of one of their blocks without cohesion and tension: they were never bonded.
     A new joint starts with the shear force and the dilation of the nearest old point of its pair, or of the joint whose
     face goes on in its own (:mod:`dem.internal_edges`), and never with more elastic energy than these had: the gaps of
-    pressed points are widened where it would, and narrow again as the points open.
+    pressed points are widened where it would, and narrow again as the points open; shear is let go. What contacts found
+    anew no longer store is counted as artificial damping.
 
     A pair is looked at again when its blocks have moved or turned against each other by as much as it takes for a joint
     of theirs to be outworn, and at most by half the margin: up to there the contacts that it has are all there are.
@@ -96,6 +97,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     if search.stays.all() and not made:
         return Found([], soonest)
     keep_energy(search.state, search.now, np.where(search.stays, -1, search.group), made, families)
+    stored = search.state.part(np.flatnonzero(~search.stays)).measured(assembly).elastic_energy
     stays = np.ones(len(state.contact), dtype=bool)
     stays[search.rows] = search.stays
     changed = np.zeros(assembly.n_blocks, dtype=bool)
@@ -103,7 +105,10 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     joints = search.state.joints
     for ends in (joints.block_a, joints.block_b):
         changed[ends[search.stays & (search.turn > limit)]] = True
-    return Found(assemble(assembly, state, stays, made, changed), soonest)
+    notes = assemble(assembly, state, stays, made, changed)
+    new = np.arange(len(state.contact) - len(made), len(state.contact))
+    state.total[E_DAMPING] += stored - state.part(new).measured(assembly).elastic_energy
+    return Found(notes, soonest)
 
 
 def _codes(joints: Joints, n_blocks: int) -> Index:
@@ -337,7 +342,8 @@ def _outworn(
     if not len(first):
         return np.zeros(0, dtype=bool)
     slip = np.maximum.reduceat(np.linalg.norm(now.slip, axis=1), first)
-    nearest = np.minimum.reduceat(now.opening, first)
+    # edges that pass each other beyond their ends are infinitely far apart
+    nearest = np.minimum(np.minimum.reduceat(now.opening, first), np.finfo(float).max)
     spacing = _spacing(state)
     carries = np.maximum.reduceat(np.abs(now.force).max(axis=1), first) > 0.0
     sharp = state.contact > FACES

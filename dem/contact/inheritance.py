@@ -14,8 +14,6 @@ from limitmason.arrays import Array, Flags
 def inherit(state: State, now: PointForces, own: Flags, family: Flags, new: Fresh) -> None:
     """Elastic shear displacement, dilation and damage of the nearest old point of the pair, or of its family.
 
-    The shear is no more than Coulomb's law lets the new point bear.
-
     Parameters
     ----------
     own, family : joints of the same pair, and those on one face that are cut anew with it, shape (k,)
@@ -38,11 +36,6 @@ def inherit(state: State, now: PointForces, own: Flags, family: Flags, new: Fres
     new.lift[:] = 0.0 if new.contact == CROSSING else points.lift[nearest]
     new.damage[:] = np.where(own[owner], points.damage[nearest], 0.0)
     new.slip[:] = np.column_stack([shear @ new.world[0], shear @ new.world[1]]) / new.law[LAW.ks]
-    if state.modes is None:
-        # a force on next to no area slides at once: what it does not bear must not be stored first
-        pressed = new.law[LAW.kn] * np.maximum(new.lift - new.gap - new.apart, 0.0)
-        most = (new.law[LAW.cohesion] + new.law[LAW.tan_phi] * pressed) / new.law[LAW.ks]
-        new.slip[:] *= np.minimum(most / np.maximum(np.linalg.norm(new.slip, axis=1), 1e-300), 1.0)[:, None]
 
 
 def deformed(state: State, new: Fresh) -> Fresh:
@@ -52,20 +45,23 @@ def deformed(state: State, new: Fresh) -> Fresh:
     one = Joints(
         np.array([new.a]), np.array([new.b]), np.array([0, len(new.s)]), new.frame[None], new.turn[None],
         new.arm_a[None], new.arm_b[None], new.offset[None], new.law[None], new.edge[None],
+        new.limits[None],
     )  # fmt: skip
     points = Points(new.s, new.t, new.area, new.gap, new.slip[:, 0], new.slip[:, 1], new.lift, new.damage)
     change = relative_deformation(state.deformation, state.modes, one, points)
     new.slip[:] += change[:, :2]
-    return new._replace(apart=change[:, 2])
+    return new._replace(apart=change[:, 2], aside=change[:, :2])
 
 
 def keep_energy(
     state: State, now: PointForces, family: NDArray[np.int64], made: list[Fresh], families: list[int]
 ) -> None:
-    """Widen the gaps of the new joints of a family until they store no more normal elastic energy than the old ones.
+    """Let the new joints of a family store no more elastic energy than the old ones, of pressure and of shear.
 
-    Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. Only points that
-    are pressed are set back, and :func:`close_setbacks` takes it back as they open.
+    Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. Gaps widen: only
+    points that are pressed are set back, and :func:`close_setbacks` takes it back as they open. Shear is let go
+    that Coulomb's law does not let the points bear then: a force on next to no area slides at once. It falls in
+    proportion where it would still store more.
 
     Parameters
     ----------
@@ -73,24 +69,47 @@ def keep_energy(
     """
     points = state.points
     old = points_of(state.joints, np.flatnonzero(family >= 0))
-    kn, numbers = state.joints.law[now.owner[old], LAW.kn], family[now.owner[old]]
-    stored = 0.5 * kn * points.area[old] * np.maximum(-now.opening[old], 0.0) ** 2
+    law, area, numbers = state.joints.law[now.owner[old]], points.area[old], family[now.owner[old]]
+    kn, ks, closing = law[:, LAW.kn], law[:, LAW.ks], np.maximum(-now.opening[old], 0.0)
+    shear = (now.force[old] ** 2).sum(axis=1) - (kn * area * np.minimum(closing, law[:, LAW.crushing])) ** 2
+    stored = np.stack([0.5 * kn * area * closing**2, 0.5 * np.maximum(shear, 0.0) / (ks * area)])
     groups: dict[int, list[Fresh]] = {}
     for new, number in zip(made, families, strict=True):
         groups.setdefault(number, []).append(new)
     for number, group in groups.items():
-        allowed = float(stored[numbers == number].sum())
-        stiff = np.concatenate([0.5 * new.law[LAW.kn] * new.area for new in group])
-        deep = np.concatenate([new.lift - new.gap - new.apart for new in group])
-        if _stored(stiff, deep) <= allowed * (1.0 + 1e-12):
-            continue
-        low, high = 0.0, float(deep.max())
-        while high - low > 1e-12 * float(deep.max()):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if _stored(stiff, deep - middle) > allowed else (low, middle)
-        for new in group:
-            new.setback[:] = np.clip(new.lift - new.gap - new.apart, 0.0, high)
-            new.gap[:] += new.setback
+        pressure, sheared = stored[:, numbers == number].sum(axis=1).tolist()
+        _set_back(group, pressure)
+        _let_slide(group, sheared)
+
+
+def _set_back(group: list[Fresh], allowed: float) -> None:
+    """Widen gaps until the pressed points of some joints store no more than an energy [J]."""
+    stiff = np.concatenate([0.5 * new.law[LAW.kn] * new.area for new in group])
+    deep = np.concatenate([new.lift - new.gap - new.apart for new in group])
+    if _stored(stiff, deep) <= allowed * (1.0 + 1e-12):
+        return
+    low, high = 0.0, float(deep.max())
+    while high - low > 1e-12 * float(deep.max()):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _stored(stiff, deep - middle) > allowed else (low, middle)
+    for new in group:
+        new.setback[:] = np.clip(new.lift - new.gap - new.apart, 0.0, high)
+        new.gap[:] += new.setback
+
+
+def _let_slide(group: list[Fresh], allowed: float) -> None:
+    """Let the points of some joints slide until their shear is within Coulomb's law and stores no more than that."""
+    elastic, total = [], 0.0
+    for new in group:
+        pressed = new.law[LAW.kn] * np.maximum(new.lift - new.gap - new.apart, 0.0)
+        most = (new.law[LAW.cohesion] + new.law[LAW.tan_phi] * pressed) / new.law[LAW.ks]
+        along = new.slip - new.aside
+        along *= np.minimum(most / np.maximum(np.linalg.norm(along, axis=1), 1e-300), 1.0)[:, None]
+        elastic.append(along)
+        total += 0.5 * float(new.law[LAW.ks] * (new.area * (along**2).sum(axis=1)).sum())
+    part = np.sqrt(allowed / total) if total > allowed * (1.0 + 1e-12) else 1.0
+    for new, along in zip(group, elastic, strict=True):
+        new.slip[:] = new.aside + part * along
 
 
 def close_setbacks(state: State, now: PointForces) -> None:

@@ -25,6 +25,9 @@ LATTICE = 4
 BEYOND = 0.01
 """Part of an edge by which a crossing may lie beyond its end and still be made; edges that overlap cross within."""
 
+RUN_OFF = 0.1
+"""Part of an edge by which a crossing may have run beyond its end and still bear, until a search cuts it anew."""
+
 
 class Fresh(NamedTuple):
     """A joint before it is written to the arrays of the kernel.
@@ -53,7 +56,9 @@ class Fresh(NamedTuple):
     origin: int
     contact: int
     edge: Array
+    limits: Array
     apart: float | Array  # distance now beside the gap: of edges, or by deformation of the faces
+    aside: float | Array = 0.0  # displacement now of the faces along each other by their deformation, (m, 2)
 
 
 def face_joint(
@@ -105,7 +110,7 @@ def face_joint(
     return Fresh(
         a, b, grid[:, 0], grid[:, 1], area, gap, world @ ra, world, centre + grid @ world[:2],
         relative * (1, -1, -1, -1), arm_a, arm_b, offset, law, np.zeros((m, 2)), np.zeros(m), np.zeros(m), np.zeros(m),
-        origin, contact, np.zeros(3), 0.0,
+        origin, contact, np.zeros(3), np.zeros(4), 0.0,
     )  # fmt: skip
 
 
@@ -147,7 +152,9 @@ def crossing_joint(
     if max(abs(part_a - 0.5), abs(part_b - 0.5)) > 0.5 + BEYOND:
         return None
     point_a, point_b = start_a + part_a * along_a, start_b + part_b * along_b
-    along_a, along_b = along_a / np.linalg.norm(along_a), along_b / np.linalg.norm(along_b)
+    long_a, long_b = np.linalg.norm(along_a), np.linalg.norm(along_b)
+    along_a, along_b = along_a / long_a, along_b / long_b
+    parts = np.array([-RUN_OFF - part_a, 1.0 + RUN_OFF - part_a, -RUN_OFF - part_b, 1.0 + RUN_OFF - part_b])
     ra, rb = rot[a], rot[b]
     arm_a, arm_b = ra.T @ (point_a - place[a]), rb.T @ (point_b - place[b])
     world = np.stack([along_a, _across(n, along_a), n])
@@ -162,7 +169,8 @@ def crossing_joint(
         a, b, zero, zero, area, zero.copy(), world @ ra, world, point_b[None],
         _multiply(q[a] * (1, -1, -1, -1), q[b]) * (1, -1, -1, -1), arm_a, arm_b,
         (assembly.centroids[b] + arm_b) - (assembly.centroids[a] + arm_a), law, np.zeros((1, 2)), zero.copy(),
-        zero.copy(), zero.copy(), origin, CROSSING, rb.T @ along_b, float(d @ n),
+        zero.copy(), zero.copy(), origin, CROSSING, rb.T @ along_b, parts * np.repeat([long_a, long_b], 2),
+        float(d @ n),
     )  # fmt: skip
 
 
@@ -300,6 +308,7 @@ def assemble(assembly: Assembly, state: State, stays: Flags, made: list[Fresh], 
         rows(j.block_a, "a"), rows(j.block_b, "b"), np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
         rows(j.frame, "frame"), rows(j.turn, "turn"), rows(j.arm_a, "arm_a"), rows(j.arm_b, "arm_b"),
         rows(j.offset, "offset"), rows(j.law, "law"), rows(j.edge, "edge"),
+        rows(j.limits, "limits"),
     )  # fmt: skip
     state.interface, state.contact = rows(state.interface, "origin"), rows(state.contact, "contact")
     for k in range(len(state.joints.block_a) - len(each), len(state.joints.block_a)):

@@ -35,6 +35,7 @@ class Joints(NamedTuple):
     offset: Array  # (X_b + arm_b) - (X_a + arm_a) in the reference position [m], (k, 3)
     law: Array  # (k, LAW_SIZE), columns as in LAW and then those of added terms
     edge: Array  # direction of b's edge, reference axes of b, where two edges cross (a's is frame row t1), (k, 3)
+    limits: Array  # along a's edge, then b's: from where to where they may cross, 0 where they were made to [m], (k, 4)
 
 
 class LawRow(NamedTuple):

@@ -108,7 +108,10 @@ def crossing(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, float, 
     """Where the edges of joint j pass each other now: axes (t1 along a's edge, t2, n), distance along n, both arms.
 
     n is the cross product of the edges as they lie now: the normal force is the gradient of an energy of the distance,
-    as n turns without work at the closest points. Both arms end in b's. Infinite distance: the edges became parallel.
+    as n turns without work at the closest points. Both arms end in b's.
+
+    Infinite distance: the edges became parallel, have passed through that, which turns n around, or pass each other
+    beyond their ends, where nearly parallel ones do so at arms of any length.
     """
     a, b = joints.block_a[j], joints.block_b[j]
     rot, ca, cb, frame, edge = bodies.rot, joints.arm_a, joints.arm_b, joints.frame, joints.edge
@@ -129,6 +132,10 @@ def crossing(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, float, 
         return (ea, ea, ea), np.inf, pa, pb
     n = (m[0] / size, m[1] / size, m[2] / size)
     far = dot(cross(d, ea), n) / size
+    along, limits = dot(d, ea) + far * dot(eb, ea), joints.limits
+    within = limits[j, 0] <= along and along <= limits[j, 1] and limits[j, 2] <= far and far <= limits[j, 3]
+    if not within or dot(n, turn_row(rot, a, frame[j, 2, 0], frame[j, 2, 1], frame[j, 2, 2])) <= 0.0:
+        return (ea, ea, ea), np.inf, pa, pb
     rb = (pb[0] + far * eb[0], pb[1] + far * eb[1], pb[2] + far * eb[2])
     ra = (pa[0] + d[0] + far * eb[0], pa[1] + d[1] + far * eb[1], pa[2] + d[2] + far * eb[2])
     return (ea, cross(n, ea), n), dot(n, d), ra, rb

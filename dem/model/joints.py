@@ -163,7 +163,7 @@ def make_joints(
     joints = Joints(
         a, b, start, np.ascontiguousarray(frame), turn, x.centre[interface] - x.centroid[a],
         x.centre[interface] - x.centroid[b], np.zeros((len(interface), 3)), np.ascontiguousarray(law[interface]),
-        np.zeros((len(interface), 3)),
+        np.zeros((len(interface), 3)), np.zeros((len(interface), 4)),
     )  # fmt: skip
     return points, joints, interface.astype(np.int64), law, warnings
 

@@ -326,7 +326,8 @@ class History(Displayed, Tabular, ReadOnly):
     def energy_error(self) -> Array:
         """Energy from nowhere [J].
 
-        Kinetic + elastic + friction + fracture + viscous + damping - applied - support.
+        Kinetic + elastic + friction + fracture + viscous + damping - applied - support. Damping is artificial, or what
+        searches for contacts take: those found anew never store more than those that they replace.
         """
         s = self.scalars
         stored = s["kinetic"] + s["elastic"] + s["friction"] + s["fracture"] + s["viscous"] + s["damping"]

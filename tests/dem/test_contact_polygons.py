@@ -5,7 +5,7 @@ import pytest
 
 import dem
 import limitmason as lm
-from dem.contact.inheritance import inherit
+from dem.contact.inheritance import inherit, keep_energy
 from dem.contact.new_joints import face_joint, linear_at, spread
 from dem.kernels import CROSSING, FACES, LAW
 from dem.model.edge_points import convex_hull
@@ -75,6 +75,30 @@ def test_a_face_that_takes_over_from_an_edge_stores_no_shear_that_it_does_not_be
         state.contact[:] = contact
         new = face_joint(pair, state, (0, 1), strip, np.array([0.0, 0.0, 1.0, 0.0]), rot, place, FACES)
         inherit(state, now, own, own & False, new)
+        keep_energy(state, now, np.zeros(1, dtype=int), [new], [0])
         size = np.linalg.norm(new.slip, axis=1) * new.law[LAW.ks]
         assert size == pytest.approx(mu * kn * depth, rel=1e-6)
         assert new.slip[:, :2] @ new.world[:2, 0] == pytest.approx(-size / kn, rel=1e-6)  # against the displacement
+
+
+@pytest.mark.parametrize("more", [4.0, 0.25])
+def test_a_face_that_takes_over_shear_stores_no_more_of_it_however_large_it_is(more):
+    # E = A t^2 / (2 ks): a quarter of the area keeps the stress, four times of it half the stress and twice the force
+    kn, ks, mu, depth, aside = 1e8, 5e7, 0.5, 1e-5, 3e-6
+    joint = lm.Joint.from_friction_coefficient(mu, normal_stiffness=kn, shear_stiffness=ks)
+    blocks = [box((-1, -1, -1), (1, 1, 0)), box((-0.1, -0.1, 0), (0.1, 0.1, 0.2))]
+    pair = lm.Assembly.from_polyhedra(blocks, joint=joint, fixed=[0])
+    state = dem.make_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
+    state.bodies.shift[1] = aside, 0.0, -depth
+    now, own, x = state.measured(pair), np.ones(1, dtype=bool), 0.1 * np.sqrt(more)
+    rot, place = state.bodies.rot + np.eye(3), pair.centroids + state.bodies.shift
+    face = np.array([(-x, -x, -depth), (-x, x, -depth), (x, x, -depth), (x, -x, -depth)])
+    new = face_joint(pair, state, (0, 1), face, np.array([0.0, 0.0, 1.0, 0.0]), rot, place, FACES)
+    inherit(state, now, own, own & False, new)
+    keep_energy(state, now, np.zeros(1, dtype=int), [new], [0])
+    old = 0.5 * ks * 0.04 * aside**2
+    assert now.elastic_energy == pytest.approx(old + 0.5 * kn * 0.04 * depth**2, rel=1e-9)
+    sheared = 0.5 * ks * (new.area * (new.slip**2).sum(axis=1)).sum()
+    pressed = 0.5 * kn * (new.area * np.maximum(-new.gap, 0.0) ** 2).sum()
+    assert sheared == pytest.approx(old * min(more, 1.0), rel=1e-9)
+    assert pressed == pytest.approx(0.5 * kn * 0.04 * depth**2 * min(more, 1.0), rel=1e-9)

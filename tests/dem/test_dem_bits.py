@@ -76,7 +76,7 @@ row[0, [LAW.kn, LAW.ks, LAW.crushing]] = 1e6, 1e6, np.inf
 def at(*x): return np.array([x], dtype=float)
 points = Points(*np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])[:, None])
 joints = Joints(np.zeros(1, int), np.ones(1, int), np.array([0, 1]), np.eye(3)[None], at(1, 0, 0, 0), at(0, 0, 0),
-    at(0, 0, 0), at(0, 0, -1e-3), row, at(0, 0, 0))
+    at(0, 0, 0), at(0, 0, -1e-3), row, at(0, 0, 0), at(0, 0, 0, 0))
 two = np.zeros((2, 3))
 bodies = RigidBodies(two, np.array([[1.0, 0, 0, 0]] * 2), np.zeros((2, 3, 3)), two, two, two, np.ones(2), np.ones(2),
     np.stack([np.eye(3)] * 2), np.zeros((2, 6), bool), np.zeros((2, 6)), np.zeros((2, 6)))

@@ -10,6 +10,7 @@ from dem.contact import detection
 from dem.contact.detection import redetect
 from dem.contact.near import Neighbours, Pieces, near_margin
 from dem.contact.new_joints import assemble
+from dem.stages import recording
 from limitmason.geometry import box
 
 GRAVITY = 9.81
@@ -215,6 +216,70 @@ def test_crossed_ridges_stop_each_other_as_two_elastic_bodies_do():
         assert vel[2, 0] == pytest.approx(speed, rel=2e-3)
         gap = (a.centroids + h.shift)[:, 2, 0] - (a.centroids + h.shift)[:, 1, 0] - 2 * reach
         assert -gap.min() == pytest.approx(2 * speed * np.sqrt(0.5 * mass / stiffness), rel=0.01)
+
+
+def test_edges_that_pass_each_other_apart_while_they_become_parallel_do_not_touch():
+    # the second turns in the plane of its edge, 1 mm from the first's: nearly parallel they cross beyond their ends,
+    # and behind that the normal of the crossing points the other way. Free flight keeps momenta and energy to the bit
+    a, none, state = two_cubes()
+    reach, high = 0.1 * np.sqrt(2.0), np.array([0.0, 0.0, 5.0])
+    tilt, spin = 0.0315, np.array([1.5, 0.0, 0.0])
+    place(state, a, 1, edge_up(np.array([0, 0, 1.0]), np.array([1.0, 0, 0])), high)
+    tilted = edge_up(np.array([0, np.sin(tilt), np.cos(tilt)]), np.array([-1.0, 0, 0]))
+    place(state, a, 2, tilted, high + (2 * reach + 1e-3, 1e-4, 0), spin=spin)
+    h = dem.simulate(
+        a, dem.Hold(duration=2 * tilt / 1.5), loads=none, start=state, mode="dynamic", detect_every=20, sample=20
+    )  # fmt: skip
+    assert (h.state.contact == kernels.CROSSING).any()
+    assert not h["elastic"].any()
+    assert (h.state.bodies.ang == state.bodies.ang).all()
+    assert not h.state.bodies.vel[1:].any()
+
+
+def test_a_crossing_carries_within_its_edges_and_nothing_beyond_their_ends():
+    a, _, state = two_cubes()
+    reach, high, deep = 0.1 * np.sqrt(2.0), np.array([0.0, 0.0, 5.0]), 1e-4
+    place(state, a, 1, edge_up(np.array([0, 0, 1.0]), np.array([1.0, 0, 0])), high)
+    place(state, a, 2, edge_up(np.array([0, 1.0, 0]), np.array([-1.0, 0, 0])), high + (2 * reach + deep, 0, 0))
+    redetect(a, state, Pieces.of(a), margin=near_margin(a))
+    assert state.contact.tolist()[-1] == kernels.CROSSING
+    state.bodies.shift[2, 0] -= 2 * deep
+    full = 1e8 * deep * (0.2 / 3.0) ** 2  # a place on the edges of .2 m that cross in their middle
+    for axis in (1, 2):
+        for part, force in ((0.0, full), (0.49, full), (-0.49, full), (0.61, 0.0), (-0.61, 0.0)):
+            moved = state.copy()
+            moved.bodies.shift[2, axis] += 0.2 * part
+            assert moved.measured(a).force[-1, 0] == pytest.approx(force, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_search_adds_no_energy_and_what_it_takes_is_counted(monkeypatch):
+    # bricks shaken off a stack: they slide, rock, fall on edges and corners
+    shapes = [box((-1.0, -1.0, -0.2), (1.0, 1.0, 0.0))]
+    for course, side in ((c, k) for c in range(2) for k in range(2)):
+        x = 0.12 * side + 0.06 * (course % 2)
+        shapes.append(box((x - 0.06, -0.05, 0.06 * course), (x + 0.06, 0.05, 0.06 * (course + 1))))
+    joint = lm.Joint(30.0, normal_stiffness=1e8, shear_stiffness=5e7)
+    a = lm.Assembly.from_polyhedra(shapes, joint=joint, fixed=[0])
+    time = np.arange(0.0, 0.32, 0.01)
+    shaken = np.column_stack([12.0 * np.sin(14.0 * time), 8.0 * np.sin(19.0 * time), 0.0 * time])
+    shake = dem.BaseMotion(tuple(map(tuple, shaken.tolist())), 0.01, after="coast")
+    steps = []
+
+    def searched(assembly, state, *rest, **how):
+        before = state.measured(assembly).elastic_energy, state.total[kernels.E_DAMPING]
+        found = redetect(assembly, state, *rest, **how)
+        steps.append((*before, state.measured(assembly).elastic_energy, state.total[kernels.E_DAMPING]))
+        return found
+
+    monkeypatch.setattr(recording, "redetect", searched)
+    h = dem.simulate(a, shake, mode="dynamic", contact_points=(3, 3))
+    stored, counted, left, more = np.array(steps).T
+    assert len(steps) > 50
+    assert (stored - left).sum() > 1e-3 * stored.max()
+    assert (left - stored).max() < 1e-12 * stored.max()
+    assert more - counted == pytest.approx(stored - left, abs=1e-12 * stored.max())
+    assert h["damping"][-1] == pytest.approx((stored - left).sum(), rel=1e-9)
 
 
 def slider(dashpot, detect, slope=35.0, friction=25.0):
