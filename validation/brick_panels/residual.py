@@ -9,6 +9,7 @@ the panels has its section, which --page writes anew by itself; the other sectio
 import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,8 @@ from .slopes import log_slopes
 
 KEPT = (0.0, 0.25, 0.5)
 """Shares of the cohesion that failed joints keep."""
-FIRST_TWO = ("675/8/5", "787.5/8/4")
+LAYOUTS = (("675/8/5", 0.0), ("787.5/8/4", 0.0), ("675/8/5", 0.1125))
+"""Outline, and bearing of the soldiers on each pier [m]: neither is printed."""
 STEPS = 45_000
 PANELS = (*(("S1", outline) for outline in OUTLINES), ("L1", "787.5/8/4"), ("L1", "562.5/8/4"))
 AS_PRINTED = {"dilation_deg": 12.0, "young_modulus": 1.67e9, "poisson_ratio": 0.14}
@@ -37,7 +39,7 @@ AS_PRINTED = {"dilation_deg": 12.0, "young_modulus": 1.67e9, "poisson_ratio": 0.
 PLACES = ("between soldiers", "beds of piers", "heads above", "beds above", "beds over piers", "soldier at pier")
 HERE = Path(__file__)
 STORED = {name: HERE.with_name(f"{name}.csv") for name in ("residual", "as_printed")}
-POINT = ("outline", "kept", "run", "start")
+POINT = ("outline", "bearing", "kept", "run", "start")
 
 
 def pushed(
@@ -52,9 +54,9 @@ def pushed(
     )  # fmt: skip
 
 
-def one(outline: str, kept: float, run: str, start: int) -> dict[str, Any]:
+def one(outline: str, bearing: float, kept: float, run: str, start: int) -> dict[str, Any]:
     """Peak, and when every place first moves."""
-    found = told(pushed(load(NAME, run, outline=outline), kept=kept, start=start))
+    found = told(pushed(load(NAME, run, outline=outline, bearing=bearing), kept=kept, start=start))
     return {k: v for k, v in found.items() if k != "curve" and not k.endswith(": part")}
 
 
@@ -69,10 +71,9 @@ def as_printed(panel: str, outline: str) -> dict[str, Any]:
 def points(starts: int) -> Iterator[dict[str, Any]]:
     """Every run; all of one start before those of the next."""
     for start in range(starts):
-        for outline in FIRST_TWO:
-            for kept in KEPT:
-                for number in range(1, 19):
-                    yield {"outline": outline, "kept": kept, "run": f"udec-{number:02d}", "start": start}
+        for (outline, bearing), kept, number in product(LAYOUTS, KEPT, range(1, 19)):
+            run = f"udec-{number:02d}"
+            yield {"outline": outline, "bearing": bearing, "kept": kept, "run": run, "start": start}
 
 
 def write(path: Path, words: Sequence[str], rows: Sequence[dict[str, Any]]) -> None:
@@ -111,24 +112,25 @@ def section(published: Sequence[dict[str, str]]) -> list[str]:
     published : lines of Table 2
     """
     printed = np.array([float(r["V_failure"]) for r in published])
-    table = [["outline", "kept", "runs", "tan(phi)", "c", "ft", "ours / print", "scatter", "printed order in"]]
+    table = [["outline", "soldiers bear on [mm]", "kept", "runs", "tan(phi)", "c", "ft", "ours / print", "scatter",
+              "starts differ by [%]", "printed order in"]]  # fmt: skip
     rows = read("residual")
-    for outline in FIRST_TWO:
-        for kept in KEPT:
-            own = [r for r in rows if r["outline"] == outline and float(r["kept"]) == kept]
-            starts = len(own) // 18
-            if not starts:
-                continue
-            loads = np.array([[1e-3 * float(r["ultimate"]) for r in own[18 * k : 18 * k + 18]] for k in range(starts)])
-            middle = np.median(loads, axis=0)
-            log = np.log(middle / printed)
-            met = sum(before_shear(r) for r in own)
-            table.append([outline, f"{kept:g} c", f"{18 * starts}", *(
-                f"{v:.2f} +- {e:.2f}" for v, e in zip(*log_slopes(published, middle), strict=True)),
-                f"{np.exp(log.mean()):.2f}", f"{log.std(ddof=1):.2f}", f"{met} of {len(own)}"])  # fmt: skip
+    for (outline, bearing), kept in product(LAYOUTS, KEPT):
+        own = [r for r in rows if (r["outline"], float(r["bearing"]), float(r["kept"])) == (outline, bearing, kept)]
+        starts = len(own) // 18
+        if not starts:
+            continue
+        loads = np.array([[1e-3 * float(r["ultimate"]) for r in own[18 * k : 18 * k + 18]] for k in range(starts)])
+        middle = np.median(loads, axis=0)
+        log = np.log(middle / printed)
+        apart = 100.0 * np.median(np.std(loads, axis=0, ddof=1) / middle) if starts > 1 else float("nan")
+        met = sum(before_shear(r) for r in own)
+        table.append([outline, f"{1e3 * bearing:g}", f"{kept:g} c", f"{18 * starts}", *(
+            f"{v:.2f} +- {e:.2f}" for v, e in zip(*log_slopes(published, middle), strict=True)),
+            f"{np.exp(log.mean()):.2f}", f"{log.std(ddof=1):.2f}", f"{apart:.1f}", f"{met} of {len(own)}"])  # fmt: skip
     exponents, errors = log_slopes(published, printed)
-    table.append(["print", "not printed", "18", *(
-        f"{v:.2f} +- {e:.2f}" for v, e in zip(exponents, errors, strict=True)), "1", "-", "-"])  # fmt: skip
+    table.append(["print", "not printed", "not printed", "18", *(
+        f"{v:.2f} +- {e:.2f}" for v, e in zip(exponents, errors, strict=True)), "1", "-", "-", "-"])  # fmt: skip
     panels = [["panel", "outline", "first failure [kN]", "0.2 mm crack [kN]", "peak [kN]", "at [mm]", "what moves"]]
     for r in read("as_printed"):
         panels.append([r["panel"], r["outline"], *(f"{1e-3 * float(r[k]):.2f}" for k in (
@@ -152,7 +154,10 @@ def section(published: Sequence[dict[str, str]]) -> list[str]:
         "the first crack that steps up.", "", *markdown(table), "",
         "- Shape and level pull apart. The more failed joints keep, the nearer are the exponents of c and ft to print, "
         "and the farther is the level.",
-        "- The printed order of cracks speaks for 675/8/5.", "",
+        "- The printed order of cracks speaks for 675/8/5.",
+        "- Soldiers that bear on half a brick of the piers bring the exponent of tan(phi) up to 0.1 nearer to print. "
+        "The level stays.",
+        "- Three starts, moved by 1e-10 m, differ by less than a per cent: the scatter about print is not theirs.", "",
     ]  # fmt: skip
 
 
