@@ -181,7 +181,8 @@ def meaning(diagnosis: Findings) -> list[str]:
         where, lever = "", by_specimen(diagnosis)
         if diagnosis.covariate:
             where = (f" It goes with {diagnosis.covariate}: what differs between specimens of different "
-                     f"{diagnosis.covariate} is the place to look, which need not be it itself.")  # fmt: skip
+                     f"{diagnosis.covariate} is the place to look, which need not be that quantity "
+                     "itself.")  # fmt: skip
         elif lever:
             where = (f" It is no scatter of single values: it differs from specimen to specimen as {lever} would (p "
                      f"{shown_p(diagnosis.verdict.p['lever'])}). Look for what is not recorded.")  # fmt: skip

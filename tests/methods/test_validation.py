@@ -35,9 +35,9 @@ def test_no_source_is_named_outside_its_folder():
         code = re.sub(r'"""[\s\S]*?"""', "", text)
         own = path.parent.name if path.parent.parent == ROOT / "limitmason" / "experiments" else ""
         if path.parent == ROOT / "limitmason" / "comparison":
-            # what needs stores of runs stands above a series: a module may be of one, whose NAME it takes from there
-            of = re.findall(r"^from limitmason\.experiments\.(\w+) import .*\bNAME\b", code, re.MULTILINE)
-            own = of[0] if len(of) == 1 else own
+            # what needs stores of runs stands above a series: a module may be of one, from which alone it imports
+            of = set(re.findall(r"^from limitmason\.experiments\.(\w+)(?:\.\w+)? import ", code, re.MULTILINE))
+            own = "".join(of & set(words)) if len(of & set(words)) == 1 else own
         named = {w for w in words if re.search(rf"['\"/.]{w}\b", code)}
         guilty += [f"{path.relative_to(ROOT)}: {w}" for w in named if w.replace("-", "_") != own]
     assert guilty == []
