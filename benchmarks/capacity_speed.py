@@ -89,7 +89,7 @@ def main():
             f"| {blocks} | {points} | {curve.cost.steps} | {curve.cost.programs} | {len(curve.jumps)} | "
             f"{curve.load[-1]:.5f} | {spent:.1f} | {per_step:.3f} | {50 * per_step:.1f} | {np.median(ratio[0]):.1f} | "
             f"{np.nanmedian(ratio[1]):.1f} ({int(np.isnan(ratio[1]).sum())} of {len(rows)} not found) | {memory:.0f} |"
-        )  # fmt: skip
+        )
     x, y = np.log(np.array(grown)).T
     print(f"\nTime per step grows as blocks^{np.polyfit(x, y, 1)[0]:.2f}.")
 

@@ -44,7 +44,7 @@ def walls():
     return [
         {"direction": d, "length": length, "courses": n, "thickness": t, "height": n * UNIT[1]}
         for d, rows in shapes.items() for length, n, t in rows
-    ]  # fmt: skip
+    ]
 
 
 def cpu_seconds():
@@ -65,7 +65,7 @@ if __name__ == "__main__":
         specimens, collapse(build, "dem", contact_points=GRID, moved_limit=MOVED), noise=Noise(NOISE),
         nuisance={"friction_coefficient": FRICTION},
         covariates=["direction", "length", "courses", "thickness"], cache=given.cache, n_jobs=given.workers, **SLOW,
-    )  # fmt: skip
+    )
     kept = len(given.cache.read_text(encoding="utf-8").splitlines()) if given.cache and given.cache.exists() else 0
     simulated = [c for c in causes if c.acts_on == "simulation"]
     print(f"{len(specimens)} specimens, {len(causes)} causes ({len(simulated)} of the simulation), contact grid {GRID}")
@@ -90,4 +90,4 @@ if __name__ == "__main__":
     print(verdict.report(checks=False))
     print(f"\nplanted: {truth.name} of {size:.3g} {truth.unit}; verdict: {verdict.kind}, {' or '.join(verdict.causes)}")
     print(f"{calls} calls in this run, {kept} values from the cache; {seconds:.0f} s elapsed, {cpu_seconds():.0f} s of "
-          f"processor time" + (f", {cpu_seconds() / calls:.2f} s per call" if calls else ""))  # fmt: skip
+          f"processor time" + (f", {cpu_seconds() / calls:.2f} s per call" if calls else ""))

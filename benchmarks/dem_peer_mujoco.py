@@ -61,7 +61,7 @@ def main():
     result = {
         "version": mujoco.__version__, "elapsed": time.perf_counter() - begun[0],
         "processor": time.process_time() - begun[1], "steps": step, "samples": samples,
-    }  # fmt: skip
+    }
     with open(sys.argv[2], "w") as file:
         json.dump(result, file)
 

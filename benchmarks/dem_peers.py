@@ -63,7 +63,7 @@ def case_of(assembly, step, ramp):
         "blocks": blocks, "friction": FRICTION, "density": float(assembly.blocks[-1].density),
         "gravity": float(assembly.weights[-1] / assembly.arrays.mass[-1]), "step": step, "settle": SETTLE, "ramp": ramp,
         "top": TOP, "moved": MOVED, "every": max(round(0.008 / step), 1),
-    }  # fmt: skip
+    }
 
 
 def peer(script, interpreter, assembly, step, ramp):
@@ -85,7 +85,7 @@ def peer(script, interpreter, assembly, step, ramp):
         "points": f"{samples[:, 3].max():.0f}", "how": f"ramp of {TOP / ramp:.3g}/s in steps of {1e3 * step:g} ms",
         "multiplier": float(smooth.max()), "elapsed": result["elapsed"], "processor": result["processor"],
         "version": result["version"], "note": "" if fell else " (did not fall)",
-    }  # fmt: skip
+    }
 
 
 def ours(assembly, loads, grid):
@@ -98,7 +98,7 @@ def ours(assembly, loads, grid):
         "multiplier": p.collapse_multiplier, "elapsed": time.perf_counter() - begun[0],
         "processor": time.process_time() - begun[1], "version": lm.__version__,
         "note": "" if p.status == "solved" else f" ({p.status})",
-    }  # fmt: skip
+    }
 
 
 def main():

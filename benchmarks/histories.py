@@ -63,7 +63,7 @@ def main():
     peak = np.degrees(table["peak"])
     busy = time.process_time() - busy
     print(f"{len(table)} histories of {LENGTH + 1:g} s, {table['steps'].mean():.0f} steps each: {spent:.0f} s elapsed, "
-          f"{busy:.0f} s of processor time in this process, {args.workers} at work")  # fmt: skip
+          f"{busy:.0f} s of processor time in this process, {args.workers} at work")
     share = np.percentile(peak[~fell], (10, 50, 90))
     print("peak rotation of those that stand, 10, 50 and 90 %: " + ", ".join(f"{v:.2g}" for v in share) + " degrees")
     print("| largest acceleration [m/s2] | histories | overturned | median peak [degrees] |\n|---|---|---|---|")

@@ -122,7 +122,7 @@ def row(blocks, case, clarabel_points, repeat):
           else ("-", "-", "-")),
         f"{own['lambda']:.8f}", f"{other['lambda'] / own['lambda'] - 1:+.0e}" if other else "-",
         f"{whole['gap']:.0e}", f"{own['memory']:.0f}", f"{other['memory']:.0f}" if other else "-",
-    ]  # fmt: skip
+    ]
     return "| " + " | ".join(str(c) for c in cells) + " |"
 
 

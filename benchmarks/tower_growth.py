@@ -36,7 +36,7 @@ def tower(side, courses, joint=None):
     ring = np.concatenate([
         np.column_stack([line, zero]), np.column_stack([full, line]),
         np.column_stack([side - 1 - line, full]), np.column_stack([zero, side - 1 - line]),
-    ])  # fmt: skip
+    ])
     faces = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 
     def box(low, high):
@@ -87,7 +87,7 @@ def measured(blocks):
     return dict(zip(COLUMNS, (
         model.n_blocks, len(model.interfaces), len(state.points.s), built - begun, made - built, first - made,
         again - first, 1e3 * (stepped - ready) / steps, peak,
-    ), strict=True))  # fmt: skip
+    ), strict=True))
 
 
 def main():
@@ -108,7 +108,7 @@ def main():
         )
         rows.append(json.loads(done.stdout.splitlines()[-1]))
         print("| " + " | ".join(f"{rows[-1][c]:.4g}" if u else str(rows[-1][c])
-                                for c, u in zip(COLUMNS, UNITS, strict=True)) + " |", flush=True)  # fmt: skip
+                                for c, u in zip(COLUMNS, UNITS, strict=True)) + " |", flush=True)
     if len(rows) > 1:
         low, high = rows[0], rows[-1]
         size = np.log(high["blocks"] / low["blocks"])

@@ -61,7 +61,7 @@ def slips(model, state):
 def energies(model, state):
     """Sums of energy, and the stored one [J]."""
     return np.array([*(state.total[getattr(kernels, f"E_{c}")] for c in ("KINETIC", "FRICTION", "VISCOUS", "SUPPORT")),
-                     state.measured(model).elastic_energy])  # fmt: skip
+                     state.measured(model).elastic_energy])
 
 
 def main():
@@ -82,12 +82,12 @@ def main():
     state = dem.simulate(
         model, dem.Hold(duration=SETTLE, damping=dem.Damping(local=0.8)), mode="dynamic", contact_points=(2, 4),
         sample=SETTLE,
-    ).state  # fmt: skip
+    ).state
     state.stop()
     state, _ = stretched(model, state, part(BEGIN, BEGIN + BEFORE))
     print(f"{model.n_blocks} blocks, {len(model.interfaces)} joints, step {state.dt:.3g} s\n")
     print("| from [s] | joints that slide | cut anew or found | largest slip [mm] | without [s] | with / without |"
-          + (" energies, all pairs |" if args.full else ""))  # fmt: skip
+          + (" energies, all pairs |" if args.full else ""))
     print("|---" * (7 if args.full else 6) + "|", flush=True)
     ratios, begin = [], BEGIN + BEFORE
     for _ in range(args.stretches):
@@ -98,7 +98,7 @@ def main():
         slide = np.mean([abs(after[k] - before[k]) > SLIDES for k in before.keys() & after.keys()])
         ratios.append(searched / kept)
         print(f"| {begin:.1f} | {slide:.1%} | {np.mean(new.interface < 0):.1%} | {1e3 * max(after.values()):.1f} | "
-              f"{kept:.2f} | {ratios[-1]:.2f} |", end="" if args.full else "\n", flush=True)  # fmt: skip
+              f"{kept:.2f} | {ratios[-1]:.2f} |", end="" if args.full else "\n", flush=True)
         if args.full:
             every, _ = stretched(model, state, shaking, neighbours=EveryPair)
             work = np.abs(new.total[[kernels.E_SUPPORT, kernels.E_APPLIED]]).sum()

@@ -88,7 +88,7 @@ def push(
     same = dict(structure.same) | digests(
         drive=(structure.unit.tolist(), structure.held.tolist(), chosen.calm or drive.calm), to=path,
         samples=chosen.samples, damping=chosen.damping, detect_every=chosen.detect_every,
-    )  # fmt: skip
+    )
     files = [part_file(checkpoint, name) for name in ("v", f"v{SLOWER}")[: 1 + chosen.rate_check]]
     # before a file of this push is written beside those of another
     for file in files:

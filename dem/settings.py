@@ -144,7 +144,7 @@ _WHOLE = (RIGID, LUMPED, SIMPLY_DEFORMABLE)
 _TAKEN_BY = {
     "stress": (SIMPLY_DEFORMABLE, ZONED), "zone_size": (ZONED,), "damping": _WHOLE, "settle": _WHOLE,
     "detect_every": _WHOLE, "calm": _WHOLE, "sound": _WHOLE,
-}  # fmt: skip
+}
 """Settings of a push that some kinds of blocks do not know, and who takes them."""
 
 

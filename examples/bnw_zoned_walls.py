@@ -28,7 +28,7 @@ def push(specimen, **options):
         test.assembly(), test.drive(), to=0.01 * float(test.parameters["height"]), label=specimen, loads=test.loads(),
         blocks="zoned", zone_size=ZONE, rate_check=FULL,
         steps=None if FULL else 10_000,  # units that yield need no more; the default is for brittle walls
-    )  # fmt: skip
+    )
     return test, curve
 
 
@@ -57,5 +57,5 @@ if FULL:
         ("fc 0.75", {"unit_strength": 0.75 * 4.956e6}),
         ("ft 0.4 MPa", {"unit_tension": 0.4e6}),
         ("cracks in the units", {"unit_cracks": True}),
-    ):  # fmt: skip
+    ):
         row(f"BNW1, {name}", *push("BNW1", **options))

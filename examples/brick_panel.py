@@ -22,7 +22,7 @@ for outline in panel.open_options["outline"] if FULL else (panel.options["outlin
     curve = dem.push(
         test.assembly(), test.drive(), to=1e-3, blocks="lumped", steps=30_000 if FULL else 10_000,
         label=f"DEM, outline {outline} inferred",
-    )  # fmt: skip
+    )
     print(curve)
     crack = curve.first_crack(0.2e-3)
     if crack is not None:

@@ -60,5 +60,5 @@ plan = fit.next_test({
     "triplet": (surrogate.triplet, {"shear strength 1": 0.05, "shear strength 2": 0.05, "shear strength 3": 0.05,
                                     "slope": 0.05, "dilatancy": 0.05}),
     "a fifth panel": (surrogate.panel_response, {"first crack": 0.35, "peak": 0.18}),
-})  # fmt: skip
+})
 print(f"\n{plan}")

@@ -26,7 +26,7 @@ for name, masonry in (("DS", "dry"), ("REGW", "mortar")):
         model, {"frequency": lm.Target(target, SCATTER, unit="Hz")},
         [lm.Parameter("normal_stiffness", 1e9 * known.median, (1e8, 1e12), unit="Pa/m")],
         ties={"shear_stiffness": literature.TIES["shear_stiffness"]}, search=lm.calibration.SearchSettings(starts=1),
-    )  # fmt: skip
+    )
     print(f"{name}: average {known.printed:g} GPa/m, median {known.median:g}, the source's fit {wall.row['kn']}")
     print(fit)
     for _, label, measured, fitted, residual in fit.rows:

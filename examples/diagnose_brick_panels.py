@@ -40,12 +40,12 @@ def loads_of(panel, outline, strength, *, kept=0.0, dilates=True, modulus=STIFF)
     wall = test.assembly().with_joints(lambda j: replace(
         j, cohesion=strength * j.cohesion, tensile_strength=strength * j.tensile_strength,
         residual_cohesion=kept * strength * j.cohesion, dilatancy_angle_deg=dilates * j.dilatancy_angle_deg,
-    ))  # fmt: skip
+    ))
     curve = dem.push(
         wall, test.drive(), to=3e-3, blocks="lumped", steps=15_000, rate_check=False, samples=600, sound=True,
         contact_points=0.0375, damping=dem.Damping(0.5, combined=True), detect_every=None,
         settle=dem.Settle(tolerance=1e-5, gently=2000),
-    )  # fmt: skip
+    )
     cracks = [curve.first_failure, *(curve.first_crack(1e-3 * w) for w in WIDTHS[1:])]
     top = curve.peak
     seen = (c if c is not None and c.index <= top.index else top for c in cracks)
@@ -120,7 +120,7 @@ CAUSES = [
     catalogue.gain((0.6, 1.6)),
     Cause("load offset", "zero", 0.0, (-1.5, 1.5), "zero of the load cell", "measurement",
           lambda d, v, s: max(v + d, 0.01), "kN"),
-]  # fmt: skip
+]
 PEAK_SCATTER, CRACK_SCATTER = 0.09, 0.35
 """Assumed: the spatial CoV of the paper on random panels, and that of its first cracks read by eye."""
 
@@ -179,7 +179,7 @@ def draw(pairs):
         ax.set(xlabel="strength of the mortar [MPa]", ylabel=f"{quantity} [kN]", ylim=(0.0, None))
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=2, fontsize=8, frameon=False,
-                  title=f"outlines {', '.join(OUTLINES['S1'])}: dotted, full, dashed", title_fontsize=8)  # fmt: skip
+                  title=f"outlines {', '.join(OUTLINES['S1'])}: dotted, full, dashed", title_fontsize=8)
     figure.savefig("diagnose_brick_panels.png", dpi=150)
 
 
@@ -193,7 +193,7 @@ if __name__ == "__main__":
     for name in S:
         real, ours = measured(name), simulate({"panel": "S1", "mortar": mortar[name]})
         print(f"{name:6} {mortar[name]:11.2f} {real['first crack']:18.2f} {ours['first crack']:10.2f}"
-              f" {real['peak']:26.2f} {ours['peak']:10.2f}")  # fmt: skip
+              f" {real['peak']:26.2f} {ours['peak']:10.2f}")
     verdict = study().diagnose(CAUSES, seed=0)
     print(verdict.report())
     kept = [dict(zip(names, t.sizes, strict=True)) for names, t in verdict.verdict.tested.items() if t.kept]

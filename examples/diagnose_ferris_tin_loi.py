@@ -37,7 +37,7 @@ PHYSICAL = [
     catalogue.weak_base_joint(),
     Cause("friction", "friction_factor", 1.0, (0.6, 1.1), "all joints: tan(phi) x size",
           apply=other_friction),
-]  # fmt: skip
+]
 ROUNDED = ((PHYSICAL[0], 1e3 * 0.020),)  # contact ends pulled in by 20 mm
 # under a load in proportion to weight a lean of the wall and an offset of the angle are one and the same: listed once
 MEASURED = [catalogue.angle_offset(), catalogue.gain()]
@@ -52,7 +52,7 @@ def model(specimen):
     window = [lm.build.Opening(x=hole[0], z=hole[1], width=hole[2], height=hole[3], lintel=unit[1])] if hole else []
     joint = lm.Joint.from_friction_coefficient(FRICTION, **STIFFNESS)
     wall = lm.build.wall(length=length, courses=courses, unit=(*unit, 0.175), start=start, joint=joint,
-                         openings=window)  # fmt: skip
+                         openings=window)
     return wall, lm.Loads.horizontal(wall)
 
 
@@ -102,7 +102,7 @@ def by_dem(specimen, *, extend=None):
 def own(name, length, courses, start="whole", unit=(0.4, 0.175), window=None):
     """A wall of our own."""
     return {"name": name, "length": length, "courses": courses, "start": start, "unit": unit, "window": window,
-            "block": unit[0], "slenderness": courses * unit[1] / length}  # fmt: skip
+            "block": unit[0], "slenderness": courses * unit[1] / length}
 
 
 WALLS = [
@@ -110,7 +110,7 @@ WALLS = [
     own("3 x 8", 1.2, 8, "half"), own("3 x 12", 1.2, 12), own("4 x 6", 1.6, 6, "half"), own("3 x 10", 1.2, 10),
     own("4 x 8, window", 1.6, 8, window=(0.4, 0.35, 0.8, 0.7)), own("small, 3 x 8", 0.75, 8, unit=(0.25, 0.12)),
     own("large, 2 x 6", 1.2, 6, unit=(0.6, 0.25)), own("small, 2 x 6", 0.5, 6, unit=(0.25, 0.12)),
-]  # fmt: skip
+]
 published = []
 for name in experiments.specimens(SOURCE):
     p = experiments.load(SOURCE, name).parameters
@@ -128,14 +128,14 @@ def theirs():
     noise = Noise(float(np.sqrt((apart**2).mean() / 2)), len(apart))
     # no single cause is left here: pairs are put together from single effects, not simulated one by one
     study = Study(published, simulate, values, noise, covariates=["slenderness", "blocks", "code"],
-                  groups=[s["name"] for s in published], levels=5, pair_tables="additive")  # fmt: skip
+                  groups=[s["name"] for s in published], levels=5, pair_tables="additive")
     causes = [
         catalogue.edge_rounding((0.0, 50.0), plane_normal=IN_PLANE), *PHYSICAL[1:], *MEASURED,
         catalogue.batch_shift(covariate="code", label="UDEC"),
-    ]  # fmt: skip
+    ]
     # the rounding is known: what comes on top of it?
     rest = Study(published, simulate_rounded, values, noise, covariates=["slenderness", "blocks", "code"],
-                 groups=[s["name"] for s in published])  # fmt: skip
+                 groups=[s["name"] for s in published])
     return study, study.diagnose(causes), rest, rest.diagnose(causes[-3:])
 
 
@@ -145,7 +145,7 @@ def ours(planted_mm=20.0, error=0.02, seed=1):
     sharp, rounded = truth.baseline(), truth.predicted(PHYSICAL[:1], [planted_mm])
     shaken = np.exp(error * np.random.default_rng(seed).standard_normal(len(WALLS)))
     study = Study(WALLS, simulate, sharp, Noise(error), covariates=["slenderness", "block"],
-                  groups=[s["name"] for s in WALLS], levels=5)  # fmt: skip
+                  groups=[s["name"] for s in WALLS], levels=5)
     method = float(np.sqrt(np.mean(np.log(sharp / study.baseline()) ** 2)))
     study = study.with_noise(Noise(hypot(error, method)))
     causes = [*PHYSICAL, *MEASURED]
@@ -162,7 +162,7 @@ if __name__ == "__main__":
     for s, value in zip(published[::2], rest.baseline()[::2], strict=True):
         p = experiments.load(SOURCE, s["name"]).published
         shown = "".join(f"{p[k]:>{w}.3f}" if k in p else " " * (w - 1) + "-" for k, w in
-                        (("HybriDFEM rounded", 19), ("rounded LMGC90", 9), ("rounded UDEC", 7)))  # fmt: skip
+                        (("HybriDFEM rounded", 19), ("rounded LMGC90", 9), ("rounded UDEC", 7)))
         print(f"{s['name']:<8}{value:23.3f}{shown}")
     print(f"\n=== The same with the rounding switched on: what comes on top ===\n{rest_verdict.report()}")
     print(f"\n{study.confusable(theirs_verdict.listed)}")
@@ -177,4 +177,4 @@ if __name__ == "__main__":
     for name, verdict in {"published": theirs_verdict, "planted": planted}.items():
         figures.diagnosis(verdict, quantity="collapse multiplier [-]", title=f"Rounded corners, {name}",
                           units={"slenderness": "-", "block": "m"},
-                          ).savefig(f"diagnose_ferris_tin_loi_{name}.png")  # fmt: skip
+                          ).savefig(f"diagnose_ferris_tin_loi_{name}.png")

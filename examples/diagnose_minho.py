@@ -54,7 +54,7 @@ CAUSES = [
     catalogue.rig_friction((-5.0, 10.0), unit="kN"),
     catalogue.batch_shift(covariate="direction", label="-"), catalogue.batch_shift(covariate="series", label="SW"),
     catalogue.batch_shift(covariate="cyclic", label="cyclic"),
-]  # fmt: skip
+]
 # softness comes on top of the measured one, whose displacement the DEM follows by itself
 BY_DEM = [catalogue.joint_softness((0.0, 0.1)), catalogue.open_head_joints(), *CAUSES[:6], *CAUSES[7:]]
 LISTS = {"limit": CAUSES, "dem": BY_DEM}
@@ -122,7 +122,7 @@ def wall(model, direction="+", cyclic=False):
     force = p["force height H0"] if " x" not in model else p["height"] + 125.0  # [mm]
     return {"model": model, "series": model[:2], "direction": direction, "N": round(float(p["N on top"])),
             "cyclic": "cyclic" if cyclic else "monotonic", "precompression": float(p["precompression"]),
-            "H0/L": force / p["length"], "block height": float(p["block height"])}  # fmt: skip
+            "H0/L": force / p["length"], "block height": float(p["block height"])}
 
 
 def peaks():
@@ -185,7 +185,7 @@ def study_of(part, specimens, measured, method):
     study = Study(
         some, SIMULATORS[method], measured[rows], noise,
         {f"friction_{x}": FRICTION[x] for x in series}, names, [s["model"] for s in some], **OPTIONS[method],
-    )  # fmt: skip
+    )
     return study, [c for c in LISTS[method] if not c.name.startswith("shift of") or c.name.split()[2] in names]
 
 

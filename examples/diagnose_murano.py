@@ -106,7 +106,7 @@ if __name__ == "__main__":
         hits = rehearsed(arguments.rehearse, 0.02, side_walls)
         low, high = lm.diagnosis.binomial_interval(hits, arguments.rehearse)
         print(f"mode 2 true, side walls of {side_walls[0]} to {side_walls[1]} m: mode 3 within 2 % in {hits} of "
-              f"{arguments.rehearse} walls, {100 * low:.0f} to {100 * high:.0f} %")  # fmt: skip
+              f"{arguments.rehearse} walls, {100 * low:.0f} to {100 * high:.0f} %")
 
     off = 100.0 * (np.array(list(rows.values())) / (second, second, STIFFNESS) - 1.0)
     fig, ax = plt.subplots(figsize=(6.4, 3.0), layout="constrained")
@@ -114,7 +114,7 @@ if __name__ == "__main__":
     ax.axvspan(-100 * second_error / second, 100 * second_error / second, color="0.85", lw=0)
     ax.axvline(0.0, color="0.3", lw=0.8)
     looks = (("second frequency = mode 2", "o", "#D55E00"), ("second frequency = mode 3", "s", "#0072B2"),
-             ("stiffness", "^", "0.35"))  # fmt: skip
+             ("stiffness", "^", "0.35"))
     for column, (label, marker, colour) in zip(off.T, looks, strict=True):
         ax.plot(column, places, marker, color=colour, label=label)
     ax.set_yticks(places, list(rows))

@@ -33,7 +33,7 @@ DILATANCY = Cause(
     isolate="shear one joint: opening against slip",
 )
 WEAKER = Cause("weaker interlock", "weaker", 0.0, (0.0, 1.5), "walls are weaker the more dilatancy would help: the "
-               "published sensitivity extrapolated below psi = 0, a pointer")  # fmt: skip
+               "published sensitivity extrapolated below psi = 0, a pointer")
 LESS = Cause("less dilatancy", "dilatancy", 1.0, (0.0, 1.0), "joints dilate less than phi (published, interpolated)")
 
 tests = [experiments.load(SOURCE, name) for name in experiments.specimens(SOURCE)]
@@ -78,6 +78,6 @@ for label, model, causes in (
     ).savefig(f"diagnose_pavia_{label.replace(' = ', '_')}.png")
 again = verdicts["psi = 0"].next_tests(specimens, k=4)
 print("\nTo be repeated first:", ", ".join(s["name"] for s in again.specimens), f"(smallest d2 {again.before:.1f} -> "
-      f"{again.after:.1f})")  # fmt: skip
+      f"{again.after:.1f})")
 print("What limits this: no plans, so no cause acts on a model; one friction only was computed; no covariates, so an "
-      "effect\noutside the list shows as scatter; the noise rests on five repeats.")  # fmt: skip
+      "effect\noutside the list shows as scatter; the noise rests on five repeats.")

@@ -47,7 +47,7 @@ print(converging)
 draw(
     converging, "contact_points", "points", "contact points across the thickness", "Contact points",
     by=("method", "share"),
-)  # fmt: skip
+)
 
 # block size: the DEM (psi = 0) where the blocks are few
 sizes = {"associative": (0.25, 0.5, 1.0, 2.0), "dem": (1.0, 2.0)} if FULL else {"associative": (0.5, 1.0, 2.0)}
@@ -60,7 +60,7 @@ for vary in ("in plane", "whole block"):
     draw(
         by_size[vary], f"block_size_{vary.replace(' ', '_')}", "size", "block size / reference [-]",
         f"Block size, {vary}", log=True, caption="hollow: straight line through the two smallest, no bound",
-    )  # fmt: skip
+    )
 
 # wallettes in four-point bending: perfectly plastic joints, so the values lie above brittle ones at any size
 print("\n6 M / (b t2) [MPa] by associative limit analysis, blocks of size 1, 1/2" + (", 1/4" if FULL else ""))

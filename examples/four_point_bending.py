@@ -64,7 +64,7 @@ for number, name in enumerate(SPECIMENS):
     figures.deformed(
         history.assembly, history, view="elevation", crack=5e-5, ghost=False, legend=False, ax=ax,
         title=f"{theta:g}°: {stress[peak] / 1e6:.2f} MPa",
-    )  # fmt: skip
+    )
 
 ax = page.add_subplot(3, 2, 6)
 angles = np.linspace(0.0, 90.0, 91)
@@ -81,7 +81,7 @@ page.savefig("four_point_bending_cracks.png")
 figures.load_displacement(
     curves, ylabel="6 M / (b t²) [MPa]", xlabel="travel of the loading bars [mm]", title="Four-point bending, DEM",
     caption="Assumed: spans 1.5 and 0.7 m, brittle joints. Joints: Godio et al. 2017.",
-).savefig("four_point_bending.png")  # fmt: skip
+).savefig("four_point_bending.png")
 
 straight = 0.36e6 * (1.0 + 2.0 / (15 if FULL else 7) ** 2)
 print(f"straight bed joint, elastic until its edge breaks (contact points counted): {straight / 1e6:.3f} MPa")

@@ -31,7 +31,7 @@ if PATHS:
     found = imperfection_ensemble(
         wall, loads, gap=1e-4, samples=PATHS, stiffness=STIFFNESS, contacts="first", contact_model="grid", grid=(2, 4),
         progress=print,
-    )  # fmt: skip
+    )
     lines = []
     for k, c in enumerate(found.curves):
         kept = (found.status[k], f"{found.first_loss[k]:.6g}", f"{found.sustained[k]:.6g}")
@@ -48,7 +48,7 @@ else:
         Curve([float(r["displacement"]) for r in own], [float(r["multiplier"]) for r in own], load_unit="-",
               label=f"path {k}", status=own[0]["status"])
         for k, own in rows.items()
-    ]  # fmt: skip
+    ]
     first, sustained = (np.array([float(own[0][n]) for own in rows.values()]) for n in ("first_loss", "sustained"))
     found = Ensemble(first, sustained, tuple(c.status for c in curves), tuple(curves))
 print(found)
@@ -64,10 +64,10 @@ print(
 
 # the figure divides by a thousand, as from N to kN: what is drawn are multipliers
 drawn = {c.label if k == 0 else f"_{c.label}": (c.displacement, 1e3 * c.load)
-         for k, c in enumerate(c for c in found.curves if len(c) > 1)}  # fmt: skip
+         for k, c in enumerate(c for c in found.curves if len(c) > 1)}
 levels = {"associative": 1e3 * associative, "sustained, from a state": 1e3 * late.collapse_multiplier}
 figure = figures.load_displacement(
     drawn, levels=levels, ylabel="multiplier [-]", title="L wall of 22 blocks, gaps of 1e-4 of a block",
     caption=f"{len(drawn)} paths, each from other random gaps; the first is named.",
-)  # fmt: skip
+)
 figure.savefig("gaps_in_a_corner_wall.png", bbox_inches="tight")

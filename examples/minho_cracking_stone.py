@@ -39,7 +39,7 @@ def pushed(test, *, zones=None, plane=None):
         crack = lm.Joint(
             PHI, normal_stiffness=50.0 * kn, shear_stiffness=50.0 * ks, cohesion=plane[0], tensile_strength=plane[1],
             residual_cohesion=0.0, residual_tensile_strength=0.0, name="crack",
-        )  # fmt: skip
+        )
         long = 0.75 * float(p["block length"]) / 1e3
         planes = {}
         for name in blocks:
@@ -56,7 +56,7 @@ def pushed(test, *, zones=None, plane=None):
     curve = dem.push(
         wall, dem.Drive({"beam": {"x": 1.0}}), to=TRAVEL, loads=loads, blocks="zoned", zone_size=0.1,
         rate_check=FULL and test.specimen == "SW.200.1", samples=150,
-    )  # fmt: skip
+    )
     return 1e-3 * curve.peak.load, curve.rate_error
 
 
@@ -64,7 +64,7 @@ CASES = {"elastic stone": {}}
 for ft in (6.0, 3.0, 1.0, 0.3):
     CASES[f"stone fc 91.6, ft {ft:g} MPa, zones and planes"] = {
         "zones": (STONE, ft * 1e6), "plane": (0.5 * np.sqrt(STONE * ft * 1e6), ft * 1e6),
-    }  # fmt: skip
+    }
 for ft in (3.0, 1.0, 0.2):
     CASES[f"elastic zones, planes ft {ft:g}, c of fc 91.6 MPa"] = {"plane": (STONE / FACTOR, ft * 1e6)}
 for ft in (3.0, 1.0, 0.5):
@@ -74,9 +74,9 @@ for fc in (57.0, 20.0, 10.0, 7.0, 5.0, 3.5):
 QUICK = (
     "elastic stone", "stone fc 91.6, ft 3 MPa, zones and planes", "stone fc 91.6, ft 0.3 MPa, zones and planes",
     "elastic zones, planes ft 1, c 1.5 ft", "zones fc 3.5 MPa, ft a twentieth",
-)  # fmt: skip
+)
 LEVELS = {"SW.30.1": ("SW.30.1", "SW.30.2"), "SW.100.1": ("SW.100.1", "SW.100.2"),
-          "SW.200.1": ("SW.200.1", "SW.200.2"), "SW.250.1": ("SW.250.1",)}  # fmt: skip
+          "SW.200.1": ("SW.200.1", "SW.200.2"), "SW.250.1": ("SW.250.1",)}
 
 rows = []
 for name, repeats in LEVELS.items() if FULL else (("SW.200.1", LEVELS["SW.200.1"]),):

@@ -67,7 +67,7 @@ for level in LEVELS:
     u, f = pushed
     slope = pushed.stiffness() / 1e6  # between 10 and 40 % of the peak [kN/mm]
     rigid = {rule: limit_analysis(test.assembly(), loads, rule).collapse_multiplier
-             for rule in ("associative", "non-associative")}  # fmt: skip
+             for rule in ("associative", "non-associative")}
     measured = [float(t.measured["Vmax+"]) for t in tests]
     curves = {t.specimen: t.curve() for t in tests if t.specimen != "SW.30.1"}
     slopes = [c.stiffness() for c in curves.values()]  # kN/mm
@@ -76,24 +76,24 @@ for level in LEVELS:
         "peak": float(f.max()) / 1e3, "measured": measured, "limit analysis": rigid, "stiffness": slope,
         "measured stiffness": slopes, "degradation": [row[3] / 1e6 for row in table],
         "dissipated": [row[4] for row in table], "initial slope": float(f[3] / u[3]) / 1e6,
-    }  # fmt: skip
+    }
     print(f"\n{level}: {test.parameters['N on top']} on top, kn = {kn / 1e9:.1f} GPa/m from E = "
-          f"{modulus}")  # fmt: skip
+          f"{modulus}")
     print(f"  peak [kN]: DEM {f.max() / 1e3:.1f}, limit analysis {rigid['associative']:.1f} (psi = phi) and "
           f"{rigid['non-associative']:.1f} (psi = 0), measured {', '.join(f'{m:.1f}' for m in measured)}; "
-          f"DEM / mean {f.max() / 1e3 / np.mean(measured):.2f}")  # fmt: skip
+          f"DEM / mean {f.max() / 1e3 / np.mean(measured):.2f}")
     print(f"  stiffness from 10 to 40 % of the peak [kN/mm]: DEM {slope:.1f}, measured "
-          f"{', '.join(f'{s:.1f}' for s in slopes)}")  # fmt: skip
+          f"{', '.join(f'{s:.1f}' for s in slopes)}")
     for amplitude, top, bottom, slope, work in table:
         print(f"  cycle of {amplitude:2.0f} mm: peaks {top / 1e3:.1f} and {bottom / 1e3:.1f} kN, stiffness "
-              f"{slope / 1e6:.1f} kN/mm, dissipated {work:.0f} J")  # fmt: skip
+              f"{slope / 1e6:.1f} kN/mm, dissipated {work:.0f} J")
     figures.load_displacement(
         {"DEM, pushed once": once, "DEM, cycles": cycles}
         | {f"test {n}": c for n, c in curves.items()},
         block="beam", levels={"limit analysis, psi = 0": 1e3 * rigid["non-associative"]},
         title=f"{level}: {test.parameters['N on top']} on top", xlabel="displacement of the beam [mm]",
         caption="Assumed: weightless rigid beam free to turn, friction, nu = 0.2; the test's curve is thinned.",
-    ).savefig(f"minho_{name}.png")  # fmt: skip
+    ).savefig(f"minho_{name}.png")
     figures.deformed(wall, once, scale=2.0, title=f"{level} pushed by {TRAVEL[level[:2]]} mm").savefig(
         f"minho_{name}_deformed.png"
     )

@@ -59,7 +59,7 @@ def mechanisms_of(friction_angle_deg):
     facade = Facade(
         length=2.25, thickness=0.30, courses=6, course_height=0.225, staggering=0.144, unit_weight=2450.0 * 10.0,
         friction=np.tan(np.radians(friction_angle_deg)), side_walls=2, overload=LINE_LOAD, side_overload=LINE_LOAD,
-    )  # fmt: skip
+    )
     weight = 2.25 * 1.35 * 0.30 * facade.unit_weight
     worst = simple_rocking(facade), compound_rocking(facade, crossed_courses="hinge"), horizontal_flexure(facade)
     return {name: weight * found.collapse_multiplier for name, found in zip("ABD", worst, strict=True)}, weight
@@ -83,13 +83,13 @@ for name in experiments.specimens(SOURCE):
     print(*(f"  {a}" for a in test.assumptions), sep="\n")
     print(f"  load [kN]: measured {measured[0]:g} or {measured[1]:g} (both in the source), 3DEC {given['3DEC peak']}")
     print(f"    DEM here {yields / 1e3:.2f} within 2 mm, {f.max() / 1e3:.2f} at {1e3 * u[f.argmax()]:.1f} mm; limit "
-          f"analysis, psi = phi, rigid-plastic joints: {limit / 1e3:.1f}")  # fmt: skip
+          f"analysis, psi = phi, rigid-plastic joints: {limit / 1e3:.1f}")
     print("    mechanisms, recomputed (printed in Table 10): " + ", ".join(
-        f"{m} {loads[m] / 1e3:.1f} ({given[f'mechanism {m}']:g})" for m in loads))  # fmt: skip
+        f"{m} {loads[m] / 1e3:.1f} ({given[f'mechanism {m}']:g})" for m in loads))
     print(f"  stiffness [kN/mm]: measured {test.measured['initial stiffness']:g}, 3DEC "
-          f"{given['3DEC initial stiffness']:g}, here {stiffness / 1e6:.1f}")  # fmt: skip
+          f"{given['3DEC initial stiffness']:g}, here {stiffness / 1e6:.1f}")
     print("  frequencies [Hz]: 3DEC " + ", ".join(f"{given[f'3DEC frequency {k}']:g}" for k in (1, 2, 3))
-          + "; here " + ", ".join(f"{m:.1f}" for m in frequencies))  # fmt: skip
+          + "; here " + ", ".join(f"{m:.1f}" for m in frequencies))
     title = f"{name}: U wall of {'mortared' if name == 'REGW' else 'dry'} stone under an airbag"
     curves = {"DEM": (u, f)}
     for label, options in OTHERS.items() if name == "REGW" else ():

@@ -23,7 +23,7 @@ def hollow_above(size, assembly, loads):
 hollow = Cause(
     "hollow upper units", "upper_density", baseline=1.0, bounds=(0.3, 1.0), apply=hollow_above,
     physics="units above 0.6 m are hollow: weight x size", isolate="weigh units of every course",
-)  # fmt: skip
+)
 
 
 # ---- the model, and the extended one: same calls afterwards --------------------
@@ -45,7 +45,7 @@ specimens = [{"width": w, "height": h} for w in (0.12, 0.18, 0.24) for h in (0.4
 study = Study(
     specimens, simulate.collapse(stack), noise=Noise(sd=0.04), covariates=["width", "height"],
     nuisance={"friction_coefficient": Measured(0.70, 0.03)}, **simulate.SLOW,
-)  # fmt: skip
+)
 rng = np.random.default_rng(0)
 measured = study.predicted([hollow], [0.5]) * np.exp(0.04 * rng.standard_normal(len(specimens)))
 

@@ -33,7 +33,7 @@ def shown(number, kind):
     return found, [
         f"{number} {kind}", f"{int(found.n[-1])}", f"{value:.2f} +- {value * found.mean_error[-1]:.2f}", f"{mean:.2f}",
         f"{spread:.1f} +- {spread * found.variation_error[-1]:.1f}", f"{variation:.1f}",
-    ]  # fmt: skip
+    ]
 
 
 lines = [["set", "runs", "mean [kN]", "published", "CoV [%]", "published"]]

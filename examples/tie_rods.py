@@ -27,7 +27,7 @@ rods = [
     lm.Tie("facade", (x, 0.0, 2.5), name, (x, 2.5, 2.5), area=1.13e-4, yield_stress=235e6, modulus=2.1e11,
            anchor_force=6e3, name=f"rod {name}")
     for name, x in (("left", 0.15), ("right", width - 0.15))
-]  # fmt: skip
+]
 tied = house.with_ties(rods)
 line = [(0.15, 3.5, height), (0.15, 0.15, height), (width - 0.15, 0.15, height), (width - 0.15, 3.5, height)]
 ringed = house.with_ties(lm.ring_beam(house, line, yield_force=4e3))

@@ -16,7 +16,7 @@ structures = {
         length=2.4, courses=16, unit=(0.6, 0.25, 0.3), joint=joint, plan="box", return_length=2.4,
         openings=[lm.build.Opening(x=0.9, z=0.0, width=0.6, height=1.5, lintel=0.25, bearing=0.3)],
     ),
-}  # fmt: skip
+}
 
 multipliers = {}
 for name, structure in structures.items():

@@ -155,7 +155,7 @@ class Answer:
 def answer(
     assembly: Assembly, loads: Loads, wanted: Mapping[str, str | Callable[[Assembly, Loads], float]],
     **options: Mapping[str, Any],
-) -> Answer:  # fmt: skip
+) -> Answer:
     """Quantities of one model by one or several methods, each run once.
 
     Parameters
@@ -202,7 +202,7 @@ def answer(
 def _answered(
     assembly: Assembly, loads: Loads, method: str, wanted: Sequence[str], *, test: ModalTest | None = None,
     drive: Any = None, stages: Any = None, **options: Any,
-) -> tuple[Any, Mapping[str, float]]:  # fmt: skip
+) -> tuple[Any, Mapping[str, float]]:
     """What a method found, and all its quantities."""
     if method == MODES:
         if test is not None:
@@ -238,7 +238,7 @@ def _load_at(found: Any, method: str, displacement: float) -> float:
     load = float(curve.at(displacement))
     if math.isnan(load):
         raise NotConverged(f"the curve of {method!r} ends at {curve.displacement.max():.4g} {curve.displacement_unit}, "
-                           f"before {displacement:g}")  # fmt: skip
+                           f"before {displacement:g}")
     return load
 
 

@@ -174,7 +174,7 @@ def stability(
     return Standing(
         True, state, divisor, Range(0.0 if math.isinf(share.high) else share.high, share.low),
         {name: Range(float(low), float(high)) for name, (low, high) in tilt.items()}, certain, curve, notes,
-    )  # fmt: skip
+    )
 
 
 def _state(problem: Problem) -> tuple[bool | None, Prediction]:

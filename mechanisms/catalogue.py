@@ -24,7 +24,7 @@ from mechanisms.parameters import load_direction
 NAMES = (
     "simple rocking", "compound rocking", "compound rocking, whole courses", "horizontal flexure", "stepped crack",
     "sloping crack", "overturning", "sliding",
-)  # fmt: skip
+)
 
 
 SPREAD_OF_ESTIMATES = "the smallest estimates lay 0.17 to 1.25 times the associative value on the walls tried"

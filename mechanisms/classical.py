@@ -70,7 +70,7 @@ def overturning(
         return answer(
             "overturning", free.collapse_multiplier, facade=facade, details=details,
             ideal_bound=FREE_WALL if facade.side_walls else UPPER_IDEAL, source="moment equilibrium about the toe",
-        )  # fmt: skip
+        )
     if hinge_courses is not None:
         raise InputError("hinge_courses is for numbers; all flat joints of an assembly are tried")
     loads, direction = _direction(facade, loads)
@@ -168,7 +168,7 @@ def stack(*, width: float, course_height: float, courses: int, friction: float) 
     return answer(
         whole.method.replace("mechanisms: block", "stack"), whole.collapse_multiplier, ideal_bound=EXACT,
         details=details, source="statics of one block",
-    )  # fmt: skip
+    )
 
 
 def inclined_hinge(
@@ -224,7 +224,7 @@ def inclined_hinge(
         f"inclined hinge, {f.side_walls} side wall{'s' if f.side_walls == 2 else ''}", value, facade=f,
         assembly=seen.assembly, loads=seen.loads, twists=twists, ideal_bound=THIS_MOTION, details=details,
         source="derived (docs/mechanisms.md, section 8)",
-    )  # fmt: skip
+    )
 
 
 def rondelet_thickness(*, length: float, height: float, side_walls: int = 1, divisor: float = 10.0) -> float:

@@ -147,7 +147,7 @@ def horizontal_flexure(
     return answer(
         "horizontal flexure (D)", value, facade=f, assembly=seen.assembly, loads=seen.loads, twists=twists,
         ideal_bound=ESTIMATE if f.friction else THIS_MOTION, details=details, warnings=warnings, source=SOURCE_D,
-    )  # fmt: skip
+    )
 
 
 def flexure_terms(
@@ -168,7 +168,7 @@ def flexure_terms(
     sums = bed_joint_friction(
         friction=f.friction, unit_weight=f.unit_weight, thickness=f.thickness, staggering=f.staggering,
         course_height=h, crossed=hinge, overload=f.overload,
-    )  # fmt: skip
+    )
     area = f.unit_weight * f.thickness * height
     q = f.overload * f.overload_length / f.length
     # both A triangles together, and B, as polynomials in s = tan(a)

@@ -191,7 +191,7 @@ def _on_blocks(wall: Assembly, loads: Loads | None) -> Prediction:
     return answer(
         "stepped crack in plane", check.multiplier, facade=f, assembly=wall, loads=loads, twists=twists,
         ideal_bound=BEDS_ONLY, details=details, source=SOURCE,
-    )  # fmt: skip
+    )
 
 
 def _details(slope: float, tangent: float | None = None) -> dict[str, float]:

@@ -29,4 +29,4 @@ MECHANISMS = Method(
     theorem="mechanism",
     references=PAPERS,
     levers=("friction", "weights", "overload", "reading"),
-)  # fmt: skip
+)

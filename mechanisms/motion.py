@@ -212,7 +212,7 @@ def answer(
     return Prediction(
         f"mechanisms: {name}", float(multiplier), bound, SOLVED, mechanism, None, certificate, tuple(notes),
         provenance, extra,
-    )  # fmt: skip
+    )
 
 
 def _scaled(assembly: Assembly, loads: Loads, twists: Array, check: ContactCheck) -> Mechanism | None:

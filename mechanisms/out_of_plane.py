@@ -93,7 +93,7 @@ def simple_rocking(
         "simple rocking (A)", value, facade=f, assembly=seen.assembly, loads=seen.loads,
         twists=_twists(seen, details["hinge_height"], lambda z: f.crack_offset),
         ideal_bound=ESTIMATE if f.side_walls else UPPER_IDEAL, details=details, source=SOURCE_A,
-    )  # fmt: skip
+    )
 
 
 def compound_rocking(
@@ -199,7 +199,7 @@ def compound_rocking(
         "compound rocking (B)", value, facade=f, assembly=seen.assembly, loads=seen.loads,
         twists=_twists(seen, details["hinge_height"], lambda z: f.crack_offset + max(z - z_b, 0.0) * tangent),
         details=details, source=SOURCE_B,
-    )  # fmt: skip
+    )
 
 
 def rocking_terms(
@@ -229,7 +229,7 @@ def rocking_terms(
     sums = friction or bed_joint_friction(
         friction=f.friction, unit_weight=f.unit_weight, thickness=f.side_wall_thickness, staggering=f.staggering,
         course_height=h, crossed=crossed, overload=f.side_overload, base_height=base,
-    )  # fmt: skip
+    )
     weight = f.unit_weight * f.thickness * f.length * top
     load = f.overload * f.overload_length
     resisting = np.array([weight * 0.5 * f.thickness + load * f.overload_offset, 0.0, 0.0])
@@ -276,14 +276,14 @@ def _stepped(seen: ReadParameters, hinge_courses: int | None) -> Prediction:
     return answer(
         "compound rocking, whole courses step (B)", found[n].multiplier, facade=f, assembly=seen.assembly,
         loads=seen.loads, twists=_twists(seen, details["hinge_height"], line), details=details, source=SOURCE_B,
-    )  # fmt: skip
+    )
 
 
 def _joint_forces(f: Facade, joints: Array) -> Array:
     return joint_friction(
         joints, friction=f.friction, unit_weight=f.unit_weight, thickness=f.side_wall_thickness,
         staggering=f.staggering, course_height=f.course_height, overload=f.side_overload,
-    )  # fmt: skip
+    )
 
 
 def _mean(arm: Array, force: Array) -> float:

@@ -200,7 +200,7 @@ class Facade:
 _ABOVE_ZERO = (
     "length", "thickness", "course_height", "staggering", "unit_weight", "side_wall_thickness", "side_wall_length",
     "overload_length", "steepest_crack",
-)  # fmt: skip
+)
 
 
 class ReadParameters(NamedTuple):

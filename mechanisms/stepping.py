@@ -45,12 +45,12 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
     base = np.array([
         weight * 0.5 * f.thickness + load * f.overload_offset,
         weight * 0.5 * top + load * f.overload_inertia * (top + f.overload_rise),
-    ])  # fmt: skip
+    ])
     joints = np.arange(1, hinge + 1)
     force = joint_friction(
         joints, friction=f.friction, unit_weight=f.unit_weight, thickness=f.side_wall_thickness,
         staggering=f.staggering, course_height=h, overload=f.side_overload,
-    )  # fmt: skip
+    )
     most = hinge if np.isinf(f.side_wall_length) else min(hinge, int(f.side_wall_length / advance + 1e-9))
 
     # power (resisting, driving) of course j with k steps below it, without and with a step of its own
@@ -66,7 +66,7 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
     width = advance * np.arange(most + 1)
     roof = np.column_stack([
         f.side_overload * width * (f.crack_offset + 0.5 * width), f.side_overload * width * top,
-    ])  # fmt: skip
+    ])
 
     value = np.inf
     chosen: tuple[int, ...] = ()

@@ -153,7 +153,7 @@ def flexure_power(
         # distance of a point from its line, in the plane of the wall
         travel += 2.0 * density * t * _under(
             lambda s, z: (z * tangent - s) * np.cos(a), 0.0, lambda z: z * tangent, z0, z0 + h
-        )  # fmt: skip
+        )
     q, length_q = facade.overload, facade.overload_length if halves == 2.0 else 2.0 * facade.overload_length
     share = length_q / length
     overload_lift = q * share * length * facade.overload_offset * np.sin(a)

@@ -31,7 +31,7 @@ ENDS = {
     ("fc", np.log(1.5)): "fc 1.5 times", ("fc", np.log(0.75)): "fc 0.75 times", ("E", np.log(2.0)): "E 6.18 GPa",
     ("friction", 0.2): "friction 0.6", ("friction", -0.2): "friction 0.2",
     ("ks", np.log(1.75 / 12.0)): "G: ks 1.75 GPa/m", ("ft", np.log(2.0)): "ft 0.4 MPa",
-}  # fmt: skip
+}
 """Runs from which effects are interpolated, by lever and its change: in logarithms, of friction in the coefficient."""
 STORED = Path(__file__).with_suffix(".csv")
 
@@ -57,12 +57,12 @@ def keep(folder: Path) -> None:
 def simulate(
     specimen: Mapping[str, Any], *, fc: float = 1.0, modulus: float = 3.088, friction: float = 0.4, ks: float = 12.0,
     tension: float = 0.2, uncracked: float = 0.0,
-) -> dict[str, float]:  # fmt: skip
+) -> dict[str, float]:
     """Peak [kN] and drift [%] between the runs, in logarithms; effects of several causes multiply."""
     wall = specimen["wall"]
     out = _logs(wall, SLOWER) + uncracked * (_logs(wall, UNCRACKED) - _logs(wall, SLOWER))
     for lever, value in (("fc", np.log(fc)), ("E", np.log(modulus / 3.088)), ("friction", friction - 0.4),
-                         ("ks", np.log(ks / 12.0)), ("ft", np.log(tension / 0.2))):  # fmt: skip
+                         ("ks", np.log(ks / 12.0)), ("ft", np.log(tension / 0.2))):
         if value:
             end = next(e for name, e in ENDS if name == lever and e * value > 0.0)
             out += value / end * (_logs(wall, ENDS[lever, end]) - _logs(wall, BASE))
@@ -91,14 +91,14 @@ def measured(wall: str) -> dict[str, dict[str, float]]:
     """Peaks [kN] and their drifts [%] by sense."""
     found = experiments.load(NAME, wall).measured
     return {sense: {"peak": float(found[f"Vmax{sense}"]), "drift at the peak": float(found[f"drift at Vmax{sense}"])}
-            for sense in "+-"}  # fmt: skip
+            for sense in "+-"}
 
 
 def study() -> Study:
     """Eight numbers of two walls, both senses."""
     specimens = [{"name": f"{w}{sense}", "wall": w} for w in WALLS[:2] for sense in "+-"]
     rows = [Observation(s["name"], q, v, SCATTER[q], QUANTITIES[q]) for s in specimens
-            for q, v in measured(s["wall"])[s["name"][-1]].items()]  # fmt: skip
+            for q, v in measured(s["wall"])[s["name"][-1]].items()]
     return Study(specimens, simulate, rows, covariates=(), groups=[s["wall"] for s in specimens], levels=9)
 
 

@@ -36,7 +36,7 @@ PLANES: Mapping[str, Mapping[str, Any]] = {
 }
 STORED = Path(__file__).with_suffix(".csv")
 UNITS = {"planes": "-", "amplitude": "%", "cycle": "-", "up": "kN", "down": "kN", "stiffness": "kN/mm", "work": "J",
-         "crack": "%", "toe": "%"}  # fmt: skip
+         "crack": "%", "toe": "%"}
 
 
 def cycled(planes: str, kept: Path) -> dem.PushCurve:
@@ -49,7 +49,7 @@ def cycled(planes: str, kept: Path) -> dem.PushCurve:
         wall, test.drive(), to=[1e-2 * d * float(test.parameters["height"]) for d in path], loads=test.loads(),
         blocks="zoned", zone_size=ZONE, steps=round(SPEED * drifts), rate_check=False, samples=1000,
         checkpoint=kept / f"cycles_{list(PLANES).index(planes)}.npz", label=planes,
-    )  # fmt: skip
+    )
 
 
 def rows_of(planes: str, curve: dem.PushCurve, height: float) -> list[list[Any]]:
@@ -70,7 +70,7 @@ def rows_of(planes: str, curve: dem.PushCurve, height: float) -> list[list[Any]]
         within = ["" if i is None or not start <= i <= down else f"{100.0 * abs(u[i]) / height:.3f}" for i in first]
         out.append([planes, amplitude, k % TIMES + 1, f"{1e-3 * f[start : down + 1].max():.1f}",
                     f"{-1e-3 * f[start : down + 1].min():.1f}", f"{stiffness:.1f}", f"{work:.1f}",
-                    *within])  # fmt: skip
+                    *within])
     return out
 
 
@@ -87,9 +87,9 @@ def section() -> list[str]:
     peak = max(float(r["up"]) for r in first)
     drifts = ", ".join(f"{a:g}" for a in AMPLITUDES)
     table = [["planes of the units", "amplitude [%]", "cycle", "largest load, both senses [kN]",
-              "stiffness from end to end [kN/mm]", "work lost [J]"]]  # fmt: skip
+              "stiffness from end to end [kN/mm]", "work lost [J]"]]
     table += [[r["planes"], r["amplitude"], r["cycle"], f"{float(r['up']):.0f}, {float(r['down']):.0f}",
-               f"{float(r['stiffness']):.0f}", f"{float(r['work']):.0f}"] for r in rows]  # fmt: skip
+               f"{float(r['stiffness']):.0f}", f"{float(r['work']):.0f}"] for r in rows]
     return [
         HEADING, "",
         f"**Cycles lose stiffness in the model: {k[0, 0]:.0f}, {k[1, 0]:.0f} and {k[2, 0]:.0f} kN/mm at {drifts} % of "
@@ -103,7 +103,7 @@ def section() -> list[str]:
         f"- {WALL} with crack planes of {ENERGY:g} J/m2 in tension (assumed), {SPEED:,} steps for 1 % of drift, one "
         "speed.",
         "", *markdown(table), "",
-    ]  # fmt: skip
+    ]
 
 
 def _first(true: np.ndarray) -> int | None:

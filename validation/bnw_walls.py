@@ -167,7 +167,7 @@ def pushed(specimen: str, kept: Path | None, *, once: bool = False, zone: float 
         test.assembly(), test.drive(), to=1e-2 * drift * height, loads=test.loads(), blocks="zoned", zone_size=zone,
         steps=ONCE_STEPS if once else steps, rate_check=not once, samples=250, checkpoint=file,
         label=f"{specimen}, DEM",
-    )  # fmt: skip
+    )
     return Pushed(test, curve, height)
 
 
@@ -208,7 +208,7 @@ def at(p: Pushed, index: int | None) -> str:
 def walls(found: Mapping[tuple[str, str], Pushed]) -> list[str]:
     """Table of peaks, stiffness and ultimate drift."""
     rows = [["wall", "model", "peak [kN]", "at drift [%]", "measured +, - [kN]", "at [%]", "ours / mean", "UDEC [kN]",
-             "stiffness [kN/mm]", "database", "at the ultimate drift", "rate", "steps", "zones"]]  # fmt: skip
+             "stiffness [kN/mm]", "database", "at the ultimate drift", "rate", "steps", "zones"]]
     for (wall, model), p in found.items():
         m, c = p.test.measured, p.curve
         stiff = [
@@ -225,21 +225,21 @@ def walls(found: Mapping[tuple[str, str], Pushed]) -> list[str]:
             f"{float(p.test.published['UDEC limit force']):.0f}", ours, f"{stiff[0]:.0f}, {stiff[1]:.0f}",
             f"{float(c.at(last)) / c.peak.load:.2f} of the peak", f"{c.rate_error:.1%}", str(c.steps),
             str(len(c.mesh.zones)),
-        ])  # fmt: skip
+        ])
     return markdown(rows)
 
 
 def orders(found: Mapping[tuple[str, str], Pushed]) -> list[str]:
     """Table of what comes first."""
     rows = [["wall", "model", "ft reached", "fc reached", "crack", "toe", "peak", "first crack, database [%]",
-             "the paper"]]  # fmt: skip
+             "the paper"]]
     for (wall, model), p in found.items():
         c = p.curve
         named = [next((e.index for e in c.events if e.name == name), None) for name in ("unit cracks", "unit yields")]
         rows.append([
             wall, model, *(at(p, i) for i in (*named, *crack_and_toe(p), c.peak.index)),
             f"{float(p.test.measured['drift at first crack']):.2f}", PAPER_ORDER[wall],
-        ])  # fmt: skip
+        ])
     return markdown(rows)
 
 
@@ -267,7 +267,7 @@ def varied(found: Mapping[tuple[str, str], Pushed]) -> list[str]:
                 name, moduli(options), f"{1e-3 * p.curve.peak.load:.0f}",
                 f"{p.curve.peak.load / base.curve.peak.load - 1.0:+.0%}",
                 f"{p.drift(p.curve.peak.displacement):.2f}", *(at(p, i) for i in crack_and_toe(p)), first_of(p),
-            ])  # fmt: skip
+            ])
         out += [*markdown(rows), ""]
     return out[:-1]
 
@@ -292,7 +292,7 @@ def drawn(found: Mapping[tuple[str, str], Pushed]) -> Figure:
         points = [
             ("measured peaks, both senses", 1e-2 * float(test.measured[f"drift at Vmax{s}"]) * height,
              1e3 * float(test.measured[f"Vmax{s}"])) for s in "+-"
-        ]  # fmt: skip
+        ]
         load_displacement({m: found[wall, m].curve for m in MODELS}, measured=test, points=points, ax=ax, title=wall)
         ax.set_ylim(0.0, None)
     page.tight_layout()
@@ -346,17 +346,17 @@ def page(kept: Path | None) -> tuple[str, Figure, Figure]:
     other = {(w, name): once_pushed(w, name, kept) for name, _ in VARIED for w in WALLS}
     means = [np.mean([found[w, m].ratio for w in WALLS]) for m in MODELS]
     seconds = max(p.curve.seconds + (p.curve.faster.seconds if p.curve.faster is not None else 0.0)
-                  for p in found.values())  # fmt: skip
+                  for p in found.values())
     led = [w for w in WALLS if first_of(found[w, CRACKING]) == "crack"]
     flips = [
         f"- {name}: {', '.join(f'{w} {first_of(other[w, name])}' for w in WALLS)}"
         for name, o in VARIED if {"unit_tension", "unit_strength"} & set(o)
-    ]  # fmt: skip
+    ]
     alone = pushed("BNW1", kept, once=True, unit_tension=0.4e6)
     spans = [0.01 * round(100.0 * (ends[1] - ends[0])) for ends in (
         [p.drift(float(p.curve.displacement[i])) for i in crack_and_toe(p) if i is not None]
         for (_, m), p in found.items() if m == CRACKING
-    ) if len(ends) == 2]  # fmt: skip
+    ) if len(ends) == 2]
     rates = {f"{w} {m}": p.curve.rate_error for (w, m), p in found.items()}
     above = [f"{n} ({v:.1%})" for n, v in rates.items() if v > 0.03]
     words = {
@@ -369,7 +369,7 @@ def page(kept: Path | None) -> tuple[str, Figure, Figure]:
         "mean_yield": f"{means[0]:.2f}", "mean_crack": f"{means[1]:.2f}", "crack": 1e3 * CRACK, "crushed": CRUSHED,
         "minutes": seconds / 60.0, "led": ", ".join(led) or "none", "flips": "\n".join(flips),
         "misfit": "\n".join(misfits(found)),
-    }  # fmt: skip
+    }
     tables = {"walls": walls(found), "order": orders(found), "varied": varied(other), "cycles": bnw_cycles.section()}
     return filled(TEXT.format(**words), tables), drawn(found), mapped(found)
 

@@ -107,7 +107,7 @@ def shown(parameter: lm.Parameter, value: float) -> str:
 def parameters(fits: Mapping[str, Fit], closed: Fit, ends: Mapping[str, tuple[float, float]]) -> Lines:
     """Start, the paper's set, the fits of both models and whether the data fix each."""
     lines = [["parameter", "literature", "paper", "closed form", *(f"DEM, {o}" for o in fits), "95 % interval",
-              "fixed by the tests"]]  # fmt: skip
+              "fixed by the tests"]]
     for p in UNKNOWN:
         deviation = fits[OUTLINES[0]].deviation[p.name]
         known = f"to {100 * deviation:.0f} %" if deviation < 10.0 else "no"
@@ -116,7 +116,7 @@ def parameters(fits: Mapping[str, Fit], closed: Fit, ends: Mapping[str, tuple[fl
             f"{p.name.replace('_', ' ')} [{SCALE[p.unit][1]}]", shown(p, p.start), shown(p, PAPER[p.name]),
             shown(p, closed.parameters[p.name]), *(shown(p, f.parameters[p.name]) for f in fits.values()),
             f"{low} to {high}", known,
-        ])  # fmt: skip
+        ])
     return lines
 
 
@@ -125,7 +125,7 @@ def targets(closed: Fit, table: Any) -> Lines:
     tests = panel_calibration.measured().values()
     mean = {q: sum(t[q].value for t in tests) / 4e3 for q in ("first crack", "peak")}
     lines = [["load [kN]", "mean of S1 to S4", "closed form, fitted", "closed form, paper's set", "DEM, fitted",
-              "DEM, paper's set"]]  # fmt: skip
+              "DEM, paper's set"]]
     paper, fitted = surrogate.panel_response(**PAPER), surrogate.panel_response(**closed.parameters)
     by = {r["set"]: r for r in table if (r["specimen"], r["outline"]) == ("S1", OUTLINES[0])}
     for q in ("first crack", "peak"):
@@ -144,7 +144,7 @@ def answers(table: Any) -> Lines:
             lines.append([specimen, outline, *(
                 f"{'own weight' if math.isnan(own[n]['first crack']) else format(own[n]['first crack'] / 1e3, '.2f')}, "
                 f"{own[n]['peak'] / 1e3:.2f}" for n in names
-            )])  # fmt: skip
+            )])
     return lines
 
 
@@ -170,19 +170,19 @@ def stiffness() -> Lines:
             [lm.Parameter("normal_stiffness", 1e9 * known.median, (1e8, 1e12), unit="Pa/m")],
             ties={"shear_stiffness": literature.TIES["shear_stiffness"]},
             search=lm.calibration.SearchSettings(starts=1), level=None, leave_out=None,
-        )  # fmt: skip
+        )
         lines.append([
             name, f"{known.printed:g}", f"{known.median:g}", f"{fit.parameters['normal_stiffness'] / 1e9:.2f}",
             f"{100 * fit.deviation['normal_stiffness']:.0f} %", str(wall.row["kn"]),
             ", ".join(f"{fitted:.1f} ({measured:.1f})" for _, _, measured, fitted, _ in fit.rows),
-        ])  # fmt: skip
+        ])
     return lines
 
 
 def strength(store: Path, progress: Callable[[str], object] | None = None) -> Lines:
     """Second stage, by wall and by what is assumed of it."""
     lines = [["wall", "model", "literature's median ft [MPa]", "fitted ft [MPa]", "deviation", "c [MPa]",
-              "printed ft, c [MPa]", "peak [kN]", "runs"]]  # fmt: skip
+              "printed ft, c [MPa]", "peak [kN]", "runs"]]
     for case in murano_strength.cases():
         fit = murano_strength.fitted(case, store, progress)
         test = lm.experiments.load(murano_strength.NAME, case.wall)
@@ -192,14 +192,14 @@ def strength(store: Path, progress: Callable[[str], object] | None = None) -> Li
             f"{100 * fit.deviation[name]:.0f} %", f"{1e-6 * fit.tied['cohesion']:.3g}",
             f"{test.row['ft']}, {test.row['c']}", f"{fit.rows[0][3] / 1e3:.1f}",
             f"{len(fit.objective.runs.memo)}",
-        ])  # fmt: skip
+        ])
     return lines
 
 
 def dry(fits: Sequence[tuple[murano_strength.Case, Fit]]) -> Lines:
     """Second stage of the dry wall."""
     lines = [["failed joints keep", "literature's median ft [kPa]", "fitted ft [kPa], c = 1.25 ft", "95 % interval",
-              "printed", "peak [kN]", "runs"]]  # fmt: skip
+              "printed", "peak [kN]", "runs"]]
     for case, fit in fits:
         low, high = (1e-3 * v for v in fit.interval["tensile_strength"])
         kept = {"none": "nothing", "cohesion": "cohesion"}[case.options["residual"]]
@@ -208,7 +208,7 @@ def dry(fits: Sequence[tuple[murano_strength.Case, Fit]]) -> Lines:
             kept, f"{1e-3 * case.unknown.start:g}", f"{1e-3 * fit.parameters['tensile_strength']:.3f}",
             f"{low:.3f} to {high:.3f}{ended}", "0", f"{fit.rows[0][3] / 1e3:.2f}",
             f"{len(fit.objective.runs.memo)}",
-        ])  # fmt: skip
+        ])
     return lines
 
 
@@ -251,13 +251,13 @@ def page(store: Path, progress: Callable[[str], object] | None = None) -> str:
         "outline_says": f"The fitted set peaks at {min(s1):.1f} to {max(s1):.1f} kN on the possible outlines of S1 to "
         f"S4, and at {min(l1):.1f} to {max(l1):.1f} kN on those of L1. The outline leaves as much open as "
         "the four tests do.",
-    }  # fmt: skip
+    }
     parts = {
         "parameters": parameters(fits, closed, panel_calibration.ends(dem_fit, OUTLINES[0])),
         "targets": targets(closed, table),
         "answers": answers(table), "literature": literature_lines(), "stiffness": stiffness(),
         "strength": strength(store, progress), "dry": dry(dry_fits),
-    }  # fmt: skip
+    }
     return filled(TEXT.format(**words), {name: markdown(lines) for name, lines in parts.items()})
 
 

@@ -146,7 +146,7 @@ class Answers:
 def bent(
     specimen: str, *, points: tuple[int, int] = POINTS, steps: int = STEPS, push: float = 1e-3, law: str = "",
     modulus: float | None = None, block_tension: float | None = None, rollers_rub: bool = False, **options: Any,
-) -> dict[str, float]:  # fmt: skip
+) -> dict[str, float]:
     """Largest strength 6 M / (b t^2) [Pa], moment [N m], travel at it [m], and part of the broken area in bed joints.
 
     Parameters
@@ -182,7 +182,7 @@ def bent(
         history = dem.simulate(
             wall, drive, loads=loads, contact_points=points, sample=steps // 200, detect_every=None,
             blocks=RIGID if modulus is None else SIMPLY_DEFORMABLE,
-        )  # fmt: skip
+        )
     except dem.UnstableError as error:
         # broken pieces that fall: after the peak
         if error.history is None:
@@ -208,7 +208,7 @@ def bent(
         "strength": float(stress[peak]), "moment": float(stress[peak]) * float(p["width"]) * 1e-3 * t**2 / 6.0,
         "travel": push * (peak + 1) / (steps // (steps // 200)),
         "bed": float(broken[is_bed[of_point]].sum() / max(broken.sum(), 1e-300)),
-    }  # fmt: skip
+    }
 
 
 def _middles(wall: Assembly, test: Experiment) -> dict[int | str, tuple[np.ndarray, np.ndarray]]:
@@ -225,7 +225,7 @@ def _crack(tension: float) -> Joint:
     return Joint(
         36.0, cohesion=1.5 * tension, tensile_strength=tension, residual_cohesion=0.0, residual_tensile_strength=0.0,
         normal_stiffness=70e9, shear_stiffness=70e9, name="crack of a block",
-    )  # fmt: skip
+    )
 
 
 def angles(answers: Answers) -> list[str]:
@@ -233,7 +233,7 @@ def angles(answers: Answers) -> list[str]:
     names = experiments.specimens(NAME)
     ends = [answers(f"theta-{a}")["strength"] for a in (0, 90)]
     rows = [["bed joints", "6 M / (b t2) [MPa]", "M [N m]", "travel [mm]", "a third of the speed", "points (8, 16)",
-             "equation 9 between ours", "broken area in bed joints", "the tests"]]  # fmt: skip
+             "equation 9 between ours", "broken area in bed joints", "the tests"]]
     for name in names:
         test = experiments.load(NAME, name)
         a, slow, fine = answers(name), answers(name, steps=3 * STEPS), answers(name, points=FINER)
@@ -244,7 +244,7 @@ def angles(answers: Answers) -> list[str]:
             f"{fine['strength'] / a['strength'] - 1.0:+.1%}",
             f"{1e-6 * (ends[1] * square + ends[0] * (1.0 - square)):.3f}", f"{a['bed']:.2f}",
             str(test.parameters["failure"]),
-        ])  # fmt: skip
+        ])
     return markdown(rows)
 
 
@@ -290,7 +290,7 @@ def page(answers: Answers) -> str:
         "w1000": answers("theta-0", density=1000.0)["moment"], "w1500": answers("theta-0", density=1500.0)["moment"],
         "w90": 1e-6 * answers("theta-90", density=1500.0)["strength"],
         "sizes_head": "Length and height of the blocks over those of the source; the wallette keeps its size.",
-    }  # fmt: skip
+    }
     return filled(TEXT.format(**words), tables)
 
 

@@ -59,7 +59,7 @@ CAUSES: Mapping[str, Mapping[str, Any]] = {
         }
         for c, h, k in itertools.product((1.0, 0.6), (0.0, 0.25, 0.5), (2.0, 1.6, 1.2))
     },
-}  # fmt: skip
+}
 """Candidates of the block model: one cause after another, then shares of cohesion, friction of filled head joints and
 the factor of the cracks in units."""
 
@@ -80,7 +80,7 @@ def four_forces(walls: Sequence[Measured]) -> Array:
             length, height, t, float(row["H0_over_H"]) * height, stress=1e6 * i["sigma0"].value,
             strength=1e6 * i["fc"].value, cohesion=1e6 * i["fv0"].value, friction=i["mu"].value,
             diagonal_strength=1e6 * i["ft"].value, unit=(1e-3 * float(row["lb"]), 1e-3 * float(row["hb"])),
-        ))  # fmt: skip
+        ))
     return 1e-3 * np.array(found)
 
 
@@ -115,23 +115,23 @@ def ladder(walls: Sequence[Measured], causes: Mapping[str, Array], four: Array) 
              _line("smallest of the four formulas", formulas, walls),
              _line("the same, three factors, campaigns left out", formulas_loop.logs, walls),
              *(_line(f"blocks: {name}", found, walls) for name, found in causes.items()),
-             _line("**blocks, causes chosen, campaigns left out**", by_loop.logs, walls)]  # fmt: skip
+             _line("**blocks, causes chosen, campaigns left out**", by_loop.logs, walls)]
     said = []
     for name, other in (("without factors", formulas), ("with factors in the same loop", formulas_loop.logs)):
         low, high = difference(by_loop.logs, other, campaigns)
         less = by_loop.logs.std(ddof=1) - other.std(ddof=1)
         said.append(f"- sd of the blocks less that of the formulas {name}: {less:+.3f}, 90 % of draws of campaigns "
-                    f"{low:+.3f} to {high:+.3f}.")  # fmt: skip
+                    f"{low:+.3f} to {high:+.3f}.")
     picks = Counter(by_loop.chosen.values())
     said += [f"- Chosen without {'one of ' if n > 1 else ''}{n} campaign{'s' if n > 1 else ''}"
              f"{'' if n > 1 else ' (' + next(c for c, k in by_loop.chosen.items() if k == name) + ')'}: *{name}*."
-             for name, n in picks.most_common()]  # fmt: skip
+             for name, n in picks.most_common()]
     return markdown(lines[0], lines[1:]), "\n".join(said), by_loop
 
 
 def modes_by_loop(
     walls: Sequence[Measured], causes: Mapping[str, list[WallPrediction]], chosen: Mapping[str, str]
-) -> ThresholdsLeftOut:  # fmt: skip
+) -> ThresholdsLeftOut:
     """Mode of every wall by the model and the threshold that the other campaigns choose."""
     campaigns, printed = [m.campaign for m in walls], [first_mode(m.mode) for m in walls]
     modes, thresholds = [""] * len(walls), {}
@@ -145,12 +145,12 @@ def modes_by_loop(
 
 
 def modes(walls: Sequence[Measured], found: Mapping[str, list[WallPrediction]], by_loop: ThresholdsLeftOut,
-          four: Array) -> str:  # fmt: skip
+          four: Array) -> str:
     """Confusion of failure modes, hybrids by their first, and how many are right; formulas get a threshold too."""
     text = []
     inside = ["SL" if k == 0 else "S" for k in four[:, 1:].argmin(axis=1)]
     formulas = threshold_left_out(four[:, 1:].min(axis=1) / four[:, 0], inside, [first_mode(m.mode) for m in walls],
-                                  [m.campaign for m in walls])  # fmt: skip
+                                  [m.campaign for m in walls])
     names = [m.wall for m in walls]
     for method, answers in (
         ("formulas", {p.wall: p.mode for p in found["formulas"]}),
@@ -164,7 +164,7 @@ def modes(walls: Sequence[Measured], found: Mapping[str, list[WallPrediction]], 
         shear = sum({"SL": "S"}.get(a, a) == {"SL": "S"}.get(b, b) for a, b in pairs)
         text += [markdown([method, *(f"predicted {n}" for n in names)], table),
                  f"Right: {right} of {len(pairs)} ({right / len(pairs):.0%}); with sliding counted as shear {shear} "
-                 f"({shear / len(pairs):.0%})."]  # fmt: skip
+                 f"({shear / len(pairs):.0%})."]
     ends = min(by_loop.thresholds.values()), max(by_loop.thresholds.values())
     text.append(f"Thresholds chosen: {ends[0]:.3f} to {ends[1]:.3f} over {len(by_loop.thresholds)} campaigns left out.")
     return "\n\n".join(text).strip()
@@ -200,9 +200,9 @@ def impossible(walls: Sequence[Measured]) -> str:
             stress, span = float(r["sigma0"]) * ratio, float(r["H0_over_H"]) / ratio
             lines.append([m.wall, m.campaign, m.mode, r["H0_over_H"], f"{m.force:.0f}", f"{rigid_bound(m.wall):.0f}",
                           f"{ratio:.2f}", f"{stress:.2f} for {r['sigma0']}",
-                          f"{span:.2f}" if span >= HELD else f"{span:.2f}, below what two held ends give"])  # fmt: skip
+                          f"{span:.2f}" if span >= HELD else f"{span:.2f}, below what two held ends give"])
     head = ["wall", "campaign", "mode", "H0 / H", "measured [kN]", "N L / 2 H0 [kN]", "ratio", "sigma0 that would do",
-            "H0 / H that would do"]  # fmt: skip
+            "H0 / H that would do"]
     return markdown(head, lines)
 
 
@@ -249,7 +249,7 @@ def carriers(walls: Sequence[Measured], loop: LeftOut, by_loop: ThresholdsLeftOu
         m = walls[k]
         return [m.wall, m.campaign, ROWS[m.wall]["unit_type"], ROWS[m.wall]["head_joints"],
                 f"{np.exp(loop.logs[k]):.2f}", f"{share[k]:.0%}", f"{m.force / rigid_bound(m.wall):.2f}", m.mode,
-                by_loop.modes[k]]  # fmt: skip
+                by_loop.modes[k]]
 
     head = ["wall", "campaign", "units", "heads", "ratio", "share of the variance", "over rigid bound", "mode", "ours"]
     wrong = [k for k, m in enumerate(walls) if by_loop.modes[k] != first_mode(m.mode)]
@@ -267,7 +267,7 @@ def worst(walls: Sequence[Measured], found: list[WallPrediction], number: int = 
          f"{by[m.wall].force:.0f}", f"{by[m.wall].force / m.force:.2f}", m.mode, by[m.wall].mode,
          f"{m.force / rigid_bound(m.wall):.2f}"]
         for m in order
-    ]  # fmt: skip
+    ]
     head = ["wall", "campaign", "units", "heads", "measured", "extended", "ratio", "mode", "ours", "over rigid bound"]
     return [m.wall for m in order], markdown(head, lines)
 
@@ -284,7 +284,7 @@ def write_blind(found: Mapping[str, list[WallPrediction]]) -> None:
             rows.append([wall, method, *forces, p.mode, VERSION, date.today().isoformat()])
     units = dict.fromkeys(("wall", "model"), "-") | dict.fromkeys(("V_kN", "V_low_kN", "V_high_kN"), "kN")
     note = ("Walls of modern-walls whose responses are kept back, predicted without them; V is the mean of both "
-            "senses, low and high hold 90 %.")  # fmt: skip
+            "senses, low and high hold 90 %.")
     write_table(BLIND, units | dict.fromkeys(("mode", "version", "date"), "-"), rows, note)
 
 
@@ -302,7 +302,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         show: Callable[[str], object] = lambda line: print(method, line, flush=True)  # noqa: E731
         return predict_walls(
             method, walls, store=o.store / f"{file}.jsonl", workers=o.workers, progress=show, **more
-        )  # fmt: skip
+        )
 
     found = {"formulas": solved("formulas"), "first": solved("first", spread=False),
              "extended": solved("extended", spread=not o.no_interval)}
@@ -326,7 +326,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "[without]": without_them(all_walls, found), "[worst]": worst_table,
         "[model]": ", ".join(f"{k} {v}" for k, v in MODELS["extended"].items()),
         "[rocks]": f"{ROCKS:g}", "[spread]": ", ".join(f"{k} {v:g}" for k, v in MODEL_SPREAD.items()),
-    }  # fmt: skip
+    }
     for mark, part in parts.items():
         text = text.replace(mark, part)
     (o.out / "measured-walls.md").write_text(text, encoding="utf-8")

@@ -19,7 +19,7 @@ MASONRY = ("dry", "mortar")
 COLUMNS: Mapping[str, str] = {
     "normal stiffness": "kn", "shear stiffness": "ks", "tensile strength": "ft", "cohesion": "c",
     "friction angle": "phi",
-}  # fmt: skip
+}
 """Property and its column."""
 
 TIES: Mapping[str, str] = {"shear_stiffness": "normal_stiffness / 2", "cohesion": "1.25 * tensile_strength"}

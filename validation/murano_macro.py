@@ -71,7 +71,7 @@ def macro_model(
     solid = Continuum.from_assembly(
         assembly(test), material(test.specimen, properties), size=size, points=points, nodes=nodes, slab=slab,
         planes=[(1, float(test.options["roof_from"]))],
-    )  # fmt: skip
+    )
     return loaded(solid, test, roof_mass=roof_mass)
 
 

@@ -65,7 +65,7 @@ def push_micro(
     return pushover(
         wall, test.loads(), to=to, blocks=blocks, contact_model="grid", grid=POINTS, contacts=contacts, start=start,
         steps=steps, progress=progress,
-    )  # fmt: skip
+    )
 
 
 def at_the_top(curve: PushoverCurve, test: Experiment) -> Array:

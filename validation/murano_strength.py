@@ -57,7 +57,7 @@ def cases() -> tuple[Case, ...]:
     mortar = [
         {"residual": "none", "ground": "bonded"}, {"residual": "cohesion", "ground": "bonded"},
         {"residual": "none", "ground": "joint"}, {"residual": "cohesion", "ground": "joint"},
-    ]  # fmt: skip
+    ]
     return tuple(Case("REGW", _strength("mortar"), o) for o in mortar)
 
 
@@ -72,7 +72,7 @@ def dry_cases() -> tuple[Case, ...]:
     )
     return (
         Case(DRY, strength, {"residual": "none"}), Case(DRY, strength, {"residual": "cohesion"}),
-    )  # fmt: skip
+    )
 
 
 def pushed(specimen: str, wall: Assembly) -> dict[str, float]:
@@ -97,7 +97,7 @@ def model(case: Case) -> lm.calibration.JointModel:
         lost = {"residual_cohesion": 0.0, "residual_tensile_strength": 0.0}
         wall = wall.with_interfaces([
             i if i.kind == "base" else replace(i, joint=replace(i.joint, **lost)) for i in wall.interfaces
-        ])  # fmt: skip
+        ])
     kinds = ["bed", "head"] + ["base"] * (case.options.get("ground") == "joint")
     return lm.calibration.JointModel(
         wall, _Pushed(case.wall), of={n: (n, kinds) for n in (case.unknown.name, *ties(case))}
@@ -142,4 +142,4 @@ def fitted(case: Case, store: Path, progress: Callable[[str], object] | None = N
         level=0.95 if case.wall == DRY else None, search=lm.calibration.SearchSettings(starts=1, most=case.most),
         store=store / f"murano-{case.wall}-{words.replace(' ', '-').replace(',', '')}.jsonl", key=key,
         progress=progress,
-    )  # fmt: skip
+    )

@@ -123,7 +123,7 @@ def fitted(outline: str, store: Path, starts: int, progress: Callable[[str], obj
         search=lm.calibration.SearchSettings(starts=starts, most=STEPS_OF_A_SEARCH),
         store=store / f"panel-{outline.replace('/', '-')}.jsonl", key=f"{NAME} {outline} {TRAVEL} {STEPS} elastic",
         progress=progress,
-    )  # fmt: skip
+    )
 
 
 def first_crack(wall: Assembly) -> dict[str, float]:
@@ -157,7 +157,7 @@ def calibrated_elastic(fit: Any, outline: str) -> Any:
     return lm.calibrate(
         lm.calibration.JointModel(wall, first_crack), targets, unknown, leave_out=None,
         search=lm.calibration.SearchSettings(starts=1),
-    )  # fmt: skip
+    )
 
 
 def answers(
@@ -175,7 +175,7 @@ def answers(
         row for p in points
         for row in study.sweep(one_answer, [p], store=store / f"answer-{study.fingerprint(p)[:16]}.jsonl",
                                key=study.fingerprint(p, TRAVEL, STEPS), progress=progress)
-    ))  # fmt: skip
+    ))
 
 
 def one_answer(specimen: str, outline: str, values: Sequence[tuple[str, float]], **words: str) -> dict[str, Any]:

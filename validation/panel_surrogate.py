@@ -38,7 +38,7 @@ def log_slopes() -> tuple[float, float, float, float]:
     """
     rows = [r for r in read_table(SOURCE, "udec_runs.csv").rows if r["suspect"] == "0"]
     a = np.array([[np.log(np.tan(np.radians(float(r["friction"])))), np.log(1e6 * float(r["cohesion"])),
-                   np.log(1e6 * float(r["tension"])), 1.0] for r in rows])  # fmt: skip
+                   np.log(1e6 * float(r["tension"])), 1.0] for r in rows])
     b = np.log([1e3 * float(r["V_failure"]) for r in rows])
     found = np.linalg.lstsq(a, b, rcond=None)[0]
     return float(found[0]), float(found[1]), float(found[2]), float(found[3])

@@ -176,7 +176,7 @@ def stone_by_stone(specimen: str, to: float, kept: Path | None, blocks: str = "s
             "displacement": micro.at_the_top(found, test), "load": 1e3 * found.multiplier, "status": str(found.status),
             "seconds": time.process_time() - begun, "energy": found.energy.error, "warnings": list(found.warnings),
             "jumped": [c.jump for c in found.certificates], "accepted": [c.accepted for c in found.certificates],
-        }  # fmt: skip
+        }
         if file is None:
             return _read(columns)
         np.savez(file, **{k: np.asarray(v) for k, v in columns.items()})
@@ -193,7 +193,7 @@ def _read(columns: Mapping[str, Any]) -> Curve:
         np.asarray(columns["displacement"]), np.asarray(columns["load"]), events=tuple(events),
         errors={"energy": np.asarray(columns["energy"])}, status=str(columns["status"]),
         warnings=tuple(str(w) for w in columns["warnings"]), source=f"{float(columns['seconds']):.0f}",
-    )  # fmt: skip
+    )
 
 
 def micro_stiffness(specimen: str, gigapascals: float | None) -> float:
@@ -255,13 +255,13 @@ def drawn(
     shown = {
         k.replace(" step", " solid, step").replace(" final", " solid, final"): (c.displacement, c.load)
         for k, c in (curves | stones).items() if c is not None
-    } | blocks  # fmt: skip
+    } | blocks
     with print_style():
         figure = Figure(figsize=(7.2, 4.6), layout="constrained")
         figure.suptitle(
             "Airbag against top displacement. Solids: smeared cracks; micro: stones that deform; blocks: the DEM;\n"
             "loose foot: ground joint without tension; tests: peaks of Murano et al., section 6", fontsize="small",
-        )  # fmt: skip
+        )
         for ax, wall, free in zip(figure.subplots(1, 2), ("REGW", "DS"), (0.57, 0.85), strict=True):
             peak = float(experiments.load(NAME, wall).measured["peak (section 6)"])
             of_wall = {k.removeprefix(f"{wall} "): c for k, c in shown.items() if k.startswith(wall)}
@@ -282,7 +282,7 @@ def page(curves: dict[str, SolidCurve | None], stones: dict[str, Curve], rigid: 
         "micro-assumptions": [f"- {line}" for line in micro.ASSUMPTIONS],
         "chords": prints.section(curves, stones, rigid, micro_stiffness("REGW", None), light_damages(curves)),
         "readings": readings.section(), "cost": cost.section(), "secants": secants(curves, stones, rigid),
-    }  # fmt: skip
+    }
     return filled(TEXT.format(**found), tables)
 
 
@@ -299,7 +299,7 @@ def stiffnesses(curves: dict[str, SolidCurve | None], size: float) -> list[str]:
                 {}, {"return_length": 0.85}, {"return_length": 1.15})),
             "-" if printed is None else f"{float(printed):g}",
             "-" if printed is None or curve is None else where_secant_is(curve, float(printed)),
-        ])  # fmt: skip
+        ])
     return markdown(rows)
 
 
@@ -329,7 +329,7 @@ def stone_table(stones: dict[str, Curve]) -> list[str]:
     """Table of stiffness, light damage and loads of the micro-models."""
     head = ["wall", "stiffness [kN/mm]", "stones 10, 50 GPa", "rigid", "printed", "printed is the secant at",
             "light damage [kN, mm]", "printed", "largest [kN, mm]", "printed", "at the end", "breaks",
-            "energy left over", "seconds"]  # fmt: skip
+            "energy left over", "seconds"]
     rows = [head]
     for label, curve in stones.items():
         specimen = label.split()[0]
@@ -346,7 +346,7 @@ def stone_table(stones: dict[str, Curve]) -> list[str]:
             f"{end.load / 1e3:.2f} kN at {1e3 * end.displacement:.2f} mm, {curve.status}",
             str(sum(e.name == "break" for e in curve.events)), f"{np.abs(curve.errors['energy']).max():.1%}",
             curve.source,
-        ])  # fmt: skip
+        ])
     return markdown(rows)
 
 
@@ -378,7 +378,7 @@ def light_damages(curves: dict[str, SolidCurve | None]) -> list[str]:
 def peaks(curves: dict[str, SolidCurve | None]) -> list[str]:
     """Table of light damage and peaks."""
     rows = [["model", "light damage [kN, mm]", "printed", "peak [kN, mm]", "printed", "at the end", "jumps",
-             "residual", "energy left over"]]  # fmt: skip
+             "residual", "energy left over"]]
     for label, curve in curves.items():
         specimen, properties = label.split(" ", 1)
         p = macro.published(specimen, properties)
@@ -394,7 +394,7 @@ def peaks(curves: dict[str, SolidCurve | None]) -> list[str]:
             PRINTED_PEAKS[label], f"{end.load / 1e3:.2f} kN at {1e3 * end.displacement:.2f} mm, {curve.status}",
             str(sum(e.name == "jump" for e in curve.events)), f"{curve.residual.max():.0e}",
             f"{np.abs(curve.energy.error).max():.1%}",
-        ])  # fmt: skip
+        ])
     return markdown(rows)
 
 

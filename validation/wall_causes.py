@@ -60,7 +60,7 @@ def first_alike(wall: str) -> str:
     """The first wall of the table with the same campaign and inputs: both have one prediction."""
     rows = read_table(NAME, "walls.csv").rows
     known = {r["specimen"]: {k: v for k, v in r.items() if k not in ("specimen", "test_unit", "responses", "source")}
-             for r in rows}  # fmt: skip
+             for r in rows}
     return next(name for name, row in known.items() if row == known[wall])
 
 
@@ -165,7 +165,7 @@ class WallModel:
             if share := acting.get(kind, 0.0):
                 force *= (self._force(wall, {**options, **law}, flow) / self._force(wall, options)) ** share
         return {FORCE: force, MODE: rocks(force, rocking_force(test)), STIFFNESS: stiff,
-                CRACK: min(cracking_force(test), force) / stiff}  # fmt: skip
+                CRACK: min(cracking_force(test), force) / stiff}
 
     def _force(self, wall: str, options: Mapping[str, Any], flow: str = "associative") -> float:
         """Force of the printed units, times the effect of the options on a wall of at most ``BLOCKS`` units."""
@@ -269,7 +269,7 @@ _KINDS: Mapping[str, tuple[str, tuple[float, float], str, str]] = {
                     "EN 1052-1; joints that close: Bandis, Lumsden and Barton (1983)"),
     "moduli_of_code": ("E of a code taken for tested", (-0.8, 1.5), "E over 1000 fc, less one, where none is printed",
                        "EN 1996-1-1, 3.7.2"),
-}  # fmt: skip
+}
 """By parameter: name, bounds, meaning of the size, source. The baseline is 0."""
 
 
@@ -303,7 +303,7 @@ def wall_causes(kinds: Sequence[str], campaigns: Sequence[str] = ()) -> tuple[Ca
             found.append(Cause(
                 f"{name}: {where}" if where else name, kind if k is None else f"{kind}_at_{k}", 0.0, bounds, physics,
                 source=source, own=("campaign",) if where else _OWN.get(kind, ()),
-            ))  # fmt: skip
+            ))
     return tuple(found)
 
 
@@ -349,7 +349,7 @@ def as_specimens(walls: Sequence[str]) -> list[dict[str, Any]]:
          "moduli": "printed" if r["E"] else "of a code", "slenderness": float(r["H"]) / float(r["L"]),
          "load": inputs_of(r)["sigma0"].value / inputs_of(r)["fc"].value}
         for w, r in ((w, known[w]) for w in walls)
-    ]  # fmt: skip
+    ]
 
 
 COVARIATES = ("campaign", "units", "filled", "moduli", "shear span", "slenderness", "load")

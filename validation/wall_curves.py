@@ -48,7 +48,7 @@ WALLS = {r["specimen"]: r for r in read_table(NAME, "walls.csv").rows}
 
 PER_SAMPLE: Mapping[str, str] = {
     "drift": "%", "force": "kN", "slid": "-", "slips": "-", "apart": "-", "past": "-", "cracked": "-",
-}  # fmt: skip
+}
 PER_WALL = "inside", "coarse", "points", "steps", "iterations", "seconds", "status"
 
 
@@ -96,7 +96,7 @@ def write_record(curves: Iterable[WallCurve]) -> None:
     rows = [
         [c.wall, *(f"{v:.5g}" for v in sample)]
         for c in kept for sample in zip(*(getattr(c, k) for k in PER_SAMPLE), strict=True)
-    ]  # fmt: skip
+    ]
     note = "Capacity curves of walls of modern-walls by limitmason.comparison.wall_curves, every sample of the path."
     write_table(SAMPLES, {"wall": "-", **PER_SAMPLE}, rows, note)
     units = {"wall": "-", **dict.fromkeys(PER_WALL, "-"), "seconds": "s"}
@@ -118,7 +118,7 @@ def read_record() -> dict[str, WallCurve]:
         found[wall] = WallCurve(
             wall, **dict(zip(PER_SAMPLE, columns, strict=True)), inside=inside, coarse=int(coarse), points=int(points),
             steps=int(steps), iterations=int(iterations), status=status, warnings=[], seconds=float(seconds),
-        )  # fmt: skip
+        )
     return found
 
 

@@ -64,7 +64,7 @@ def _ended(curves: Mapping[str, WallCurve]) -> str:
     have = [curves[w] for w in all_walls if w in curves]
     missing = [w for w in all_walls if w not in curves]
     said = [f"{len(have)} of {len(all_walls)} walls with all inputs have a curve, {sum(c.seconds for c in have):.0f} s "
-            f"of processor time in all, {max(c.seconds for c in have):.0f} s the longest."]  # fmt: skip
+            f"of processor time in all, {max(c.seconds for c in have):.0f} s the longest."]
     ends = Counter(c.status for c in have)
     said.append("They ended as: " + ", ".join(f"{status} {n}" for status, n in ends.most_common()) + ".")
     coarse = [c.wall for c in have if c.coarse > 1]
@@ -85,7 +85,7 @@ def _median(found: Sequence[float]) -> str:
 
 def _campaigns(curves: Mapping[str, WallCurve], walls: Sequence[Measured]) -> list[list[str]]:
     lines = [["campaign", "walls", "peak", "sd of ln", "drift at the peak", "within 1.5", "stiffness", "left",
-              "left, measured"]]  # fmt: skip
+              "left, measured"]]
     groups = {"all": list(walls)}
     for m in walls:
         groups.setdefault(m.campaign, []).append(m)
@@ -101,7 +101,7 @@ def _campaigns(curves: Mapping[str, WallCurve], walls: Sequence[Measured]) -> li
             f"{ratio.std(ddof=1):.3f}" if len(own) > 1 else "-", _median(drift), f"{near} of {len(known)}",
             _median(stiff), _median([c.force[-1] / c.peak for c, _ in pairs]),
             _median([mean_of(m.wall, "V_dmax") / m.force for m in own]),
-        ])  # fmt: skip
+        ])
     return lines
 
 
@@ -122,14 +122,14 @@ def _beside(curves: Mapping[str, WallCurve], walls: Sequence[Measured]) -> str:
             (name, logs), (f"{name}, one factor, campaigns left out", loops[name]),
             (f"{name}, {filled.sum()} walls of filled heads", logs[filled]),
             (f"{name}, {(~filled).sum()} of other heads", logs[~filled]),
-        ):  # fmt: skip
+        ):
             s = scatter(found)
             lines.append([label, f"{s.median:.2f}", f"{s.deviation:.3f}", f"{s.middle:.2f}", f"{s.nine:.2f}"])
     logs_of_filled = {name: logs[filled] for name, logs in made.items()}
     low, high = difference(loops["curves"], loops["formulas"], campaigns)
     less = loops["curves"].std(ddof=1) - loops["formulas"].std(ddof=1)
     said = (f"sd of the curves less that of the formulas, one factor each: {less:+.3f}, 90 % of draws of campaigns "
-            f"{low:+.3f} to {high:+.3f}.")  # fmt: skip
+            f"{low:+.3f} to {high:+.3f}.")
     less = logs_of_filled["curves"].std(ddof=1) - logs_of_filled["formulas"].std(ddof=1)
     own = [c for c, yes in zip(campaigns, filled, strict=True) if yes]
     low, high = difference(logs_of_filled["curves"], logs_of_filled["formulas"], own)
@@ -147,7 +147,7 @@ def _worst(curves: Mapping[str, WallCurve], walls: Sequence[Measured], number: i
             m.wall, m.campaign, ROWS[m.wall]["unit_type"], f"{c.peak / m.force:.2f}",
             f"{formulas_force(test) / m.force:.2f}", f"{drift:.2f}, measured {mean_of(m.wall, 'd_Vmax'):.2f}", m.mode,
             f"{c.status} at {c.drift[-1]:.2f} %",
-        ])  # fmt: skip
+        ])
     return lines
 
 
@@ -205,13 +205,13 @@ def _modes(curves: Mapping[str, WallCurve], walls: Sequence[Measured]) -> str:
         "opening of cracks.",
         "",
         *text,
-    ])  # fmt: skip
+    ])
 
 
 def envelope_lines(curves: Mapping[str, WallCurve]) -> list[list[str]]:
     """Rows of a table: peak, drift at the peak and what is left, computed and measured, positive sense."""
     lines = [["wall", "peak", "drift at the peak [%]", "ratio", "within 1.5", "drifts at 0.7 of the peak, ratio",
-              "left", "left, measured", "at [%]", "ended"]]  # fmt: skip
+              "left", "left, measured", "at [%]", "ended"]]
     for name in dict.fromkeys(r["specimen"] for r in read_table(NAME, "envelopes.csv").rows):
         if name not in curves or not curves[name].force:
             continue
@@ -227,7 +227,7 @@ def envelope_lines(curves: Mapping[str, WallCurve]) -> list[list[str]]:
             name, f"{force / most:.2f}", f"{drift:.3f}, measured {at:.3f}", f"{drift / at:.2f}",
             "yes" if 1.0 / WITHIN <= drift / at <= WITHIN else "no", f"{rise:.2f}", f"{left / force:.2f}",
             f"{theirs / most:.2f}", f"{end:.2f}", str(row.status),
-        ])  # fmt: skip
+        ])
     return lines
 
 
@@ -237,4 +237,4 @@ def _envelopes(curves: Mapping[str, WallCurve]) -> str:
         "The six walls whose envelopes were measured, positive sense, beside the computed curve. In the figure each is",
         "divided by its largest force.", "", *markdown(envelope_lines(curves)), "",
         "![envelopes](measured-walls-envelopes.png)", "",
-    ])  # fmt: skip
+    ])

@@ -62,7 +62,7 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "laws": ("cohesion_lost", "heads_carry", "units_weaker", "webs_weaker", "toe_weaker", "rig_turns", "load_rises",
              "overlap_short", "stiffness_lost", "section_opens", "joints_soft",
               "moduli_of_code"),
-}  # fmt: skip
+}
 """Causes that are offered, by the model they are nested in."""
 
 LEVELS = 4  # most sizes of a cause at which a model is solved
@@ -70,7 +70,7 @@ LEVELS = 4  # most sizes of a cause at which a model is solved
 
 def observations(
     walls: Sequence[str], quantities: Sequence[str], scatter: Mapping[str, Mapping[str, float]] | None
-) -> list[Observation]:  # fmt: skip
+) -> list[Observation]:
     """What was measured on some walls.
 
     Parameters
@@ -87,12 +87,12 @@ def observations(
         )
         for wall in walls
         for quantity in quantities
-    ]  # fmt: skip
+    ]
 
 
 def scatter_of(
     walls: Sequence[str], spreads: Mapping[str, float], model: float = 0.0
-) -> dict[str, dict[str, float]]:  # fmt: skip
+) -> dict[str, dict[str, float]]:
     """Scatter by quantity and wall: repeated walls, of forces also the inputs and what a model leaves beside them."""
     return {
         quantity: {w: math.hypot(replicates, *((spreads[w], model) if quantity == FORCE else ())) for w in walls}
@@ -103,7 +103,7 @@ def scatter_of(
 def study_of(
     base: str, walls: Sequence[str], store: Path, quantities: Sequence[str],
     scatter: Mapping[str, Mapping[str, float]] | None = None,
-) -> Study:  # fmt: skip
+) -> Study:
     """A study of measured walls by one block model; campaigns may share a part of the noise."""
     specimens = as_specimens(walls)
     kinds = [k for k in KINDS[base] if any(q in ACTS.get(k, (FORCE, MODE, STIFFNESS, CRACK)) for q in quantities)]
@@ -116,7 +116,7 @@ def study_of(
         observations(walls, quantities, scatter), covariates=COVARIATES, groups=[s["campaign"] for s in specimens],
         shared=("campaign",), levels=LEVELS, causes=tuple(offered),
         pair_tables="verified" if elastic else "additive",
-    )  # fmt: skip
+    )
 
 
 def _late(size: float, prediction: float, specimen: Mapping) -> float:
@@ -126,14 +126,14 @@ def _late(size: float, prediction: float, specimen: Mapping) -> float:
 SEEN_LATE = Cause(
     "first crack seen late", "seen_late", 1.0, (1.0, 8.0), "drift at which a crack is wide enough to be seen over that "
     "at which tension is exceeded", acts_on="measurement", apply=_late, reads=(CRACK,), source="width that an eye sees",
-)  # fmt: skip
+)
 
 ACTS: Mapping[str, tuple[str, ...]] = {
     **{k: (STIFFNESS, CRACK) for k in ("stiffness_lost", "moduli_of_code", "section_opens", "joints_soft")},
     "rig_turns": (FORCE, MODE, STIFFNESS),
     **{k: (FORCE, MODE) for k in ("cohesion_lost", "heads_carry", "heads_lost", "units_weaker", "units_diagonal",
                                   "webs_weaker", "toe_weaker", "load_rises", "overlap_short")},
-}  # fmt: skip
+}
 """Quantities that a cause acts on; the others act on all."""
 
 
@@ -141,7 +141,7 @@ ACTS: Mapping[str, tuple[str, ...]] = {
 
 PLANTED: Mapping[str, float] = {
     "shift": 0.85, "filled_lost": 1.0, "fv0_high": 1.0, "overlap_short": 0.25, "webs_weaker": 0.5, "rig_turns": 0.4,
-}  # fmt: skip
+}
 """What is hidden in a campaign, and its size: load read 15 % low, heads that are not filled, fv0 twice the truth, a
 quarter overlap, webs at half strength, a rig that lets the zero moment rise."""
 
@@ -192,7 +192,7 @@ def campaign_study(base: str, walls: Sequence[str], store: Path) -> Study:
     return Study(
         specimens, model, rows, covariates=COVARIATES, groups=[s["campaign"] for s in specimens], shared=(),
         levels=LEVELS, pair_tables="additive", causes=tuple(seen),
-    )  # fmt: skip
+    )
 
 
 def _felt(model: WallModel, specimens: Sequence[Mapping], cause: Cause, nothing: Sequence[float]) -> float:
@@ -228,7 +228,7 @@ def plantings(study: Study) -> list[Planting]:
 
 def trials(
     study: Study, planted: Sequence[Planting], number: int, store: Path, *, nothing: int = 0
-) -> list[Trial]:  # fmt: skip
+) -> list[Trial]:
     """Hide the plantings in turn, draw the scatter and diagnose; the last data sets have nothing hidden.
 
     Verdicts are kept in a file of the store as they come.
@@ -292,7 +292,7 @@ def verdict_line(asked: Asked, answer: Diagnosis) -> list[str]:
         "" if found is None else f"{100 * found.chance:.0f}",
         "" if gain is None else f"{100 * gain.error_before:.0f} to {100 * gain.error_left_out:.0f} %",
         by_group, "" if gain is None else str(gain.selected),
-    ]  # fmt: skip
+    ]
 
 
 KIND_WORDS = {"two": "behaves like two together", "cause": "**named**"}
@@ -343,7 +343,7 @@ def not_planted(study_campaigns: Sequence[str], planted: Sequence[Planting]) -> 
         left = [c for c in study_campaigns if (name, c) not in done]
         if left:
             lines.append(f"- {'load read low' if name == 'shift' else name}: "
-                         f"{'every campaign' if len(left) == len(study_campaigns) else ', '.join(left)}")  # fmt: skip
+                         f"{'every campaign' if len(left) == len(study_campaigns) else ', '.join(left)}")
     return "\n".join(lines)
 
 
@@ -370,7 +370,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         lines.append(verdict_line(asked, answers[asked]))
         print(answers[asked].report(checks=False), flush=True)
     parts = {"[verdicts]": markdown(lines), "[left]": f"{LEFT:g}", "[sd_force]": f"{REHEARSED[FORCE]:.0%}",
-             "[sd_stiffness]": f"{REHEARSED[STIFFNESS]:.0%}"}  # fmt: skip
+             "[sd_stiffness]": f"{REHEARSED[STIFFNESS]:.0%}"}
     for mark, quantity in (("force", FORCE), ("stiffness", STIFFNESS), ("crack", CRACK)):
         found, freedom = replicate_scatter(quantity)
         parts[f"[repeats_{mark}]"] = f"{found:.3f} ({freedom})"
@@ -387,7 +387,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parts |= {"[stiff_walls]": str(len(stiff.walls)), "[stiffness]": markdown(table), "[half]": table[2][1],
               "[within]": f"{exponent:.2f} (90 % of draws of campaigns {low:.2f} to {high:.2f})",
               "[within_printed]": f"{own[0]:.2f} ({own[1]:.2f} to {own[2]:.2f})",
-              "[n_printed]": str(len(printed(stiff).walls))}  # fmt: skip
+              "[n_printed]": str(len(printed(stiff).walls))}
     stiffness_figure(stiff, fitted_exponent(stiff), o.out / "measured-walls-stiffness.png")
     for base in PLANTED_IN:
         study = campaign_study(base, whole, o.store)
@@ -399,7 +399,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         twins = "; ".join(" and ".join(pair) for pair in told.twins) or "none"
         parts |= {f"[planted_{base}]": markdown(trial_lines(found)), f"[n_{base}]": str(len(planted)),
                   f"[confusable_{base}]": markdown(near), f"[twins_{base}]": twins,
-                  f"[not_{base}]": not_planted(_walls(study).campaigns, planted)}  # fmt: skip
+                  f"[not_{base}]": not_planted(_walls(study).campaigns, planted)}
     text = TEXT
     for mark, part in parts.items():
         text = text.replace(mark, part)

@@ -41,13 +41,13 @@ def scatter_figure(found: Mapping[str, list[WallPrediction]], walls: Sequence[An
             colour = COLOURS[first_mode(m.mode)]
             filled = complete(rows[m.wall])
             axes.plot(m.force, by[m.wall], MARKS[rows[m.wall]["unit_type"]], color=colour, markersize=5,
-                      markerfacecolor=colour if filled else "none", alpha=0.8)  # fmt: skip
+                      markerfacecolor=colour if filled else "none", alpha=0.8)
         ends = np.array([17.0, 1100.0])
         axes.plot(ends, ends, "k-", linewidth=0.8)
         for factor in (0.8, 1.25):
             axes.plot(ends, factor * ends, "k:", linewidth=0.7)
         axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends, title=method,
-                 xlabel="measured [kN]", ylabel="predicted [kN]" if k == 0 else "")  # fmt: skip
+                 xlabel="measured [kN]", ylabel="predicted [kN]" if k == 0 else "")
         axes.set_aspect("equal")
     handles = [axes.plot([], [], "o", color=c, label=f"mode {n}")[0] for n, c in COLOURS.items()]
     handles += [axes.plot([], [], m, color="k", markerfacecolor="none", label=n)[0] for n, m in MARKS.items()]
@@ -68,7 +68,7 @@ def worst_walls(names: Sequence[str], found: Mapping[str, WallPrediction], path:
         assert answer.mechanism is not None
         _draw(axes, wall, np.asarray(answer.mechanism.twists))
         axes.set_title(f"wall {name}: {found[name].force:.0f} / {measured:.0f} kN\n{found[name].mode} / "
-                       f"{test.parameters['failure type']}", fontsize=9)  # fmt: skip
+                       f"{test.parameters['failure type']}", fontsize=9)
     figure.suptitle("extended model / measured", fontsize=10)
     save(figure, path)
 
@@ -99,16 +99,16 @@ def envelopes(curves: Mapping[str, WallCurve], path: Path) -> None:
         axes = figure.add_subplot(2, 3, k + 1)
         for sense, colour in (("pos", "#2c3e50"), ("neg", "#7f8c8d")):
             own = np.array([[abs(float(r["drift"])), abs(float(r["force"]))] for r in rows if r["specimen"] == name
-                            and r["sense"] == sense])  # fmt: skip
+                            and r["sense"] == sense])
             own = own[np.argsort(own[:, 0], kind="stable")]
             axes.plot(own[:, 0], own[:, 1] / own[:, 1].max(), color=colour, linewidth=1.2)
         if name in curves and curves[name].force:
             found = curves[name]
             axes.plot(found.drift, np.array(found.force) / found.peak, color="#c0392b", linewidth=1.4)
         axes.set(title=f"wall {name}", xlabel="drift [%]", ylabel="force over largest", xlim=(0.0, 0.7),
-                 ylim=(0.0, 1.1))  # fmt: skip
+                 ylim=(0.0, 1.1))
     handles = [axes.plot([], [], color=c, label=n)[0] for n, c in (
-        ("measured, positive", "#2c3e50"), ("measured, negative", "#7f8c8d"), ("computed", "#c0392b"))]  # fmt: skip
+        ("measured, positive", "#2c3e50"), ("measured, negative", "#7f8c8d"), ("computed", "#c0392b"))]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
     save(figure, path)
 

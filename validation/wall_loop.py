@@ -32,7 +32,7 @@ def scatter(logs: Array) -> Scatter:
     """Scatter of ln(predicted / measured)."""
     far = np.abs(logs)
     return Scatter(len(logs), float(np.exp(np.median(logs))), float(np.std(logs, ddof=1)), float(np.median(far)),
-                   float(np.quantile(far, NINE_IN_TEN)))  # fmt: skip
+                   float(np.quantile(far, NINE_IN_TEN)))
 
 
 class LeftOut(NamedTuple):
@@ -106,7 +106,7 @@ class ThresholdsLeftOut(NamedTuple):
 
 def threshold_left_out(
     ratios: Array, inside: Sequence[str], printed: Sequence[str], campaigns: Sequence[str]
-) -> ThresholdsLeftOut:  # fmt: skip
+) -> ThresholdsLeftOut:
     """F from a share of the rocking force on, chosen by the most right modes, each campaign left out in turn.
 
     Parameters

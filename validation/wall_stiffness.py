@@ -130,13 +130,13 @@ def stiffness_figure(found: Stiff, exponent: float, path: Path) -> None:
                 axes.plot(np.exp(found.pressed[part]) * MODULUS_AT, np.exp(-found.logs[part]), marks[k % len(marks)],
                           color=f"C{k % 10}", markerfacecolor=f"C{k % 10}" if filled else "none", markersize=5,
                           label=campaign if own[part].any() and (filled or not (own & ~found.of_code).any()) else None,
-                          )  # fmt: skip
+                          )
     load = np.geomspace(0.02, 0.45, 50)
     axes.plot(load, (load / MODULUS_AT) ** exponent, "k-", linewidth=1.4, label=f"(3 s0 / fc)^{exponent:.2f}")
     axes.axhline(EN_1998, color="k", linestyle="--", linewidth=1.0, label="half (EN 1998-1)")
     axes.axhline(1.0, color="k", linestyle=":", linewidth=0.8, label="elastic, gross section")
     axes.set(xscale="log", yscale="log", xlabel="axial stress over compressive strength, s0 / fc",
-             ylabel="measured over elastic stiffness")  # fmt: skip
+             ylabel="measured over elastic stiffness")
     axes.set_xticks([0.02, 0.05, 0.1, 0.2, 0.4], ["0.02", "0.05", "0.1", "0.2", "0.4"])
     axes.set_yticks([0.05, 0.1, 0.2, 0.5, 1.0, 2.0], ["0.05", "0.1", "0.2", "0.5", "1", "2"])
     axes.minorticks_off()

@@ -119,7 +119,7 @@ def _codes(joints: Joints, n_blocks: int) -> Index:
 def _allow(
     assembly: Assembly, state: State, pieces: Pieces, near: NearPairs, margin: float, code: Index, own: Index,
     joined: Flags,
-) -> None:  # fmt: skip
+) -> None:
     """Motion from the reference position that pairs are allowed: none where faces or sharp corners have no joint."""
     still = np.zeros((assembly.n_blocks, 3, 3))
     shape = PiecesMeet(placed(pieces, still, assembly.centroids)[0], pieces, near.pairs, margin).now
@@ -162,7 +162,7 @@ class _Search:
     def __init__(
         self, assembly: Assembly, state: State, pieces: Pieces, around: Neighbours, code: Index, looked: Index,
         margin: float, *, beside: bool = False,
-    ) -> None:  # fmt: skip
+    ) -> None:
         n, one, two = assembly.n_blocks, state.joints.block_a, state.joints.block_b
         self.assembly, self.pieces, self.margin, self.around, self.of_row = assembly, pieces, margin, around, code
         rows, hit = _among(_codes(state.joints, n), looked), np.zeros(n, dtype=bool)
@@ -185,7 +185,7 @@ class _Search:
         self.outworn = _outworn(
             assembly, part, now, self.code, self.key[at], shape.kind[at], shape.gap[at], margin, self.turn,
             _among(self.code, looked),
-        )  # fmt: skip
+        )
         state.ends[points_of(state.joints, self.rows)] = part.ends
         self.stays = ~_among(self.code, np.sort(self.code[self.outworn]))
         self.group, self.family = self.code, Families()
@@ -333,7 +333,7 @@ def _spacing(state: State) -> Array:
 def _outworn(
     assembly: Assembly, state: State, now: PointForces, code: Index, key: Index, kind: Index, gap: Array,
     margin: float, turn: Array, mine: Flags,
-) -> Flags:  # fmt: skip
+) -> Flags:
     """Joints to drop or to cut anew, by the pair code of every joint and of every pair of pieces that are near now.
 
     Only those that are ``mine`` are looked at.
@@ -401,4 +401,4 @@ def _multiply_rows(p: Array, q: Array) -> Array:
     return np.stack([
         a * e - (b * f + c * g + d * h), a * f + e * b + (c * h - d * g), a * g + e * c + (d * f - b * h),
         a * h + e * d + (b * g - c * f),
-    ], axis=1)  # fmt: skip
+    ], axis=1)

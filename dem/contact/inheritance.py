@@ -46,7 +46,7 @@ def deformed(state: State, new: Fresh) -> Fresh:
         np.array([new.a]), np.array([new.b]), np.array([0, len(new.s)]), new.frame[None], new.turn[None],
         new.arm_a[None], new.arm_b[None], new.offset[None], new.law[None], new.edge[None],
         new.limits[None],
-    )  # fmt: skip
+    )
     points = Points(new.s, new.t, new.area, new.gap, new.slip[:, 0], new.slip[:, 1], new.lift, new.damage)
     change = relative_deformation(state.deformation, state.modes, one, points)
     new.slip[:] += change[:, :2]

@@ -27,7 +27,7 @@ class PiecesMeet:
         self.now = kernels.Meetings(
             np.zeros(m, dtype=np.int64), np.zeros(m), np.zeros(m), np.zeros((m, kernels.MOST, 3)),
             np.zeros(m, dtype=np.int64), np.zeros((m, 4)), np.zeros((m, 5, 3)), np.zeros(m, dtype=bool),
-        )  # fmt: skip
+        )
         self._look(np.arange(m), np.full(m, -1))
 
     def meet_on(self, rows: Index, piece: Index, face: Index) -> None:

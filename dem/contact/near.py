@@ -173,7 +173,7 @@ def _pairs(assembly: Assembly, pieces: Pieces, low: Array, high: Array, known: I
     return NearPairs(
         pairs, np.ascontiguousarray(blocks), low, high, np.zeros((m, 3)), np.zeros((m, 4)), np.full(m, ALWAYS),
         np.full(m, ALWAYS),
-    )  # fmt: skip
+    )
 
 
 def _renewed(assembly: Assembly, pieces: Pieces, near: NearPairs, low: Array, high: Array, margin: float) -> NearPairs:

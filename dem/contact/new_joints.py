@@ -111,7 +111,7 @@ def face_joint(
         a, b, grid[:, 0], grid[:, 1], area, gap, world @ ra, world, centre + grid @ world[:2],
         relative * (1, -1, -1, -1), arm_a, arm_b, offset, law, np.zeros((m, 2)), np.zeros(m), np.zeros(m), np.zeros(m),
         origin, contact, np.zeros(3), np.zeros(4), 0.0,
-    )  # fmt: skip
+    )
 
 
 def linear_at(xy: Array, height: Array, at: Array) -> Array:
@@ -171,13 +171,13 @@ def crossing_joint(
         (assembly.centroids[b] + arm_b) - (assembly.centroids[a] + arm_a), law, np.zeros((1, 2)), zero.copy(),
         zero.copy(), zero.copy(), origin, CROSSING, rb.T @ along_b, parts * np.repeat([long_a, long_b], 2),
         float(d @ n),
-    )  # fmt: skip
+    )
 
 
 def _law_for(
     assembly: Assembly, state: State, blocks: tuple[int, int], like: int | None, pose: tuple[Array, Array],
     n: Array, at: Array,
-) -> tuple[Array, int]:  # fmt: skip
+) -> tuple[Array, int]:
     """Law of the pair's interface, or an unbonded one, and the interface it came from (encoded).
 
     Parameters
@@ -216,7 +216,7 @@ def spread(xy: Array) -> tuple[Array, Array]:
         corners, order, share = _QUAD, _first_named(_QUAD.tobytes()), 0.25
     else:
         points = np.concatenate([xy.mean(axis=0)[None], np.column_stack([xy, 0.5 * (xy + np.roll(xy, -1, axis=0))])
-                                 .reshape(-1, 2)])  # fmt: skip
+                                 .reshape(-1, 2)])
         corners, share = _spokes(len(xy)), 0.5
         order = _first_named(corners.tobytes())
     e1, e2 = points[corners[:, 1]] - points[corners[:, 0]], points[corners[:, 2]] - points[corners[:, 0]]
@@ -256,7 +256,7 @@ def _spokes(n: int) -> Index:
     """Triangles from the centre 0 to half sides of a polygon whose corners are 1, 3, ... and middles 2, 4, ..."""
     return np.array([
         t for k in range(n) for t in ((0, 1 + 2 * k, 2 + 2 * k), (0, 2 + 2 * k, 1 + 2 * ((k + 1) % n)))
-    ])  # fmt: skip
+    ])
 
 
 def _across(u: Array, v: Array) -> Array:
@@ -295,7 +295,7 @@ def assemble(assembly: Assembly, state: State, stays: Flags, made: list[Fresh], 
         stack(pt.area, kept, [m.area for m in each]), stack(pt.gap, kept, [m.gap for m in each]),
         stack(pt.slip_1, kept, [m.slip[:, 0] for m in each]), stack(pt.slip_2, kept, [m.slip[:, 1] for m in each]),
         stack(pt.lift, kept, [m.lift for m in each]), stack(pt.damage, kept, [m.damage for m in each]),
-    )  # fmt: skip
+    )
     state.ends = stack(state.ends, kept, [np.full((len(m.s), state.ends.shape[1]), np.nan) for m in each])
     state.setback = stack(state.setback, kept, [m.setback for m in each])
     sizes = np.concatenate([count[stays], [len(m.s) for m in each]]).astype(np.int64)
@@ -309,7 +309,7 @@ def assemble(assembly: Assembly, state: State, stays: Flags, made: list[Fresh], 
         rows(j.frame, "frame"), rows(j.turn, "turn"), rows(j.arm_a, "arm_a"), rows(j.arm_b, "arm_b"),
         rows(j.offset, "offset"), rows(j.law, "law"), rows(j.edge, "edge"),
         rows(j.limits, "limits"),
-    )  # fmt: skip
+    )
     state.interface, state.contact = rows(state.interface, "origin"), rows(state.contact, "contact")
     for k in range(len(state.joints.block_a) - len(each), len(state.joints.block_a)):
         lift = state.points.lift[state.joints.start[k] : state.joints.start[k + 1]]
@@ -359,7 +359,7 @@ def _keep_stable(assembly: Assembly, state: State, blocks: Flags) -> list[str]:
     if coupled is not None and state.modes is not None:
         factors = add_modal_mass(
             bodies.mass, bodies.inv_mass, bodies.inv_inertia, state.modes, coupled, state.dt, 0.65
-        )[:, None]  # fmt: skip
+        )[:, None]
         bodies.vel[:] = np.where(bodies.held[:, :3], bodies.vel, bodies.vel / factors)
         bodies.spin[:] = np.where(bodies.held[:, 3:], bodies.spin, bodies.spin / factors)
     after = state.energy_of_motion()

@@ -34,7 +34,7 @@ from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
 
 UNITS: Mapping[str, Callable[[Assembly], Assembly]] = {
     RIGID: lambda assembly: assembly, LUMPED: with_lumped_units, SIMPLY_DEFORMABLE: lambda assembly: assembly,
-}  # fmt: skip
+}
 """What units make of their joints: lumped ones give them their compliance."""
 
 GENTLE = 0.02
@@ -73,7 +73,7 @@ class BlockStructure(DrivenStructure):
             model, self.loads, contact_points=grid,
             joint_options=chosen.joint_options, blocks=SIMPLY_DEFORMABLE if strains else RIGID,
             plane=None if strains and stress == SOLID else plane, stress=stress, driven=self.unit,
-        )  # fmt: skip
+        )
         if chosen.contact_points is None and grid is not None:
             finer = "give contact_points, the spacing [m], a twelfth of the thickness"
             self.state = replace(self.state, warnings=(*self.state.warnings, *on_few_points(model, finer)))
@@ -84,11 +84,11 @@ class BlockStructure(DrivenStructure):
         parts = {
             "scaled masses": (b.mass, b.inv_inertia), "strain shapes": (*(self.state.modes or ()),),
             "contact points": (p.s, p.t, p.area, p.gap), "loads": (self.state.dead,),
-        }  # fmt: skip
+        }
         self.same = signature(
             model, parts, blocks=chosen.blocks, stress=stress, joint_options=chosen.joint_options or JointOptions(),
             settle=self.settle, sound=chosen.sound,
-        )  # fmt: skip
+        )
         self.blocks = f"{chosen.blocks}, {stress}" if strains else chosen.blocks
         self.settled: History | None = None
 
@@ -140,7 +140,7 @@ class BlockStructure(DrivenStructure):
         return prepared(
             self.assembly, stages, start=replace(self.at_rest, same=dict(same)),
             sample=max(steps // chosen.samples, 1), damping=chosen.damping or BRAKE, detect_every=chosen.detect_every,
-        )  # fmt: skip
+        )
 
     def steps_of(self, run: StageRun) -> tuple[float, float]:
         """Number that the first step of a run counts from, and steps that it has taken."""
@@ -173,7 +173,7 @@ class BlockStructure(DrivenStructure):
             status=history.status, warnings=history.warnings, assembly=self.assembly, history=history, **marks,
             settlement=float(before.shift[block] @ axis), blocks=self.blocks, law="; ".join(history.lost_in_failure),
             spacing=widest_spacing((p.s[a:b], p.t[a:b]) for a, b in pairwise(start)), steps=steps, seconds=seconds,
-        )  # fmt: skip
+        )
 
 
 def default_spacing(assembly: Assembly) -> float:
@@ -196,7 +196,7 @@ def _stages(drive: Drive, path: Sequence[float], steps: int) -> Sequence[Stage]:
     def stage(length: float, count: float) -> Drive:
         moves = {b: {k: length * v / size for k, v in m.items()} for b, m in drive.displacement.items()}
         return Drive(moves, steps=max(round(count), 1), keep=True, servo=drive.servo, damping=drive.damping,
-                     calm=drive.calm)  # fmt: skip
+                     calm=drive.calm)
 
     lengths = np.diff([0.0, *path])
     travel = float(np.abs(lengths).sum())

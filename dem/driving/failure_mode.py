@@ -9,7 +9,7 @@ from limitmason.model import Assembly
 
 MODES = SOLDIER, DIAGONAL, SLIDING, ROCKING, CRUSHING, MIXED, NONE = (
     "soldier bending", "diagonal", "sliding", "rocking", "crushing", "mixed", "none",
-)  # fmt: skip
+)
 
 MOST = 0.5
 """Part of the movement that one kind must have to give the mode its name [-]."""

@@ -157,7 +157,7 @@ class PushCurve(Curve):
         return JointPoint(
             i, float(u[i - 1] + part * (u[i] - u[i - 1])), float(f[i - 1] + part * (f[i] - f[i - 1])), self._joint(k),
             float(wide[i, k]),
-        )  # fmt: skip
+        )
 
     @property
     def residual(self) -> float:
@@ -312,7 +312,7 @@ def told(curve: PushCurve, label: str) -> PushCurve:
     return replace(
         curve, label=label, source="dem.push", references=(*PAPERS, *data_behind(curve.assembly.recipe)),
         events=(*_failure_events(curve), *_zone_events(curve)), warnings=tuple(notes),
-    )  # fmt: skip
+    )
 
 
 def swing_of(load: Array) -> float:

@@ -72,4 +72,4 @@ __all__ = [
     "Meetings", "NearPairs", "PieceArrays", "Points", "RigidBodies", "Scheme", "Ties", "add_springs", "add_tie_forces",
     "advance", "bearing_ends", "contact_shapes", "contact_wrenches", "face_planes", "faces_that_go_on", "measure",
     "place_pieces", "relative_motion", "rotation_of",
-]  # fmt: skip
+]

@@ -74,7 +74,7 @@ else:
 def with_added(
     added: Numbers | None, tan_phi: float, tan_psi: float, cohesion: float, tension: float, slip_1: float,
     slip_2: float, damage: float,
-) -> Numbers:  # fmt: skip
+) -> Numbers:
     """tan(phi), tan(psi), c and ft with the terms added to the law, at the plastic slip before the step."""
     if added is None:
         return tan_phi, tan_psi, cohesion, tension

@@ -55,7 +55,7 @@ def turned_slopes(u: Numbers, g: Numbers, space: bool | None) -> Numbers:
     return (
         d1, d2, d3, r12 * w3 - z1 * w2, z1 * w1 - r11 * w3, r22 * w3 - z2 * w2, z2 * w1 - r21 * w3, r32 * w3 - z3 * w2,
         z3 * w1 - r31 * w3,
-    )  # fmt: skip
+    )
 
 
 @kernel(forceinline=True)
@@ -65,7 +65,7 @@ def turned_back(f1: float, f2: float, f3: float, g: Numbers) -> Numbers:
     return (
         (1.0 + g[0]) * f1 + g[2] * f2 + g[4] * f3, g[1] * f1 + (1.0 + g[3]) * f2 + g[5] * f3,
         z1 * f1 + z2 * f2 + z3 * f3,
-    )  # fmt: skip
+    )
 
 
 @kernel(forceinline=True)
@@ -74,7 +74,7 @@ def less(v: Numbers, u: Numbers) -> Numbers:
     return (
         v[0] - u[0], v[1] - u[1], v[2] - u[2], v[3] - u[3], v[4] - u[4], v[5] - u[5], v[6] - u[6], v[7] - u[7],
         v[8] - u[8],
-    )  # fmt: skip
+    )
 
 
 @kernel(forceinline=True)
@@ -95,7 +95,7 @@ def load_shapes(
 def strained_sums(
     j: int, points: Points, joints: Joints, bodies: RigidBodies, modes: BlockModes, space: bool | None,
     axes: Axes, d: Numbers, g: Numbers, ra: Numbers, rb: Numbers, dt: float,
-) -> Numbers:  # fmt: skip
+) -> Numbers:
     """Forces, moments and losses of joint j, added to the shapes of its blocks too; ``space`` is None in a plane."""
     a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
     u = slopes(face_motion(modes.side_a, j, modes.value, a, space))
@@ -110,12 +110,12 @@ def strained_sums(
     f1, f2, f3, s1, s2, s3, t1, t2, t3, u1, u2, u3, work, lost, broken = joint_sums(
         j, points, joints, bodies, axes, (d[0] + e[0], d[1] + e[1], d[2] + e[2]),
         (g[0] + e[3], g[1] + e[4], g[2] + e[5], g[3] + e[6], g[4] + e[7], g[5] + e[8]), z, (ra, rb), rates, dt, True,
-    )  # fmt: skip
+    )
     load_shapes(modes.contact, a, modes.side_a, j, -1.0, (f1, f2, f3), (s1, s2, s3), (t1, t2, t3), space)
     load_shapes(
         modes.contact, b, modes.side_b, j, 1.0, turned_back(f1, f2, f3, g), turned_back(s1, s2, s3, g),
         turned_back(t1, t2, t3, g), space,
-    )  # fmt: skip
+    )
     # arms end in b's points: d + X + G X + z gap with b's strains and without a's
     d1, d2, d3 = d[0] + v[0], d[1] + v[1], d[2] + v[2]
     x1, x2, x3 = 1.0 + g[0] + v[3], g[2] + v[5], g[4] + v[7]
@@ -124,7 +124,7 @@ def strained_sums(
         f1, f2, f3, d2 * f3 - d3 * f2 + x2 * s3 - x3 * s2 + y2 * t3 - y3 * t2 + z[1] * u3 - z[2] * u2,
         d3 * f1 - d1 * f3 + x3 * s1 - x1 * s3 + y3 * t1 - y1 * t3 + z[2] * u1 - z[0] * u3,
         d1 * f2 - d2 * f1 + x1 * s2 - x2 * s1 + y1 * t2 - y2 * t1 + z[0] * u2 - z[1] * u1, work, lost, broken,
-    )  # fmt: skip
+    )
 
 
 @kernel(forceinline=True)
@@ -161,4 +161,4 @@ def deformation_at(
     return (
         e[0] + e[3] * x + e[4] * y, e[1] + e[5] * x + e[6] * y, e[2] + e[7] * x + e[8] * y,
         u[0] + u[3] * x + u[4] * y, u[1] + u[5] * x + u[6] * y, u[2] + u[7] * x + u[8] * y,
-    )  # fmt: skip
+    )

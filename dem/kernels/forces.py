@@ -92,7 +92,7 @@ def add_wrench(
 def _joint_forces(
     points: Points, joints: Joints, bodies: RigidBodies, dt: float, total: Array, modes: BlockModes | None = None,
     space: bool | None = None,
-) -> None:  # fmt: skip
+) -> None:
     """Fill ``bodies.contact`` and ``modes.contact`` from all joints and update the plastic state of their points.
 
     ``modes`` is None where all blocks are rigid, ``space`` where they strain in a plane: the compiler then leaves out

@@ -45,7 +45,7 @@ def _height(plane: Array, place: Array, n: Array, sign: float) -> float:
 
 @kernel(fast=False, counted=True)
 def _step(pieces: PieceArrays, parts: Index, carrier: int, k: int, by: Carrying, sign: float, plane: Array,
-          place: Array) -> float:  # fmt: skip
+          place: Array) -> float:
     """How much higher a plane lies at a place than the carrier's face [m], infinite where it has none."""
     nearest, height, n, at = np.inf, -np.inf, by.normal[k], by.place[k]
     for piece in range(parts[carrier], parts[carrier + 1]):
@@ -122,7 +122,7 @@ def _goes_on(
 def faces_that_go_on(
     pieces: PieceArrays, owner: Index, parts: Index, by: Carrying, pairs: Index, rows: Index, met: Meetings,
     found: Index,
-) -> None:  # fmt: skip
+) -> None:
     """Faces on which some pairs of pieces meet whatever their least overlap says.
 
     Parameters

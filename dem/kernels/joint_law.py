@@ -56,7 +56,7 @@ def plain_peak_of(law: Array, j: int) -> Peak:
     return Peak(
         law[j, LAW.kn], law[j, LAW.ks], law[j, LAW.tan_phi], law[j, LAW.tan_psi], law[j, LAW.cohesion],
         law[j, LAW.tension], law[j, LAW.crushing], law[j, LAW.lift], None,
-    )  # fmt: skip
+    )
 
 
 @kernel(forceinline=True)
@@ -65,7 +65,7 @@ def peak_of(law: Array, j: int) -> Peak:
     return Peak(
         law[j, LAW.kn], law[j, LAW.ks], law[j, LAW.tan_phi], law[j, LAW.tan_psi], law[j, LAW.cohesion],
         law[j, LAW.tension], law[j, LAW.crushing], law[j, LAW.lift], entries_of(law, j),
-    )  # fmt: skip
+    )
 
 
 @kernel(forceinline=True)
@@ -77,7 +77,7 @@ def softening_of(law: Array, j: int) -> SofteningRow:
         law[j, LAW.rest_tan_phi] - law[j, LAW.tan_phi], law[j, LAW.rest_tan_psi] - law[j, LAW.tan_psi],
         law[j, LAW.rest_cohesion] - law[j, LAW.cohesion], law[j, LAW.rest_tension] - law[j, LAW.tension],
         law[j, LAW.by_opening], law[j, LAW.by_slip], secant,
-    )  # fmt: skip
+    )
 
 
 @kernel(forceinline=True)
@@ -88,7 +88,7 @@ def strength_of(peak: Peak, softening: SofteningRow | None, damage: float, slip_
         mu, dil, c, ft = (
             mu + damage * softening.tan_phi, dil + damage * softening.tan_psi, c + damage * softening.cohesion,
             ft + damage * softening.tension,
-        )  # fmt: skip
+        )
     return with_added(peak.added, mu, dil, c, ft, slip_1, slip_2, damage)
 
 
@@ -112,7 +112,7 @@ def stored(pull: float, ft: float, reach: float, kn: float) -> float:
 def stress(
     w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float, peak: Peak,
     softening: SofteningRow,
-) -> Numbers:  # fmt: skip
+) -> Numbers:
     """Stress (t1, t2, n) and elastic energy [J/m2] in a position; arguments as in :func:`return_map`.
 
     Changes nothing.
@@ -135,7 +135,7 @@ def stress(
 def _weakened(
     peak: Peak, softening: SofteningRow, slip_1: float, slip_2: float, damage: float, stretched: float, pressed: float,
     sheared: float, stiffer: float,
-) -> Numbers:  # fmt: skip
+) -> Numbers:
     """Damage at the end of a step, and the strength that it leaves: tan(phi), tan(psi), c, ft, and where ft unloads.
 
     Parameters
@@ -158,7 +158,7 @@ def _weakened(
 @kernel(inline="always")
 def _released(
     kn: float, ks: float, n0: float, spring: float, trial: float, old: Numbers, new: Numbers, grows: bool
-) -> float:  # fmt: skip
+) -> float:
     """Energy that damage releases at an opening and slip [J/m2]: stored under the strength before less under the new.
 
     Parameters
@@ -180,7 +180,7 @@ def _released(
 def return_map(
     w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float,
     peak: Peak, softening: SofteningRow | None, dashpot: Numbers | None, dilates: bool,
-) -> Numbers:  # fmt: skip
+) -> Numbers:
     """Stress at a point at the end of a step, and its plastic state after it.
 
     A dashpot lies beside the spring and both in line with the slider (Kelvin and Voigt's element, then Coulomb's): the

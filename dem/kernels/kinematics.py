@@ -69,7 +69,7 @@ def kinematics(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, Numbe
     g = (
         -2.0 * (v2 * v2 + v3 * v3), 2.0 * (v1 * v2 - s0 * v3), 2.0 * (v1 * v2 + s0 * v3),
         -2.0 * (v1 * v1 + v3 * v3), 2.0 * (v3 * v1 - s0 * v2), 2.0 * (v3 * v2 + s0 * v1),
-    )  # fmt: skip
+    )
     return (t1, t2, n), d, g, ra, rb
 
 
@@ -158,4 +158,4 @@ def relative_motion(
     return (
         t1[0] * j0 + t1[1] * j1 + t1[2] * j2, t2[0] * j0 + t2[1] * j1 + t2[2] * j2, n[0] * j0 + n[1] * j1 + n[2] * j2,
         t1[0] * o0 + t1[1] * o1 + t1[2] * o2, t2[0] * o0 + t2[1] * o1 + t2[2] * o2, n[0] * o0 + n[1] * o1 + n[2] * o2,
-    )  # fmt: skip
+    )

@@ -11,7 +11,7 @@ from dem.kernels.kinematics import crossing, kinematics, third_axis
 def measure(
     points: Points, joints: Joints, bodies: RigidBodies, position: Array, force: Array, opening: Array, slip: Array,
     modes: BlockModes | None = None, space: bool | None = None,
-) -> float:  # fmt: skip
+) -> float:
     """Contact-point places, forces, openings and slips in the present position; changes no state.
 
     Parameters

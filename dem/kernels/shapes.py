@@ -74,7 +74,7 @@ def place_pieces(owner: Index, local: Array, rot: Array, place: Array, corners: 
 def relative_motion(
     near: NearPairs, quat: Array, rot: Array, place: Array, reach: Array, offset: Array, turn: Array, moved: Array,
     turned: Array,
-) -> None:  # fmt: skip
+) -> None:
     """How the blocks of every pair lie to each other now, and have moved and turned since they were looked at.
 
     ``moved`` bounds the travel of any point of the second, seen from the first [m]; ``turned`` is the angle [rad].
@@ -275,7 +275,7 @@ def _opposed_face(pieces: PieceArrays, other: int, lowest: int, axis: Array) -> 
 @kernel(fast=False, forceinline=True)
 def _widest_axis(
     pieces: PieceArrays, p: int, q: int, m: int, margin: float, flat: float, met: Meetings, ref_p: Array, ref_q: Array
-) -> tuple[bool, int, int]:  # fmt: skip
+) -> tuple[bool, int, int]:
     """Axis of the widest gap of pieces p and q: first piece is the base, its face, the other's nearest corner.
 
     Face -1 where they are farther apart than the margin, and where two edges cross: then ``met`` says all.

@@ -127,7 +127,7 @@ def _middle_spin(bodies: RigidBodies, i: int, half_step: float, half: Array, tro
 def _accelerate(
     bodies: RigidBodies, i: int, past: Array, acting: Acting, step: int, at: BlockStep, local: float,
     drifts: bool | None, damping: float,
-) -> tuple[float, bool]:  # fmt: skip
+) -> tuple[float, bool]:
     """Velocity and angular momentum of block i half a step on; damping with what this one takes, and whether it moves.
 
     Parameters
@@ -176,7 +176,7 @@ def _stop(bodies: RigidBodies) -> None:
 def advance(
     points: Points, joints: Joints, bodies: RigidBodies, total: Array, acting: Acting, scheme: Scheme,
     drifts: bool | None, modes: BlockModes | None = None, space: bool | None = None, ties: Ties | None = None,
-) -> None:  # fmt: skip
+) -> None:
     """Advance by ``len(acting.factors)`` steps of central differences.
 
     m v(n+1/2) = m v(n-1/2) + dt F(n),  L(n+1/2) = L(n-1/2) + dt M(n),  omega = R J^-1 R^T L,  x(n+1) = x(n) + dt v.

@@ -13,7 +13,7 @@ from dem.kernels.kinematics import Axes, relative_motion
 def point_sums(
     points: Points, p0: int, p1: int, d: Numbers, g: Numbers, z: Numbers, peak: Peak, softening: SofteningRow | None,
     motion: Numbers | None, rates: Numbers | None, strained: bool | None, dilates: bool,
-) -> Numbers:  # fmt: skip
+) -> Numbers:
     """Forces, moments and losses of a joint's points; what is None is left out of the loop by the compiler.
 
     Parameters
@@ -105,7 +105,7 @@ def point_sums(
 def joint_sums(
     j: int, points: Points, joints: Joints, bodies: RigidBodies, axes: Axes, d: Numbers, g: Numbers, z: Numbers,
     arms: tuple[Numbers, Numbers], rates: Numbers | None, dt: float, strained: bool | None,
-) -> Numbers:  # fmt: skip
+) -> Numbers:
     """Sums of joint j by the least law it needs: without what it has not, the loop over its points takes half the time.
 
     Parameters

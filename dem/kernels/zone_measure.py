@@ -53,7 +53,7 @@ def _joint_stresses(
         t, _, n, elastic = stress(
             opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], contacts.damage[k], peak_of(law, row),
             softening_of(law, row),
-        )  # fmt: skip
+        )
         joint[k, 0], joint[k, 1], joint[k, 2], joint[k, 3] = opening - contacts.lift[k], slip, n, t
         energy += contacts.area[k] * elastic
     return energy

@@ -95,7 +95,7 @@ def stress_at(z: int, g: int, zones: Zones, tables: QuadTable, u: Array) -> tupl
     return (
         d * xx + dn * zz - zones.spent[z, g, 0], dn * xx + d * zz - zones.spent[z, g, 1],
         sh * xz - zones.spent[z, g, 2], across - zones.spent[z, g, 3],
-    )  # fmt: skip
+    )
 
 
 @kernel()
@@ -128,12 +128,12 @@ def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plas
             zones.relief[z, j] += w * (
                 tables.strain[kind, g, 0, j] * d0 + tables.strain[kind, g, 1, j] * d1
                 + tables.strain[kind, g, 2, j] * d2
-            )  # fmt: skip
+            )
         for j in range(4):
             zones.amplitude[z, j] += (
                 tables.release[kind, g, j, 0] * d0 + tables.release[kind, g, j, 1] * d1
                 + tables.release[kind, g, j, 2] * d2
-            )  # fmt: skip
+            )
         lost += w * (
             trial[0] * plastic[0] + trial[1] * plastic[1] + trial[2] * plastic[2] + trial[3] * plastic[3]
         )
@@ -237,12 +237,12 @@ def joint_forces(nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array,
             t, _, n, contacts.slip[k], _, contacts.lift[k], contacts.damage[k], rubbed, raised, _, broken = return_map(
                 opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], contacts.damage[k],
                 peak_of(law, row), softening_of(law, row), None, True,
-            )  # fmt: skip
+            )
         else:
             t, _, n, contacts.slip[k], _, contacts.lift[k], _, rubbed, raised, _, broken = return_map(
                 opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], 0.0, plain_peak_of(law, row), None, None,
                 True,
-            )  # fmt: skip
+            )
         area = contacts.area[k]
         rubbed_all += area * (rubbed - raised)
         broken_all += area * broken

@@ -114,7 +114,7 @@ def _stored(state: State) -> tuple[float, Array]:
     energy = kernels.measure(
         state.points, state.joints, state.bodies, np.empty((m, 3)), force, np.empty(m), np.empty((m, 2)), state.modes,
         state.space,
-    )  # fmt: skip
+    )
     return float(energy), force
 
 
@@ -172,7 +172,7 @@ def run(
     kernels.advance(
         state.points, state.joints, state.bodies, state.total, acting, scheme, drifts, state.modes, state.space,
         state.ties if len(state.ties.block_a) else None,
-    )  # fmt: skip
+    )
     state.time += steps * state.dt
     b = state.bodies
     finite = state.modes is None or bool(np.isfinite(state.modes.value).all())

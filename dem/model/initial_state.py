@@ -50,7 +50,7 @@ def _at_rest(mass: Array, inertia: Array, held: Flags) -> RigidBodies:
     return RigidBodies(
         zero, quat, np.zeros((n, 3, 3)), zero.copy(), zero.copy(), zero.copy(), mass, 1.0 / mass,
         np.ascontiguousarray(np.linalg.inv(inertia)), held, np.zeros((n, 6)), np.zeros((n, 6)),
-    )  # fmt: skip
+    )
 
 
 def make_state(
@@ -160,4 +160,4 @@ def make_state(
         points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, whole_faces, loads.dead.copy(),
         loads.live.copy(), np.array((1.0, 1.0, 0.0, 0.0, 0.0)), np.zeros(3), assembly.fingerprint,
         np.zeros(len(points.s)), np.full((len(points.s), ENDS), np.nan), ~moves, warnings, modes, deformation, ties,
-    )  # fmt: skip
+    )

@@ -94,7 +94,7 @@ def law_at(rows: Array, damage: Array, slip: Array) -> PointLaw:
     for name, own in kernels.COLUMNS.items():
         for k in np.flatnonzero(rows[:, own.start]):
             worn = kernels.ADDED[name].strength(*(column[k] for column in law[:4]), slip[k], damage[k],
-                                                *rows[k, own.start + 1 : own.stop])  # fmt: skip
+                                                *rows[k, own.start + 1 : own.stop])
             for column, value in zip(law[:4], worn, strict=True):
                 column[k] = value
     return law
@@ -154,7 +154,7 @@ def make_joints(
         (local * x.tangent_1[contacts.interface]).sum(axis=1),
         (local * x.tangent_2[contacts.interface]).sum(axis=1),
         contacts.area.copy(), zero, zero.copy(), zero.copy(), zero.copy(), zero.copy(),
-    )  # fmt: skip
+    )
     a, b = x.block_a[interface].astype(np.int64), x.block_b[interface].astype(np.int64)
     frame = np.stack([x.tangent_1[interface], x.tangent_2[interface], x.normal[interface]], axis=1)
     turn = np.zeros((len(interface), 4))
@@ -164,7 +164,7 @@ def make_joints(
         a, b, start, np.ascontiguousarray(frame), turn, x.centre[interface] - x.centroid[a],
         x.centre[interface] - x.centroid[b], np.zeros((len(interface), 3)), np.ascontiguousarray(law[interface]),
         np.zeros((len(interface), 3)), np.zeros((len(interface), 4)),
-    )  # fmt: skip
+    )
     return points, joints, interface.astype(np.int64), law, warnings
 
 

@@ -45,7 +45,7 @@ def points_of(joints: Joints, rows: Index) -> Index:
 def block_stiffness(
     points: Points, joints: Joints, n_blocks: int, rotation: Array | None = None, ties: Ties | None = None,
     wanted: Flags | None = None,
-) -> Array:  # fmt: skip
+) -> Array:
     """Stiffness each block feels when only it moves and every joint is closed [N/m, N, N m], shape (n, 6, 6).
 
     K = sum over its points of k A g g^T, g = (e, r x e) for the normal and both tangents e, in the block's own axes.
@@ -90,7 +90,7 @@ def springs_of_blocks(
     out = np.zeros((n_blocks, size, size))
     for block, arm, frame, side in (
         (joints.block_a, joints.arm_a, joints.frame, sides[0]), (joints.block_b, joints.arm_b, seen, sides[1]),
-    ):  # fmt: skip
+    ):
         g = point_motions(points, joints, arm, frame, side)
         part = np.einsum("mk,mki,mkj->mij", stiff, g, g)
         np.add.at(out, block, np.add.reduceat(part, joints.start[:-1], axis=0) if len(part) else part[:0])

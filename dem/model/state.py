@@ -36,7 +36,7 @@ ENDS = 10
 
 QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
 _PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "setback", "ends",
-          "outside")  # fmt: skip
+          "outside")
 
 
 class UnsettledError(NotConverged):
@@ -142,12 +142,12 @@ class State:
             self, points=Points(*(x[points] for x in self.points)), joints=Joints(**joints), modes=modes,
             interface=self.interface[rows], contact=self.contact[rows], setback=self.setback[points],
             ends=self.ends[points],
-        )  # fmt: skip
+        )
 
     def arrays(self) -> dict[str, Array]:
         """All of it as arrays by name, for a numpy archive."""
         out = {f"{name}.{key}": value for name in ("points", "joints", "bodies", "ties")
-               for key, value in getattr(self, name)._asdict().items()}  # fmt: skip
+               for key, value in getattr(self, name)._asdict().items()}
         out |= {name: getattr(self, name) for name in _PLAIN}
         if self.near is not None:
             out |= {f"near.{k}": v for k, v in self.near._asdict().items()}
@@ -157,7 +157,7 @@ class State:
         return out | {f"model.{k}": v for k, v in self.model.arrays.items()} | {
             "clock": np.array([self.time, self.dt]), "mode": np.array(self.mode),
             "warnings": np.array(self.warnings, str), "terms": np.array(list(kernels.COLUMNS), str),
-        }  # fmt: skip
+        }
 
     @classmethod
     def from_arrays(cls, file: Mapping[str, Any], path: object) -> State:
@@ -205,7 +205,7 @@ class State:
             time=float(clock[0]), dt=float(clock[1]), mode=str(take("mode")),
             warnings=tuple(str(w) for w in take("warnings")), modes=modes, deformation=deformation,
             **plain,
-        )  # fmt: skip
+        )
 
     def save(self, path: str | Path) -> None:
         """Write the state to a numpy archive from which :meth:`load` continues exactly."""
@@ -288,7 +288,7 @@ class State:
             assembly, np.concatenate([place, x.centre[rows]]), np.concatenate([k, rows]),
             np.concatenate([self.points.area[kept], x.area[rows]]),
             np.concatenate([now.force[kept], pulls(self.ties, self.bodies)[:, None] * x.normal[rows]]),
-        )  # fmt: skip
+        )
 
 
 @dataclass(frozen=True)

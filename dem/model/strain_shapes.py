@@ -198,7 +198,7 @@ class Start:
             np.zeros((n, m, 3, len(powers))), np.tile(np.eye(3), (n, 1, 1)), np.ones((n, 3)), powers,
             np.zeros((n, m, 3, 3)), np.zeros((n, m, 3, 3, 3)), np.zeros((n, m)),
             np.zeros(3) if plane is None else plane.normal.copy(), stress,
-        )  # fmt: skip
+        )
         for i, shape in enumerate(shapes):
             if shape is not None:
                 out.coefficients[i], out.axes[i], out.half[i] = shape.coefficients, shape.axes, shape.half
@@ -236,7 +236,7 @@ class Start:
         zero = np.zeros((n, m))
         modes = BlockModes(
             zero, zero.copy(), stiffness, np.ones((n, m)), inv_mass, zero.copy(), zero.copy(), side_a, side_b,
-        )  # fmt: skip
+        )
         return deformation, modes
 
 

@@ -115,7 +115,7 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
         chosen.equilibrium, chosen.damping or LOADING, unit,
         0.05 * unit if chosen.first_increment is None else chosen.first_increment, chosen.progress,
         chosen.contacts == EDGES,
-    )  # fmt: skip
+    )
     reached(0.0, "search", share=1.0 / (1 + len(chosen.error_budget)))
     found = increments(assembly, loads, _start(assembly, loads, chosen, ""), controls)
     swayed = chosen.moved_limit is None and _swayed(assembly, found, controls.moved_limit) > 0.5
@@ -155,7 +155,7 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
         },
         contact_model=ContactModel(model), error_budget=budget, range=_range(found, interval, budget),
         lost_in_failure=losses(assembly, found.state.laws),
-    )  # fmt: skip
+    )
     if prediction.resultants is not None:
         prediction = replace(prediction, certificate=certify(assembly, loads, prediction, convex=False))
     return replace(prediction, mechanism=found.mechanism)
@@ -175,7 +175,7 @@ def _start(assembly: Assembly, loads: Loads, chosen: DemSettings, check: str) ->
     return make_state(
         assembly, loads, contact_points=points, contact_model=model, joint_options=law, mode=QUASI_STATIC,
         blocks=chosen.blocks, stress=chosen.stress,
-    )  # fmt: skip
+    )
 
 
 def _budget(
@@ -205,7 +205,7 @@ def _budget(
             "multiplier": again.stable, "change": change, "smallest moving": again.moving,
             "resolution": again.moving / again.stable - 1.0 if again.stable else 0.0, "steps": again.steps,
             "status": again.status,
-        }  # fmt: skip
+        }
         if not decided:
             notes.append(f"error budget: undecided with {check} changed ({again.status})")
         elif not _same(found, again):
@@ -279,7 +279,7 @@ def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Se
     again = increments(
         assembly, loads, found.state.copy(), replace(c, first=c.tolerance * found.stable), settled=found.stable,
         patience=patience,
-    )  # fmt: skip
+    )
     again.record[:0] = [(x, v) for x, v in found.record if x <= found.stable]
     again.steps += found.steps
     if again.near is not None and again.near[0] > 0.95 * again.stable and found.near is not None:

@@ -82,7 +82,7 @@ def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Cont
             assembly, state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
             limit=2.5 * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges,
             onset=LoadOnset(np.zeros_like(loads.dead), evenly),
-        )  # fmt: skip
+        )
 
     begun, first = state.copy(), held(state, 0)
     slid, moved = slid_and_moved(assembly, state)
@@ -143,7 +143,7 @@ def increments(
                 tolerance=min(c.equilibrium, 0.05 * (new - b.stable) / c.unit), limit=limit, max_steps=c.max_steps,
                 patience=patience, early=min(0.2 * limit, max(20.0 * settling, 0.02 * limit)), edges=c.edges,
                 onset=LoadOnset(loading(b.stable), int(RATE * (new - b.stable) / c.unit)),
-            )  # fmt: skip
+            )
             used += verdict.steps
             record.append((float(new), verdict))
             if c.progress is not None:

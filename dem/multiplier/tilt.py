@@ -232,7 +232,7 @@ def tilt_test(
             **vars(found), status=TiltStatus.CANNOT_STAND if fell else TiltStatus.NOT_CONVERGED,
             collapse_multiplier=float("nan"), runs=((0.0, float("nan")),), direction=tuple(d.tolist()), history=settled,
             warnings=("it did not settle on the level table",),
-        )  # fmt: skip
+        )
     held = collapse(assembly, loads, error_budget=(), **options) if increments else None
     runs: list[tuple[float, float]] = []
     stood: list[bool] = []
@@ -242,7 +242,7 @@ def tilt_test(
         stage = Tilt(
             to_deg=to_deg, steps=int(to_deg / rate), axis=axis, damping=damping,
             stop_when_moved=moved_limit * scale.smallest,
-        )  # fmt: skip
+        )
         history = simulate(assembly, stage, start=settled, sample=every)
         begun = float(settled["step"][-1])
         found = _read(history, begun, d, weight)
@@ -266,7 +266,7 @@ def tilt_test(
         **vars(found), status=status, collapse_multiplier=multiplier, runs=tuple(runs), direction=tuple(d.tolist()),
         history=history, held=(bracket.stable, bracket.moving), spread=abs(repeat / reading - 1.0), increments=held,
         warnings=(*notes, *said),
-    )  # fmt: skip
+    )
 
 
 def _judged(
@@ -303,7 +303,7 @@ def _stopped(
     """
     controls = Controls(
         tolerance, max_steps=60_000, moved_limit=0.02, equilibrium=1e-4, damping=LOADING, unit=1.0, first=0.05,
-    )  # fmt: skip
+    )
     guess = min(runs[-1][1], top)
     if len(runs) > 1 and runs[-2][0] > runs[-1][0]:
         (fast, high), (slow, low) = runs[-2:]
@@ -315,7 +315,7 @@ def _stopped(
     return held_loads(
         assembly, loads, settled.state.copy(), controls, through=[0.5 * guess, 0.9 * guess, guess], settled=0.0,
         loading=turned, up_to=top,
-    )  # fmt: skip
+    )
 
 
 def _read(history: History, begun: float, d: Array, weight: float) -> Readings:
@@ -327,7 +327,7 @@ def _read(history: History, begun: float, d: Array, weight: float) -> Readings:
     return Readings(
         np.rad2deg(history["tilt"]), history["step"] - begun, vertical, horizontal, ratio, weight,
         _reached(ratio, np.inf),
-    )  # fmt: skip
+    )
 
 
 def _reached(ratio: Array, multiplier: float) -> int:

@@ -103,7 +103,7 @@ class History(Displayed, Tabular, ReadOnly):
     position: Position | None = None
     settings: tuple[int | float, Damping | None, tuple[str, ...], int | None, RunStatus] = (
         1, None, (), None, RunStatus.FINISHED
-    )  # fmt: skip
+    )
     tie_force: Array = field(default_factory=lambda: np.zeros((0, 0)))
     same: Mapping[str, str] = field(default_factory=dict)
     store: Store | None = None
@@ -133,7 +133,7 @@ class History(Displayed, Tabular, ReadOnly):
             "settings.stages": np.array(stages, str), "settings.status": np.array(status),
             "settings.detect_every": np.array(-1 if every is None else every),
             "same.names": np.array(list(self.same), str), "same.digests": np.array(list(self.same.values()), str),
-        })  # fmt: skip
+        })
 
     @classmethod
     def load(cls, path: str | Path, assembly: Assembly) -> History:
@@ -183,7 +183,7 @@ class History(Displayed, Tabular, ReadOnly):
                 None if every < 0 else every, RunStatus(str(take("settings.status"))),
             ),
             same=dict(zip(take("same.names").tolist(), take("same.digests").tolist(), strict=True)),
-        )  # fmt: skip
+        )
 
     def __getitem__(self, name: str) -> Array:
         """A recorded scalar by its name in ``COLUMNS``."""
@@ -253,7 +253,7 @@ class History(Displayed, Tabular, ReadOnly):
             errors={"energy": self.energy_error / self._work, "kinetic": self.kinetic_ratio},
             status=self.status, warnings=self.warnings, source="dem",
             references=(*PAPERS, *data_behind(self.assembly.recipe)),
-        )  # fmt: skip
+        )
 
     @property
     def quantities(self) -> dict[str, float]:
@@ -279,7 +279,7 @@ class History(Displayed, Tabular, ReadOnly):
         return {
             "peak rotation": turned, "peak displacement": float(moved.max()),
             "residual displacement": float(moved[-1].max()), "overturned": float(down or turned > OVERTURNED),
-        }  # fmt: skip
+        }
 
     def diagram(self) -> dict[str, Any]:
         """What ``plot()`` draws: displacement against the ground of the block that ends farthest from its place [mm].

@@ -27,7 +27,7 @@ from limitmason.model.stages import Damping, Drive, Ramp, Settle, Stage, Tilt
 _SUMS = {
     "friction": kernels.E_FRICTION, "fracture": kernels.E_FRACTURE, "viscous": kernels.E_VISCOUS,
     "damping": kernels.E_DAMPING, "applied": kernels.E_APPLIED, "support": kernels.E_SUPPORT,
-}  # fmt: skip
+}
 
 
 _NEVER = 10**9
@@ -87,7 +87,7 @@ class Recorder:
             "rows": (len(COLUMNS),), "reaction": (len(self.blocks), 6), "shift": (len(self.recorded), 3),
             "quaternion": (len(self.recorded), 4), **dict.fromkeys(JointMarks._fields, joints),
             "tie_force": (len(assembly.ties),),
-        }  # fmt: skip
+        }
         self.samples = Samples(**shapes) if store is None else StoredSamples(store.folder, shapes)
         self.floor = Floor(assembly, state.dead)
         self.margin, self.reach = near_margin(assembly), reaches(assembly)
@@ -194,7 +194,7 @@ class Recorder:
             f"block {self.assembly.blocks[k].name!r} fell to the floor, the lowest corner of the supports, at "
             f"{self.state.time:.3g} s: it lies where it met it and goes with the ground; what it would do there is not "
             "followed" for k in met.tolist()
-        ]  # fmt: skip
+        ]
         return bool(len(met))
 
     def _beyond(self) -> bool:
@@ -327,7 +327,7 @@ class Recorder:
                 shift=state.bodies.shift[self.recorded], quaternion=state.bodies.quat[self.recorded],
                 **(marks._asdict() if keeps_joints else dict.fromkeys(JointMarks._fields, ())),
                 tie_force=pulls(state.ties, state.bodies),
-            )  # fmt: skip
+            )
         if explodes:
             raise UnstableError(
                 f"energy explodes at step {row['step']:.0f}: kinetic {row['kinetic']:.3g} J against {size:.3g} J that "
@@ -346,4 +346,4 @@ class Recorder:
             warnings=tuple(dict.fromkeys(self.notes)), factors=tuple(self.factors.tolist()),
             position=copy.deepcopy(self.position), settings=(*self.settings, self.every, self.status), same=self.same,
             store=self.store, recorded=self.recorded, **columns,
-        )  # fmt: skip
+        )

@@ -79,7 +79,7 @@ class Position:
         numbers: dict[str, Callable[[Any], Any]] = {
             "stage": int, "done": int, "quiet": int, "waited": int, "begun": float, "dt": float,
             "outcome": lambda x: RunStatus(str(x)),
-        }  # fmt: skip
+        }
         return cls(**{name: numbers[name](x) if name in numbers else x for name, x in raw.items()})
 
 

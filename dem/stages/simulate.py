@@ -89,7 +89,7 @@ def simulate(
     run = prepared(
         assembly, stages, loads=loads, damping=damping, sample=sample, start=start, factors=factors,
         detect_every=detect_every, store=kept, **model,
-    )  # fmt: skip
+    )
     return _gone(run, progress=progress, checkpoint=checkpoint, every=checkpoint_every)
 
 

@@ -159,7 +159,7 @@ class StageRun:
                 state.bodies.quat.copy(), state.bodies.held.copy(), 0,
                 RunStatus.NOT_SETTLED if settles else RunStatus.FINISHED, np.zeros((len(self.servos), 2)), np.zeros(4),
                 np.zeros(len(rec.begun)),
-            )  # fmt: skip
+            )
         else:
             for servo, kept in zip(self.servos, at.servo, strict=True):
                 servo.give, servo.sum = float(kept[0]), float(kept[1])

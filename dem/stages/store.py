@@ -118,7 +118,7 @@ class StoredSamples(Samples):
             name: np.memmap(self._file(name), "<f8", "r", shape=(self.count, *shape))
             if self.count and self._row(name) else np.zeros((self.count, *shape))
             for name, shape in self.shapes.items()
-        }  # fmt: skip
+        }
 
     def _file(self, name: str) -> Path:
         return self.folder / f"{name}.f8"

@@ -60,7 +60,7 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
             flat = found.position[rows][:, [0, 2]]
             # both points across the thickness lie at one place in the plane
             _, first, number = np.unique(np.round(flat / 1e-9).astype(np.int64), axis=0, return_index=True,
-                                         return_inverse=True)  # fmt: skip
+                                         return_inverse=True)
             position.append(flat[first])
             area.append(np.asarray(np.bincount(number.ravel(), found.area[rows]), dtype=float))
             owner.append(np.full(len(first), k, dtype=np.int64))

@@ -50,7 +50,7 @@ class ZonedRun:
             **dict.fromkeys(("moved", "load", "kinetic", "energy", "restless", "seconds"), ()),
             **dict.fromkeys(JointMarks._fields, joints), place=(blocks, 3), turn=(blocks, 4),
             **{name: value.shape for name, value in zones._asdict().items()},
-        )  # fmt: skip
+        )
         self._sample(0.0, 0.0, 0.0, 0.0)
 
     @property
@@ -118,7 +118,7 @@ class ZonedRun:
             moved=at, load=load, kinetic=kinetic, energy=abs(work - rest) / max(work, 1e-300) if work else 0.0,
             restless=moving / max(now.energy, 1e-300) if work else 0.0, seconds=time.perf_counter() - self.clock,
             **zoned_joint_marks(model, now)._asdict(), place=place, turn=turn, **zone_state(model)._asdict(),
-        )  # fmt: skip
+        )
 
 
 def _rates(path: Sequence[float], steps: int, samples: int) -> Array:

@@ -157,7 +157,7 @@ def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -
         zone_block=np.concatenate(zone_owner), sides=np.concatenate(sides),
         side_start=np.concatenate([[0], np.cumsum([len(s) for s in sides])]).astype(np.int64),
         side_block=np.array(side_block, dtype=np.int64), thickness=thickness, area=area, rigid=rigid, size=largest,
-    )  # fmt: skip
+    )
 
 
 def _parts(length: float, size: float) -> int:

@@ -56,7 +56,7 @@ def make_model(
     choice("plane (stress= of a push)", plane, (PLANE_STRESS, PLANE_STRAIN))
     if options.dashpot is not None and np.any(np.asarray(list(
         options.dashpot.values() if hasattr(options.dashpot, "values") else np.atleast_1d(options.dashpot)
-    ), dtype=float) > 0.0):  # fmt: skip
+    ), dtype=float) > 0.0):
         raise InputError("joint_options: zoned runs have local damping alone; leave the dashpot out")
     refuse_ties(assembly, "a block cut into zones", "use rigid blocks")
     mesh = make_mesh(assembly, zone_size, stiff)
@@ -86,12 +86,12 @@ def make_model(
         body[mesh.block == block] = b
     zero = np.zeros((n, 2))
     nodes = Nodes(mesh.place, zero, zero.copy(), np.ones(n), zero.copy(), zero.copy(), body, zero.copy(),
-                  np.zeros((n, 2), bool))  # fmt: skip
+                  np.zeros((n, 2), bool))
     model = ZonedModel(
         assembly=assembly, mesh=mesh, nodes=nodes, rigid=_rigid_blocks(assembly, mesh.rigid, body), law=law,
         soft=soft, interface=interface, total=np.zeros(Z_SIZE), dt=1.0, plane=plane, warnings=warnings,
         lost=losses(assembly, laws), tables=tables, zones=zones, sides=sides, contacts=contacts,
-    )  # fmt: skip
+    )
     set_loads(model, loads.dead)
     _scale_masses(model)
     return model
@@ -112,7 +112,7 @@ def _rigid_blocks(assembly: Assembly, rigid: Flags, body: Index) -> Rigid:
     return Rigid(
         assembly.centroids[numbers][:, [0, 2]], flat, flat.copy(), np.ones((nb, 3)), flat.copy(), held.copy(),
         flat.copy(), flat.copy(), flat.copy(), flat.copy(), own,
-    )  # fmt: skip
+    )
 
 
 class _Shapes:
@@ -176,7 +176,7 @@ def make_zones(
     zones = Zones(
         cells, kind, row, np.zeros((e, 4, 4)), np.zeros((e, 8)), np.zeros((e, 4)), np.zeros((e, 4), np.int64),
         np.zeros((e, 4)),
-    )  # fmt: skip
+    )
     return QuadTable(**{name: shapes.column(name) for name in ZoneTables._fields}, material=np.stack(rows)), zones
 
 

@@ -43,7 +43,7 @@ def save(path: str | Path, model: ZonedModel, same: Mapping[str, str], samples: 
     arrays |= {f"sample.{k}": v for k, v in samples.arrays().items()} if samples is not None else {}
     write_archive(path, arrays | {
         "total": model.total, "same.names": np.array(list(same)), "same.digests": np.array(list(same.values())),
-    })  # fmt: skip
+    })
 
 
 def read_digests(path: Path) -> dict[str, str]:

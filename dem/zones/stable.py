@@ -60,7 +60,7 @@ def _on_sides(contacts: SideContacts, sides: Sides, place: Array) -> tuple[list[
     parts = [
         (contacts.node[:, 0], 1.0 - contacts.share), (contacts.node[:, 1], contacts.share), (i, along - 1.0),
         (j, -along),
-    ]  # fmt: skip
+    ]
     return [np.column_stack([t[:, 1], -t[:, 0]]), t], parts
 
 
@@ -87,7 +87,7 @@ def freedoms(model: ZonedModel) -> sparse.csr_matrix:
     return sparse.csr_matrix((
         np.concatenate([np.ones(rows.size), *data]),
         (np.concatenate([rows, *rigid_rows]), np.concatenate([columns, *rigid_cols])),
-    ), (2 * n, count))  # fmt: skip
+    ), (2 * n, count))
 
 
 def stable_masses(k: sparse.csr_matrix, nodes: int) -> Array:

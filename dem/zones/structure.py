@@ -73,7 +73,7 @@ class ZonedStructure(DrivenStructure):
         self.model = model = make_model(
             assembly, Loads(dead, np.zeros_like(dead)), zone_size=chosen.zone_size, plane=stress,
             contact_points=chosen.contact_points, joint_options=chosen.joint_options, stiff=stiff,
-        )  # fmt: skip
+        )
         set_loads(model, dead)
         rows = [int(np.count_nonzero(model.mesh.rigid[:b])) for b in stiff]
         self.twist, self.hold = np.zeros(model.rigid.held.shape), np.zeros_like(model.rigid.held)
@@ -88,7 +88,7 @@ class ZonedStructure(DrivenStructure):
             "materials": (*model.tables,), "joints": (model.law, model.interface),
             "contact points": (c.joint, c.side, c.arc, c.node, c.share, c.area, c.gap),
             "loads": (model.nodes.load, model.rigid.load),
-        }  # fmt: skip
+        }
         self.same = signature(assembly, parts, blocks=ZONED, stress=stress, holds=first.tolist())
 
     @cached_property
@@ -174,4 +174,4 @@ class ZonedStructure(DrivenStructure):
             settlement=float(m.nodes.shift[m.nodes.body == driven].mean(axis=0) @ self.twist[driven, :2]),
             law="; ".join(m.lost), spacing=spacing, steps=steps, seconds=float(r["seconds"][-1]), mesh=m.mesh,
             zones=[ZoneState(*z) for z in zip(*(r[name] for name in ZoneState._fields), strict=True)], stress=m.plane,
-        )  # fmt: skip
+        )

@@ -103,7 +103,7 @@ GALLERY = {
         "diagnose_brick_panels", "diagnose_ferris_tin_loi", "diagnose_minho",
     ),
     "Papers": ("ferris_tin_loi_walls", "minho_shear_walls", "minho_cracking_stone", "stochastic_panels"),
-}  # fmt: skip
+}
 """Groups of the gallery and their examples, both in the order shown; those of the first are read in a minute each."""
 
 
@@ -321,7 +321,7 @@ def reference_page(package: str) -> str:
     what = [
         f".. _reference-{package}:\n", package, "=" * len(package), "", f"{PACKAGES[package]}\n",
         f".. py:module:: {package}\n",
-    ]  # fmt: skip
+    ]
     what += [f"{inspect.cleandoc(module.__doc__ or '')}\n"]
     return "\n".join([*what, *(entry(package, name, thing) for name, thing in public_names(module))])
 

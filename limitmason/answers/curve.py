@@ -249,7 +249,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         return replace(
             self, displacement=self.displacement * displacement, load=self.load * load,
             displacement_unit=displacement_unit, load_unit=load_unit,
-        )  # fmt: skip
+        )
 
     def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
         """Displacement, load and errors with their units, and a row for each sample."""

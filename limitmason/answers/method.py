@@ -28,7 +28,7 @@ LIMIT = "limit"
 LEVERS = (
     "friction", "friction of single joints", "cohesion", "tension", "dilatancy", "crushing", "torsion", "stiffness",
     "softening", "faces", "blocks", "weights", "displaced blocks", "direction of loads", "overload", "reading",
-)  # fmt: skip
+)
 """What a cause pulls at; a method declares which of them it feels and computes."""
 
 DISPLACED = tuple(lever for lever in LEVERS if lever not in ("torsion", "displaced blocks"))
@@ -136,7 +136,7 @@ class Method:
         return {
             "multiplier": float(found.collapse_multiplier), "low": float(low), "high": float(high),
             "status": found.status,
-        }  # fmt: skip
+        }
 
     def check_options(self, options: Mapping[str, Any]) -> None:
         """Refuse an option that the method does not take.

@@ -87,7 +87,7 @@ class Reference:
         rows = {
             "author": authors, "title": "{" + self.title + "}", "year": str(self.year or ""), house: self.published_in,
             "volume": self.volume, "number": self.number, "pages": self.pages.replace("-", "--"),
-        }  # fmt: skip
+        }
         given = [f"  {name} = {{{_escaped(text)}}}" for name, text in rows.items() if text not in ("", "{}")]
         given += [f"  {name} = {{{text}}}" for name, text in (("doi", self.doi), ("url", self.url)) if text]
         given += [f"  note = {{{_escaped(self.note)}}}"] if self.note else []

@@ -79,7 +79,7 @@ _BUILDERS: dict[str, tuple[str, dict[str, Any]]] = {
                       "density": "2000"}),
     "vault": ("Vault", {"shape": "barrel", "radius": "1.5", "length": "2", "thickness": "0.3", "voussoirs": "9",
                         "unit_length": "0.5", "density": "2000"}),
-}  # fmt: skip
+}
 _JOINT = {"friction_angle_deg": "33", "dilatancy_angle_deg": "0", "cohesion": "0", "tensile_strength": "0"}
 _BASE_LOADS: dict[str, tuple[str, dict[str, Any]]] = {
     "horizontal": ("Sideways: weight times λ", {"direction": "1, 0, 0"}),
@@ -102,7 +102,7 @@ _CHOICES = {  # where the words in quotes of a docstring are not all, or not onl
     "plan": ("straight", "L", "T", "U", "box"), "corner": ("left", "right"), "base": ("slab", "course", "none"),
     "beam_over": ("facade", "returns", "all"), "column": ("left", "right"), "case": ("dead", "live"),
     "methods": tuple(dict.fromkeys((*COMPARED_METHODS, *sorted(available_methods())))),
-}  # fmt: skip
+}
 _OPENING = {"x": "0.8", "z": "0.6", "width": "0.8", "height": "0.8", "lintel": "0.2"}
 
 
@@ -134,7 +134,7 @@ def calls() -> dict[str, dict[str, Call]]:
                        ("wall", "loads.scaled(live=0.0)" if name == "stability" else "loads"))
             for name, (title, start) in _ANALYSES.items()
         },
-    }  # fmt: skip
+    }
 
 
 def experiment_fields(source: str, specimen: str) -> tuple[Field, ...]:
@@ -146,7 +146,7 @@ def experiment_fields(source: str, specimen: str) -> tuple[Field, ...]:
         out.append(Field(
             name, "number" if number else "word", option.unit if number else "", option.meaning,
             default=str(option.default), choices=tuple(map(str, option.choices)), first=True,
-        ))  # fmt: skip
+        ))
     return tuple(out)
 
 
@@ -165,7 +165,7 @@ def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool 
     for name in names:
         annotation = parameters[name].annotation
         kind = _kind(name, annotation if isinstance(annotation, str) else getattr(annotation, "__name__", "") or
-                     str(annotation))  # fmt: skip
+                     str(annotation))
         if not kind:
             continue
         hint, unit = told.get(name, ("", ""))
@@ -181,7 +181,7 @@ def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool 
         out.append(Field(
             name, kind, "" if words or kind == "tick" else unit or "-", hint, start.get(name, ""), _shown(default),
             choices, name in start,
-        ))  # fmt: skip
+        ))
     return tuple(out)
 
 

@@ -60,7 +60,7 @@ class Computation:
         """What all pages are told."""
         spent = time.monotonic() - self.begun if self.state in ("waiting", "running") else self.seconds
         return {"job": self.number, "kind": self.kind, "state": self.state, "part": self.part, "text": self.text,
-                "seconds": round(spent, 1)}  # fmt: skip
+                "seconds": round(spent, 1)}
 
 
 class Jobs:

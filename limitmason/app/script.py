@@ -97,7 +97,7 @@ def _pictures(name: str, kind: str) -> list[str]:
         return [
             'lm.figures.load_displacement(answer).savefig("curve.png", dpi=160)', 'lm.view(wall, answer, "scene.html")',
             model,
-        ]  # fmt: skip
+        ]
     if name == "stability":
         falls, carries, *others = (line.format("answer.state") for line in mechanism)
         return [f"if answer.stands:\n    {carries}\nelse:\n    {falls}", *others, model]

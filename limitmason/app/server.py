@@ -25,7 +25,7 @@ _LARGEST_SESSION = 500_000  # bytes
 _BEAT = 1.0  # seconds between two signs of life to a page, by which one that has gone is noticed
 
 _STATIC = {"": ("page.html", "text/html"), "app.css": ("app.css", "text/css"),
-           **{name: (name, "text/javascript") for name in ("form.js", "app.js")}}  # fmt: skip
+           **{name: (name, "text/javascript") for name in ("form.js", "app.js")}}
 _TYPES = {"png": "image/png", "json": "application/json", "html": "text/html", "py": "text/x-python"}
 
 _OWN = (
@@ -148,7 +148,7 @@ class _Handler(BaseHTTPRequestHandler):
             if at not in registry.sources() or specimen not in registry.specimens(at):
                 raise Refused(404, "there is no such experiment")
             self._json({"fields": [vars(f) for f in forms.experiment_fields(at, specimen)],
-                        "text": str(registry.load(at, specimen))})  # fmt: skip
+                        "text": str(registry.load(at, specimen))})
         elif path == "api/events":
             self._events()
         elif path.startswith("api/result/"):
@@ -192,7 +192,7 @@ class _Handler(BaseHTTPRequestHandler):
         parts = {part: {name: c.as_json() for name, c in group.items()} for part, group in forms.calls().items()}
         cases = {at: list(registry.specimens(at)) for at in registry.sources()}
         return {"calls": parts, "experiments": cases, "files": self.server.folder.names(), "version": VERSION,
-                "folder": self.server.folder.path.name, "largest": LARGEST}  # fmt: skip
+                "folder": self.server.folder.path.name, "largest": LARGEST}
 
     def _events(self) -> None:
         """Tell a page how far the job is until the page goes away."""
@@ -221,12 +221,12 @@ class _Handler(BaseHTTPRequestHandler):
             held = {k: v for k, v in job.result.items() if k != "files"}
             done = job.done_lines()
             self._json({**job.as_json(), **held, "files": sorted(job.result.get("files", ())), "script": source(done),
-                        "lines": [line.text for line in done if line.shows]})  # fmt: skip
+                        "lines": [line.text for line in done if line.shows]})
             return
         data = self._file(job, name)
         kind = name.rpartition(".")[2]
         self._send(200, data, _TYPES.get(kind, "application/octet-stream"), policy=_MADE if kind == "html" else _OWN,
-                   attachment=name if download else None)  # fmt: skip
+                   attachment=name if download else None)
 
     def _file(self, job: Computation, name: str) -> bytes:
         if name == "session.py":
@@ -268,6 +268,6 @@ class _Handler(BaseHTTPRequestHandler):
         for name, value in (
             ("Content-Security-Policy", policy), ("X-Content-Type-Options", "nosniff"), ("Cache-Control", "no-store"),
             ("Referrer-Policy", "no-referrer"), ("Cross-Origin-Resource-Policy", "same-origin"),
-        ):  # fmt: skip
+        ):
             self.send_header(name, value)
         self.end_headers()

@@ -102,10 +102,10 @@ def run(lines: Sequence[ScriptLine], folder: str) -> dict[str, Any]:
                     continue
                 text = (_proposed(line.text) if isinstance(error, ContactError) else "") + _words(error)
                 return {"error": {"part": line.part, "name": type(error).__name__, "text": text},
-                        "notes": _told(caught)}  # fmt: skip
+                        "notes": _told(caught)}
             except Exception as error:
                 return {"error": {"part": line.part, "name": type(error).__name__, "text": "a mistake in limitmason, "
-                        f"please report it with the script: {error}"}, "notes": _told(caught)}  # fmt: skip
+                        f"please report it with the script: {error}"}, "notes": _told(caught)}
     notes = list(dict.fromkeys([*_told(caught), *notes]))
     spent = round(time.monotonic() - begun, 2)
     return {"summary": summary(names), "files": files, "notes": notes, "seconds": spent, "left_out": left_out}
@@ -127,7 +127,7 @@ def summary(names: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(answer, Prediction):
         value = float(answer.collapse_multiplier)
         out |= {"number": _plain(value), "what": "collapse multiplier λ [-]", "status": str(answer.status),
-                "bound": str(answer.bound)}  # fmt: skip
+                "bound": str(answer.bound)}
         with suppress(ValueError):
             if math.isfinite(value):
                 out["also"] = f"tilt at collapse {answer.tilt_angle_deg:.2f}°"
@@ -139,7 +139,7 @@ def summary(names: Mapping[str, Any]) -> dict[str, Any]:
         out |= {"what": str(answer).partition("\n")[0], "warnings": list(answer.notes)}
     elif isinstance(answer, SideBySide):
         out |= {"what": "λ [-] by the theories side by side", "rows": [
-            [r.method, _plain(r.multiplier), r.status, r.bound] for r in answer.rows]}  # fmt: skip
+            [r.method, _plain(r.multiplier), r.status, r.bound] for r in answer.rows]}
     return out
 
 

@@ -21,6 +21,6 @@ from limitmason.display.notebook import shows
 __all__ = [
     "Opening", "arch", "arch_from_curves", "column", "dome", "layout", "vault",
     "wall", "with_floor", "with_potential_cracks",
-]  # fmt: skip
+]
 
 shows(__name__)

@@ -98,7 +98,7 @@ def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane],
     return replace(
         assembly, blocks=tuple(blocks), interfaces=(*interfaces, *cracks), supports=supports, recipe={},
         doubts=renumbered_doubts(assembly.doubts, np.array(first)),
-    )  # fmt: skip
+    )
 
 
 def unit_crack_planes(assembly: Assembly, names: Sequence[str], least_length: float) -> dict[int | str, Plane]:

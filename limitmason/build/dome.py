@@ -123,5 +123,5 @@ def dome(
     recipe = {
         "kind": "dome", "radius": r, "thickness": depth, "courses": rings, "lunes": n,
         "springing_deg": math.degrees(foot), "opening_deg": math.degrees(edge), "density": float(density),
-    }  # fmt: skip
+    }
     return site.assembly(joint, recipe, joints=joints, tolerance=tolerance)

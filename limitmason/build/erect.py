@@ -80,7 +80,7 @@ class Site:
 def add_ground(
     site: Site, footprint: tuple[float, float, float, float], unit: tuple[float, ...], base: object,
     base_thickness: object, base_margin: Any,
-) -> None:  # fmt: skip
+) -> None:
     """Where ``base`` is "slab", add the held block "base" under the footprint (x0, x1, y0, y1) [m].
 
     Its top is at z = 0. It is one course thick and stands out by half a unit unless stated.

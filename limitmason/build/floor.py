@@ -87,7 +87,7 @@ def with_floor(
         names=[*(assembly.blocks[k].name for k in near), name],
         tolerance=rules.distance, angle_tolerance_deg=rules.angle_deg, wedge_tolerance_deg=rules.wedge_deg,
         smallest_contact=rules.width,
-    )  # fmt: skip
+    )
     numbers = np.array([*near, assembly.n_blocks])
     bearings = tuple(
         replace(
@@ -96,12 +96,12 @@ def with_floor(
         )
         for i in laid.interfaces
         if len(near) in (i.block_a, i.block_b)
-    )  # fmt: skip
+    )
     if not bearings:
         raise InputError(f"the floor {name!r} touches no block: check footprint {tuple(plan)} and level {under:g} m")
     whole = replace(
         assembly, blocks=(*assembly.blocks, laid.blocks[-1]), interfaces=(*assembly.interfaces, *bearings), recipe={},
         doubts=(*assembly.doubts, *renumbered_doubts((d for d in laid.doubts if len(near) in (d.a, d.b)), numbers)),
-    )  # fmt: skip
+    )
     whole.check_connected()
     return whole

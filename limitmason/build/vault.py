@@ -95,7 +95,7 @@ def vault(
     recipe: dict = {
         "kind": "vault", "shape": shape, **circle_facts(r, angle), "thickness": depth, "voussoirs": number,
         "unit_length": unit, "density": float(density),
-    }  # fmt: skip
+    }
     if shape == "barrel":
         if length is None or projection is not None:
             raise InputError("a barrel vault needs its length; projection is for groin vaults")

@@ -31,7 +31,7 @@ def circle_facts(radius: float, angle: float) -> dict[str, float]:
     return {
         "radius": radius, "angle_deg": math.degrees(angle), "span": 2.0 * radius * math.sin(angle / 2.0),
         "rise": radius - radius * math.cos(angle / 2.0),
-    }  # fmt: skip
+    }
 
 
 def circular_joints(radius: float, angle: float, thickness: float, voussoirs: int) -> tuple[np.ndarray, np.ndarray]:

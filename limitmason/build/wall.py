@@ -158,7 +158,7 @@ def wall(
     runs = make_runs(
         plan, total, laid.thickness, return_length=return_length, return_thickness=return_thickness,
         return_position=return_position, corner=corner,
-    )  # fmt: skip
+    )
     levels = [size[1] * k for k in range(number + 1)]
     occupied = [(run.name, *run.footprint[:2]) for run in runs[1:] if run.name != "rear"]
     placed = place_openings(
@@ -187,7 +187,7 @@ def wall(
         "openings": [_opening_recipe(opening) for opening in placed], "density": float(density), "base": base,
         "top_beam": top_beam, "beam_over": beam_over if top_beam is not None else None,
         "spreader": None if spreader is None else [float(s) for s in spreader],
-    }  # fmt: skip
+    }
     built = site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
     return built if unit_cracks is None else _with_unit_cracks(site, built, unit_cracks, 0.75 * size[0])
 
@@ -195,7 +195,7 @@ def wall(
 def _laid(
     runs: Sequence[StraightWall], bond: Bond, levels: list[float], ragged: bool | tuple[bool, bool], start_half: bool,
     header_every: tuple[int, int] | None,
-) -> tuple[list[list[list[Unit]]], float]:  # fmt: skip
+) -> tuple[list[list[list[Unit]]], float]:
     """Units of every run, course by course, and the smallest overlap of successive courses [m]."""
     by_run, overlap = [], float("inf")
     for run in runs:
@@ -300,7 +300,7 @@ def _add_spreader(
     site.add_box(
         "spreader", ((middle - 0.5 * length, y0, top), (middle + 0.5 * length, y1, top + height)), axis=0,
         density=density,
-    )  # fmt: skip
+    )
 
 
 def _return_recipe(run: StraightWall) -> dict:

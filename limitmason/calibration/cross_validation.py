@@ -62,7 +62,7 @@ class LeftOut:
         """The table."""
         head = [["left out", "quantity", "measured", "predicted", "error", "left open"]]
         return aligned(head + [[r.group, r.quantity, f"{r.measured:.4g}", f"{r.predicted:.4g}", f"{r.error:+.1%}",
-                                f"{r.deviation:.1%}"] for r in self.rows], "<<>>>>")  # fmt: skip
+                                f"{r.deviation:.1%}"] for r in self.rows], "<<>>>>")
 
 
 def groups_of(entries: Sequence[Entry], leave_out: str | Mapping[str, str] | None) -> list[str] | None:

@@ -110,7 +110,7 @@ def calibrate(
         places.append(readings[m].index(e.reading))
     own = "" if store is None else fingerprint("calibration", key or models, readings, scale.names, tied.formulas)
     runs = Runs(models, readings, aimed, scale.names, tied, executor=executor, workers=workers, store=store, key=own,
-                progress=progress)  # fmt: skip
+                progress=progress)
     deviation = np.array([1.0 if e.scatter is None else e.scatter for e in entries])
     objective = Objective(scale, entries, model_of, tuple(places), deviation, known, runs)
     best, slopes, minima, ends = _fitted(objective, search, level)
@@ -121,7 +121,7 @@ def calibrate(
     return Fit(
         objective, best, tuple(minima), information, slopes, level or _LEVEL, ends, missed, tuple(groups or ()),
         fit_warnings(objective, best, minima, objective.rise(best, level or _LEVEL)),
-    )  # fmt: skip
+    )
 
 
 def _fitted(

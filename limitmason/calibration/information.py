@@ -143,7 +143,7 @@ class Information(ReadOnly):
     def with_slopes(self, more: Array) -> Information:
         """The information with further residuals."""
         return Information(self.scale, np.vstack([self.slopes, more]), self.variance,
-                           np.concatenate([self.sides, [more, more]], axis=1))  # fmt: skip
+                           np.concatenate([self.sides, [more, more]], axis=1))
 
     def of(self, kept: Array, variance: float) -> Information:
         """The information of some of the residuals."""
@@ -186,7 +186,7 @@ class NextTest:
     def __str__(self) -> str:
         """A line per candidate."""
         rows = [[c.name, f"{len(c.identified)}", ", ".join(n for n in c.identified if n not in self.before) or "none",
-                 f"{c.gain:.2f}"] for c in self.candidates]  # fmt: skip
+                 f"{c.gain:.2f}"] for c in self.candidates]
         return aligned([["test", "identified", "new", "gain [-]"], *rows], "<><>")
 
 

@@ -83,7 +83,7 @@ class Objective(ReadOnly):
         part = replace(
             self, entries=tuple(self.entries[k] for k in at), model_of=tuple(self.model_of[k] for k in at),
             place_of=tuple(self.place_of[k] for k in at), deviation=self.deviation[at], tried=[],
-        )  # fmt: skip
+        )
         part.tried.extend(replace(m, residuals=m.residuals[at]) for m in self.tried)
         return part
 

@@ -102,7 +102,7 @@ class Fit(ReadOnly):
         out = {}
         for p, (low, high) in zip(self.objective.scale.parameters, self.ends, strict=True):
             out[p.name] = (p.bounds[0] if math.isinf(low) else p.value(low),
-                           p.bounds[1] if math.isinf(high) else p.value(high))  # fmt: skip
+                           p.bounds[1] if math.isinf(high) else p.value(high))
         return out
 
     @property
@@ -167,7 +167,7 @@ class Fit(ReadOnly):
         p = self.objective
         fitted, residual = p.predicted([self.minimum.x])[0], p.residuals([self.minimum.x])[0]
         return tuple((e.test, e.label, e.measured, float(f), float(r))
-                     for e, f, r in zip(p.entries, fitted, residual, strict=True))  # fmt: skip
+                     for e, f, r in zip(p.entries, fitted, residual, strict=True))
 
     def predict(self, other: Model, *, level: float | None = None) -> dict[str, Predicted]:
         """What another model gives at the fitted parameters, with the interval they leave.
@@ -248,7 +248,7 @@ class Fit(ReadOnly):
     def diagnose(
         self, causes: Iterable[Cause], *, refit: Sequence[str] | None = None, seed: int = 0,
         cache: str | Path | None = None, **options: Any,
-    ) -> Diagnosis:  # fmt: skip
+    ) -> Diagnosis:
         """What is still wrong: the residuals of the fit handed to the diagnosis.
 
         Every number compared by its ratio is a specimen, with covariates "test" and "quantity"; the models run at the
@@ -286,7 +286,7 @@ class Fit(ReadOnly):
         simulate = _Simulated(
             tuple(p.runs.models), tuple(p.runs.readings), self.parameters, p.runs.ties,
             tuple((*p.scale.names, *p.runs.ties.formulas)),
-        )  # fmt: skip
+        )
         entries = [p.entries[k] for k in kept]
         specimens = [
             {"test": e.test, "quantity": e.label, "model": p.model_of[k], "place": p.place_of[k]}
@@ -296,7 +296,7 @@ class Fit(ReadOnly):
         study = Study(
             specimens, simulate, [e.measured for e in entries], noise, nuisance, ("test", "quantity"),
             levels=9, causes=tuple(causes), cache=cache, n_jobs=p.runs.workers,
-        )  # fmt: skip
+        )
         return study.diagnose(seed=seed, **options)
 
     def __str__(self) -> str:
@@ -336,7 +336,7 @@ class _Simulated:
     def __init__(
         self, models: tuple[Model, ...], readings: tuple[Any, ...], at: Mapping[str, float], ties: Any,
         given: tuple[str, ...],
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.models, self.readings, self.at, self.ties, self.given = models, readings, at, ties, given
 
     def __call__(self, specimen: Mapping[str, Any], **changed: float) -> float:
@@ -385,7 +385,7 @@ def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum],
             apart.append(m)
             values = ", ".join(f"{n} {v:.4g}" for n, v in scale.values(m.x).items())
             out.append(f"another minimum meets the targets as well, {values} (misfit {m.chi2:.3g}): an interval that "
-                       "holds both also holds what lies between")  # fmt: skip
+                       "holds both also holds what lies between")
     close = 1e-6 * (scale.high - scale.low)
     for name, x, low, high, c in zip(scale.names, best.x, scale.low, scale.high, close, strict=True):
         if x - low < c or high - x < c:

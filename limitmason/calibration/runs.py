@@ -46,7 +46,7 @@ class Runs:
         self, models: Sequence[Model], readings: Sequence[Sequence[OutputValue]], aimed: Sequence[Mapping[str, Any]],
         names: Sequence[str], ties: LinkedFormulas, *, executor: Any, workers: int, store: str | Path | None, key: str,
         progress: Progress | None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.models, self.readings, self.aimed, self.ties = tuple(models), tuple(readings), tuple(aimed), ties
         self.names = tuple(names)
         given = (*self.names, *ties.formulas)
@@ -75,7 +75,7 @@ class Runs:
                   "parameters": self._taken(m, p)}
             for p, row in zip(points, wanted, strict=True) for m, key in zip(of, row, strict=True)
             if key not in self.memo
-        }  # fmt: skip
+        }
         if missing:
             self._run(missing)
         return [[np.array(self.memo[key]["values"], dtype=float) for key in row] for row in wanted]

@@ -97,7 +97,7 @@ class CurveTarget:
                 if name not in self.scatter:
                     raise InputError(f"the scatter of {name!r} is not given")
         for scatter in (*(self.scatter.values() if isinstance(self.scatter, Mapping) else (self.scatter,)),
-                        self.point_scatter):  # fmt: skip
+                        self.point_scatter):
             _check_scatter(scatter)
 
 
@@ -209,7 +209,7 @@ def entries_of(test: str, name: str, target: Any) -> list[Entry]:
         Entry(test, name if len(values) == 1 else f"{name} {k + 1}", OutputValue(name, "number", float(k)), float(v),
               target.scatter, not target.absolute, target.unit)
         for k, v in enumerate(values)
-    ]  # fmt: skip
+    ]
 
 
 def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
@@ -217,7 +217,7 @@ def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
     curve, out = target.curve, []
     end = float(curve.displacement[-1])
     units = {"stiffness": f"{curve.load_unit}/{curve.displacement_unit}", "peak displacement": curve.displacement_unit,
-             "area": f"{curve.load_unit} {curve.displacement_unit}"}  # fmt: skip
+             "area": f"{curve.load_unit} {curve.displacement_unit}"}
     for what in target.features:
         value = feature(curve, what, end)
         if not value > 0.0:
@@ -235,7 +235,7 @@ def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
     for k in range(target.points):
         u = start + (end - start) * (k + 1) / target.points
         out.append(Entry(test, f"{name} at {u:.4g}", OutputValue(name, "point", u), float(curve.at(u)),
-                         float(spread or 0.0) * peak, False, curve.load_unit))  # fmt: skip
+                         float(spread or 0.0) * peak, False, curve.load_unit))
     return out
 
 

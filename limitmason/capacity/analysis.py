@@ -206,7 +206,7 @@ def pushover(
     equations = partial(
         _equations, assembly, plane=plane, bent=bent, dead=dead, live=live, control=row, weight=weight, size=size,
         length=length, ties=ties,
-    )  # fmt: skip
+    )
     structure = Structure(assembly, loads, first, weight, size, length, bent, ties.stiffness)
     generations, origin = Generations(shapes, equations, [structure]), at_rest(assembly.n_blocks)
     if initial is None:
@@ -269,7 +269,7 @@ def _falls(generations: Generations, warnings: list[str]) -> PushoverCurve:
         np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=CANNOT_STAND,
         warnings=(*warnings, said), source="limitmason", generations=generations,
         references=(*PAPERS, *data_behind(generations.structures[0].assembly.recipe)),
-    )  # fmt: skip
+    )
 
 
 def _equations(
@@ -283,7 +283,7 @@ def _equations(
     return System(
         make_bodies(assembly, p, plane, bent), ElastoplasticLaw(p.law, p.kn, p.ks, p.softening),
         springs=np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, **given,
-    )  # fmt: skip
+    )
 
 
 def _as_one(assembly: Assembly, loads: Loads, control: Any) -> tuple[Assembly, Loads, Any]:

@@ -80,7 +80,7 @@ def certified_curve(
         status=status, warnings=tuple(warnings), source="limitmason", generations=generations, nodes=tuple(nodes),
         certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin, breaks=breaks,
         references=(*PAPERS, *data_behind(structures[0].assembly.recipe)),
-    )  # fmt: skip
+    )
 
 
 def _breaks(generations: Generations, nodes: list[Node], balances: list[Balance]) -> tuple[Break, ...]:

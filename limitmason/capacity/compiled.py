@@ -16,7 +16,7 @@ Index = NDArray[np.int64]
 def contact(
     block_a: Index, block_b: Index, arm_a: Array, arm_b: Array, offset: Array, reference: Array, shift: Array,
     turn: Array, displacement: Array, directions: Array, place_a: Array, place_b: Array,
-) -> None:  # fmt: skip
+) -> None:
     """Write displacements, directions and arms of the points in a pose."""
     gap = np.empty(3)
     for m in range(len(block_a)):
@@ -69,7 +69,7 @@ def block_wrenches(block_a: Index, block_b: Index, wrenches: Array, force: Array
 def returned(
     strength: tuple[Array, Array, Array, Array, Array], kn: Array, ks: Array, floor: float, old_slip: Array,
     old_lift: Array, displacement: Array, stress: Array, slip: Array, lift: Array, tangent: Array,
-) -> None:  # fmt: skip
+) -> None:
     """Write stress and history of every point, and the consistent tangent unless it is empty.
 
     Parameters
@@ -131,7 +131,7 @@ def returned(
 def elements(
     area: Array, wrenches: Array, tangent: Array, directions: Array, arm_a: Array, arm_b: Array, force: Array,
     starts: Index, basis: Array, out: Array,
-) -> None:  # fmt: skip
+) -> None:
     """Write the derivative of the wrenches by the motions of every run of points, of their stiffness and geometry."""
     c, d = force.shape[1], basis.shape[1]
     stiff, full, half = np.empty((c, 2 * d)), np.zeros((12, 12)), np.empty((12, 2 * d))

@@ -45,7 +45,7 @@ _SAME = 1e-9  # of the largest of some lengths or forces: what rounding may chan
 def points_of_path(
     assembly: Assembly, plane: Plane | None, contact_model: str | None = None,
     grid: Grid | float | Mapping[str, Grid] | None = None, initial: Prediction | None = None,
-) -> tuple[ContactPoints, tuple[str, ...]]:  # fmt: skip
+) -> tuple[ContactPoints, tuple[str, ...]]:
     """The contact points that are asked for, else those that the joints need, see :func:`limitmason.pushover`.
 
     Returns
@@ -91,7 +91,7 @@ def standard_points(assembly: Assembly, plane: Plane | None) -> tuple[str, Grid 
         f"joints crush or break at {n} points on a side, not {LOBATTO_POINTS}, for want of room on {joints} joint(s): "
         f"loads may be too high, at worst by 24 % with 5 points, 11 % with 7 and 4 % with 11; "
         f"give contact_model='lobatto', grid=({LOBATTO_POINTS}, {LOBATTO_POINTS}) for all",
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +181,7 @@ class PathContacts(ReadOnly):
 def first_contacts(
     points: ContactPoints, law: PointLaw, kn: Array, ks: Array, misfit: Array | None = None,
     softening: Softening | None = None,
-) -> PathContacts:  # fmt: skip
+) -> PathContacts:
     """The contact points of the reference pose, the frame carried by the points' block a.
 
     Parameters
@@ -201,7 +201,7 @@ def first_contacts(
     return PathContacts(
         points.block_a, points.block_b, place_a, points.position.copy(), points.directions, points.area, rows,
         np.ones(points.count), law.at(rows), kn[rows], ks[rows], none, none.copy(), *softening.at(rows),
-    )  # fmt: skip
+    )
 
 
 def turned_over(c: PathContacts, rows: Flags) -> PathContacts:
@@ -216,7 +216,7 @@ def turned_over(c: PathContacts, rows: Flags) -> PathContacts:
     return replace(
         c, block_a=a, block_b=b, place_a=place_a, place_b=place_b, directions=sign[:, None, None] * c.directions,
         sense=sign * c.sense,
-    )  # fmt: skip
+    )
 
 
 def firmness(assembly: Assembly, loads: Loads) -> Index:

@@ -65,7 +65,7 @@ def solve(
             found = newton.solve(
                 system, now.pose, multiplier, old, target, viscosity=viscosity, origin=done, iterations=_FINISH,
                 shares=newton.FULL,
-            )  # fmt: skip
+            )
             if found is not None:
                 return found._replace(iterations=found.iterations + k)
         law = frozen(system.law, now.returned.stress[:, 0], now.returned.history.damage)
@@ -98,7 +98,7 @@ def frozen(law: ElastoplasticLaw, normal: Array, damage: Array | float = 0.0) ->
 def _lowest(
     system: System, law: ElastoplasticLaw, old: PlasticHistory, now: Evaluated, motion: Array, multiplier: float,
     viscosity: float, done: Array,
-) -> float:  # fmt: skip
+) -> float:
     """Share of a motion at which the potential of the frozen law is lowest, by its slope."""
     apart, (work, longer) = now.contact.displacement, system.relative(now, motion)
     load = system.applied(multiplier) - viscosity * done

@@ -96,7 +96,7 @@ def make_bodies(
     return ContactGeometry(
         points.block_a, points.block_b, points.place_a - x[points.block_a], points.place_b - x[points.block_b],
         points.place_b - points.place_a, points.directions, points.area, basis, free, shapes_a, shapes_b,
-    )  # fmt: skip
+    )
 
 
 def at_rest(n: int, shapes: int = 0) -> Pose:

@@ -45,7 +45,7 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
             *warnings,
             f"the load still rises at {end.displacement:.3g} m, lambda {end.load:.5g}, where the path ends: "
             "no limit point" if point is None else "a sample up to the limit point has no certificate",
-        )  # fmt: skip
+        )
     else:
         value, mechanism = point.load, curve.mechanism(point.index)
         try:
@@ -75,7 +75,7 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
         error_budget=budget,
         range=around,
         lost_in_failure=lost_in_failure(assembly, np.zeros(len(assembly.interfaces))),
-    )  # fmt: skip
+    )
 
 
 def _largest(changes: list[float]) -> float:

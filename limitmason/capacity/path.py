@@ -270,7 +270,7 @@ class _Path:
         share = min(
             until_open(a.system, a.last, a.new, self.steps.opening * size), made.until_off(a.last, a.new),
             made.until_landed(a.last, a.new), until_stuck(made, self.nodes, a.new, self.steps.sliding * size),
-        )  # fmt: skip
+        )
         if share == 1.0 or a.move <= self.shortest:
             return StepOutcome.ACCEPTED
         self.advance = share * a.move

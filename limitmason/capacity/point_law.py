@@ -142,7 +142,7 @@ def _compiled(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array, t
     compiled.returned(
         (s.tan_phi, s.tan_psi, s.cohesion, s.tension, s.crushing), law.kn, law.ks, _OPEN_TANGENT, old.slip, old.lift,
         displacement, stress, slip, lift, tangent,
-    )  # fmt: skip
+    )
     return Returned(stress, PlasticHistory(slip, lift, old.damage), tangent)
 
 

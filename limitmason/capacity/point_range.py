@@ -97,4 +97,4 @@ def _in_cone(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
 
 _RANGES: Mapping[str, Callable[[PointLaw, Array, Array], tuple[Array, Array]]] = {
     OPENING: _opening, SLIP: _slip, CRUSHING: _crushing,
-}  # fmt: skip
+}

@@ -258,7 +258,7 @@ class PushoverCurve(Curve):
             s.assembly, np.concatenate([place[mine], x.centre[ties]]), np.append(p.interface[mine], ties),
             np.append(p.area[mine], x.area[ties]),
             np.concatenate([force[mine], tensions(s, self.generations.state(node))[0][:, None] * x.normal[ties]]),
-        )  # fmt: skip
+        )
 
     def stability(self, step: int) -> SampleStability:
         """Whether a sample would stand under its load alone, or is held by the control.

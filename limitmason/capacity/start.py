@@ -63,7 +63,7 @@ def begin(
     first = last._replace(
         multiplier=factor * last.multiplier, control=new.systems[0].controlled(last.pose), programs=0, iterations=0,
         jump=False,
-    )  # fmt: skip
+    )
     assert start.origin is not None
     return generations, [first], start.origin
 

@@ -65,7 +65,7 @@ def node_of(system: System, solved: newton.Solved, jump: bool = False, programs:
     return Node(
         s.pose, s.returned.history, solved.multiplier, system.controlled(s.pose), s.force, jump, programs,
         solved.iterations,
-    )  # fmt: skip
+    )
 
 
 def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -> Node | None:
@@ -130,7 +130,7 @@ def descent_first(system: System) -> bool:
 def by_programs(
     system: System, pose: Pose, old: PlasticHistory, target: float | None, multiplier: float, normal: Array | None,
     ratio: float, viscosity: float = 0.0,
-) -> tuple[newton.Solved, int] | None:  # fmt: skip
+) -> tuple[newton.Solved, int] | None:
     """The fixed point of programs, finished by Newton, also the number of programs."""
     area = system.bodies.area[:, None]
     now = system.evaluate(pose, old, multiplier)
@@ -170,7 +170,7 @@ def jump(system: System, node: Node, target: float, ratio: float) -> Node | None
 def quieted(
     system: System, pose: Pose, history: PlasticHistory, target: float | None, multiplier: float, normal: Array | None,
     ratio: float, eta: float, commit: Callable[[PlasticHistory, Evaluated], PlasticHistory] | None = None,
-) -> Node | None:  # fmt: skip
+) -> Node | None:
     """The state that viscous sub-steps come to, with no viscous force left in it.
 
     The viscosity eta is lowered from its first value until there is no force left in it. The result is None where

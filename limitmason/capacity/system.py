@@ -64,7 +64,7 @@ class System:
     def __init__(
         self, bodies: ContactGeometry, law: ElastoplasticLaw, dead: Array, live: Array, control: Array, weight: float,
         size: float, length: float, springs: Array, ties: TieSprings = NO_TIES,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Number the free degrees of freedom and make the pattern of the bordered tangent."""
         none = np.zeros_like(springs)
         self.dead, self.live, self.control = (np.hstack([x, none]) for x in (dead, live, control))
@@ -229,7 +229,7 @@ class System:
             compiled.elements(
                 b.area, at.wrenches, at.returned.tangent, x.directions, x.arm_a, x.arm_b, at.force, self.starts,
                 b.basis, out,
-            )  # fmt: skip
+            )
             return out
         flat = at.wrenches.transpose(0, 2, 3, 1).reshape(m, 2 * d, c)
         stiff = (b.area[:, None, None] * at.returned.tangent) @ flat.transpose(0, 2, 1)

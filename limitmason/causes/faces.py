@@ -14,7 +14,7 @@ from limitmason.model import Assembly, Loads
     source="rounded corners of LMGC90 and UDEC on the walls of Ferris and Tin-Loi 2001 (contact ends pulled in)",
     isolate="tilt single blocks of several widths: the loss of lever arm does not depend on the width",
     hidden_when="one block size: twin of effective thickness out of plane, of lost overlap in plane",
-)  # fmt: skip
+)
 def edge_rounding(
     size: float, assembly: Assembly, loads: Loads, *, plane_normal: Direction | None = None
 ) -> tuple[Assembly, Loads]:
@@ -39,7 +39,7 @@ def edge_rounding(
     isolate="tilt single blocks of several widths: the loss of lever arm is in proportion to the width",
     hidden_when="the wall works in its plane (no effect without cohesion or crushing); one thickness: twin of edge "
     "rounding",
-)  # fmt: skip
+)
 def effective_thickness(
     share: float, assembly: Assembly, loads: Loads, *, direction: Direction = (0.0, 1.0, 0.0)
 ) -> tuple[Assembly, Loads]:
@@ -61,7 +61,7 @@ def effective_thickness(
     source="stepped cracks rise by the course height h per overlap v (Casapulla)",
     isolate="a wall built with gaps in its head joints on purpose",
     hidden_when="failure at the base or at free ends; near twin of torsion strength, and of edge rounding in plane",
-)  # fmt: skip
+)
 def lost_overlap(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """Units shorter than drawn.
 
@@ -76,7 +76,7 @@ def lost_overlap(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembl
     source="dry joints laid with gaps; that they are spread evenly is assumed",
     isolate="a wall with and one without wedges in its head joints",
     hidden_when="the mechanism opens the head joints anyway",
-)  # fmt: skip
+)
 def open_head_joints(share: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """A share of the head joints [-] that carries nothing, spread over the wall.
 
@@ -96,7 +96,7 @@ def open_head_joints(share: float, assembly: Assembly, loads: Loads) -> tuple[As
     isolate="twist one block on another under several eccentric weights",
     hidden_when="no face twists (plane problems); sizes below 0.5; near twin of lost overlap in bending walls",
     by_simulator=True,
-)  # fmt: skip
+)
 def torsion_strength(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """Faces that twist off more easily.
 

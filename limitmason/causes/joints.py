@@ -40,7 +40,7 @@ def with_friction_factor(joint: Joint, factor: float) -> Joint:
     source="Coulomb law, the foundation joint as a material of its own",
     isolate="slide one course on the ground, beside the same course on another course",
     hidden_when="no specimen slides on its base, or the base slides as the bed joints would (one course)",
-)  # fmt: skip
+)
 def weak_base_joint(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """Joints to the support with less friction than the others.
 
@@ -54,7 +54,7 @@ def weak_base_joint(factor: float, assembly: Assembly, loads: Loads) -> tuple[As
     bounds=(0.0, 1.0), source="Coulomb law",
     physics="head joints are rough-cut, dusty or barely touch: tan(phi) of the head joints x size",
     isolate="the same wall built with gaps in its head joints", hidden_when="the mechanism presses no head joint",
-)  # fmt: skip
+)
 def head_joint_friction(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """Head joints that carry less shear than bed joints.
 
@@ -76,7 +76,7 @@ def _positive_stresses(*, reference_stress: float, least_stress: float) -> Mappi
     source="power law of friction of asperities in contact (Bowden and Tabor 1950; exponent 1/3 for spheres)",
     isolate="shear tests of one joint at several normal stresses, one of them that of the walls",
     hidden_when="all specimens carry the same stress: then it is an error of the friction coefficient",
-)  # fmt: skip
+)
 def stress_dependent_friction(
     exponent: float, assembly: Assembly, loads: Loads, *, reference_stress: float = 1e5, least_stress: float = 0.01
 ) -> tuple[Assembly, Loads]:
@@ -108,10 +108,10 @@ def stress_dependent_friction(
     source="Mohr-Coulomb law",
     isolate="shear tests at low normal stress; specimens of two sizes of one shape",
     hidden_when="one size and one load level, where it is a larger friction",
-)  # fmt: skip
+)
 def cohesion(
     size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS
-) -> tuple[Assembly, Loads]:  # fmt: skip
+) -> tuple[Assembly, Loads]:
     """Joints that stick: |T| <= c A + tan(phi) N with c raised by the size [kPa].
 
     Tension stays as it is.
@@ -128,10 +128,10 @@ def cohesion(
     source="tension cut-off of the Mohr-Coulomb law; a section carries ft A L/2 plastic, ft A L/6 elastic",
     isolate="lift one block off another",
     hidden_when="near twin of cohesion where rocking and sliding gain alike",
-)  # fmt: skip
+)
 def tension(
     size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS
-) -> tuple[Assembly, Loads]:  # fmt: skip
+) -> tuple[Assembly, Loads]:
     """Joints that hold in tension.
 
     The tensile strength ft is raised by the size [kPa], and c to ft tan(phi) at least (the cone's apex).
@@ -152,10 +152,10 @@ def tension(
     isolate="shear test of one joint at constant normal stress: opening against slip",
     hidden_when="associative limit analysis and mechanisms, which do not read psi; walls without confinement; "
     "twin of cohesion at one height",
-)  # fmt: skip
+)
 def dilatancy(
     size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS
-) -> tuple[Assembly, Loads]:  # fmt: skip
+) -> tuple[Assembly, Loads]:
     """Joints that climb when they slide: psi = psi_0 + size (phi - psi_0).
 
     Acts where the flow rule reads psi.
@@ -176,7 +176,7 @@ def dilatancy(
     source="rectangular stress block, M = N L/2 - N^2 / (2 fc t)",
     isolate="the same wall under several overloads; compression test of a stack",
     hidden_when="stresses are alike in all specimens: twin of edge rounding; no effect without overload on models",
-)  # fmt: skip
+)
 def finite_compressive_strength(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """Joints that crush: 1 / fc raised by the size [1/MPa].
 
@@ -199,7 +199,7 @@ def finite_compressive_strength(size: float, assembly: Assembly, loads: Loads) -
     source="exponential running-in of a coefficient; the law is assumed",
     isolate="repeat the first test at the end of the campaign",
     hidden_when="the order of the tests follows another covariate, or nothing depends on friction",
-)  # fmt: skip
+)
 def wear(
     rate: float, assembly: Assembly, loads: Loads, specimen: Any = None, *, order: str = "order"
 ) -> tuple[Assembly, Loads]:
@@ -224,10 +224,10 @@ def wear(
     source="no-tension Winkler joint; the DEM follows it with large displacements",
     isolate="record the sway before collapse; compression of a stack against load",
     hidden_when="limit analysis and mechanisms, whose joints are rigid; specimens of one height",
-)  # fmt: skip
+)
 def joint_softness(
     size: float, assembly: Assembly, loads: Loads, *, shear_ratio: float = 0.4
-) -> tuple[Assembly, Loads]:  # fmt: skip
+) -> tuple[Assembly, Loads]:
     """Joints softer than assumed, for the DEM.
 
     1 / kn raised by the size [mm/MPa], 1 / ks by size / shear_ratio.
@@ -253,7 +253,7 @@ def joint_softness(
     physics="units or sand of another source: tan(phi) x size", source="Coulomb law",
     isolate="slide one joint of each batch",
     hidden_when="no specimen slides; friction is a measured input as well",
-)  # fmt: skip
+)
 def joint_friction(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """Joints with another friction than was measured: tan(phi) x size [-]."""
     return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=KINDS), loads
@@ -265,7 +265,7 @@ def joint_friction(factor: float, assembly: Assembly, loads: Loads) -> tuple[Ass
     source="Mohr-Coulomb law with a tension cut-off; bond varies by 30 % and more within one mortar",
     isolate="bond wrench or shear of couplets of the same batch and age",
     hidden_when="dry joints, which have none; peaks of walls that rock as whole pieces",
-)  # fmt: skip
+)
 def bond_strength(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """Mortar that holds more or less.
 
@@ -292,7 +292,7 @@ def _stiffness_of(*, kinds: Iterable[str], joint: Sequence[str] | None) -> Mappi
         return {}
     called = ", ".join(kinds)
     return {"name": f"stiffness of {called} joints", "parameter": f"stiffness_factor_{'_'.join(kinds)}",
-            "physics": f"{called} joints are softer or stiffer than stated: kn, ks x size"}  # fmt: skip
+            "physics": f"{called} joints are softer or stiffer than stated: kn, ks x size"}
 
 
 @declare(
@@ -302,7 +302,7 @@ def _stiffness_of(*, kinds: Iterable[str], joint: Sequence[str] | None) -> Mappi
     source="linear elastic joint; at the base it is a foundation that gives way",
     isolate="compression and shear of one joint; a frequency, which no load cell enters",
     hidden_when="peaks alone, which hardly feel it; two joints at places of one symmetry",
-)  # fmt: skip
+)
 def joint_stiffness(
     factor: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS, joint: Sequence[str] | None = None
 ) -> tuple[Assembly, Loads]:
@@ -323,7 +323,7 @@ def joint_stiffness(
         return replace(
             law, normal_stiffness=factor * law.normal_stiffness,
             shear_stiffness=None if shear is None else factor * shear,
-        )  # fmt: skip
+        )
 
     if joint is None:
         return assembly.with_joints(stiffer, kinds=kinds), loads
@@ -354,7 +354,7 @@ def _softening(assembly: Assembly, change: Callable[[Joint], Joint]) -> Assembly
     source="linear softening, area under the curve of stress against opening",
     isolate="a joint in tension or shear under control of its opening",
     hidden_when="limit analysis, which is perfectly plastic; the residual and the first crack do not feel it",
-)  # fmt: skip
+)
 def fracture_energy(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """Joints that soften faster or slower.
 
@@ -368,7 +368,7 @@ def fracture_energy(factor: float, assembly: Assembly, loads: Loads) -> tuple[As
         return replace(
             joint, fracture_energy_tension=None if first is None else factor * first,
             fracture_energy_shear=None if second is None else factor * second,
-        )  # fmt: skip
+        )
 
     return _softening(assembly, tougher), loads
 
@@ -379,7 +379,7 @@ def fracture_energy(factor: float, assembly: Assembly, loads: Loads) -> tuple[As
     source="residual shear strength of a cracked joint",
     isolate="slide a joint on after its peak; reload a cracked joint in tension",
     hidden_when="limit analysis, which loses nothing; the load up to the peak does not feel it",
-)  # fmt: skip
+)
 def strength_kept(share: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """Joints that lose less: residual c and ft raised by the size [-] of what is lost.
 

@@ -94,7 +94,7 @@ def of_batch(cause: Cause, label: Any, covariate: str = "batch") -> Cause:
         parameter="".join(c if c.isalnum() else "_" for c in f"{cause.parameter}_{covariate}_{label}"),
         physics=f"{cause.physics}, where {covariate} = {label}", apply=OfBatch(cause, covariate, label),
         hidden_when=f"the {covariate} goes with a change of geometry or load; {cause.hidden_when}",
-    )  # fmt: skip
+    )
 
 
 def delivered(label: Any, covariate: str = "batch", *, plane: bool = True, overload: bool = False) -> list[Cause]:
@@ -190,7 +190,7 @@ def standard(
 
 def each_joint(
     assembly: Assembly, bounds: tuple[float, float] = (0.02, 1.0), kinds: Iterable[str] = joints.KINDS
-) -> list[Cause]:  # fmt: skip
+) -> list[Cause]:
     """A cause per joint, "loose joint a|b", for "which one is loose or cracked?".
 
     A diagnosis pays for the whole list.
@@ -212,7 +212,7 @@ def felt_by(cause: Cause) -> tuple[str, ...]:
         return cause.reads or ("all",)
     force = any(acts_on(cause, m) for m in METHODS)
     felt = {"force": force, "deformation": acts_on(cause, "pushover"), "vibration": acts_on(cause, MODES),
-            "pattern": force}  # fmt: skip
+            "pattern": force}
     return tuple(kind for kind, feels in felt.items() if feels)
 
 

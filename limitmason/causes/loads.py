@@ -18,7 +18,7 @@ from limitmason.model import Assembly, Loads
     physics="jack, beam or added mass sits off its axis: its lever arm changes by size", source="statics",
     isolate="turn the loading device round and repeat; a specimen without overload",
     hidden_when="no specimen has an overload, or a beam held against rotation spreads it",
-)  # fmt: skip
+)
 def eccentric_overload(
     size: float, assembly: Assembly, loads: Loads, *, direction: Direction | None = None
 ) -> tuple[Assembly, Loads]:
@@ -42,7 +42,7 @@ def eccentric_overload(
     physics="load cell, jack friction or springs: overload x size", source="statics",
     isolate="weigh the overload by a second load cell under the wall",
     hidden_when="no specimen has an overload, or dry walls whose whole dead load is overload: twin of gain",
-)  # fmt: skip
+)
 def overload_magnitude(
     factor: float, assembly: Assembly, loads: Loads, *, inertial: bool = False
 ) -> tuple[Assembly, Loads]:
@@ -78,7 +78,7 @@ def _turned_in(*, plane: str) -> Mapping[str, str]:
     isolate="push from the other side; measure the cable's or the actuator's angle",
     hidden_when="a few degrees of horizontal skew change the multiplier by 1 - cos(size) only; inclination is near "
     "twin of gain where one mechanism governs",
-)  # fmt: skip
+)
 def load_direction(size: float, assembly: Assembly, loads: Loads, *, plane: str = "vertical") -> tuple[Assembly, Loads]:
     """Live load that acts in another direction than assumed, by the size [deg].
 

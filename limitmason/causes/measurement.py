@@ -38,7 +38,7 @@ def entry(specimen: Any, name: str, cause: str) -> Any:
     isolate="turn the specimen or the sensor by 180 degrees and repeat",
     hidden_when="all specimens have nearly one multiplier: twin of gain; tilted in one direction: exact twin of "
     "out-of-plumb",
-)  # fmt: skip
+)
 def angle_offset(size: float, prediction: float, specimen: Any) -> float:
     """Zero of the inclinometer off by the size [deg].
 
@@ -58,7 +58,7 @@ def angle_offset(size: float, prediction: float, specimen: Any) -> float:
     physics="calibration of the load cell or the accelerometer", source="linear sensor",
     isolate="calibrate the sensor against a known load",
     hidden_when="any cause that changes all specimens by one factor, such as friction where all slide",
-)  # fmt: skip
+)
 def gain(size: float, prediction: float, specimen: Any) -> float:
     """Sensor with a wrong gain: read value = size x value [-]."""
     return size * prediction
@@ -74,7 +74,7 @@ def _along_order(*, order: str) -> Mapping[str, Any]:
     physics="the load cell or its amplifier drifts: value x exp(size (order - 1))",
     source="exponential drift; the law is assumed", isolate="calibrate before and after the campaign",
     hidden_when="the order of tests follows another covariate, such as the height; twin of wear where all slide",
-)  # fmt: skip
+)
 def sensor_drift(size: float, prediction: float, specimen: Any, *, order: str = "order") -> float:
     """Load cell that reads more from test to test.
 
@@ -97,7 +97,7 @@ def _displaced(factor: float, prediction: float, quantity: str) -> float:
     reads=SENSOR, physics="calibration of the displacement sensor: drifts x size, stiffness / size",
     source="linear sensor", isolate="calibrate the sensor against gauge blocks; a second sensor",
     hidden_when="peaks and frequencies, which it does not enter; one joint stiffness for all specimens",
-)  # fmt: skip
+)
 def displacement_gain(size: float, prediction: float, specimen: Any, quantity: str = "stiffness") -> float:
     """Displacement sensor with a wrong gain.
 
@@ -117,10 +117,10 @@ def _along_height(*, height: str) -> Mapping[str, Any]:
     source="a wall that turns about its base or shears evenly: displacements in proportion to the height",
     isolate="measure the height of the sensor; sensors at two heights",
     hidden_when="specimens of one height: twin of a gain of displacements",
-)  # fmt: skip
+)
 def control_point(
     size: float, prediction: float, specimen: Any, quantity: str = "stiffness", *, height: str = "height"
-) -> float:  # fmt: skip
+) -> float:
     """Displacements read at another height than the model's, by the size [m].
 
     Parameters
@@ -144,10 +144,10 @@ def control_point(
     physics="frame, bolts and bearings give way in row with the specimen: displacement + size x force",
     source="springs in row", isolate="a sensor on the specimen itself; push a stiff block in the same rig",
     hidden_when="one stiffness for all specimens: twin of a gain of displacements; peaks do not feel it",
-)  # fmt: skip
+)
 def rig_compliance(
     size: float, prediction: float, specimen: Any, quantity: str = "stiffness", *, peak: str = "peak"
-) -> float:  # fmt: skip
+) -> float:
     """Displacements that hold those of the rig as well.
 
     Stiffness read K / (1 + size K), drift at the peak u + size F.
@@ -177,10 +177,10 @@ def _shifted(*, covariate: str, label: Any) -> Mapping[str, Any]:
     reads=LOAD_CELL,
     physics="another sensor, operator or delivery", source="linear sensor",
     isolate="test one configuration in both batches", hidden_when="the batch goes with a change of geometry or load",
-)  # fmt: skip
+)
 def batch_shift(
     size: float, prediction: float, specimen: Any, *, covariate: str = "batch", label: Any = "B"
-) -> float:  # fmt: skip
+) -> float:
     """Specimens of one batch, sensor or operator read by another gain.
 
     Value x size [-] where covariate == label.
@@ -199,10 +199,10 @@ def _taken(*, per: str | None, unit: str) -> Mapping[str, str]:
     physics="rollers, hinges or guides take a force", source="Coulomb friction of the guides",
     isolate="run the rig without a specimen; load and unload: the sign changes",
     hidden_when="all specimens carry about the same load: twin of gain",
-)  # fmt: skip
+)
 def rig_friction(
     size: float, prediction: float, specimen: Any, *, per: str | None = None, unit: str = "-"
-) -> float:  # fmt: skip
+) -> float:
     """Force that the loading rig takes before the specimen gets any.
 
     Read value = value + size [unit of the value].

@@ -25,7 +25,7 @@ ROUNDS = 30  # of the secant method for the multiplier at which blocks stand dis
     source="statics of the turned structure",
     isolate="plumb line before the test; test in both directions: the effect changes sign",
     hidden_when="tilting tests in one direction: exact twin of the angle offset (load and weight turn together)",
-)  # fmt: skip
+)
 def out_of_plumb(
     size: float, assembly: Assembly, loads: Loads, *, direction: Direction | None = None
 ) -> tuple[Assembly, Loads]:
@@ -63,7 +63,7 @@ def _along(*, axes: str) -> Mapping[str, str]:
     physics="units differ from the drawing: lengths x size, weights with the volume", source="geometry",
     isolate="measure and weigh a sample of units",
     hidden_when="dry joints without overload and all axes alike: the multiplier does not depend on the scale",
-)  # fmt: skip
+)
 def block_size(factor: float, assembly: Assembly, loads: Loads, *, axes: str = "xyz") -> tuple[Assembly, Loads]:
     """Blocks larger or smaller than drawn: lengths along some axes x size [-].
 
@@ -82,7 +82,7 @@ def block_size(factor: float, assembly: Assembly, loads: Loads, *, axes: str = "
     "block density", parameter="density_factor", lever="weights", baseline=1.0, bounds=(0.8, 1.2),
     physics="moisture, voids or another stone: weight x size", source="statics", isolate="weigh a sample of units",
     hidden_when="dry joints without overload: weight cancels; with overload twin of its magnitude, inverted",
-)  # fmt: skip
+)
 def block_density(
     factor: float, assembly: Assembly, loads: Loads, *, blocks: Sequence[str] | None = None
 ) -> tuple[Assembly, Loads]:
@@ -103,10 +103,10 @@ def block_density(
     physics="a unit is broken, hollow or was never laid: it weighs less and touches over less of the thickness by size",
     source="statics", isolate="look behind the render; knock, or a thermogram",
     hidden_when="the unit is no part of what moves; in plane only its weight is missed",
-)  # fmt: skip
+)
 def missing_unit(
     share: float, assembly: Assembly, loads: Loads, *, unit: str | None = None
-) -> tuple[Assembly, Loads]:  # fmt: skip
+) -> tuple[Assembly, Loads]:
     """A unit of which a share [-] is missing, over its whole face and from both sides of the wall.
 
     Parameters
@@ -129,7 +129,7 @@ def missing_unit(
     physics="units are softer or stiffer than stated: E x size", source="linear elasticity",
     isolate="compression of one unit; sound velocity",
     hidden_when="joints give way far more than units: twin of joint stiffness where both are uniform; peaks alone",
-)  # fmt: skip
+)
 def unit_modulus(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
     """Units of another elastic modulus.
 
@@ -138,7 +138,7 @@ def unit_modulus(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assem
     changed: dict[int | str, Material] = {
         b.name: replace(b.material, young_modulus=factor * b.material.young_modulus)
         for b in assembly.blocks if b.material is not None
-    }  # fmt: skip
+    }
     if not changed:
         raise NotApplicable("no block has a material: its blocks are rigid, whatever their modulus")
     return assembly.with_material(changed), loads
@@ -151,7 +151,7 @@ def unit_modulus(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assem
     source="second-order theory of a block on elastic joints: lambda = tan(atan(b/h) - theta(lambda))",
     isolate="record the sway before collapse; shear and compression stiffness of one joint",
     hidden_when="specimens of one height and one load level, where it is a shift of the multiplier",
-)  # fmt: skip
+)
 def second_order_displacement(
     size: float,
     assembly: Assembly,

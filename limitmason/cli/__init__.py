@@ -118,7 +118,7 @@ def _parser() -> argparse.ArgumentParser:
     top = _Parser("limitmason", description=_DESCRIPTION, epilog=_EPILOG, formatter_class=style)
     top.add_argument("--version", action="version", version=f"limitmason {__version__}")
     top.add_argument("--progress", choices=MODES, metavar="WHEN",
-                     help="how far a long run is: always, never, or auto, on a terminal")  # fmt: skip
+                     help="how far a long run is: always, never, or auto, on a terminal")
     top.add_argument("--debug", action="store_true", help="show the whole traceback of an error")
     commands = top.add_subparsers(title="commands", metavar="COMMAND")
 

@@ -14,11 +14,11 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
         "app", help="open the application in the browser: build or load a structure, solve, look, download the script",
         description="Serves one page on the loopback address of this machine, behind a random token, until Ctrl-C. It "
         "reads and writes files of the chosen folder alone, and uses no network.",
-    )  # fmt: skip
+    )
     command.add_argument("--port", type=int, default=0, help="of the loopback address; default: a free one")
     command.add_argument("--folder", default=".", metavar="FOLDER",
                          help="the only one whose models and drawings are read, and where uploads are kept; "
-                         "default: the current one")  # fmt: skip
+                         "default: the current one")
     command.add_argument("--no-browser", action="store_true", help="only print the address")
     command.set_defaults(run=_serve)
 

@@ -27,7 +27,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
         "check", help="contact report: near misses, floating blocks, implausible input",
         description="Lists the contacts of a model and what may be wrong with them. Exit status 0 when there is "
         "nothing to decide, 1 when there is, 2 for input that cannot be read.",
-    )  # fmt: skip
+    )
     check.add_argument(
         "target",
         metavar="TARGET",
@@ -38,7 +38,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     check.add_argument("--distance", type=float, metavar="M", help="list near misses up to this gap [m]")
     check.add_argument("--angle", type=float, metavar="DEG", help="and up to this angle between faces [deg]")
     outline_options(check).add_argument("--tolerance", type=length, metavar="LENGTH",
-                                        help="gap or overlap up to which faces touch; default: --gap")  # fmt: skip
+                                        help="gap or overlap up to which faces touch; default: --gap")
     check.set_defaults(run=_check)
 
 

@@ -123,10 +123,10 @@ def drawing_options(parser: argparse.ArgumentParser, *, tilt: bool = True) -> No
     group.add_argument("--friction", type=float, metavar="DEG", help="friction angle of every joint [deg]")
     group.add_argument("--density", type=float, metavar="KG_M3", help="of every block; default: 2000 kg/m3")
     group.add_argument("--held", nargs="+", metavar="NAME", help="held blocks; default: a layer named support, base or "
-                       "ground, else the stones that reach down to the lowest level")  # fmt: skip
+                       "ground, else the stones that reach down to the lowest level")
     if tilt:
         group.add_argument("--tilt", choices=tuple(_TILTS), help="direction of the live load: x (right), left (against "
-                           "x), y (away from the viewer), front; default: x")  # fmt: skip
+                           "x), y (away from the viewer), front; default: x")
 
 
 def outline_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
@@ -136,11 +136,11 @@ def outline_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
     group.add_argument("--scale", type=float, metavar="M", help="metres per unit of the drawing; default: that of the "
                        "file, which an .svg does not have")
     group.add_argument("--gap", type=length, metavar="LENGTH", help="close gaps between outlines up to this length, "
-                       "for example 3mm")  # fmt: skip
+                       "for example 3mm")
     group.add_argument("--mortar", type=length, metavar="LENGTH", help="thickness of mortar joints drawn as open "
-                       "space: stones grow by half of it")  # fmt: skip
+                       "space: stones grow by half of it")
     group.add_argument("--layers", nargs="+", metavar="NAME", help="layers to read; default: all but openings, "
-                       "windows, doors")  # fmt: skip
+                       "windows, doors")
     return group
 
 
@@ -173,7 +173,7 @@ def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
     settings = {
         "thickness": options.thickness, "density": options.density,
         "tilt": _TILTS.get(getattr(options, "tilt", None) or ""), "fixed": options.held, **outline_settings(options),
-    }  # fmt: skip
+    }
     given = {k: v for k, v in settings.items() if v is not None}
     try:
         model = formats.model_of_drawing(path, joint=Joint(options.friction), **given)
@@ -215,7 +215,7 @@ def analysis_options(parser: argparse.ArgumentParser, flow_default: str = "assoc
     group.add_argument("--method", choices=(LIMIT, *sorted(available_methods())), help=f"default: {LIMIT}")
     rules = ("associative", "non-associative")
     group.add_argument("--flow-rule", choices=rules,
-                       help=f"associative ignores the dilatancy angle; default: {flow_default}")  # fmt: skip
+                       help=f"associative ignores the dilatancy angle; default: {flow_default}")
     group.add_argument("--contact-model", choices=("vertices", "grid"), help="default: vertices")
     group.add_argument(
         "--grid", type=int, nargs=2, metavar=("ALONG", "ACROSS"), help="points per interface; needs grid"
@@ -224,9 +224,9 @@ def analysis_options(parser: argparse.ArgumentParser, flow_default: str = "assoc
         "--torsion-limit", action="store_true", help="limit torsion to that of uniform pressure (estimate)"
     )
     group.add_argument("--search", choices=("quick", "standard", "thorough"),
-                       help="how long the non-associative analysis searches; default: standard")  # fmt: skip
+                       help="how long the non-associative analysis searches; default: standard")
     group.add_argument("--time-limit", type=float, metavar="SECONDS",
-                       help="after which that search ends with the smallest it has")  # fmt: skip
+                       help="after which that search ends with the smallest it has")
 
 
 def refuse(options: argparse.Namespace, names: Iterable[str], because: str) -> None:

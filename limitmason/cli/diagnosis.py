@@ -40,12 +40,12 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser(
         "diagnose", help="what a simulation gets wrong on measured data, and why", description=ABOUT,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
+    )
     command.add_argument("data", nargs="?", type=Path, metavar="DATA", help="CSV file or folder; see above")
     command.add_argument("--model", metavar="NAME", help="packaged series, or module:function, or file.py:function")
     command.add_argument("--predicted", metavar="COLUMN", help="column with predictions; default: 'predicted'")
     command.add_argument("--template", type=Path, metavar="FILE", help="write a data file to start from (with --model "
-                         "SERIES that series) and stop")  # fmt: skip
+                         "SERIES that series) and stop")
     command.add_argument("--out", type=Path, metavar="DIR", help="default: diagnosis")
     command.add_argument("--title", help="of the report; default: the file's name")
     table = command.add_argument_group("columns")
@@ -53,36 +53,36 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     table.add_argument("--group", metavar="COLUMN", help="configuration; default: 'group' where there is one")
     table.add_argument("--covariates", nargs="+", metavar="COLUMN", help="default: all columns left")
     table.add_argument("--batches", nargs="+", metavar="COLUMN", help="columns of words whose labels may be read by "
-                       "another gain; default: batch, sensor, operator, laboratory")  # fmt: skip
+                       "another gain; default: batch, sensor, operator, laboratory")
     table.add_argument("--shared", nargs="+", metavar="COLUMN", help="columns of words within whose labels tests may "
                        "share a part of their noise; its share is estimated; default: batch, day, operator, sensor, "
-                       "laboratory, setup where they are recorded and no cause is about them")  # fmt: skip
+                       "laboratory, setup where they are recorded and no cause is about them")
     known = command.add_argument_group("what is known, and what may be wrong")
     known.add_argument("--noise", metavar="SD", help="relative error of the measured values (0.04 is 4 %%), "
                        "'unknown', or 'replicates' (repeats in a group); default: column 'noise', "
-                       "or unknown")  # fmt: skip
+                       "or unknown")
     known.add_argument("--dof", type=float, help="degrees of freedom of replicates that --noise was taken from")
     known.add_argument("--input", action="append", default=[], metavar="NAME=VALUE,SD", help="input of the "
-                       "simulation that was measured, with its error")  # fmt: skip
+                       "simulation that was measured, with its error")
     known.add_argument("--causes", metavar="LIST", help="module:LIST or file.py:LIST, or names of the catalogue "
-                       "between commas; default for a packaged series: the catalogue's list")  # fmt: skip
+                       "between commas; default for a packaged series: the catalogue's list")
     known.add_argument("--towards", nargs="+", default=[], metavar="COLUMN", help="with --predicted: predictions of a "
-                       "second model; tried as a cause, from one to the other")  # fmt: skip
+                       "second model; tried as a cause, from one to the other")
     known.add_argument("--tilting", action="store_true", help="the values are tangents of a tilt angle")
     known.add_argument("--spatial", action="store_true", help="the walls do not work in one plane")
     run = command.add_argument_group("run")
     run.add_argument("--seed", type=int, help="default: 0")
     run.add_argument("--levels", type=int, help="most sizes per cause that are simulated; default: 9, or 17 "
-                     "where predictions are tabulated")  # fmt: skip
+                     "where predictions are tabulated")
     run.add_argument("--jobs", type=int, help="processes for the simulations; default: 1")
     run.add_argument("--fresh", action="store_true", help="forget the simulated values in DIR; they are kept there, so "
-                     "that a run goes on after a kill")  # fmt: skip
+                     "that a run goes on after a kill")
     run.add_argument("--pool", type=Path, metavar="CSV", help="specimens that could be tested next; default: "
-                     "repeats of those in the file")  # fmt: skip
+                     "repeats of those in the file")
     run.add_argument("--next", type=int, metavar="K", help="number of next tests; default: 4")
     run.add_argument("--rehearse", type=int, metavar="N", help="blind trials on this design")
     run.add_argument("--missing", type=int, metavar="N", help="blind trials with each cause taken off the list in "
-                     "turn: how often a name is given to something else")  # fmt: skip
+                     "turn: how often a name is given to something else")
     run.add_argument("--no-checks", action="store_true", help="skip judging the data again without each specimen")
     analysis_options(command)
     command.set_defaults(run=_diagnose)
@@ -138,7 +138,7 @@ def _run(options: argparse.Namespace) -> int:
     found = diagnosis.investigate(
         study, seed=options.seed, next_tests=options.next, pool=options.pool, rehearse=options.rehearse,
         missing=options.missing, progress=lines(),
-    )  # fmt: skip
+    )
     if not options.no_checks:
         say("judging again under other statements of the noise and without each specimen")
     files = figures.diagnosis_folder(found, options.out, checks=not options.no_checks)
@@ -173,7 +173,7 @@ def _of_folder(options: argparse.Namespace) -> dict[str, Any]:
     return {
         "model": model, "causes": chosen, "inputs": dict(_input(text) for text in options.input),
         "covariates": options.covariates, "shared": options.shared, "title": options.title, "levels": options.levels,
-    }  # fmt: skip
+    }
 
 
 def _stated(options: argparse.Namespace) -> dict[str, Any]:

@@ -46,7 +46,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command.add_argument("series", metavar="SERIES", help="a packaged series with a page of its own")
     command.add_argument("walls", nargs="*", metavar="WALL", help="only these walls; default: all")
     command.add_argument("--method", required=True, metavar="METHOD",
-                         help="formulas, first or extended (block models), non-associative, or pushover")  # fmt: skip
+                         help="formulas, first or extended (block models), non-associative, or pushover")
     command.add_argument("--store", type=writable, metavar="FILE", help="keep answers here and go on after a kill")
     command.add_argument("--workers", type=int, default=1, help="processes, one wall each")
     command.add_argument("--no-interval", action="store_true", help="do not move the inputs: a seventh of the time")
@@ -66,7 +66,7 @@ def _predict(options: argparse.Namespace) -> int:
     found = predict_walls(
         options.method, options.walls or None, store=options.store, spread=not options.no_interval,
         workers=options.workers, progress=say,
-    )  # fmt: skip
+    )
     cells = [
         [p.wall, p.method, *(f"{v:.4g}" for v in (p.force, *p.interval)), p.mode or "-", p.status] for p in found
     ]
@@ -77,7 +77,7 @@ def _predict(options: argparse.Namespace) -> int:
     else:
         rows, cut = abridged(cells)
         show_text("\n".join([aligned([[k if u == "-" else f"{k} [{u}]" for k, u in units.items()], *rows]),
-                             *(f"{c}: --csv FILE writes them" for c in cut)]))  # fmt: skip
+                             *(f"{c}: --csv FILE writes them" for c in cut)]))
     return 0
 
 
@@ -104,7 +104,7 @@ def _show(options: argparse.Namespace) -> int:
         names = experiments.specimens(source)
         rows = [[name, experiments.load(source, name).title] for name in names]
         show_text(f"{source}: {experiments.load(source, names[0]).source.title}\n\n{aligned(rows)}\n\n"
-                  f"limitmason experiments show {source} {names[0]} shows the data sheet of one")  # fmt: skip
+                  f"limitmason experiments show {source} {names[0]} shows the data sheet of one")
         return 0
     for name in [specimen] if specimen else experiments.specimens(source):
         show_text(str(experiments.load(source, name)) + "\n")

@@ -122,7 +122,7 @@ def _view(options: argparse.Namespace) -> int:
 
 
 def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | None, title: str, *, view: str = "auto",
-         dpi: int = 200) -> None:  # fmt: skip
+         dpi: int = 200) -> None:
     """Draw an assembly, the mechanism or the forces of a prediction to a file, and say so."""
     from limitmason import figures
 

@@ -34,10 +34,10 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
         "pushover", help="drive a structure to a displacement: load-displacement curve, cracks, mode",
         description="Own weight settles, then a block is driven; it runs to the end whatever the load does. Lengths "
         "may carry a unit: 2mm, 0.002, 37.5mm.",
-    )  # fmt: skip
+    )
     command.add_argument("target", metavar="TARGET")
     command.add_argument("--to", type=length, nargs="+", metavar="LENGTH", required=True,
-                         help="displacement at the end; several are turning points of cycles")  # fmt: skip
+                         help="displacement at the end; several are turning points of cycles")
     command.add_argument("--method", default=DEM, help=f"a method that follows driven structures; default: {DEM}")
     command.add_argument("--block", metavar="NAME", help="block to drive; default: what the experiment drives")
     command.add_argument("--direction", type=float, nargs=3, metavar=("X", "Y", "Z"), help="needs --block")
@@ -49,7 +49,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--steps", type=int, help="of the faster of the two runs; default: by the slowest swing")
     command.add_argument("--once", action="store_true", help="one speed: no rate error, a quarter of the time")
     command.add_argument("--option", action="append", default=[], metavar="NAME=VALUE",
-                         help="of the experiment, for example outline=675/8/5; may be given again")  # fmt: skip
+                         help="of the experiment, for example outline=675/8/5; may be given again")
     command.add_argument("--checkpoint", type=writable, metavar="FILE", help="go on from here after a kill")
     command.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the curve (.png, .pdf, .svg)")
     command.add_argument("--cracks", type=figure_file, metavar="FILE", help="draw the cracks at first crack, peak, end")
@@ -68,14 +68,14 @@ def _push(options: argparse.Namespace) -> int:
         "blocks": options.blocks, "contact_points": options.spacing, "steps": options.steps,
         "zone_size": options.zone_size, "stress": options.stress,
         "checkpoint": options.checkpoint, "rate_check": False if options.once else None,
-    }  # fmt: skip
+    }
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces")
     if test is not None and test.inferred:
         say("the outline is inferred, not published")
     curve = follow(
         assembly, drive, to=options.to if len(options.to) > 1 else options.to[0], loads=loads,
         label=f"{options.method}, {title}", **{k: v for k, v in settings.items() if v is not None},
-    )  # fmt: skip
+    )
     show_text(str(curve))
     if options.csv:
         _write(options.csv, curve)

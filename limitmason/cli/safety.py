@@ -38,7 +38,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     axles = commands.add_parser("axles", help="multiplier of axles over their positions on an arch bridge")
     axles.add_argument("target", metavar="TARGET")
     axles.add_argument("--axle", nargs=2, type=float, action="append", required=True, metavar=("BEHIND", "FORCE"),
-                       help="place behind the first [m] and load [N]; once for every axle")  # fmt: skip
+                       help="place behind the first [m] and load [N]; once for every axle")
     axles.add_argument("--level", type=float, required=True, help="top of the fill [m]")
     axles.add_argument("--fill", type=float, metavar="DENSITY", help="its weight is dead load too [kg/m3]")
     axles.add_argument("--spread", type=float, default=30.0, help="angle of the spread from the vertical [deg]")
@@ -49,7 +49,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     region = commands.add_parser("region", help="multipliers of two or three loads that a model carries at once")
     region.add_argument("target", metavar="TARGET")
     region.add_argument("--push", nargs=4, action="append", default=[], metavar=("BLOCK", "X", "Y", "Z"),
-                        help="a load: force on the middle of a block [N]; once for every load")  # fmt: skip
+                        help="a load: force on the middle of a block [N]; once for every load")
     region.add_argument("--live", action="store_true", help="the live load of the model is a load too, the first")
     region.add_argument("--within", type=float, nargs="+", metavar="LAMBDA", help="largest multipliers asked for")
     region.add_argument("--tolerance", type=float, default=1e-3, help="gap between proven inside and outside")
@@ -62,20 +62,20 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     verdict.add_argument("target", metavar="TARGET")
     site = ("AG", "F0", "TC")
     verdict.add_argument("--site", type=float, nargs=3, required=True, metavar=site,
-                         help="a_g over g, F0 and Tc* [s] of SLV, and of SLD and SLC by default")  # fmt: skip
+                         help="a_g over g, F0 and Tc* [s] of SLV, and of SLD and SLC by default")
     verdict.add_argument("--sld", type=float, nargs=3, metavar=site, help="those of SLD")
     verdict.add_argument("--slc", type=float, nargs=3, metavar=site, help="those of SLC")
     verdict.add_argument("--soil", default="A", help="class A to E; default: A")
     verdict.add_argument("--topography", type=float, default=1.0, metavar="ST", help="factor of the slope; default: 1")
     verdict.add_argument("--mode", type=float, nargs=2, action="append", metavar=("PERIOD", "FACTOR"),
                          help="it stands on a floor: period [s] and participation times shape there; once for every "
-                         "mode of the building, longest first")  # fmt: skip
+                         "mode of the building, longest first")
     verdict.add_argument("--confidence", type=float, default=1.35, metavar="FC", help="1.35 (default), 1.20 or 1.00")
     verdict.add_argument("--to", type=length, metavar="LENGTH",
-                         help="follow the curve so far, or until it overturns; default: q = 2 alone")  # fmt: skip
+                         help="follow the curve so far, or until it overturns; default: q = 2 alone")
     verdict.add_argument("--title", help="heading; by default the name of the target")
     verdict.add_argument("-o", "--output", type=page_file, default=Path("assessment.html"), metavar="FILE",
-                         help="default: assessment.html")  # fmt: skip
+                         help="default: assessment.html")
     drawing_options(verdict)
     verdict.set_defaults(run=_assess)
 
@@ -126,7 +126,7 @@ def _region(options: argparse.Namespace) -> int:
     found = load_region(
         assembly, dead, cases, tolerance=options.tolerance,
         within=within[0] if within is not None and len(within) == 1 else within,
-    )  # fmt: skip
+    )
     show_text(str(found))
     nothing = 1e-9 * np.abs(found.corners).max(initial=0.0)
     for corner in found.corners:

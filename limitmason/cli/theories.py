@@ -27,16 +27,16 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("compare", help="several theories, and a test, side by side")
     command.add_argument("target", metavar="TARGET")
     command.add_argument("--methods", nargs="+", choices=known, default=list(COMPARED_METHODS),
-                         metavar="METHOD", help=f"out of {', '.join(known)}; default: the four theories")  # fmt: skip
+                         metavar="METHOD", help=f"out of {', '.join(known)}; default: the four theories")
     command.add_argument("--measured", type=float, nargs="+", metavar="LAMBDA",
-                         help="multiplier of the test: one value, low and high, or low, value and high")  # fmt: skip
+                         help="multiplier of the test: one value, low and high, or low, value and high")
     command.add_argument("--store", type=Path, metavar="FOLDER", help="keep answers here and go on after a kill")
     command.add_argument("--figure", type=figure_file, metavar="FILE", help="draw them (.png, .pdf, .svg)")
     command.add_argument("--points", type=int, nargs=2, metavar=("ALONG", "ACROSS"),
-                         help="contact points of the DEM; default: 4 8")  # fmt: skip
+                         help="contact points of the DEM; default: 4 8")
     command.add_argument("--no-budget", action="store_true", help="DEM without its error budget: four times as fast")
     command.add_argument("--proven", type=float, metavar="SECONDS",
-                         help="prove the ends of the non-associative range, so long each (small walls)")  # fmt: skip
+                         help="prove the ends of the non-associative range, so long each (small walls)")
     command.add_argument("--markdown", action="store_true", help="print the table as Markdown")
     drawing_options(command)
     command.set_defaults(run=_compare)
@@ -44,9 +44,9 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     report = commands.add_parser("report", help="one page on a structure: input, all theories, checks, figures")
     report.add_argument("target", metavar="TARGET", help="model file, experiment or drawing")
     report.add_argument("-o", "--output", type=page_file, default=Path("report.html"), metavar="FILE",
-                        help="default: report.html")  # fmt: skip
+                        help="default: report.html")
     report.add_argument("--methods", nargs="+", choices=known, default=list(COMPARED_METHODS), metavar="METHOD",
-                        help=f"out of {', '.join(known)}; default: the four theories")  # fmt: skip
+                        help=f"out of {', '.join(known)}; default: the four theories")
     report.add_argument("--title", help="heading; by default the name of the target")
     drawing_options(report)
     report.set_defaults(run=_report)
@@ -81,7 +81,7 @@ def _compare(options: argparse.Namespace) -> int:
     result = compare(
         assembly, loads, options.methods, options.measured, store=options.store, progress=lines(),
         proven=options.proven, title=title, **settings,
-    )  # fmt: skip
+    )
     show_text(result.as_markdown() if options.markdown else result.table())
     solved = any(row.solved for row in result.rows)
     if options.figure and not solved:

@@ -103,7 +103,7 @@ class Assessment:
         names = (
             "bodies", "e*", "a0* m/s2", "d0 m", "dSLV m", "a(dSLV)", "T_SLV s", "T_SLC s", "ag,SLV g", "q = 2",
             "ag,SLD g",
-        )  # fmt: skip
+        )
         asked = dict.fromkeys(f"{ag:.3f}" for ag in self.demand.values())
         lines = [f"{head}ag {', '.join(asked)} g", "  ".join(f"{n:>9}" for n in ("", *names))]
         for label, c in (("the text", self.bodies), ("by stones", self.stones)):
@@ -111,7 +111,7 @@ class Assessment:
                 c.bodies, c.mass_share, c.a0, c.d0, c.d.get("SLV", math.nan), c.a.get("SLV", math.nan),
                 c.period.get("SLV", math.nan), c.period.get("SLC", math.nan), c.ag.get("SLV", math.nan),
                 c.ag_simplified, c.ag["SLD"],
-            )  # fmt: skip
+            )
             told = (f"{v:.4f}" if isinstance(v, float) else str(v) for v in (label, *cells))
             lines.append("  ".join(f"{'-' if v == 'nan' else v:>9}" for v in told))
         lines += [f"  {state}: {share:.0%} of the demand" for state, share in self.safety.items()]
@@ -199,11 +199,11 @@ def assess(
         d = np.array([weight[g] @ moved[g] for g in groups]) / np.where(p > 0.0, p, 1.0)
         readings.append(
             capacity_of(p, d, at_control, found.collapse_multiplier, path, spectra, confidence_factor)
-        )  # fmt: skip
+        )
     return Assessment(
         float(found.collapse_multiplier), readings[0], readings[1], confidence_factor, assembly, loads, found, spectra,
         None if path is None else Curve(*path, load_unit="-"), _warnings(twists, readings),
-    )  # fmt: skip
+    )
 
 
 def _spectra(spectrum: Spectrum | Mapping[str, Spectrum]) -> dict[str, Spectrum]:

@@ -20,7 +20,7 @@ LARGEST_AG = 2.0
 _SOILS = {  # SS = upper - slope F0 ag / g between 1 (B on) and its largest; CC = factor Tc*^exponent
     "A": (1.0, 0.0, 1.0, 1.0, 1.0, 0.0), "B": (1.4, 0.4, 1.0, 1.2, 1.10, -0.20), "C": (1.7, 0.6, 1.0, 1.5, 1.05, -0.33),
     "D": (2.4, 1.5, 0.9, 1.8, 1.25, -0.50), "E": (2.0, 1.1, 1.0, 1.6, 1.15, -0.40),
-}  # fmt: skip
+}
 
 
 def damping_factor(damping: float) -> float:
@@ -129,7 +129,7 @@ class FloorSpectrum:
         return [
             self.ground.acceleration(t, self.damping) * abs(f) * more
             for t, f in zip(self.periods, self.factors, strict=True)
-        ]  # fmt: skip
+        ]
 
     def acceleration(self, period: float, damping: float = 0.05) -> float:
         """SeZ(T), not below Se(T) beyond the first period [m/s2]."""
@@ -147,7 +147,7 @@ class FloorSpectrum:
         edge = 1.1 * max(self.periods)
         return max(
             self.acceleration(t, damping) * (t / (2.0 * math.pi)) ** 2 for t in {period, min(period, edge)}
-        )  # fmt: skip
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -322,4 +322,4 @@ def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str,
     return Row(
         method, float(found.collapse_multiplier), float(low), float(high), range_is, bound, found.status,
         time.perf_counter() - begun, details=details, warnings=tuple(warnings), prediction=found,
-    )  # fmt: skip
+    )

@@ -108,7 +108,7 @@ class Answers:
         if where == INSIDE:
             return Finding(HOLDS, f"{name} lies inside the admissible range{within} {text}", row.method)
         kept, left = ("not above the associative value", "admissible") if upper else (
-            "not below the smallest admissible multiplier found", "upper")  # fmt: skip
+            "not below the smallest admissible multiplier found", "upper")
         rest = f"the {_ENDS[left]} value {self.missing(left)}, so that end is not checked"
         return Finding(HOLDS, f"{name} lies {kept}{within} {text}; {rest}", row.method)
 

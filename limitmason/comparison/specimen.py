@@ -92,7 +92,7 @@ def run(
             warnings=() if prediction is None else prediction.warnings, source=test.source.name,
             specimen=test.specimen, quantity=target.quantity, kind=test.standing(target), flow_rule=rule,
             options=dict(target.options),
-        )  # fmt: skip
+        )
         rows.append(row)
     return tuple(rows)
 
@@ -174,7 +174,7 @@ def write_rows(rows: Iterable[Row], path: str | Path) -> None:
         "source": "-", "specimen": "-", "quantity": "-", "kind": "-", "unit": "unit of reference and predicted",
         "reference": "unit", "predicted": "unit", "ratio": "-", "method": "-", "flow_rule": "-", "status": "-",
         "seconds": "s",
-    }  # fmt: skip
+    }
     lines = []
     for r in rows:
         reference = NAN if r.reference is None else float(r.reference)
@@ -194,7 +194,7 @@ def as_text(rows: Iterable[Row]) -> str:
             f"{r.source}/{r.specimen}", r.quantity + options, r.kind, str(r.reference),
             f"{r.predicted:.5g}" if known else "-", f"{r.low:.4g} to {r.high:.4g}" if r.has_range else "",
             f"{r.ratio:.3f}" if known else "-", r.flow_rule or r.method, r.status, f"{r.seconds:.2f}",
-        )  # fmt: skip
+        )
         lines.append(line)
     if not any(line[5] for line in lines[1:]):
         lines = [line[:5] + line[6:] for line in lines]

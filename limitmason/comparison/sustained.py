@@ -88,7 +88,7 @@ def sustained(
     curve = pushover(
         assembly, loads, initial=smallest, to=to, contact_model=contact_model, contacts=contacts, stiffness=stiffness,
         steps=steps, progress=progress, **options,
-    )  # fmt: skip
+    )
     value, status, warnings = math.nan, NOT_CONVERGED, (*few, *curve.warnings)
     if curve.status == REACHED:
         value, status = float(curve.load[-1]), SOLVED
@@ -114,7 +114,7 @@ def sustained(
             "curve": curve, "first loss": float(smallest.collapse_multiplier),
             "largest on the way": float(curve.load.max()), "displacement": to,
         },
-    )  # fmt: skip
+    )
 
 
 def _beside(details: Mapping[str, Any]) -> str:

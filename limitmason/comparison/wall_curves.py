@@ -104,7 +104,7 @@ def pushed(test: Experiment, to: float, tries: int) -> PushoverCurve:
     return pushover(
         test.assembly(), test.loads(), control=(BEAM, "x"), to=to * float(test.row["H"]), contact_model="lobatto",
         grid=POINTS, steps=Steps(most=tries, energy=LEFT_OVER),
-    )  # fmt: skip
+    )
 
 
 def described(test: Experiment, curve: PushoverCurve, seconds: float) -> WallCurve:
@@ -126,4 +126,4 @@ def described(test: Experiment, curve: PushoverCurve, seconds: float) -> WallCur
         broken, mode_inside(wall, motion_between(first, curve.nodes[-1].pose)[:, :6]), int(test.options["coarse"]),
         curve.structure.points.count, curve.cost.steps, curve.cost.iterations, str(curve.status),
         list(curve.warnings), seconds,
-    )  # fmt: skip
+    )

@@ -33,7 +33,7 @@ ROCKS = 0.86
 
 MODEL_SPREAD: Mapping[str, float] = {
     "formulas": 0.16, "first": 0.27, "extended": 0.15, "non-associative": 0.15, "pushover": 0.2,
-}  # fmt: skip
+}
 """Scatter of a model beside that of the inputs, standard deviation of the logarithm: of the walls in
 ``docs/measured-walls.md``, campaigns left out. That of *pushover* was set before its curves were made, which scatter by
 0.165, and by 0.18 with one factor and campaigns left out."""
@@ -162,7 +162,7 @@ def _by_formulas(test: Experiment) -> tuple[float, float, str]:
         stress=1e6 * value(test, "sigma0"), strength=1e6 * value(test, "fc"), cohesion=1e6 * value(test, "fv0"),
         friction=value(test, "mu"), diagonal_strength=1e6 * value(test, "ft"),
         unit=(1e-3 * float(row["lb"]), 1e-3 * float(row["hb"])),
-    )  # fmt: skip
+    )
     force = 1e-3 * float(forces.smallest)
     rocks = 1.0 if forces.governing == "rocking" else 0.0  # the formula that governs names the mode
     return force, rocks, "SL" if forces.governing == "sliding" else "S"
@@ -199,4 +199,4 @@ def _by_curve(test: Experiment) -> tuple[float, float, str]:
 _SOLVERS: Mapping[str, Callable[[Experiment], tuple[float, float, str]]] = {
     "formulas": _by_formulas, "first": _by_blocks, "extended": _by_blocks, "non-associative": _without_dilatancy,
     "pushover": _by_curve,
-}  # fmt: skip
+}

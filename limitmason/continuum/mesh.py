@@ -105,7 +105,7 @@ class Mesh(ReadOnly):
         across = np.cross(other, axis)
         r = p - middle[:, None]
         angle = np.arctan2(np.einsum("fki,fi->fk", r, across) / np.linalg.norm(across, axis=1)[:, None],
-                           np.einsum("fki,fi->fk", r, axis) / np.linalg.norm(axis, axis=1)[:, None])  # fmt: skip
+                           np.einsum("fki,fi->fk", r, axis) / np.linalg.norm(axis, axis=1)[:, None])
         around = np.argsort(angle, axis=1)
         faces, p = np.take_along_axis(faces, around, axis=1), np.take_along_axis(p, around[..., None], axis=1)
         outward = np.einsum("fi,fi->f", np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), middle - inside) > 0.0

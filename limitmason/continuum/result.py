@@ -132,7 +132,7 @@ class SolidCurve(Curve):
             "scalars": np.array([_scalars(n) for n in self.nodes]),
             "point": self.control[0], "direction": self.control[1],
             "tolerance": np.array(self.tolerance), "band": np.array(self.band), "status": np.array(self.status),
-        }  # fmt: skip
+        }
         for i in self.kept:
             node = self.nodes[i]
             arrays |= {f"{i}/{k}": v for k, v in _fields(node).items()}
@@ -186,7 +186,7 @@ def _node(displacement: Array, row: Array, full: Mapping[str, Array] | None) -> 
 def curve_of(
     model: Continuum, nodes: list[EquilibriumState], control: tuple[ArrayLike, ArrayLike], tolerance: float,
     status: str, warnings: tuple[str, ...], band: float = 1.0,
-) -> SolidCurve:  # fmt: skip
+) -> SolidCurve:
     """The curve of a list of states."""
     live, dead = model.live.ravel(), model.all_dead
     size = float(np.linalg.norm(model.live.sum(axis=0)))  # 0 for a couple: the curve then holds multipliers, not forces
@@ -217,4 +217,4 @@ def curve_of(
         "continuum", tuple(events), {"energy": error, "residual": np.array([n.residual for n in nodes])}, (), status,
         warnings, "limitmason", PAPERS, tuple(nodes), model,
         (np.asarray(control[0], dtype=float), np.asarray(control[1], dtype=float)), tolerance, band, energy,
-    )  # fmt: skip
+    )

@@ -226,7 +226,7 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Poin
         gap = eps[:, i] - eps[:, j]
         close = np.abs(gap) < 1e-12 + 1e-9 * np.abs(eps).max(axis=1)
         g = np.where(close, 0.25 * (normal[:, i, i] + normal[:, j, j] - normal[:, i, j] - normal[:, j, i]),
-                     (sigma[:, i] - sigma[:, j]) / np.where(close, 1.0, 2.0 * gap))  # fmt: skip
+                     (sigma[:, i] - sigma[:, j]) / np.where(close, 1.0, 2.0 * gap))
         if secant:  # cracked as its two directions are: never softer than the harmonic mean of their stiffnesses
             a, b = np.abs(slope[:, i]), np.abs(slope[:, j])
             g = np.maximum(g, a * b / ((a + b) * (1.0 + nu)))

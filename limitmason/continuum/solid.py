@@ -358,7 +358,7 @@ def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str,
         d.assembled(factor.values), d.assembled(mass), excited.reshape(-1, 3)[d.order],
         partial(_at_nodes, d), NodeCarrier(model), np.full(3, model.mass), label,
         partial(factor.solve, corrections=0), warnings, partial(_negative, d, factor, mass),
-    )  # fmt: skip
+    )
 
 
 def _several(material: Material | Sequence[Material]) -> tuple[Material, ...]:

@@ -55,7 +55,7 @@ def polynomial_block(block: Block, elasticity: Elasticity, *, degree: int = DEGR
     return replace(
         every, coefficients=np.tensordot(vectors.T, unit, axes=1), stiffness=np.diag(squared),
         mass=block.density * block.volume * np.eye(len(squared)), names=names,
-    )  # fmt: skip
+    )
 
 
 def polynomial_blocks(

@@ -131,7 +131,7 @@ class Polynomials:
         self.powers = np.array([
             (i, j, k) for i in order for j in order for k in order
             if i + j + k <= degree and not (elasticity.plane and j)
-        ])  # fmt: skip
+        ])
         points, self.weight = volume_points(solid, block.centroid, 2 * degree)
         self.points = points + block.centroid
         self.local = points @ self.axes.T

@@ -43,7 +43,7 @@ def features(specimen: Any, curve: Curve, *, load: float, displacement: float) -
     if "stiffness" in found:
         between = 0.3 * top.load / found["stiffness"]
         rows["stiffness"] = (float(np.sqrt(2.0) * np.hypot(load, displacement / between)),
-                             f"{curve.load_unit}/{curve.displacement_unit}")  # fmt: skip
+                             f"{curve.load_unit}/{curve.displacement_unit}")
     if top.displacement > 0.0:
         spread = float(np.hypot(displacement, 0.5 * np.ptp(near))) / top.displacement
         rows["drift at peak"] = (spread, curve.displacement_unit)
@@ -100,7 +100,7 @@ def points(
         Observation(specimen, f"load at {at:.6g}", value, sd, curve.load_unit, EvidenceKind.FORCE,
                     counted=(len(curve.load), effective))
         for specimen, curve in measured.items() for at, value, sd in zip(*read(curve, int(effective)), strict=True)
-    ], effective  # fmt: skip
+    ], effective
 
 
 def effective_points(deviations: np.ndarray) -> float:

@@ -86,7 +86,7 @@ def folder_arguments(
     known = {q: said for q, said in stated.items() if q in measured.columns}
     observed = [
         *_of_curves(folder / CURVES, names, stated), *_of_sensors(folder / SENSORS, rows, measured, stated)
-    ]  # fmt: skip
+    ]
     if observed and model is None:
         raise InputError(f"{folder}: {CURVES} and {SENSORS} need a model, which predicts curves and modes")
     for i, row in enumerate(measured.rows):
@@ -94,7 +94,7 @@ def folder_arguments(
             observed.append(Observation(
                 str(row["specimen"]), quantity, float(row[quantity]), unit=measured.units[quantity],
                 beyond=measured.beyond.get((i, quantity), ""), **said,
-            ))  # fmt: skip
+            ))
     if model is None:
         model = PredictedRows(_values(read_measured(folder / PREDICTED), measured, names, known))
     kept = [c for c, v in specimens.columns.items() if c != "specimen" and len(set(v)) > 1]
@@ -194,7 +194,7 @@ def _of_sensors(
 
 def _values(
     table: MeasuredTable, measured: MeasuredTable, names: Sequence[str], quantities: Iterable[str]
-) -> dict[str, dict[str, float]]:  # fmt: skip
+) -> dict[str, dict[str, float]]:
     """Predictions by specimen, in the units of what was measured."""
     for quantity in quantities:
         table.column(quantity, "the predictions")

@@ -131,7 +131,7 @@ class TableStudy:
                 self.title or title, self.data.units, f"{quantity} [{self.unit}]", self._notes(),
                 (*data_behind({"source": self.series}), *papers),
             ),
-        }  # fmt: skip
+        }
 
     # ---- what the table holds ------------------------------------------------------------------------------------
 
@@ -159,7 +159,7 @@ class TableStudy:
         """The table, or that of the series."""
         if self.table is None and self.series is None:
             raise InputError("name a data file, or a packaged series as the model; `limitmason diagnose --template "
-                             "FILE` writes a file to start from")  # fmt: skip
+                             "FILE` writes a file to start from")
         return _read(self.table) if self.table is not None else packaged_table(str(self.series))
 
     @cached_property
@@ -174,12 +174,12 @@ class TableStudy:
             where = f"the series {self.series} has no model that could be built" if self.series else "no model is given"
             raise InputError(
                 f"{self.data.name}: {where} and there is no column 'predicted'; name one by predicted"
-            )  # fmt: skip
+            )
         self.data.positive(column, "the predictions")
         unit, own = self.data.units[column], self.data.units.get(self.measured, "-")
         if unit != own:
             raise InputError(f"{self.data.name}: column {column!r} is in {unit!r}, {self.measured!r} in {own!r}; give "
-                             "both in one unit")  # fmt: skip
+                             "both in one unit")
         for other in self.towards:
             self.data.positive(other, "towards")
         return PredictedColumn(column, {_keyword(c): c for c in self.towards})
@@ -240,7 +240,7 @@ class TableStudy:
             values, unit, own = np.array(table.positive("noise")), table.units["noise"], table.units[self.measured]
             if unit not in ("-", "%", own):
                 raise InputError(f"{table.name}: column 'noise' is in {unit!r}; give it relative ('-' or '%') or in "
-                                 f"the unit of {self.measured!r}, {own!r}")  # fmt: skip
+                                 f"the unit of {self.measured!r}, {own!r}")
             if unit == "%":
                 values = values / 100.0
             elif unit != "-":
@@ -295,7 +295,7 @@ class TableStudy:
         known = causes.standard(
             plane=plane, method=self._felt_by.name, tilting=self.tilting, covariates=self.kept, overload=overload,
             without=["friction of the rig"] * (not self.tilting),
-        )  # fmt: skip
+        )
         return [c for c in known if c.name not in {o.name for o in outside}] + outside
 
     def _labels(self, column: str) -> list[Any]:
@@ -356,7 +356,7 @@ def _towards(column: str) -> Cause:
     return Cause(
         f"towards {column}", _keyword(column), 0.0, (0.0, 1.0), f"share of the way from the predictions to {column}",
         source="predictions of the two models in the data",
-    )  # fmt: skip
+    )
 
 
 def _keyword(column: str) -> str:

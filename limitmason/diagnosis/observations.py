@@ -34,7 +34,7 @@ KIND_OF = {
                                "peak displacement", "residual rotation", "residual displacement"),
     EvidenceKind.VIBRATION: ("frequency", "mode", "damping", "period"),
     EvidenceKind.PATTERN: ("crack pattern", "opened", "slid", "crushed", "failure mode", "overturned"),
-}  # fmt: skip; all else is a force
+}  # all else is a force
 SEEN = "seen"
 FLAGS = ("opened", "slid", "crushed", "failure mode", "overturned")  # quantities that were seen (1) or not (0)
 SIGNED = ("mode", "residual displacement")  # quantities that may be negative: compared as they are, not as logarithms
@@ -125,7 +125,7 @@ class Observation:
     @classmethod
     def of_modes(
         cls, specimen: Any, test: ModalTest, *, frequency: float = 0.01, component: float = 0.03
-    ) -> list[Observation]:  # fmt: skip
+    ) -> list[Observation]:
         """Rows of frequencies and shapes of a modal test.
 
         The simulator answers "modes" with the same test.
@@ -201,7 +201,7 @@ class Rows:
         """
         seen_somewhere = {o.quantity for o in observed if not np.isnan(o.value)}
         planned = {o.quantity: (str(o.kind), o.link == "log", float(o.compared[1] or 0.0)) for o in observed
-                   if seen_somewhere and o.quantity not in seen_somewhere and o.scatter is not None}  # fmt: skip
+                   if seen_somewhere and o.quantity not in seen_somewhere and o.scatter is not None}
         called = [name_of(s) for s in specimens]
         names = {name: i for i, name in enumerate(called) if name is not None}
         chosen = [o for o in observed if not np.isnan(o.value)] or list(observed)
@@ -225,7 +225,7 @@ class Rows:
         values = np.array([value for value, _ in pairs])
         cut = any(o.beyond for o in chosen)
         low, high = (np.array([o.value if o.beyond == b else end for o in chosen])
-                     for b, end in (("below", -np.inf), ("above", np.inf)))  # fmt: skip
+                     for b, end in (("below", -np.inf), ("above", np.inf)))
         return cls(
             np.array(of, dtype=int), tuple(o.quantity for o in chosen), tuple(o.kind for o in chosen),
             np.array([o.link == "log" for o in chosen], dtype=bool), None if np.isnan(values).all() else frozen(values),
@@ -233,7 +233,7 @@ class Rows:
             tuple(float(o.scatter or 0.0) * o.seen for o in chosen) if any(o.seen for o in chosen) else None,
             low if cut else None, high if cut else None,
             {i: o.counted for i, o in zip(of, chosen, strict=True) if o.counted}, planned,
-        )  # fmt: skip
+        )
 
     def __len__(self) -> int:
         return len(self.of)
@@ -277,7 +277,7 @@ class Rows:
         return Rows(
             np.repeat(np.arange(count), len(logs)), tuple(logs) * count, tuple(kinds[q] for q in logs) * count,
             np.tile(np.array(list(logs.values()), dtype=bool), count),
-        )  # fmt: skip
+        )
 
     def linked(self, values: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
         """Predictions on the scale on which they are compared: cut, logarithms or as they are.
@@ -379,7 +379,7 @@ def circumstances_of(specimens: Sequence[Any]) -> list[str]:
 
 def covariates_of(
     given: Iterable[str] | Mapping[str, Sequence[Any]], specimens: Sequence[Any], rows: Rows
-) -> dict[str, list[Any]]:  # fmt: skip
+) -> dict[str, list[Any]]:
     """Values of every covariate per row, read from the specimens by name or as they are given.
 
     Raises

@@ -17,7 +17,7 @@ from limitmason.display.notebook import Displayed
 from limitmason.display.progress import reached, watched
 
 OUTCOMES = ("none", "named", "behaves like it", "set with it", "wrong name", "behaves like another", "set without it",
-            "two", "unexplained", "scatter")  # fmt: skip
+            "two", "unexplained", "scatter")
 NULL = "(none)"
 
 
@@ -187,4 +187,4 @@ def rehearse(
             progress(f"trial {trial + 1} of {n}: hidden {row}, found {like}{said}")
     return Rehearsal(
         {k: dict(v) for k, v in counts.items()}, n, {k: dict(v) for k, v in answers.items()}, missing
-    )  # fmt: skip
+    )

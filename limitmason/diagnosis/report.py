@@ -43,7 +43,7 @@ class Asked(Protocol):
 
     def next_tests(
         self, diagnosis: Findings, pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None
-    ) -> NextTests:  # fmt: skip
+    ) -> NextTests:
         """Specimens of a pool that would tell the kept causes of a diagnosis apart."""
 
 
@@ -237,7 +237,7 @@ class Diagnosis(Findings):
             "noise": str(self.noise),
             "seed": self.seed,
             "warnings": list(self.warnings),
-        }  # fmt: skip
+        }
 
     def next_tests(self, pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None) -> NextTests:
         """Specimens of a pool that would tell the kept causes apart best, or identify one.

@@ -230,7 +230,7 @@ class Findings(Displayed, Citable, ReadOnly):
             raise InputError("what is to confirm a cause needs measured values with a stated noise")
         cause, found = self.by_name[self.causes[0]], self.estimates[self.causes[0]]
         base, at, low, high = (later.tables.between(sizes) for sizes in
-                               ({}, *({cause: s} for s in (found.size, found.low, found.high))))  # fmt: skip
+                               ({}, *({cause: s} for s in (found.size, found.low, found.high))))
         spread = (high - low) / (2.0 * NORMAL_95 * later.scale)
         slopes = later.tables.base().whitened(base, later.scale).slopes
         data = (linked(later.measured, later.rows.log) - base) / later.scale
@@ -268,7 +268,7 @@ class Findings(Displayed, Citable, ReadOnly):
         if not self._judged:
             self._judged.append(judge_again(
                 self.design, self.y, self.rule, self.seed, bool(self.pairs), self.shares, self.unstated, progress
-            ))  # fmt: skip
+            ))
         return self._judged[0]
 
     @property

@@ -74,7 +74,7 @@ class Collapse:
 
     def model(
         self, specimen: Any, *, extend: Callable | None = None, **parameters: Any
-    ) -> tuple[Assembly, Loads, dict[str, Any]]:  # fmt: skip
+    ) -> tuple[Assembly, Loads, dict[str, Any]]:
         """Assembly, loads and options of the method, extended.
 
         Raises
@@ -175,7 +175,7 @@ class Several:
         test = specimen.get(MODAL_TEST) if isinstance(specimen, Mapping) else None
         if not wanted and test is None:
             raise InputError("several(build, {}) answers nothing of it: name a method, {'peak': 'limit'}, or give the "
-                             f"specimen its {MODAL_TEST!r}")  # fmt: skip
+                             f"specimen its {MODAL_TEST!r}")
         if test is not None:
             wanted |= dict.fromkeys(test.quantities, MODES)
             options[MODES] = {**options.get(MODES, {}), "test": test}

@@ -59,7 +59,7 @@ def standing_out(diagnosis: Findings) -> StandingOut | None:
         return None
     rest = ~out
     carries = bool(found[rest].max() <= np.quantile(drawn[:, rest].max(axis=1), 1.0 - TAIL)
-                   and found[rest].mean() <= np.quantile(drawn[:, rest].mean(axis=1), 1.0 - TAIL))  # fmt: skip
+                   and found[rest].mean() <= np.quantile(drawn[:, rest].mean(axis=1), 1.0 - TAIL))
     chosen = [name for name, is_out in zip(each, out, strict=True) if is_out]
     worst = [int(np.argmax(np.where(each[name], np.abs(residuals), -1.0))) for name in chosen]
     first = [int(np.argmax(each[name])) for name in each]
@@ -79,7 +79,7 @@ def _shared(columns: Mapping[str, Sequence[Any]], out: np.ndarray) -> str:
         if is_numeric(column):
             x = np.asarray(column, dtype=float)
             sides = [(x >= x[out].min(), f"{name} of {x[out].min():g} and more"),
-                     (x <= x[out].max(), f"{name} of {x[out].max():g} and less")]  # fmt: skip
+                     (x <= x[out].max(), f"{name} of {x[out].max():g} and less")]
         else:
             labels = np.array([str(v) for v in column])
             sides = [(labels == labels[out][0], f"{name} = {labels[out][0]}")]

@@ -105,12 +105,12 @@ class Statement(ReadOnly):
         simulator = Simulator(
             self.simulate, self.specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version,
             needed=self.rows.needed, asked=self.rows.asked(len(self.specimens)),
-        )  # fmt: skip
+        )
         placing = placing_noise(self.noise, self.n)
         tabulator = Tabulator(
             simulator, self.rows, self.nuisance, placing, levels=self.levels, nuisance_levels=self.nuisance_levels,
             crossed=self.crossed,
-        )  # fmt: skip
+        )
         return CauseTables(tabulator, self.pair_tables)
 
     @classmethod
@@ -148,7 +148,7 @@ class Statement(ReadOnly):
     @classmethod
     def from_folder(
         cls, folder: str | Path, *, cache: str | Path | None = None, n_jobs: int = 1, **stated: Any
-    ) -> Self:  # fmt: skip
+    ) -> Self:
         """A study of a folder of CSV files: any number of quantities and specimens, cells missing or not.
 
         Parameters
@@ -217,7 +217,7 @@ class Statement(ReadOnly):
             changes = {
                 "measured": None, "groups": None, "covariates": tuple(self.covariates), "rows": rows, "noise": noise,
                 **changes,
-            }  # fmt: skip
+            }
         if not set(changes) <= set(STATEMENTS):
             return dataclasses.replace(self, **changes)
         if set(changes) & {"noise", "covariates"}:

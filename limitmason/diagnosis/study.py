@@ -302,7 +302,7 @@ class Study(Statement):
 
     def plan(
         self, causes: Iterable[Cause], pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None
-    ) -> NextTests:  # fmt: skip
+    ) -> NextTests:
         """Specimens of a pool that would tell the causes of the list apart, see :meth:`next_tests`.
 
         Nothing need be measured yet.
@@ -311,7 +311,7 @@ class Study(Statement):
 
     def next_tests(
         self, diagnosis: Findings, pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None
-    ) -> NextTests:  # fmt: skip
+    ) -> NextTests:
         """Specimens of a pool that would best tell the kept causes apart.
 
         Where one cause is left, they are those that would identify it.
@@ -329,7 +329,7 @@ class Study(Statement):
     def _suggested(
         self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, diagnosis: Findings | None,
         costs: Mapping[str, float] | None,
-    ) -> NextTests:  # fmt: skip
+    ) -> NextTests:
         design = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None)
         there = PoolGrids(self.tables, pool, self.noise, causes, design.scale)
         return suggest(design, there, pool, k, diagnosis, self.about.costs if costs is None else costs)

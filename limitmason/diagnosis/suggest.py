@@ -31,7 +31,7 @@ from limitmason.errors import InputError
 def suggest(
     design: Design, there: PoolGrids, pool: Sequence[Any], k: int, diagnosis: Findings | None,
     costs: Mapping[str, float],
-) -> NextTests:  # fmt: skip
+) -> NextTests:
     """Choose ``k`` specimens of the pool.
 
     With a set of causes (or pairs) they separate its members, with an identified cause they hold it against every
@@ -72,12 +72,12 @@ def suggest(
         found, pairs=tuple((" + ".join(a), " + ".join(b)) for a, b in pairs), before=float(before.min()),
         after=float(after.min()), chance=(chance_of_verdict(before, pairs), chance_of_verdict(after, pairs)),
         worth=worth_in_tests(*apart(truths, grids, pairs), there.rows.quantities),
-    )  # fmt: skip
+    )
 
 
 def _identify(
     design: Design, there: PoolGrids, pool: list[Any], k: int, diagnosis: Findings, price: np.ndarray
-) -> NextTests:  # fmt: skip
+) -> NextTests:
     """Specimens after which the effect of the one explanation most exceeds what the covariates alone could do."""
     names = diagnosis.kept[0]
     fit = diagnosis.verdict.tested[names].fit
@@ -114,7 +114,7 @@ def _identify(
 
 def _tests(
     there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str, price: np.ndarray
-) -> NextTests:  # fmt: skip
+) -> NextTests:
     """Rows of a pool as specimens to be tested, each with the quantity to be measured where there are several."""
     rows = there.rows
     indices = tuple(int(rows.of[i]) for i in chosen)
@@ -122,7 +122,7 @@ def _tests(
     return NextTests(
         indices, tuple(pool[i] for i in indices), reason, quantities=tuple(rows.quantities[i] for i in several),
         costs=tuple(float(price[i]) for i in several),
-    )  # fmt: skip
+    )
 
 
 Truth = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -131,7 +131,7 @@ Truth = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 def _hypotheses(
     design: Design, there: Mapping[Names, Grid], diagnosis: Findings | None
-) -> tuple[dict[Names, Truth], list[tuple[Names, Names]], str]:  # fmt: skip
+) -> tuple[dict[Names, Truth], list[tuple[Names, Names]], str]:
     """True explanations with their predictions here and on the pool, ordered pairs, and the reason."""
     if diagnosis is not None and diagnosis.kind in ("cause", "behaves like", "either", "two"):
         verdict = diagnosis.verdict

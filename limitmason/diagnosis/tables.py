@@ -134,7 +134,7 @@ class CauseTables:
         return Design(
             causes, noise.about(origin), scale, origin, null, singles, columns, pair_table, pairs, rows.log, rows.kinds,
             measured=tuple(self.tabulator.free),
-        )  # fmt: skip
+        )
 
     def verify(self, design: Design, verdict: Verdict) -> bool:
         """Check additive tables of pairs near the best against the true pair, or True when one had to be replaced."""
@@ -185,7 +185,7 @@ class PoolGrids(dict):
 
     def __init__(
         self, tested: CauseTables, pool: Sequence[Any], noise: Noise, causes: Iterable[Cause], scale: np.ndarray
-    ):  # fmt: skip
+    ):
         super().__init__()
         self.tested = tested
         rows = tested.tabulator.rows

@@ -269,7 +269,7 @@ class Tabulator:
             worst = max(0.5 * float(miss.max()), *(m for _, _, m in left), 0.0)
             bad = [k for k in np.argsort(-miss) if miss[k] > TOLERANCE]  # where not all can be halved, the worst are
             intervals = [(*end, 0.5 * float(miss[k])) for k in bad
-                         for end in ((asked[k][0], middle[k]), (middle[k], asked[k][1]))]  # fmt: skip
+                         for end in ((asked[k][0], middle[k]), (middle[k], asked[k][1]))]
         return x, worst
 
     def _from_corners(self, cause: Cause, levels: np.ndarray) -> tuple[np.ndarray, float]:
@@ -299,7 +299,7 @@ class Tabulator:
             return out
 
         values = np.array([[line[i] + base[j] - origin + cross(s, z) for j, z in enumerate(points)]
-                           for i, s in enumerate(levels)])  # fmt: skip
+                           for i, s in enumerate(levels)])
         # the level nearest half-way to the bound at an outermost input: where a bend shows most
         i = int(np.argmin(np.abs(levels - 0.5 * (cause.baseline + sides[-1]))))
         true = self.evaluate((cause,), [((levels[i],), ends[0])])[0]
@@ -345,7 +345,7 @@ def _say_if_without_effect(change: np.ndarray, what: str, keyword: str, ends: Se
 def transformed(
     cause: Cause, size: float, prediction: float, specimen: Any, index: int, quantity: str = "",
     must_be_positive: bool = True,
-) -> float:  # fmt: skip
+) -> float:
     """A prediction as a measurement cause lets it be read."""
     assert cause.apply is not None, "a reading is transformed by its apply"
     try:

@@ -141,7 +141,7 @@ def by_kind_words(diagnosis: Findings) -> list[str]:
         told = f"{enumerated(each)}; most in {worst}"
         return [f"Misfit of the baseline in units of the noise (1 is noise alone): {told}."]
     parts = [f"{k.share:.2f} +- {k.error:.2f} of the fitted effect" if np.isfinite(k.error) else "none of it is felt"
-             for k in kinds]  # fmt: skip
+             for k in kinds]
     each = [f"{k.kind} {k.gain:+.1f}, {t}" for k, t in zip(kinds, parts, strict=True)]
     out = [f"By kind, in log-likelihood and in the share of the effect that it shows: {'; '.join(each)}."]
     best = max(kinds, key=lambda k: k.gain).kind
@@ -182,10 +182,10 @@ def meaning(diagnosis: Findings) -> list[str]:
         if diagnosis.covariate:
             where = (f" It goes with {diagnosis.covariate}: what differs between specimens of different "
                      f"{diagnosis.covariate} is the place to look, which need not be that quantity "
-                     "itself.")  # fmt: skip
+                     "itself.")
         elif lever:
             where = (f" It is no scatter of single values: it differs from specimen to specimen as {lever} would (p "
-                     f"{shown_p(diagnosis.verdict.p['lever'])}). Look for what is not recorded.")  # fmt: skip
+                     f"{shown_p(diagnosis.verdict.p['lever'])}). Look for what is not recorded.")
         alone = "alone or in pairs" if diagnosis.verdict.tried_pairs else "alone (pairs were not tried)"
         told = [" and ".join(n) for n in diagnosis.verdict.withdrawn]
         found = f"nothing on the list, {alone}, removes the misfit"
@@ -245,7 +245,7 @@ def identification_words(diagnosis: Findings) -> list[str]:
         "an equal error of all values" if record.along == CONSTANT
         else "a smooth dependence on several covariates" if record.along == TOGETHER
         else f"a smooth dependence on {record.along}"
-    )  # fmt: skip
+    )
     beats = (
         f"{name} beats the nearest model discrepancy, {nearest}, by {record.excess:.1f} in log-likelihood; "
         f"{record.margin:.1f} is asked on this design"

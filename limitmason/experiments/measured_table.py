@@ -101,7 +101,7 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: the file is not UTF-8 text ({error.reason} at byte {error.start})") from None
     wanted = (f"{path}: a row of column names, a line of units ({UNITS}m,kN,-) and rows of values are needed; "
-              "`limitmason diagnose --template FILE` writes a file to start from")  # fmt: skip
+              "`limitmason diagnose --template FILE` writes a file to start from")
     try:
         found = parsed(text, str(path))
     except InputError:
@@ -112,7 +112,7 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
     twice = next((h for i, h in enumerate(header) if h in header[:i]), None)
     if twice is not None or "" in header:
         raise InputError(f"{path}: row {found.header_line}: " + (f"the column {twice!r} is there twice" if twice else
-                         f"column {header.index('') + 1} has no name"))  # fmt: skip
+                         f"column {header.index('') + 1} has no name"))
     for number, row in zip([found.units_line, *found.lines], [units, *found.rows], strict=True):
         if len(row) != len(header):
             raise InputError(f"{path}: row {number} has {len(row)} cells, the header has {len(header)}")

@@ -78,7 +78,7 @@ def series_notes(series: str, table: MeasuredTable, inputs: Iterable[str]) -> li
     for name, values in registry.load(series, names[-1]).open_options.items():
         if name not in given and all(isinstance(v, float) for v in values):
             notes.append(f"The sources leave {name} open ({min(values):g} to {max(values):g}); no measured input of "
-                         "that name is given, so it is taken as exact.")  # fmt: skip
+                         "that name is given, so it is taken as exact.")
     return notes
 
 
@@ -110,7 +110,7 @@ def packaged_table(series: str) -> MeasuredTable:
             if target.kind != "measured":
                 continue
             row = {"specimen": case.specimen, "direction": target.direction, "measured": float(case.value(target)),
-                   "group": group, **inside, **words}  # fmt: skip
+                   "group": group, **inside, **words}
             for k, other in enumerate(published):
                 name = "predicted" if k == 0 else other.quantity
                 row[name] = float(case.value(other))

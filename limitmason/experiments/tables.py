@@ -129,7 +129,7 @@ def read_source(source: str) -> Source:
     return Source(
         d["name"], d["title"], d["kind"], d["citation"], d["doi"], d["url"], d["licence"], d["references"],
         tuple(d["caveats"]), tuple(Reference(**paper) for paper in d.get("papers", ())),
-    )  # fmt: skip
+    )
 
 
 def papers_of(source: str) -> tuple[Cited, ...]:

@@ -76,7 +76,7 @@ def _states(verdict: Assessment) -> str:
             state, (f"{verdict.reached[state]:.3f}",), (f"{verdict.demand[state]:.3f}",), (f"{share:.0%}",), how[state],
         ])
         for state, share in verdict.safety.items()
-    ]  # fmt: skip
+    ]
     return table(["limit state", "a_g reached [g]", "a_g asked [g]", "share", "by"], rows)
 
 

@@ -46,7 +46,7 @@ class Canvas:
     def __init__(
         self, model: Assembly, view: str, ax: Axes | None, *, twists: Array | None = None,
         motions: Sequence[RigidMotion | None] = (None,), viewpoint_deg: tuple[float, float] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.model, self.plane = model, chosen_plane(model, view, twists)
         if self.plane is not None:
             self.drawing = elevation.Elevation(model, self.plane)
@@ -74,7 +74,7 @@ class Canvas:
     def blocks(
         self, motion: RigidMotion | None = None, *, moving: Flags | None = None, ghosts: Flags | None = None,
         joints: MovingJoints | None = None, outline: str = style.OUTLINE,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Draw the blocks in a position.
 
         Parameters
@@ -91,7 +91,7 @@ class Canvas:
         if self.plane is None:
             scene = self._scene if motion is self._motion else self._moved(motion)
             solid.draw_solids(self.ax, scene, self.width, moving=moving, joints=joints, before=self.before,
-                              ghosts=ghosts, outline=outline)  # fmt: skip
+                              ghosts=ghosts, outline=outline)
             return
         elevation.draw_blocks(self.ax, self.drawing, self.width, motion=motion, moving=moving, outline=outline)
         elevation.draw_ghost(self.ax, self.drawing, ghosts, self.width)
@@ -114,7 +114,7 @@ class Canvas:
         along *= _ARROW * structure_size(self.model) / np.linalg.norm(along)
         halo = effects.withStroke(linewidth=3.6, foreground="white")
         arrow = {"arrowstyle": "-|>", "linewidth": 1.8, "color": style.BLACK, "shrinkA": 0.0, "shrinkB": 0.0,
-                 "mutation_scale": 11.0, "path_effects": [halo]}  # fmt: skip
+                 "mutation_scale": 11.0, "path_effects": [halo]}
         self.ax.annotate("", tuple(tail + along), tuple(tail), arrowprops=arrow, zorder=6.0, gid="load")
         return [Line2D([], [], color=style.BLACK, linewidth=1.8, marker=">", markevery=[1], label=label)]
 

@@ -85,7 +85,7 @@ def predicted_beside_references(rows: Iterable[Compared], **options: Any) -> Fig
         raise InputError(
             "no row has a prediction: there is nothing to draw" if not known
             else f"the values have different units ({', '.join(sorted(units))}): draw one source at a time"
-        )  # fmt: skip
+        )
     several = len({(r.source, r.specimen) for r in known}) < len(known)
     stated = {
         "quantity": "collapse multiplier λ [-]" if units == {"-"} else f"collapse load [{units.pop()}]",
@@ -95,7 +95,7 @@ def predicted_beside_references(rows: Iterable[Compared], **options: Any) -> Fig
     points = [
         (f"{r.specimen} {r.quantity}" if several else r.specimen, float(r.reference or 0.0), r.predicted,
          f"{r.kind}, {r.flow_rule or r.method}") for r in known
-    ]  # fmt: skip
+    ]
     return predicted_against_published(points, **{**stated, **options})
 
 
@@ -157,7 +157,7 @@ def predicted_against_published(
     ends = np.array([low, high])
     if band > 0.0:
         ax.fill_between(ends, (1.0 - band) * ends, (1.0 + band) * ends, color="#e4e4e4", linewidth=0.0, zorder=0.5,
-                        gid="band")  # fmt: skip
+                        gid="band")
     ax.plot(ends, ends, color=style.FAINT, linewidth=0.8, zorder=1.0, gid="1:1")
     groups = list(dict.fromkeys(r.group for r in finite))
     handles = []
@@ -208,7 +208,7 @@ def _draw_group(ax: Axes, rows: list[ComparedValue], group: str, k: int) -> Any:
     (points,) = ax.plot(
         x[:, 1], y[:, 1], marker, color=colour, markersize=4.6, markeredgecolor="white", markeredgewidth=0.5, zorder=3,
         linestyle="none", label=group or None, gid="points",
-    )  # fmt: skip
+    )
     return points
 
 
@@ -237,7 +237,7 @@ def _label_points(
                 color=style.FAINT, ha="right" if left else "left", va="center", gid="label", zorder=4,
                 arrowprops={"arrowstyle": "-", "linewidth": 0.4, "color": style.GHOST, "shrinkA": 0.0, "shrinkB": 2.0}
                 if abs(shift) > 5.0 else None,
-            )  # fmt: skip
+            )
 
 
 def _summary(total: int, finite: list[ComparedValue], inside: np.ndarray, ratio: np.ndarray, band: float) -> str:

@@ -50,12 +50,12 @@ def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] 
                 value = d2[i, j]
                 text = f"{value:.1f}" if value < 9.95 else f"{value:.0f}" if value < 99.5 else ">99"
                 ax.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=min(6.5, 23 * cell), zorder=3,
-                        color="white" if value < 1 else style.BLACK, gid="d2")  # fmt: skip
+                        color="white" if value < 1 else style.BLACK, gid="d2")
     for i in range(count):
         for j in range(count):
             if i != j and frozenset((names[i], names[j])) in twins:
                 ax.add_patch(Rectangle((j + 0.03, i + 0.03), 0.94, 0.94, fill=False, edgecolor=style.BLACK,
-                                       linewidth=1.1, zorder=4, gid="twin"))  # fmt: skip
+                                       linewidth=1.1, zorder=4, gid="twin"))
     invisible = set(result.invisible)
     ax.set_xlim(0, count)
     ax.set_ylim(count, 0)
@@ -118,6 +118,6 @@ def confusable(result: Any, *, title: str | None = None) -> Figure:
     ]
     style.Heading(title, lines, page).put(figure)
     place = {"loc": "upper left", "bbox_to_anchor": ((left + side + 0.15) / page, low + side / height)} if beside else {
-        "loc": "lower center", "bbox_to_anchor": (0.5, 0.0), "ncols": 3}  # fmt: skip
+        "loc": "lower center", "bbox_to_anchor": (0.5, 0.0), "ncols": 3}
     figure.legend(handles=distance_legend(), fontsize=style._SMALL, frameon=False, **place)
     return figure

@@ -83,7 +83,7 @@ def contact_report(
 
 def _lines(
     ax: Axes, polygons: list[Array], axes: Array, colour: str, width: float, gid: str, zorder: float
-) -> None:  # fmt: skip
+) -> None:
     """Polygons seen edge on: their longest stretch on the page."""
     if not polygons:
         return
@@ -105,7 +105,7 @@ def _areas(ax: Axes, polygons: list[Array], axes: Array, colour: str, alpha: flo
                 [p @ axes for p in polygons], facecolors=colour, edgecolors=colour, linewidths=0.5, alpha=alpha,
                 gid=gid, zorder=5.0,
             )
-        )  # fmt: skip
+        )
 
 
 def _bare_faces(ax: Axes, report: ContactReport, towards: Array, axes: Array, width: float) -> None:
@@ -125,14 +125,14 @@ def _loose(ax: Axes, drawing: elevation.Elevation, loose: Flags, width: float) -
                 drawing.paths(np.flatnonzero(loose)), facecolors=style.pale(_MISS, 0.25), edgecolors=style.OUTLINE,
                 linewidths=width, gid="floating", zorder=2.2,
             )
-        )  # fmt: skip
+        )
 
 
 def _points(ax: Axes, places: list[Array], axes: Array, marker: str, colour: str, gid: str) -> None:
     if places:
         x, z = (np.array(places) @ axes).T
         (line,) = ax.plot(x, z, marker, color=colour, markersize=4.5, markerfacecolor="none", markeredgewidth=1.1,
-                          linestyle="none", zorder=6.0)  # fmt: skip
+                          linestyle="none", zorder=6.0)
         line.set_gid(gid)
 
 
@@ -159,7 +159,7 @@ def _label(page: style.Page, rows: list[tuple[NearMiss, str]], axes: Array) -> N
             va="bottom" if step[1] > 0 else "top", fontsize=size, color=colour,
             bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": colour, "linewidth": 0.4},
             arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.5}, zorder=7.0, annotation_clip=False,
-        )  # fmt: skip
+        )
 
 
 def _gap(row: NearMiss) -> str:
@@ -172,7 +172,7 @@ def _caption(report: ContactReport) -> str:
         f"{len(report.contacts)} contacts of {report.n_blocks} blocks", f"tolerance {report.tolerance_text}",
         f"angle {report.rules.angle_deg:g}°",
         f"to decide: {', '.join(report.decisions)}" if report.decisions else "nothing to decide",
-    ])  # fmt: skip
+    ])
 
 
 def _handles(report: ContactReport, *, plane: bool) -> list[Patch | Line2D]:
@@ -192,7 +192,7 @@ def _handles(report: ContactReport, *, plane: bool) -> list[Patch | Line2D]:
         line(_BARE, "touches nothing", linewidth=1.2, linestyle=(0, (1.2, 2.0)))
     for rows, marker, colour, label in (
         (report.tiny, "o", _TINY, "tiny contact"), (report.edges, "x", _EDGE, "edge or corner only"),
-    ):  # fmt: skip
+    ):
         if rows:
             line(colour, label, linestyle="none", marker=marker, markersize=4.5, markerfacecolor="none")
     if report.floating:

@@ -146,7 +146,7 @@ def _draw_joints(ax: Axes, view: elevation.Elevation, motion: RigidMotion, curve
             LineCollection(
                 list(0.5 * (a + b)), colors=colour, linewidths=wide, gid=gid, zorder=3.0, capstyle="butt"
             )
-        )  # fmt: skip
+        )
 
 
 def _heading(curve: Any, index: int, name: str) -> str:

@@ -73,7 +73,7 @@ def deformed(
     ghosts = ghost & moving & ~model.fixed
     canvas = Canvas(
         model, view, ax, twists=np.concatenate([shift, vector], axis=1), motions=[motion], viewpoint_deg=viewpoint_deg,
-    )  # fmt: skip
+    )
     canvas.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
     canvas.frame()
     parts = [f"largest displacement {1e3 * float(travel.max(initial=0.0)):.3g} mm"]
@@ -138,7 +138,7 @@ def animate(
     with style.print_style():
         canvas = Canvas(
             model, view, None, twists=np.concatenate(farthest, axis=1), motions=motions, viewpoint_deg=viewpoint_deg,
-        )  # fmt: skip
+        )
         canvas.frame()
         figure = canvas.page.finish(title, f"drawn {scale:g} times" if scale != 1.0 else None, [])
         kept = set(canvas.ax.get_children())

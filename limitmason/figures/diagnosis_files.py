@@ -54,7 +54,7 @@ def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> 
         answer, out / "diagnosis.html", title=about.title or "Diagnosis", units=about.units, quantity=about.quantity,
         next_tests=found.next_tests, rehearsal=found.rehearsal, missing=found.missing, notes=about.notes, checks=checks,
         figure=picture,
-    )  # fmt: skip
+    )
     write_record(out / "verdict.json", answer)
     return [out / name for name in (*files, "causes.csv", "verdict.json")]
 
@@ -65,7 +65,7 @@ def write_causes(path: str | Path, answer: Any) -> None:
         "cause": "-", "acts on": "-", "unit of size": "-", "kept": "-", "size": "unit", "low": "unit", "high": "unit",
         "log-likelihood gain": "-", "p deficit": "-", "p trend": "-", "p scatter": "-",
         "identified": "-",
-    }  # fmt: skip
+    }
     lines = []
     for row in answer.table():
         ends = row["interval"] or [("", "")] * len(row["size"])

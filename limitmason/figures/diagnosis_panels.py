@@ -58,7 +58,7 @@ class _Sheet:
         lines = textwrap.wrap(note, int((_PAGE - 0.24) / 0.0525))
         if lines:
             self.text(0.12, self.depth - 0.02, "\n".join(lines), fontsize=7, color=style.FAINT, linespacing=1.25,
-                      gid="caption")  # fmt: skip
+                      gid="caption")
             self.depth += 0.135 * len(lines)
 
     def close(self) -> Figure:
@@ -123,7 +123,7 @@ def _head(sheet: _Sheet, result: Any, title: str | None) -> None:
     )
     lines = textwrap.wrap(note, int((_PAGE - 0.24) / 0.0555))
     sheet.text(0.12, sheet.depth, "\n".join(lines), fontsize=style._SMALL, color=style.FAINT, linespacing=1.3,
-               gid="caption")  # fmt: skip
+               gid="caption")
     sheet.depth += 0.145 * len(lines) + 0.12
 
 
@@ -156,7 +156,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
                 ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth + 0.03, width, 1.25 * _PANEL)
                 trend = _trend_of(result, name)
                 residual_panel(ax, width, covariates[name], values[()], limits, noise, _BASE, trend, first=k == 0,
-                               kinds=result.design.kinds)  # fmt: skip
+                               kinds=result.design.kinds)
                 ax.set_xlabel(with_unit(name, units), fontsize=7, color=style.BLACK, labelpad=1.5)
             sheet.depth += 1.25 * _PANEL + 0.48
         return
@@ -166,7 +166,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
     for k, (names_, lines) in enumerate(zip(columns, titles, strict=True)):
         text = "\n".join([""] * (deepest - len(lines)) + lines)
         sheet.text(_LEFT + k * (width + _GAP) + 0.5 * width, sheet.depth, text, fontsize=7, ha="center",
-                   color=colours[names_], linespacing=1.2, fontweight="bold")  # fmt: skip
+                   color=colours[names_], linespacing=1.2, fontweight="bold")
     sheet.depth += 0.13 * deepest + 0.05
     high = _PANEL if len(shown) <= 3 else 0.8 * _PANEL
     for name in shown:
@@ -174,7 +174,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
             ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth, width, high)
             trend = None if names_ else _trend_of(result, name)
             residual_panel(ax, width, covariates[name], values[names_], limits, noise, colours[names_], trend,
-                           first=k == 0, kinds=result.design.kinds)  # fmt: skip
+                           first=k == 0, kinds=result.design.kinds)
         x = _LEFT + 0.5 * (_PAGE - _LEFT - _RIGHT)
         sheet.depth += high + (0.19 if is_numeric(covariates[name]) or few_labels(covariates[name]) else 0.05)
         sheet.text(x, sheet.depth, with_unit(name, units), fontsize=7, ha="center")
@@ -233,7 +233,7 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
         "Filled: not rejected, with its 95 % interval; open: rejected." if named else
         "Open: best fit, rejected." if result.kind == "unexplained" else
         "Open: best fit, not needed; shaded: sizes that nine times in ten would not have been seen."
-    )  # fmt: skip
+    )
     sheet.heading("How large: sizes of the causes on the list", note)
     ax = sheet.axes(left, sheet.depth + 0.02, width, row * len(listed))
     colours = {n: c for names, c in _colours(result).items() for n in names} if named else {}
@@ -253,24 +253,24 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
         if estimate is not None:
             colour = colours.get(cause.name, style.BLACK)
             ax.plot([at(estimate.low), at(estimate.high)], [k, k], color=colour, linewidth=2.6, zorder=3,
-                    gid="interval", solid_capstyle="butt")  # fmt: skip
+                    gid="interval", solid_capstyle="butt")
             ax.plot([at(estimate.size)], [k], "o", color=colour, markersize=5, markeredgecolor="white",
-                    markeredgewidth=0.5, zorder=4, gid="estimate")  # fmt: skip
+                    markeredgewidth=0.5, zorder=4, gid="estimate")
             text = f"{cause.show(estimate.size)}  [{estimate.low:.3g}, {estimate.high:.3g}]"
             text += " at its bound" if estimate.at_bound else ""
         else:
             if show_seen:
                 ends = _unseen(cause, result.detectable[cause.name])
                 ax.add_patch(Rectangle((at(ends[0]), k - 0.26), at(ends[1]) - at(ends[0]), 0.52, color="#e4e4e4",
-                                       linewidth=0, zorder=0.6, gid="unseen"))  # fmt: skip
+                                       linewidth=0, zorder=0.6, gid="unseen"))
                 text = _seen_text(cause, result.detectable[cause.name])
             else:
                 text = f"rejected (fits best at {cause.show(tested.sizes[0])})"
             ax.plot([at(tested.sizes[0])], [k], "o", color=style.GHOST, markerfacecolor="white", markersize=4,
-                    zorder=3, gid="fit")  # fmt: skip
+                    zorder=3, gid="fit")
             colour = style.FAINT
         sheet.text(left + width + 0.12, sheet.depth + 0.02 + row * (k + 0.5), text, fontsize=7, va="center",
-                   color=colour, gid="size")  # fmt: skip
+                   color=colour, gid="size")
     ax.set_xlim(-0.03, 1.03)
     ax.set_ylim(len(listed) - 0.5, -0.5)
     ax.set_xticks([])
@@ -319,7 +319,7 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
     beside = left + side + 1.6 < room
     place = {"bbox_to_anchor": (1.06, 1.02)} if beside else {"bbox_to_anchor": (0.0, 0.0), "ncols": 2}
     ax.legend(handles=distance_legend(), loc="upper left", fontsize=6.5, frameon=False, borderpad=0.2,
-              labelspacing=0.25, columnspacing=1.0, **place)  # fmt: skip
+              labelspacing=0.25, columnspacing=1.0, **place)
     fit = sheet.axes(_PAGE - square - _RIGHT, top + 0.1, square, square)
     lines = _predicted(fit, result, quantity)
     sheet.depth = top + max(0.3 + side + (0.05 if beside else 0.5), 0.1 + square + 0.38 + 0.13 * lines)
@@ -349,10 +349,10 @@ def _predicted(ax: Axes, result: Any, quantity: str) -> int:
         error = 100.0 * float(np.sqrt(np.mean(_residual(result, names) ** 2)))
         face = colour if names else "white"
         ax.plot(measured, predicted, "o" if names else "s", color=colour, markerfacecolor=face, markersize=3.8,
-                markeredgewidth=0.7, zorder=3 if names else 2, gid="after" if names else "before")  # fmt: skip
+                markeredgewidth=0.7, zorder=3 if names else 2, gid="after" if names else "before")
         label = label if len(label) < 30 else label[:28] + "…"
         handles.append(Line2D([], [], color=colour, marker="o" if names else "s", markerfacecolor=face, markersize=3.8,
-                              linestyle="none", label=f"{label}: {error:.1f} %"))  # fmt: skip
+                              linestyle="none", label=f"{label}: {error:.1f} %"))
     if result.gain is not None:
         left_out = 100.0 * result.gain.error_left_out
         handles.append(Line2D([], [], linestyle="none", label=f"each specimen left out: {left_out:.1f} %"))
@@ -367,5 +367,5 @@ def _predicted(ax: Axes, result: Any, quantity: str) -> int:
     ax.set_xlabel(f"measured {quantity}".strip(), fontsize=7, labelpad=1.5)
     ax.set_ylabel(f"predicted {quantity}".strip(), fontsize=7, labelpad=1.5)
     ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.42, -0.17), fontsize=6.5, frameon=False,
-              labelspacing=0.25)  # fmt: skip
+              labelspacing=0.25)
     return len(handles)

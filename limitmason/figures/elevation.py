@@ -48,7 +48,7 @@ def with_held(low: Array, high: Array, held: Array, share: float) -> Array:
     reach = share * float(np.sqrt(np.prod(np.maximum(high - low, 1e-12))))
     return np.array([
         np.maximum(np.minimum(low, held[0]), low - reach), np.minimum(np.maximum(high, held[1]), high + reach)
-    ])  # fmt: skip
+    ])
 
 
 class Elevation:
@@ -152,13 +152,13 @@ def draw_blocks(
                     paths, facecolors=colour, edgecolors=outline, linewidths=width, gid=gid, zorder=2.0,
                     joinstyle="round",
                 )
-            )  # fmt: skip
+            )
     rows = view.order[fixed[view.order]]
     if len(rows):
         held = PathCollection(
             view.paths(rows, motion), facecolors=style.FIXED, edgecolors=style.HATCH, linewidths=width, hatch="/////",
             gid="fixed", zorder=1.5,
-        )  # fmt: skip
+        )
         _thin_hatch(held)
         ax.add_collection(held)
         # the hatch takes the edge colour, so the outline is drawn once more
@@ -167,7 +167,7 @@ def draw_blocks(
                 view.paths(rows, motion), facecolors="none", edgecolors=outline, linewidths=width, zorder=2.1,
                 gid="fixed outline",
             )
-        )  # fmt: skip
+        )
 
 
 def _thin_hatch(collection: PathCollection) -> None:
@@ -187,7 +187,7 @@ def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
             linestyles="solid" if dense else (0, (3.0, 2.0)), alpha=0.5 if dense else 0.9, gid="ghost",
             zorder=1.0 if dense else 2.4,
         )
-    )  # fmt: skip
+    )
 
 
 def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMotion, width: float) -> None:
@@ -221,7 +221,7 @@ def joint_handles(joints: MovingJoints | None, *, fixed: bool, ghost: bool, hatc
         handles.append(Line2D([], [], color=style.GHOST, linewidth=0.8, linestyle=(0, (3, 2)), label="before"))
     if fixed:
         patch = Patch(facecolor=style.FIXED, edgecolor=style.HATCH, hatch="/////" if hatch else None, linewidth=0.4,
-                      label="fixed")  # fmt: skip
+                      label="fixed")
         if hasattr(patch, "set_hatch_linewidth"):
             patch.set_hatch_linewidth(0.4)
         handles.append(patch)
@@ -242,4 +242,4 @@ def label_blocks(ax: Axes, view: Elevation, scale: float) -> None:
         wide, high = scale * np.ptp(np.concatenate(view.loops[i]) @ view.axes, axis=0)
         size = float(min(0.5 * high, wide / (0.62 * max(len(block.name), 1)), 7.0))
         ax.text(x, y, block.name, ha="center", va="center", fontsize=max(size, 1.0), color=style.FAINT, zorder=4,
-                clip_on=True)  # fmt: skip
+                clip_on=True)

@@ -174,7 +174,7 @@ def contact_forces(
         Line2D([], [], color=style.BLACK, linewidth=max(share * thickest, 0.3),
                label=f"{share * largest / newtons:.3g} {unit}")
         for share in ((1.0, 0.5, 0.1) if largest > 0.0 else ())
-    ]  # fmt: skip
+    ]
     if (forces.at_friction_limit & forces.carries).any():
         handles.append(Line2D([], [], color=style.BLUE, linewidth=2.0, label="at friction limit"))
     if lines:
@@ -192,7 +192,7 @@ def tie_forces(model: Assembly, prediction: Prediction) -> Array:
 
 def _draw_segments(
     ax: Axes, forces: JointForces, rows: Index, axes: Array, length: float, thickest: float
-) -> None:  # fmt: skip
+) -> None:
     """One segment per interface through its centre of pressure, along the resultant."""
     if not len(rows):
         return
@@ -205,7 +205,7 @@ def _draw_segments(
     ax.add_collection(
         LineCollection(list(ends), colors=colours, linewidths=np.maximum(thickest * size[rows] / size.max(), 0.25),
                        zorder=4, gid="forces", capstyle="round")
-    )  # fmt: skip
+    )
 
 
 def _draw_line(ax: Axes, line: ThrustLine, forces: JointForces, axes: Array, thickest: float) -> None:
@@ -217,7 +217,7 @@ def _draw_line(ax: Axes, line: ThrustLine, forces: JointForces, axes: Array, thi
             list(np.stack([flat[:-1], flat[1:]], axis=1)), colors=style.VERMILION, capstyle="round", zorder=4,
             linewidths=np.maximum(0.5 * (width[:-1] + width[1:]), 0.4), gid="thrust line",
         )
-    )  # fmt: skip
+    )
     sliding = [bool(forces.at_friction_limit[k]) for k in line.interfaces] if len(line.interfaces) == len(flat) else []
     colours = [style.BLUE if s else style.BLACK for s in sliding] or style.BLACK
     ax.scatter(flat[:, 0], flat[:, 1], s=7.0, c=colours, linewidths=0.0, zorder=4.5, gid="centres of pressure")

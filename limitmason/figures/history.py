@@ -79,7 +79,7 @@ def load_displacement(
         u, f = _curve(curve, None, direction, label)
         marker = "o" if len(u) < 12 else None
         ax.plot(1e3 * u, 1e-3 * f, color=style.BLACK, linewidth=0.8, marker=marker, markersize=3.5, label=label,
-                markerfacecolor="white", gid="measured", zorder=2.5)  # fmt: skip
+                markerfacecolor="white", gid="measured", zorder=2.5)
     for (label, force_kn), dashes in zip(_measured_levels(measured), cycle(_LEVELS), strict=False):
         ax.axhline(force_kn, color=style.BLACK, linewidth=0.8, linestyle=dashes, label=label, gid=f"measured {label}")
     for (label, force), colour in zip((levels or {}).items(), cycle(reversed(style.SERIES)), strict=False):
@@ -90,7 +90,7 @@ def load_displacement(
     for (label, rows), marker in zip(groups.items(), cycle(style.MARKERS), strict=False):
         x, y = np.array(rows).T
         ax.plot(x, y, marker, color=style.BLACK, markersize=4.5, markerfacecolor="none", linestyle="none", label=label,
-                gid=f"point {label}", zorder=4)  # fmt: skip
+                gid=f"point {label}", zorder=4)
     return _finish(ax, own, xlabel, ylabel, title, caption)
 
 

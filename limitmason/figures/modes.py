@@ -47,7 +47,7 @@ def mode_shape(modes: Modes, number: int, *, reach: float = _REACH, title: str |
         figure = solid_map(
             carrier.model, size / size.max(), displacement=shape, scale=1.0, label="displacement [-]",  # type: ignore[attr-defined]
             title=title, caption=caption, **options,
-        )  # fmt: skip
+        )
     # the displacement of a mode has no size of its own: the caption that states one is left out
     for text in figure.texts:
         if text.get_gid() == "caption":
@@ -92,7 +92,7 @@ def mac_matrix(
             v = float(mac.values[i, j])
             ax.add_patch(Rectangle((j, i), 1, 1, facecolor=style.pale(style.BLUE, v), edgecolor="white", gid="cell"))
             ax.text(j + 0.5, i + 0.5, f"{v:.2f}", ha="center", va="center", fontsize=7,
-                    color="white" if v > 0.75 else style.BLACK, gid="value")  # fmt: skip
+                    color="white" if v > 0.75 else style.BLACK, gid="value")
         if mac.values[i, best[i]] >= ALIKE:
             at = (best[i] + 0.03, i + 0.03)
             ax.add_patch(Rectangle(at, 0.94, 0.94, fill=False, edgecolor=style.BLACK, gid="best"))

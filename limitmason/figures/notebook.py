@@ -86,7 +86,7 @@ def _(shown: Table, x: str | None = None, **options: Any) -> Figure:
 for kind, draw in {
     Mac: mac_matrix, LoadRegion: load_region, AxleEnvelope: axle_envelope,
     Confusable: confusable,
-}.items():  # fmt: skip
+}.items():
     plot.register(kind, draw)
 
 

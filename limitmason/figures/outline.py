@@ -42,7 +42,7 @@ def wall_plane(assembly: Assembly, twists: Array | None = None) -> Plane | None:
             candidates = [vector[:, 0]]
     # joints all of one direction do not tell the plane, the sides of a block do
     sides = [face_planes(part.vertices[list(f)][None])[0][0] for part in assembly.blocks[free[0]].parts
-             for f in part.faces]  # fmt: skip
+             for f in part.faces]
     candidates += [n for n in sides if abs(n[2]) < 1e-6]
     for p in candidates:
         p = p * (1.0 if p[np.abs(p[:2]).argmax()] > 0 else -1.0)

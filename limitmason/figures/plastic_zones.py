@@ -63,7 +63,7 @@ def plasticity(
         ax.add_collection(PolyCollection(
             list(place[mesh.zones]), facecolors=[colours[m] for m in marks], edgecolors=style.GHOST, linewidths=0.2,
             gid="zones", zorder=1.0,
-        ))  # fmt: skip
+        ))
         _draw_outlines(ax, mesh, place)
         edge = 0.005 * span
         ax.set_xlim(low[0] - edge[0], high[0] + edge[0])

@@ -44,7 +44,7 @@ def of_covariate(result: Any, name: str) -> bool:
 def residual_panel(
     ax: Axes, width: float, column: Sequence, values: np.ndarray, limits: tuple[float, float],
     noise: float, colour: str, trend: str | None, *, first: bool, kinds: Sequence[str] = (),
-) -> None:  # fmt: skip
+) -> None:
     """Residuals of one explanation against one covariate, with a trend of its own in each kind of data.
 
     Parameters
@@ -83,7 +83,7 @@ def residual_panel(
         for at, height in _trend_lines(x[inside], values[inside], trend, numeric=is_numeric(column)):
             ax.plot(at, height, gid="trend", linestyle=dashes, **line)
         ax.plot((x + spread)[inside], values[inside], marker, color=colour, markersize=3.6, markeredgecolor="white",
-                markeredgewidth=0.4, zorder=3, gid="points")  # fmt: skip
+                markeredgewidth=0.4, zorder=3, gid="points")
     ax.set_ylim(*limits)
     if not first:
         ax.tick_params(labelleft=False)
@@ -94,7 +94,7 @@ def residual_panel(
 
 def _trend_lines(
     x: np.ndarray, values: np.ndarray, trend: str | None, *, numeric: bool
-) -> Iterator[tuple[Sequence[float] | np.ndarray, Sequence[float] | np.ndarray]]:  # fmt: skip
+) -> Iterator[tuple[Sequence[float] | np.ndarray, Sequence[float] | np.ndarray]]:
     """Lines of one trend: the mean of every label or of few levels, else a line or a bend."""
     levels = np.unique(x)
     if not numeric or (trend == "group" and len(levels) <= len(x) / 2):

@@ -54,7 +54,7 @@ class SolidView:
     def page_bounds(self, blocks: Index) -> Array:
         """Lowest and highest page coordinates of some blocks [m], shape (2, 2)."""
         points = np.concatenate([self.view.project(p.vertices) for p, i in zip(self.pieces, self.owner, strict=True)
-                                 if i in set(blocks.tolist())])  # fmt: skip
+                                 if i in set(blocks.tolist())])
         return np.array([points.min(axis=0), points.max(axis=0)])
 
 
@@ -88,7 +88,7 @@ class _Ink:
         return PathCollection(
             self.paths, facecolors=self.face, edgecolors=self.edge, linewidths=self.width, linestyles=self.dash,
             capstyle="round", joinstyle="round", **options,
-        )  # fmt: skip
+        )
 
 
 def draw_solids(
@@ -138,7 +138,7 @@ def draw_solids(
         visible = scene.facing(piece)
         for k in visible:
             ink.area(scene.view.project(solid.vertices[list(solid.faces[k])]),
-                     _shaded(colour, scene.faces.normal[piece, k], scene.view), 0.25)  # fmt: skip
+                     _shaded(colour, scene.faces.normal[piece, k], scene.view), 0.25)
         ink.strokes(_edge_strokes(scene, piece, set(visible)), outline, width)
         for strokes, tint in marks.get(piece, ()):
             ink.strokes(strokes, tint, 1.6 * width + 0.5)

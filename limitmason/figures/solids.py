@@ -104,7 +104,7 @@ def _brick_size(model: Continuum) -> float:
 def _paint(
     ax: Axes, model: Continuum, places: Array, view: Camera, values: Array | None, norm: Normalize | None,
     colours: str, width: float,
-) -> None:  # fmt: skip
+) -> None:
     mesh = model.mesh
     faces = mesh.boundary_nodes  # corners around each face, counter-clockwise from outside
     p = places[faces]
@@ -122,7 +122,7 @@ def _paint(
     ax.add_collection(
         PolyCollection(list(view.project(p[seen].reshape(-1, 3)).reshape(-1, 4, 2)), facecolors=shade,
                        edgecolors=style.BLACK, linewidths=0.5 * width, gid="bricks")
-    )  # fmt: skip
+    )
 
 
 def _bar(figure: Figure, ax: Axes, norm: Normalize, colours: str, label: str) -> None:

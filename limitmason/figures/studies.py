@@ -88,13 +88,13 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
         if math.isfinite(r.low) and r.high > r.low:
             # taller than the marker, so that a narrow range still shows
             ax.barh([y], [r.high - r.low], 0.28, left=r.low, color=style.pale(colour, 0.45), edgecolor=colour,
-                    linewidth=0.6, zorder=2, gid="range")  # fmt: skip
+                    linewidth=0.6, zorder=2, gid="range")
         ax.plot([r.multiplier], [y], _look(r.method).marker, color=colour, markersize=6.5, zorder=4,
-                markeredgecolor="white", markeredgewidth=0.6, gid="value")  # fmt: skip
+                markeredgecolor="white", markeredgewidth=0.6, gid="value")
         text = f"{r.multiplier:.4f}" + (f"   {r.ratio:.2f} × test" if math.isfinite(r.ratio) else "")
         ax.annotate(text, (r.multiplier, y), (0, 10), textcoords="offset points", ha="center", fontsize=style._SMALL,
                     color=style.BLACK, zorder=5, gid="number",
-                    bbox={"boxstyle": "square,pad=.1", "facecolor": "white", "linewidth": 0, "alpha": .75})  # fmt: skip
+                    bbox={"boxstyle": "square,pad=.1", "facecolor": "white", "linewidth": 0, "alpha": .75})
     span = max(max(ends) - min(ends), 0.05 * max(ends))
     ax.set_xlim(min(ends) - 0.22 * span, max(ends) + 0.22 * span)
     said = style.enlarged(*ax.get_xlim())
@@ -190,7 +190,7 @@ def study_lines(
         if y == "multiplier":
             bars = [r for r in solid if math.isfinite(r.get("low", math.nan)) and r["high"] > r["low"]]
             ax.vlines([place(r[x]) for r in bars], [r["low"] for r in bars], [r["high"] for r in bars], color=colour,
-                      linewidth=2.5, alpha=0.35, zorder=2, gid="range")  # fmt: skip
+                      linewidth=2.5, alpha=0.35, zorder=2, gid="range")
         ax.plot([place(r[x]) for r in solid], [r[y] for r in solid], **look, zorder=3, gid="line")
         guess = [r for r in own if r.get("status") == "extrapolated"]
         if guess and solid:
@@ -198,7 +198,7 @@ def study_lines(
                 [place(guess[0][x]), place(solid[0][x])], [guess[0][y], solid[0][y]], ":", color=colour, linewidth=1.0
             )
             ax.plot([place(guess[0][x])], [guess[0][y]], look["marker"], markerfacecolor="white", color=colour,
-                    markersize=4.5, gid="extrapolated")  # fmt: skip
+                    markersize=4.5, gid="extrapolated")
         if by:
             handles.append(Line2D([], [], label=_group_name(by, group), **look))
     for number, (name, points) in enumerate((published or {}).items()):
@@ -234,7 +234,7 @@ def _line_look(method: Any, number: int, colour: str, second: int) -> dict[str, 
         "color": colour, "marker": _look(str(method)).marker if known else style.MARKERS[number % 7], "markersize": 4.5,
         "linewidth": 1.1, "markerfacecolor": "white" if second else colour,
         "linestyle": ("-", "--", ":", "-.")[second % 4],
-    }  # fmt: skip
+    }
 
 
 _NO_PARAMETER = frozenset(("low", "high", "status", "seconds"))
@@ -290,7 +290,7 @@ def _group_name(by: Sequence[str], group: Sequence[Any]) -> str:
 def histogram(
     tables: Mapping[str, Table] | Table, column: str, *, label: str | None = None, measured: Sequence[float] = (),
     bins: int | None = None, title: str | None = None, ax: Axes | None = None,
-) -> Figure:  # fmt: skip
+) -> Figure:
     """How often a number occurs, one set of bars per study over the same classes.
 
     Parameters
@@ -323,7 +323,7 @@ def histogram(
         ax.hist(
             own, edges.tolist(), label=text, color=style.pale(colour, 0.5), edgecolor=colour, linewidth=0.8, alpha=0.75,
             gid="histogram",
-        )  # fmt: skip
+        )
     for value in measured:
         ax.axvline(value, 0.0, 0.06, color=style.BLACK, linewidth=1.2, gid="test")
     ax.set_xlabel(label or column)

@@ -21,7 +21,7 @@ from limitmason.errors import InputError, NotApplicable
 # Okabe and Ito (2008): told apart with every common colour vision, and in grey by their different lightness
 BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
     "#1a1a1a", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7",
-)  # fmt: skip
+)
 SERIES = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
@@ -167,7 +167,7 @@ class Heading:
             top -= 0.21 / total
         if self.lines:
             figure.text(0.12 / self.width, top, "\n".join(self.lines), fontsize=_SMALL, color=FAINT, va="top",
-                        linespacing=1.3, gid="caption")  # fmt: skip
+                        linespacing=1.3, gid="caption")
 
 
 def figure_of(ax: Axes) -> Figure:
@@ -260,14 +260,14 @@ class Page:
         lines = textwrap.wrap(text, max(int(across / 0.0555), 24)) if text else []
         if lines:
             ax.annotate("\n".join(lines), (0.0, 1.0), (0.0, 4.0), xycoords="axes fraction", textcoords="offset points",
-                        fontsize=_SMALL, color=FAINT, va="bottom", linespacing=1.3, gid="caption")  # fmt: skip
+                        fontsize=_SMALL, color=FAINT, va="bottom", linespacing=1.3, gid="caption")
         if title:
             ax.set_title(title, loc="left", fontweight="bold", pad=7.0 + 10.0 * len(lines))
         if handles:
             columns, _ = legend_shape(handles, across)
             below = -0.18 if self.framed else -0.02
             ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, below), ncols=columns,
-                      fontsize=_SMALL, frameon=False)  # fmt: skip
+                      fontsize=_SMALL, frameon=False)
 
 
 def legend_shape(handles: list[Any], width: float) -> tuple[int, int]:
@@ -283,7 +283,7 @@ def legend_below(figure: Figure, handles: list[Any], columns: int) -> None:
     """Legend at the foot of a figure that has its final size, or none without entries."""
     if handles:
         figure.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 0.03 / figure.get_size_inches()[1]),
-                      ncols=columns, fontsize=_SMALL, frameon=False, borderpad=0.0, borderaxespad=0.0)  # fmt: skip
+                      ncols=columns, fontsize=_SMALL, frameon=False, borderpad=0.0, borderaxespad=0.0)
 
 
 def paper(width: float, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
@@ -324,7 +324,7 @@ def frame(ax: Axes, title: str | None, caption: str = "") -> None:
         ax.annotate(
             caption, (0.0, 1.0), (0.0, 5.0), xycoords="axes fraction", textcoords="offset points", gid="caption",
             fontsize=_SMALL, color=FAINT, va="bottom", linespacing=1.3,
-        )  # fmt: skip
+        )
     if title:
         ax.set_title(
             title, loc="left", fontweight="bold", pad=8.0 + (11.0 * (caption.count("\n") + 1) if caption else 0)

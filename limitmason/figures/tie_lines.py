@@ -31,7 +31,7 @@ def stretching(model: Assembly, twists: Array, threshold: float) -> Flags:
 def draw_ties(
     ax: Axes, model: Assembly, project: Callable[[Array], Array], width: float, *, motion: RigidMotion | None = None,
     yields: Flags | None = None,
-) -> list[Line2D]:  # fmt: skip
+) -> list[Line2D]:
     """Draw the ties over the blocks, as if these were of glass, and return entries for the legend.
 
     Parameters
@@ -46,7 +46,7 @@ def draw_ties(
     flags = np.zeros(len(model.ties), dtype=bool) if yields is None else yields
     for chosen, colour, gid, label in (
         (~flags, HELD, "ties", "tie"), (flags, YIELDS, "yielding ties", "tie that yields"),
-    ):  # fmt: skip
+    ):
         lines = []
         for k in np.flatnonzero(chosen).tolist():
             ends = model.ties[k].ends
@@ -59,7 +59,7 @@ def draw_ties(
             ax.add_collection(LineCollection(lines, colors=colour, linewidths=thick, gid=gid, zorder=3.4))
             at = np.concatenate(lines)
             ax.plot(*at.T, linestyle="none", marker="s", markersize=1.6 * thick, color=colour, zorder=3.5,
-                    gid=f"{gid} ends")  # fmt: skip
+                    gid=f"{gid} ends")
             handles.append(
                 Line2D([], [], color=colour, linewidth=thick, marker="s", markersize=1.6 * thick, label=label)
             )

@@ -105,7 +105,7 @@ def tilt_test(
     largest = max(float(t.collapse_multiplier) for t in named.values())
     largest = max(largest, math.tan(math.radians(high)) if measured is not None else 0.0)
     left.set(xlim=(0.0, 1.05), ylim=(min(0.0, *(float(np.nanmin(t.horizontal)) for t in named.values())), 1.15 * top),
-             xlabel="Rv / Rv0 [-]", ylabel="Rh / Rv0 [-]")  # fmt: skip
+             xlabel="Rv / Rv0 [-]", ylabel="Rh / Rv0 [-]")
     right.set(ylim=(0.0, 1.3 * largest), xlabel="time steps [thousand]", ylabel="Rh / Rv [-]")
     right.set_xlim(left=0.0)
     for axes, letter in ((left, "a"), (right, "b")):

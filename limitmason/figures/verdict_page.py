@@ -101,9 +101,9 @@ def _gains(result: Any) -> str:
             " and ".join(result.sized(names)), (f"{100 * gain.error_before:.1f} %",),
             (f"{100 * gain.error_after:.1f} %",), (f"{100 * gain.error_left_out:.1f} %",),
             (str(gain.leave_one_out),), (by_group,), (str(gain.selected),),
-        ]))  # fmt: skip
+        ]))
     header = ["extension, size [95 % interval]", "error before", "after", "specimens left out",
-              "log score, leave one out", "leave group out", "choice repeated in each fold"]  # fmt: skip
+              "log score, leave one out", "leave group out", "choice repeated in each fold"]
     more = len(result.kept) - len(rows)
     text = (
         "Errors are root mean squares of log(measured / predicted). Log scores are of left-out values, extension minus "
@@ -122,15 +122,15 @@ def _causes(result: Any) -> str:
         physics = "; ".join(
             p for p in (cause.physics, f"source: {cause.source}" if cause.source else "",
                         f"shown alone by: {cause.isolate}" if cause.isolate else "") if p
-        )  # fmt: skip
+        )
         bounds = f"{cause.bounds[0]:g} to {cause.bounds[1]:g}" + ("" if cause.unit == "-" else f" {cause.unit}")
         rows.append(("kept" if tested.kept else "", [
             cause.name, cause.acts_on, physics, (f"{cause.baseline:g}; {bounds}",), (cause.show(tested.sizes[0]),),
             (f"{tested.gain:+.1f}",), result.state_of((cause.name,)),
             seen_from(cause, result.detectable[cause.name]),
-        ]))  # fmt: skip
+        ]))
     header = ["cause", "acts on", "physics", "baseline; bounds", "best fit", "log-likelihood", "verdict",
-              "would have been seen from"]  # fmt: skip
+              "would have been seen from"]
     return table(header, rows)
 
 

@@ -68,7 +68,7 @@ shows(__name__)
 _READERS: dict[str, Callable[..., Any]] = {
     ".json": read_json, ".obj": read_obj, ".dxf": read_dxf, ".svg": read_svg,
     ".ply": read_solids, ".stl": read_solids, ".off": read_solids,
-}  # fmt: skip
+}
 _WRITERS = (".json", ".obj", ".vtu")
 
 

@@ -32,7 +32,7 @@ SCHEMA, VERSION = "limitmason-prediction", 2
 UNITS = {
     "twists": "m/s, rad/s up to a common factor", "opening": "m/s", "sliding": "m/s", "normal": "N", "shear": "N",
     "moment": "N m", "torsion": "N m", "point_position": "m", "point_force": "N",
-}  # fmt: skip
+}
 
 
 def write_prediction(path: str | Path, prediction: Prediction, *, assembly: Assembly | None = None) -> None:
@@ -55,7 +55,7 @@ def write_prediction(path: str | Path, prediction: Prediction, *, assembly: Asse
         "range": plain(prediction.range._asdict(), "range"),
         "reaction": None if prediction.reaction is None else plain(prediction.reaction._asdict(), "reaction"),
         "references": [{"role": c.role, **given_fields(c.reference)} for c in prediction.references],
-    }  # fmt: skip
+    }
     write_document(path, document)
 
 
@@ -85,7 +85,7 @@ def read_prediction(path: str | Path) -> Prediction:
         range=lambda part: part.make(Range, **part.values(Range)),
         reaction=lambda part: part.make(Reaction, **part.values(Reaction)),
         references=lambda part: tuple(map(_cited, part)),
-    )  # fmt: skip
+    )
     if node["version"].value == 1:
         values = _typed_of_0_1(values.get("provenance", {}), values.get("details", {})) | values
     words = node["bound"].text()
@@ -104,7 +104,7 @@ def _typed_of_0_1(provenance: Mapping[str, Any], details: Mapping[str, Any]) -> 
     out: dict[str, Any] = {
         "plane": bool(provenance.get("plane", False)), "stress_block": provenance.get("crushing") == "stress block",
         "governing": str(details.get("governing") or ""), "error_budget": details.get("error budget") or {},
-    }  # fmt: skip
+    }
     if provenance.get("flow_rule") in tuple(FlowRule):
         out["flow_rule"] = FlowRule(provenance["flow_rule"])
     if provenance.get("contact_model") in tuple(ContactModel):

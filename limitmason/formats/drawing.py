@@ -143,7 +143,7 @@ def model_of_drawing(
 def _read(
     path: Path, law: Joint, thickness: float | None, density: float, scale: float | None, tolerance: float | None,
     gap: float | None, mortar: float | None, layers: str | Sequence[str] | None,
-) -> tuple[Assembly, Cleaned | None]:  # fmt: skip
+) -> tuple[Assembly, Cleaned | None]:
     suffix = path.suffix.lower()
     if suffix not in DRAWINGS:
         raise InputError(f"{path}: a drawing ends in {', '.join(DRAWINGS)}, this in {suffix or 'nothing'}")
@@ -171,7 +171,7 @@ def _read(
     wall = Assembly.from_polygons(
         outlines, names=names, thickness=1.0 if thickness is None else thickness,
         fixed=[n for n in names if n in on_support], **given,
-    )  # fmt: skip
+    )
     return wall, cleaned
 
 

@@ -24,7 +24,7 @@ from limitmason.storage.files import named_path
 _UNITS = {
     1: ("inches", 0.0254), 2: ("feet", 0.3048), 4: ("millimetres", 1e-3), 5: ("centimetres", 1e-2), 6: ("metres", 1.0),
     7: ("kilometres", 1e3), 10: ("yards", 0.9144), 14: ("decimetres", 0.1),
-}  # fmt: skip
+}
 
 _POLYLINES = ("LWPOLYLINE", "POLYLINE")
 _FACES = ("SOLID", "TRACE", "3DFACE")
@@ -130,7 +130,7 @@ def read_dxf(
         warnings.warn(
             f"{path}: layer {layer!r}: {n} {kind} cannot be read and {'is' if n == 1 else 'are'} left out; explode "
             "them to lines where they are blocks", PlausibilityWarning, stacklevel=2,
-        )  # fmt: skip
+        )
     found = drawn.outlines(gap, path, _POLYLINES)
     if not found.outlines:
         where = "" if wanted is None else " on the layers asked for"
@@ -185,7 +185,7 @@ def _polyline(entity: Any, ezpath: Any, metres: float, flatness: float, where: s
     else:
         corners = entity.get_points("xyb") if kind == "LWPOLYLINE" else [
             (*tuple(v.dxf.location)[:2], v.dxf.get("bulge", 0.0)) for v in entity.vertices
-        ]  # fmt: skip
+        ]
         flat = _with_arcs(np.array(corners, dtype=float).reshape(-1, 3), entity.is_closed, flatness / metres)
         height = float(entity.dxf.get("elevation", 0.0)) if kind == "LWPOLYLINE" else 0.0
         points = np.array([tuple(p) for p in entity.ocs().points_to_wcs([(x, y, height) for x, y in flat.tolist()])])

@@ -15,7 +15,7 @@ TIE_NUMBERS = tuple(f.name for f in fields(Tie) if f.name not in ("block_a", "po
 _PIECE_KEYS = ("vertices", "faces")
 _LOAD_KEYS = (
     "name", "dead", "live", "horizontal", "body_force", "tilting", "point_loads", "pressures", "precompression",
-)  # fmt: skip
+)
 
 
 def blocks_of(node: DocumentNode) -> dict[str, Any]:
@@ -158,7 +158,7 @@ def tie_of(node: DocumentNode) -> Tie:
     return node.make(
         Tie, block_of(blocks[0]), points[0].array(None), None if blocks[1].value is None else block_of(blocks[1]),
         points[1].array(None), name=node["name"].text() if "name" in node else "", **numbers,
-    )  # fmt: skip
+    )
 
 
 def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
@@ -185,7 +185,7 @@ def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
         out = out.with_point_load(
             assembly, block_of(entry["block"]), entry["force"].array(None),
             at=entry["at"].array(None) if "at" in entry else None, case=_case(entry, "live"),
-        )  # fmt: skip
+        )
     for entry in loads.get("pressures") or ():
         entry.mapping(("block", "pressure", "traction", "face", "case"))
         face = entry.get("face")
@@ -193,7 +193,7 @@ def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
             assembly, block_of(entry["block"]), pressure=entry["pressure"].number() if "pressure" in entry else None,
             traction=entry["traction"].array(None) if "traction" in entry else None, case=_case(entry, "dead"),
             face="top" if face is None else face.text() if isinstance(face.value, str) else tuple(face.array(None)),
-        )  # fmt: skip
+        )
     if "precompression" in loads:
         entry = loads["precompression"]
         entry.mapping(("force", "block"))

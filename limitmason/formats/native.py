@@ -81,12 +81,12 @@ SCHEMA, VERSION = "limitmason-model", 1
 UNITS = {
     "length": "m", "mass": "kg", "density": "kg/m3", "force": "N", "moment": "N m", "stress": "Pa",
     "stiffness": "Pa/m", "angle": "deg",
-}  # fmt: skip
+}
 _KEYS = (
     "schema", "version", "units", "name", "outlines", "names", "thickness", "density", "blocks", "tolerance",
     "contact_rules", "material", "materials", "joint", "joints", "joints_between", "joint_laws", "interfaces", "fixed",
     "supports", "ties", "loads", "recipe",
-)  # fmt: skip
+)
 
 
 class Model(NamedTuple):
@@ -158,13 +158,13 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
              "rotations": s.rotations, "dofs": list(s.dofs)}
             for s in assembly.supports
         ],
-    }  # fmt: skip
+    }
     if assembly.ties:
         document["ties"] = [_tie(tie) for tie in assembly.ties]
     if loads is not None:
         document["loads"] = {
             "name": loads.name, "dead": plain(loads.dead, "loads.dead"), "live": plain(loads.live, "loads.live"),
-        }  # fmt: skip
+        }
     document["recipe"] = plain(assembly.recipe, "recipe")
     write_document(path, document)
 
@@ -224,7 +224,7 @@ def _with_found_contacts(assembly: Assembly) -> Assembly:
             names=[b.name for b in assembly.blocks], axes=[b.axis for b in assembly.blocks], recipe=assembly.recipe,
             tolerance=rules.distance, angle_tolerance_deg=rules.angle_deg, wedge_tolerance_deg=rules.wedge_deg,
             smallest_contact=rules.width,
-        )  # fmt: skip
+        )
 
 
 def read_json(path: str | Path) -> Model:
@@ -308,7 +308,7 @@ def _simple(node: DocumentNode) -> Assembly:
             [outline.array(2) for outline in node["outlines"]], thickness=node["thickness"].number(), names=names,
             density=2000.0 if density is None else density.array(None) if isinstance(density.value, list)
             else density.number(), **options,
-        )  # fmt: skip
+        )
     else:
         assembly = Assembly.from_polyhedra(**blocks_of(node), **options)
     partial = [s for s in supports if not all(s.held)]
@@ -325,7 +325,7 @@ def _stored(node: DocumentNode) -> Assembly:
     assembly = Assembly.from_polyhedra(
         **blocks_of(node), joint=Joint(0.0), **_tolerances(node),
         recipe=restored(node["recipe"].mapping()) if "recipe" in node else None,
-    )  # fmt: skip
+    )
     # of blocks that were turned the stored one is the same but for rounding
     assembly = replace(assembly, tolerance=node["tolerance"].number())
     rows = []

@@ -129,7 +129,7 @@ class DrawnOutlines:
                     found.layers.append(layer)
                     found.names.append(f"{layer}-{found.layers.count(layer)}")
         for count, text in ((alone, "taken as blocks: nothing else is drawn there"),
-                            (islands, "left out: they have islands, and a block has one outline")):  # fmt: skip
+                            (islands, "left out: they have islands, and a block has one outline")):
             if count:
                 warnings.warn(f"{path}: layer {layer!r}: {count} hatches are {text}", PlausibilityWarning, stacklevel=4)
 
@@ -151,7 +151,7 @@ class DrawnOutlines:
             warnings.warn(
                 f"{path}: layer {layer!r}: {text} of {len(strokes)} single lines enclose no block and are left out "
                 f"(their ends must meet within gap={gap:g} m)", PlausibilityWarning, stacklevel=5,
-            )  # fmt: skip
+            )
         return [f for f in faces if not any(_same(f, c) for c in self.closed[layer])]
 
 

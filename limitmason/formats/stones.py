@@ -81,7 +81,7 @@ class MetStones(NamedTuple):
             f"{len(self.before)} stones; {spread}; volume {self.before.sum():.4g} -> {self.after.sum():.4g} m3",
             *(f"  {self.names[g.i]} and {self.names[g.j]} overlapped by {-1e3 * g.gap:.3g} mm and were cut"
               for g in self.gaps if g.gap < 0.0),
-        ]  # fmt: skip
+        ]
         met = {k for g in self.gaps for k in (g.i, g.j)}
         lines += [f"  {name} meets no other stone" for k, name in enumerate(self.names) if k not in met]
         return "\n".join(lines)

@@ -127,7 +127,7 @@ def _kind(element: ElementTree.Element) -> str:
 def _shapes(
     element: ElementTree.Element, matrix: Array, layer: str | None, path: str | Path,
     by_id: dict[str, ElementTree.Element], room: tuple[float, float], depth: int = 0,
-) -> Iterator[_Shape]:  # fmt: skip
+) -> Iterator[_Shape]:
     """Every visible shape below an element.
 
     ``room`` is the size of the drawing around it, in its units.

@@ -122,7 +122,7 @@ def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array
     cells: dict[str, Array] = {
         "interface": np.arange(k), "block_a": x.block_a, "block_b": x.block_b, "area": x.area,
         "kind": np.array([kinds.get(i.kind, 3) for i in assembly.interfaces]),
-    }  # fmt: skip
+    }
     if twists is not None:
         opening, sliding = joint_rates(assembly, twists)
         cells |= {"opening": opening, "sliding": sliding}
@@ -133,7 +133,7 @@ def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array
             raise InputError(f"the resultants are for {len(r.normal)} interfaces and ties, {has}")
         shear = np.asarray(r.shear, dtype=float)[:k]
         cells |= {"N": np.asarray(r.normal, dtype=float)[:k],
-                  "V": shear[:, :1] * x.tangent_1 + shear[:, 1:2] * x.tangent_2}  # fmt: skip
+                  "V": shear[:, :1] * x.tangent_1 + shear[:, 1:2] * x.tangent_2}
     return grid, cells, {}
 
 

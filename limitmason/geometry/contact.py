@@ -175,7 +175,7 @@ def find_contacts(
 def candidates(
     owner: Index, faces: Faces, start: Index, p: Index, q: Index, distance: Array,
     reach: Array, rules: ContactRules, looked_at_deg: float,
-) -> Candidates:  # fmt: skip
+) -> Candidates:
     """Faces of near solids that overlap in projection with a gap within reach.
 
     Tolerances are given per owner.
@@ -194,7 +194,7 @@ def candidates(
 NOTHING, MADE, _CLOSED, _IN_PART, _APART, _OPENS, _TURNED, _NARROW = range(8)
 _KINDS = {
     _CLOSED: "closed", _IN_PART: "in part", _APART: "apart", _OPENS: "opens", _TURNED: "turned", _NARROW: "narrow",
-}  # fmt: skip
+}
 CONTACT_CODES = (MADE, _CLOSED, _IN_PART)
 
 
@@ -325,14 +325,14 @@ def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None =
         out.append(DoubtfulContact(
             a, b, kinds[kind], (float(pairs.gap.min()), float(pairs.gap.max())), float(pairs.angle_deg.max()),
             float(pairs.area.sum()), float(pairs.width.max()), place, pairs.normal[0], polygons,
-        ))  # fmt: skip
+        ))
     return sorted(out, key=lambda d: (d.a, d.b))
 
 
 def _merge_patches(
     a: Index, b: Index, polygons: list[Array], normals: Array, areas: Array, tolerance: Array, overlaps: list,
     doubts: list[DoubtfulContact],
-) -> ContactPatches:  # fmt: skip
+) -> ContactPatches:
     """Join coplanar patches of one block pair when together they fill their convex hull (faces cut into triangles)."""
     if not len(a):
         return ContactPatches(a, b, [], np.empty((0, 3)), overlaps, doubts)

@@ -130,7 +130,7 @@ def _first_certified(
         solution = solve_program(
             scaled, cones, solver=name, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose,
             judged=True,
-        )  # fmt: skip
+        )
         spent += solution.seconds
         if solution.status == UNBOUNDED and not carries_any(scaled, solution):
             solution = solution._replace(status=NOT_CONVERGED)
@@ -323,7 +323,7 @@ def contact_facts(problem: Problem) -> dict[str, Any]:
 def prediction_from(
     problem: Problem, solution: Solution, torsion: bool, details: dict, tolerance: float, stands: bool | None,
     falling: Array | None,
-) -> tuple[Prediction, float]:  # fmt: skip
+) -> tuple[Prediction, float]:
     """Unscaled, certified prediction from a scaled solution, and the seconds that the certificate's programs took."""
     assembly, loads, points = problem.assembly, problem.loads, problem.points
     provenance = {
@@ -360,7 +360,7 @@ def prediction_from(
         return Prediction(
             method, float(value), Bound(BoundKind.NONE), status, mechanism, provenance=provenance,
             details={**details, **proof}, warnings=(reason,), **facts,
-        ), 0.0  # fmt: skip
+        ), 0.0
     value = solution.multiplier * problem.live_scale
     own = load_on_blocks(assembly, loads, value)
     force = problem.forces(in_balance(problem, solution.force, solution.multiplier))
@@ -370,7 +370,7 @@ def prediction_from(
     prediction = Prediction(
         method, value, bound, solution.status, mechanism, resultants, None, (),
         provenance, details, **facts,
-    )  # fmt: skip
+    )
     certificate, seconds = _certified(problem, prediction, torsion)
     if not torsion:
         # what counts is the certificate, not what the solver calls itself: it may stop short of its own tolerance with
@@ -398,7 +398,7 @@ def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple
         return replace(
             certificate, flow_residual=nan, complementarity=nan, kinematic_multiplier=nan, gap=nan, discretisation=0.0,
             force_cap=float("inf"),
-        ), 0.0  # fmt: skip
+        ), 0.0
     if certificate.gap - certificate.discretisation <= WIDE_GAP and np.isinf(certificate.force_cap):
         return certificate, 0.0
     motion, seconds = opening_motion(problem)

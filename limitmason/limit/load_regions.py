@@ -115,7 +115,7 @@ class LoadRegion(Displayed):
         kept = {
             "cases": self.names, "status": self.status, "corners": self.corners.tolist(), "outside": planes,
             "gap": None if math.isnan(self.gap) else self.gap, "cone": self.cone.tolist(),
-        }  # fmt: skip
+        }
         write_text(path, json.dumps(kept, indent=1) + "\n")
 
     def __str__(self) -> str:
@@ -265,7 +265,7 @@ class _Support:
         loads = Loads(self.dead.dead, np.tensordot(y, self.live, 1))
         forces = resultants_from_points(
             self.assembly, p.points.position, p.points.interface, p.points.area, p.forces(scaled)
-        )  # fmt: skip
+        )
         if not self.dead.dead.any():
             return forces  # of a cone, whose apex has no load to measure what is left by: rays as the solver has them
         state = Prediction("", 1.0, Bound(BoundKind.NONE), SOLVED, None, forces, **contact_facts(p))
@@ -288,11 +288,11 @@ class _Support:
         dead = self.dead.dead if works else 0.0 * load
         none = resultants_from_points(
             self.assembly, p.points.position, p.points.interface, p.points.area, np.zeros((p.points.count, 3))
-        )  # fmt: skip
+        )
         trial = Prediction(
             "", math.nan, Bound(BoundKind.NONE), SOLVED, Mechanism(twists, np.zeros(0), np.zeros((0, 2))), none,
             **contact_facts(p),
-        )  # fmt: skip
+        )
         if self.opening is None:
             motion = opening_motion(p)[0]
             self.opening = () if motion is None else (p.twists(motion),)
@@ -307,7 +307,7 @@ class _Support:
 
 def _closed(
     support: _Support, names: tuple[str, ...], tolerance: float, within: Array | None, most: int
-) -> LoadRegion:  # fmt: skip
+) -> LoadRegion:
     """Region of the multipliers that are carried, from its extreme points.
 
     It asks ``support`` for the farthest point and half-plane along directions from the inner set to corners of the
@@ -347,7 +347,7 @@ def _closed(
         fresh = [
             (w - f) / extent / np.linalg.norm((w - f) / extent)
             for w, f, a in zip(far, foot, away, strict=True) if a > tolerance * size
-        ]  # fmt: skip
+        ]
         fresh = [d for d in fresh if not any(np.linalg.norm(d - old) < 1e-9 for old in asked)]
         if gap <= tolerance or not fresh or support.solved + len(fresh) > most:
             break
@@ -362,7 +362,7 @@ def _closed(
     return LoadRegion(
         names, "closed" if gap <= tolerance else "not closed", np.array(corners)[keep],
         tuple(forces[i] for i in keep), tuple(planes), gap, limits,
-    )  # fmt: skip
+    )
 
 
 def _outer_corners(planes: list[HalfPlane], inner: Array, extent: Array) -> Array:

@@ -22,7 +22,7 @@ def _non_associative(assembly: Assembly, loads: Loads, **settings: Any) -> Predi
 _LEVERS = (
     "friction", "friction of single joints", "cohesion", "tension", "faces", "blocks", "weights", "displaced blocks",
     "direction of loads", "overload", "reading",
-)  # fmt: skip
+)
 
 ASSOCIATIVE = Method(
     "associative",

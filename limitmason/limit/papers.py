@@ -15,7 +15,7 @@ NON_ASSOCIATIVE = (*ASSOCIATIVE, *cited(THEORY, "ferris2001"), *cited(METHOD, "g
 _SOLVERS: Mapping[str, tuple[str, ...]] = {
     "clarabel": ("goulart2024",), "highs": ("huangfu2018",), "interior-point": ("mehrotra1992", "nesterov1997"),
     "cvxpy": ("diamond2016",),
-}  # fmt: skip
+}
 """By the name that ``provenance["solver"]`` gives."""
 
 

@@ -122,7 +122,7 @@ def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | Non
         None if falling is None else falling.mechanism, provenance=first.provenance, warnings=(reason,),
         details={**details, "parts": rows, "governing_part": part}, flow_rule=first.flow_rule,
         contact_model=first.contact_model, plane=first.plane, stress_block=first.stress_block,
-    )  # fmt: skip
+    )
 
 
 def _carrying(
@@ -167,7 +167,7 @@ def _weighted_sum(assembly: Assembly, shares: list[tuple[float, Resultants]]) ->
         resultants_from_points(assembly, r.point_position, r.point_interface, share * r.point_area,
                                share * r.point_force)
         for share, r in shares
-    ])  # fmt: skip
+    ])
 
 
 def _joined(assembly: Assembly, forces: list[Resultants]) -> Resultants:
@@ -195,7 +195,7 @@ def _whole(
     prediction = replace(
         first, mechanism=mechanism, resultants=resultants, provenance=provenance,
         details={**first.details, "parts": rows, "governing_part": lead},
-    )  # fmt: skip
+    )
     certificate = certify(assembly, loads, prediction)
     if first.certificate is not None:
         # the mechanism is that of the part, whose own certificate may have been given a better repair

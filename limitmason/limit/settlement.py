@@ -40,7 +40,7 @@ _REASON = {
 def settlement_analysis(
     assembly: Assembly, support: Group, *, direction: str | SupportMotion = "-z", loads: Loads | None = None,
     **options: Any,
-) -> Prediction:  # fmt: skip
+) -> Prediction:
     """Mechanism and smallest reaction of a support that gives way.
 
     The support is freed along one motion d and guided otherwise. Minimise R subject to A f + w_dead - R d = 0
@@ -135,7 +135,7 @@ def settlement_analysis(
     return replace(
         prediction, mechanism=mechanism, method=settling.name, details=details, reaction=reaction,
         collapse_multiplier=float("nan"), warnings=warnings,
-    )  # fmt: skip
+    )
 
 
 def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, in_plane: bool) -> Array:

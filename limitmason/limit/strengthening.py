@@ -188,7 +188,7 @@ def strengthen(
         before, tuple(steps), {n: v[0] for n, v in alone.items()}, bound,
         assembly.with_ties([*assembly.ties, *(ties[n] for n in chosen)]), solved(chosen)[0][1],
         target, fewest,
-    )  # fmt: skip
+    )
 
 
 def _enough(values: Callable[[Sequence[str]], tuple[float, ...]], target: float, names: Sequence[str]) -> bool:

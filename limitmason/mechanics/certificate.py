@@ -201,7 +201,7 @@ def certify(
         return replace(
             forces, flow_residual=flow, complementarity=float(opposed.sum() / unit),
             discretisation=lumped / max(abs(prediction.collapse_multiplier), 1e-300),
-        )  # fmt: skip
+        )
     k = kinematic_multiplier(assembly, loads, prediction, candidates=candidates)
     power, _ = point_dissipation(state.law, state.opening, state.sliding)
     used = (state.normal_force * state.opening) + (state.shear_force * state.sliding).sum(axis=1)
@@ -218,7 +218,7 @@ def certify(
         kinematic_multiplier=k.multiplier,
         gap=(k.multiplier - static) / measure, discretisation=(k.multiplier - k.at_points) / measure,
         force_cap=k.force_cap,
-    )  # fmt: skip
+    )
 
 
 def _forces_certified(
@@ -242,4 +242,4 @@ def _forces_certified(
         static_multiplier=value, confinement=float(np.abs(r.normal).max(initial=0.0) / scale),
         block_residual=float(own[block]), worst_block=names[block], joint_excess=float(joint[face]),
         worst_joint=f"{names[x.block_a[face]]} / {names[x.block_b[face]]}",
-    )  # fmt: skip
+    )

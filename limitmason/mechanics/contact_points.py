@@ -152,7 +152,7 @@ def contact_points(
     return ContactPoints(
         at, owner, np.concatenate(area)[order], directions,
         x.block_a[owner], x.block_b[owner],
-    )  # fmt: skip
+    )
 
 
 def chosen_grid(contact_model: str, grid: Chosen | None) -> Chosen | Grid:

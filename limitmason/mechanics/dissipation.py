@@ -43,7 +43,7 @@ def point_state(assembly: Assembly, resultants: Resultants, twists: Array, *, co
     return PointState(
         normal_force, resultants.point_force - normal_force[:, None] * n, opening, sliding,
         interface_law(x, convex=convex).at(k).over(resultants.point_area),
-    )  # fmt: skip
+    )
 
 
 def point_dissipation(law: PointLaw, opening: Array, sliding: Array) -> tuple[Array, Array]:

@@ -99,7 +99,7 @@ class PointLaw(NamedTuple):
         return self._replace(
             tan_psi=np.minimum(self.tan_psi, self.tan_phi), cohesion=self.corner_cohesion,
             tension=np.zeros(np.shape(self.tension)), crushing=self.corner_crushing,
-        )  # fmt: skip
+        )
 
     def over(self, area: Array) -> "PointLaw":
         """Capacities [N] over tributary areas [m2], shape (m,), of a law given by strengths [Pa]."""

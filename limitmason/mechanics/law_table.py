@@ -107,7 +107,7 @@ _STRENGTH = {
     **_all(_ASSOCIATIVE_PLASTIC, ASSOCIATIVE, INTERIOR_POINT),
     **_all(_NON_ASSOCIATIVE_PLASTIC, NON_ASSOCIATIVE, PROVEN_SMALLEST),
     PROVEN_RANGE: Cell(Taken.PLASTIC), **_all(TAKEN, DEM, PUSHOVER), MECHANISMS: _CLOSED_FORM,
-}  # fmt: skip
+}
 _NO_SOFTENING = Cell(
     Taken.LEFT_OUT,
     says="residual values of the joints are left out: joints keep their peak strength at any slip and "
@@ -152,12 +152,12 @@ DILATANCY = Term(
         PUSHOVER: Cell(Taken.TAKEN, "slip opens the joint in any direction; where it turns back the curve warns"),
         MECHANISMS: Cell(Taken.LEFT_OUT, "psi = phi is taken: a motion gives an upper bound of the associative value"),
     },
-)  # fmt: skip
+)
 COHESION = Term("cohesion", "has cohesion", lambda a: a.arrays.cohesion > 0.0, _STRENGTH)
 TENSION = Term(
     "tensile strength", "has tensile strength", lambda a: a.arrays.tensile_strength > 0.0,
     _STRENGTH | _all(_LOST, DEM, PUSHOVER),
-)  # fmt: skip
+)
 ABOVE_APEX = Term(
     "tension above the apex, ft > c / tan(phi)", "has more tensile strength than c / tan(phi)",
     lambda a: above_apex(a.arrays), {
@@ -167,14 +167,14 @@ ABOVE_APEX = Term(
         ), *LIMIT, MECHANISMS),
         **_all(Cell(Taken.TAKEN, "a point beyond the apex carries tension up to ft and no shear"), DEM, PUSHOVER),
     },
-)  # fmt: skip
+)
 CRUSHING = Term(
     "crushing, at points of a grid", _FC, _crushes, {
         **_CRUSHING, **_all(TAKEN, INTERIOR_POINT, DEM, PUSHOVER),
         ASSOCIATIVE: Cell(Taken.TAKEN, "errs on the high side; the answer says what half as many points give"),
         NON_ASSOCIATIVE: Cell(Taken.TAKEN, "errs on the high side; the answer says how many points there are"),
     }, GRID,
-)  # fmt: skip
+)
 STRESS_BLOCK = Term(
     "crushing, in-plane sections by their ends", _FC, _crushes, {
         **_CRUSHING, ASSOCIATIVE: Cell(Taken.TAKEN, "exact"),
@@ -185,11 +185,11 @@ STRESS_BLOCK = Term(
         ),
         INTERIOR_POINT: _NOT_COVERED._replace(why=f"as stress blocks of in-plane sections {_NOT_COVERED.why}"),
     }, SECTIONS,
-)  # fmt: skip
+)
 CORNER_CRUSHING = Term(
     "crushing, faces in space by their corners", _FC, _crushes,
     _CRUSHING | _all(_AT_CORNERS, ASSOCIATIVE, NON_ASSOCIATIVE, INTERIOR_POINT), CORNERS,
-)  # fmt: skip
+)
 RESIDUAL = Term(
     "softening to residual values", "has residual values or a fracture energy", _softens, {
         **_PLASTIC_THEORIES,
@@ -198,17 +198,17 @@ RESIDUAL = Term(
         PUSHOVER: Cell(Taken.TAKEN, f"{_BY}over fracture energies, or at once by a jump at the displacement where the "
                        "first point breaks"),
     },
-)  # fmt: skip
+)
 UNLOADING = Term(
     "tension that unloads to the origin", "unloads to the origin (unloading='secant')", _to_the_origin, {
         **_PLASTIC_THEORIES, DEM: TAKEN,
         PUSHOVER: Cell(Taken.REFUSED, "the capacity curve does not follow", "take 'elastic' or method 'dem'"),
     },
-)  # fmt: skip
+)
 SMOOTH = Term(
     "no friction", "has no friction", lambda a: a.arrays.tan_phi <= LEAST_FRICTION,
     _all(TAKEN, *THEORIES) | {INTERIOR_POINT: _NOT_COVERED},
-)  # fmt: skip
+)
 TIES = Term(
     "ties: rods, anchors, ring beams", "yields",
     lambda a: np.repeat([False, True], [len(a.interfaces), len(a.ties)]), {
@@ -219,11 +219,11 @@ TIES = Term(
                        "that deform"),
         MECHANISMS: Cell(Taken.LEFT_OUT, _BY_FORMULAS, says="ties are left out by this closed form"),
     },
-)  # fmt: skip
+)
 FIELDS = (
     DILATANCY, COHESION, TENSION, ABOVE_APEX, CRUSHING, STRESS_BLOCK, CORNER_CRUSHING, RESIDUAL, UNLOADING, SMOOTH,
     TIES,
-)  # fmt: skip
+)
 """Terms that the fields of ``Joint`` make, and ties."""
 
 
@@ -297,7 +297,7 @@ def page() -> str:
     lines = [
         "# Which theory takes which joint law", "",
         "Written by `limitmason.mechanics.law_table.page()`; the same table refuses and warns.", "",
-    ]  # fmt: skip
+    ]
     rows = [head]
     remarks: dict[str, int] = {}
     for term in terms():

@@ -133,7 +133,7 @@ def with_model_notes(prediction: Prediction, assembly: Assembly, loads: Loads, t
     return replace(
         prediction, details=details, warnings=warnings, lost_in_failure=lost, references=references,
         structure=assembly, loads=loads,
-    )  # fmt: skip
+    )
 
 
 def lost_in_failure(assembly: Assembly, lengths: Array | None = None) -> tuple[str, ...]:

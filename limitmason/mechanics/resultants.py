@@ -30,7 +30,7 @@ def resultants_from_points(
         np.column_stack([total(force, x.tangent_1), total(force, x.tangent_2)]),
         np.column_stack([total(moment, x.tangent_1), total(moment, x.tangent_2)]),
         total(moment, x.normal), position, interface, area, force,
-    )  # fmt: skip
+    )
 
 
 def scaled_mechanism(

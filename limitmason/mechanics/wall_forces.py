@@ -43,7 +43,7 @@ def wall_forces(
     length: float, height: float, thickness: float, zero_moment: float, *,
     stress: float, strength: float, cohesion: float, friction: float, diagonal_strength: float,
     unit: tuple[float, float],
-) -> WallForces:  # fmt: skip
+) -> WallForces:
     """Return the force of a rectangular wall under axial load by four formulas.
 
     The force is horizontal.
@@ -80,7 +80,7 @@ def wall_forces(
     """
     numbers = {"length": length, "height": height, "thickness": thickness, "zero_moment": zero_moment,
                "stress": stress, "strength": strength, "friction": friction,
-               "diagonal_strength": diagonal_strength, "unit length": unit[0], "unit height": unit[1]}  # fmt: skip
+               "diagonal_strength": diagonal_strength, "unit length": unit[0], "unit height": unit[1]}
     for name, value in numbers.items():
         positive(name, value)
     not_negative("cohesion", cohesion)
@@ -115,7 +115,7 @@ class CircularPierForces(NamedTuple):
 def circular_pier_forces(
     length: float, height: float, thickness: float, *, stress: float, shear_strength: float, cohesion: float,
     friction: float, interlocking: float, unit_tension: float,
-) -> CircularPierForces:  # fmt: skip
+) -> CircularPierForces:
     """Return the shear of a pier in plane after the Italian Circular of 2019, C8.7.1.16 to C8.7.1.18.
 
         irregular bond   l t 1.5 tau0 / b sqrt(1 + s0 / (1.5 tau0))
@@ -145,7 +145,7 @@ def circular_pier_forces(
     """
     numbers = {"length": length, "height": height, "thickness": thickness, "stress": stress,
                "shear_strength": shear_strength, "friction": friction, "interlocking": interlocking,
-               "unit_tension": unit_tension}  # fmt: skip
+               "unit_tension": unit_tension}
     for name, value in numbers.items():
         positive(name, value)
     not_negative("cohesion", cohesion)

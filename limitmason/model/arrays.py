@@ -86,5 +86,5 @@ def with_ties(
         "centre": ends.mean(axis=1), "area": one, "tan_phi": zero, "tan_psi": zero, "cohesion": zero,
         "tensile_strength": zero, "compressive_strength": strength, "normal_stiffness": stiffness,
         "shear_stiffness": zero,
-    }  # fmt: skip
+    }
     return faces._replace(**{name: np.concatenate([getattr(faces, name), row]) for name, row in rows.items()})

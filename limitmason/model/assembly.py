@@ -208,7 +208,7 @@ class Assembly(Displayed, Blockwork):
             solids, joint=joint, density=density, fixed=fixed, names=names, joints=joints, recipe=recipe,
             tolerance=tolerance, angle_tolerance_deg=angle_tolerance_deg, wedge_tolerance_deg=wedge_tolerance_deg,
             smallest_contact=smallest_contact,
-        )  # fmt: skip
+        )
 
     def _with_contacts(self, pieces: BlockPieces, joint: Joint, table: JointTable) -> Assembly:
         """This assembly with the contacts that its rules find and the joints chosen for them."""
@@ -421,7 +421,7 @@ class Assembly(Displayed, Blockwork):
             return ()
         which = "pair of faces nearly touches and is no contact" if count == 1 else (
             "pairs of faces nearly touch and are no contacts"
-        )  # fmt: skip
+        )
         return (f"{count} {which}: see assembly.contact_report()",)
 
     def contact_report(self, *, distance: float | None = None, angle_deg: float | None = None) -> ContactReport:

@@ -72,7 +72,7 @@ def extrados(assembly: Assembly) -> list[Strip]:
 def axle_wrenches(
     assembly: Assembly, at: float, force: float, *, level: float, spread_deg: float = 30.0, contact: float = 0.3,
     strips: list[Strip] | None = None,
-) -> Array:  # fmt: skip
+) -> Array:
     r"""Wrenches of an axle that presses on the fill.
 
     Even over the length to which it has spread at the extrados below it:

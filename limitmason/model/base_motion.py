@@ -76,7 +76,7 @@ class BaseMotion(Displayed, Stage):
     def from_csv(
         cls, path: str | Path, *, units: str | None = None, scale: float = 1.0, column: int | Sequence[int] = 1,
         **settings: Any,
-    ) -> BaseMotion:  # fmt: skip
+    ) -> BaseMotion:
         """A record from a CSV file.
 
         Time stands in the first column, acceleration in another. Lines of words are headings.
@@ -179,7 +179,7 @@ class BaseMotion(Displayed, Stage):
         names = ["acceleration"] if a.shape[1] == 1 else list("xyz")
         columns = {"time": self.sample_step * np.arange(len(a))} | dict(zip(names, a.T, strict=True))
         return {"history": columns, "names": names, "against": "time", "units": {"time": "s"},
-                "ylabel": "acceleration of the ground [g]"}  # fmt: skip
+                "ylabel": "acceleration of the ground [g]"}
 
     def velocity(self, times: Array) -> Array:
         """Ground velocity at times since the stage began [m/s], shape (t, c).

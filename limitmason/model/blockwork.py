@@ -142,14 +142,14 @@ class Blockwork(ReadOnly):
                 np.nan if j.shear_stiffness is None else j.shear_stiffness,
             )
             for key, j in laws.items()
-        }  # fmt: skip
+        }
         law = np.array([table[id(i.joint)] for i in self.interfaces], dtype=float).reshape(k, 7)
         return frozen(AssemblyArrays(
             centroid, volume, density * volume, density[:, None, None] * inertia, density * volume * GRAVITY, self.held,
             np.array([i.block_a for i in self.interfaces], dtype=np.intp),
             np.array([i.block_b for i in self.interfaces], dtype=np.intp),
             normal, t1, t2, centre, area, corners, start, *np.ascontiguousarray(law.T),
-        ))  # fmt: skip
+        ))
 
     @cached_property
     def fingerprint(self) -> Fingerprint:
@@ -183,4 +183,4 @@ class Blockwork(ReadOnly):
         return frozen(with_ties(
             self.arrays, a, np.array(b, dtype=np.intp), np.array([t.ends for t in self.ties]),
             np.array([t.strength for t in self.ties]), np.array([t.axial_stiffness for t in self.ties]),
-        ))  # fmt: skip
+        ))

@@ -274,7 +274,7 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
         tuple(names[i] for i in free if count[i] == 1 and names[i] in tiny),
         _would_add(found, pieces, rules, max((d.gap[1] for d in missed if d.kind == "apart"), default=0.0)),
         (float(np.max(shown)), float(looked_at)),
-    )  # fmt: skip
+    )
 
 
 def _search(pieces: BlockPieces, near: Array, reach: Array, rules: ContactRules, looked_at_deg: float) -> Candidates:
@@ -333,7 +333,7 @@ def _entries(assembly: Blockwork, pieces: BlockPieces, exact: float) -> list[Con
         out.append(ContactEntry(
             assembly.blocks[i.block_a].name, assembly.blocks[i.block_b].name, i.kind, float(x.area[k]), width,
             _snapped(gaps[k], exact), float(angles[k]), x.centre[k], width < TINY * small,
-        ))  # fmt: skip
+        ))
     return out
 
 
@@ -366,4 +366,4 @@ def _doubt_rows(title: str, rows: tuple[NearMiss, ...], *, shown: int = _SHOWN) 
     return _rows(title, [
         f"{d.a} | {d.b} | {d.kind} | gap {1e3 * d.gap[0]:.2g} to {1e3 * d.gap[1]:.2g} mm, {d.angle_deg:.2g} degrees, "
         f"{d.area:.3g} m2 | {_place(d.place)}" for d in rows
-    ], shown=shown)  # fmt: skip
+    ], shown=shown)

@@ -257,7 +257,7 @@ def warn_of_doubts(assembly: Blockwork, kept: Sequence[DoubtfulContact], missed:
          "assembly.contact_report()"),
         (narrow, "touch over too narrow a strip and are no contacts", "lower smallest_contact to keep them, give it "
          "to leave them out, or see assembly.contact_report()"),
-    ):  # fmt: skip
+    ):
         if rows:
             shown = "; ".join(doubt_text(d, assembly.blocks) for d in rows[:3])
             more = f"; and {len(rows) - 3} more" if len(rows) > 3 else ""
@@ -275,7 +275,7 @@ def moved_doubts(
             polygons=[p @ matrix.T + translation for p in d.polygons],
         )
         for d in doubts
-    )  # fmt: skip
+    )
 
 
 def renumbered_doubts(doubts: Iterable[DoubtfulContact], new: Index) -> tuple[DoubtfulContact, ...]:

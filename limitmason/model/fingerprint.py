@@ -47,7 +47,7 @@ class Fingerprint(ReadOnly):
     def of(
         cls, blocks: Sequence[Block], held: Table, joints: Sequence[Interface], ties: Sequence[Tie], ends: Table,
         tolerance: float,
-    ) -> Fingerprint:  # fmt: skip
+    ) -> Fingerprint:
         """Fingerprint of what an assembly holds, which keeps it as :attr:`Assembly.fingerprint`.
 
         Parameters

@@ -186,7 +186,7 @@ class Joint:
         named = (
             self.residual_friction_angle_deg, self.residual_cohesion, self.residual_tensile_strength,
             self.fracture_energy_tension, self.fracture_energy_shear,
-        )  # fmt: skip
+        )
         return self.lost_by is not LostBy.NOTHING and any(value is not None for value in named)
 
     @property

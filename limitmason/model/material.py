@@ -143,7 +143,7 @@ class Material:
         return cls(
             young_modulus, poisson_ratio, density, tensile_strength=fc / 10.0, tensile_energy=tensile_energy,
             compressive_strength=fc, compressive_energy=ductility * fc, name=name,
-        )  # fmt: skip
+        )
 
     @property
     def fractures(self) -> bool:

@@ -52,7 +52,7 @@ def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> La
         ),
         doubts=moved_doubts(assembly.doubts, m, t, scale),
         ties=tuple(replace(tie, point_a=m @ tie.ends[0] + t, point_b=m @ tie.ends[1] + t) for tie in assembly.ties),
-    )  # fmt: skip
+    )
 
 
 def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
@@ -70,7 +70,7 @@ def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
     return replace(
         assembly, blocks=tuple(assembly.blocks[k] for k in order), interfaces=interfaces, supports=supports,
         doubts=renumbered_doubts(assembly.doubts, new),
-    )  # fmt: skip
+    )
 
 
 def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False) -> Laid:
@@ -99,7 +99,7 @@ def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False)
         replace(t, block_a=names[assembly.block_index(t.block_a)],
                 block_b=None if t.block_b is None else names[assembly.block_index(t.block_b)])
         for t in assembly.ties
-    )  # fmt: skip
+    )
     joined = replace(assembly, interfaces=interfaces, ties=ties)
     if not drop:
         return joined
@@ -108,4 +108,4 @@ def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False)
     return replace(
         joined, blocks=tuple(blocks[k] for k in rest), doubts=(),
         supports=tuple(replace(s, block=names[k]) for k, s in supports if k == owner[k]),
-    )  # fmt: skip
+    )

@@ -57,7 +57,7 @@ def warn_of_joint(joint: Any, label: str) -> None:
         )
     for field in (
         "cohesion", "tensile_strength", "compressive_strength", "residual_cohesion", "residual_tensile_strength",
-    ):  # fmt: skip
+    ):
         value = getattr(joint, field)
         if value is not None and _STRESS_LIKE_MPA[0] <= value < _STRESS_LIKE_MPA[1]:
             warn(f"{label}: {field} = {value:g} Pa looks like MPa ({value:g} MPa is {1e6 * value:g} Pa)")

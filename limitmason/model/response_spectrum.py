@@ -47,7 +47,7 @@ class ResponseSpectrum(Displayed, Tabular, ReadOnly):
         columns = {"period": self.period, "acceleration": self.acceleration / GRAVITY}
         label = f"pseudo-acceleration, {self.damping:.0%} damping [g]"
         return {"history": columns, "names": ["acceleration"], "against": "period", "units": {"period": "s"},
-                "ylabel": label}  # fmt: skip
+                "ylabel": label}
 
     def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
         """Columns with their units, and a row for each period."""

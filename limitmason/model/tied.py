@@ -55,7 +55,7 @@ def fitted(assembly: Blockwork, ties: Sequence[Tie]) -> tuple[Tie, ...]:
 def ring_beam(
     assembly: Blockwork, points: Sequence[ArrayLike], *, closed: bool = False, name: str = "ring beam",
     **options: Any,
-) -> tuple[Tie, ...]:  # fmt: skip
+) -> tuple[Tie, ...]:
     """Ties along a line of points, fastened to the blocks they lie in or on.
 
     They are a ring beam as it pulls.

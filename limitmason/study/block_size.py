@@ -104,7 +104,7 @@ def block_size_study(
     table = sweep(
         functools.partial(_at_size, build, unit, chosen), jobs, key=key, **runs,
         units=dict.fromkeys(("unit_length", "unit_height", "unit_thickness"), "m"),
-    )  # fmt: skip
+    )
     rows = []
     for method in (*methods, MONOLITH):
         own = sorted((r for r in table if r["method"] == method), key=lambda r: r["size"])
@@ -141,7 +141,7 @@ def _at_size(
     return {
         "unit_length": scaled[0], "unit_height": scaled[1], "unit_thickness": scaled[2],
         "blocks": int((~assembly.fixed).sum()), **chosen.row_of(found),
-    }  # fmt: skip
+    }
 
 
 def _extrapolated(smallest: Mapping[str, Any], next_one: Mapping[str, Any]) -> dict[str, Any]:
@@ -151,4 +151,4 @@ def _extrapolated(smallest: Mapping[str, Any], next_one: Mapping[str, Any]) -> d
     return {
         **smallest, "size": 0.0, "unit_length": 0.0, "unit_height": 0.0, "unit_thickness": smallest["unit_thickness"],
         "blocks": None, "multiplier": value, "low": np.nan, "high": np.nan, "status": "extrapolated",
-    }  # fmt: skip
+    }

@@ -76,7 +76,7 @@ def dilatancy_study(
     table = sweep(
         functools.partial(_at_dilatancy, assembly, loads, chosen), points, key=key, **runs,
         units={"psi": "deg", "change": "%"},
-    )  # fmt: skip
+    )
     rows = []
     for row in table:
         own = {r["share"]: r["multiplier"] for r in table if r["method"] == row["method"]}
@@ -141,7 +141,7 @@ def contact_point_study(
     key = ("contact points", assembly, loads, jobs, along, chosen)
     return sweep(
         functools.partial(_at_points, assembly, loads, along, chosen), jobs, key=key, **runs,
-    )  # fmt: skip
+    )
 
 
 def _at_points(

@@ -46,7 +46,7 @@ UNITS = {
     "density": "kg/m3", "young_modulus": "Pa",
     "friction_angle_deg": "deg", "dilatancy_angle_deg": "deg", "cohesion": "Pa", "tensile_strength": "Pa",
     "compressive_strength": "Pa", "normal_stiffness": "Pa/m", "shear_stiffness": "Pa/m",
-}  # fmt: skip
+}
 
 
 def normal(mean: float, variation: float) -> Any:
@@ -208,7 +208,7 @@ def draw_blocks(
 def draw_joints(
     assembly: Assembly, joints: Mapping[str, Random], sample: int, seed: int, shares: Mapping[str, float],
     links: LinkedFormulas | None = None,
-) -> tuple[Assembly, dict[str, float]]:  # fmt: skip
+) -> tuple[Assembly, dict[str, float]]:
     """Assembly with drawn joints, and the drawn values (mean and standard deviation where there are several).
 
     Parameters
@@ -292,7 +292,7 @@ def _linked(assembly: Assembly, values: Mapping[str, Array], links: LinkedFormul
 def _shares(
     random: Random, name: str, key: tuple[int, int], seed: int, shares: Mapping[str, float], centre: Array,
     kind: Sequence[str] = (),
-) -> Array:  # fmt: skip
+) -> Array:
     """Probability per interface or block, shape (k,)."""
     count = len(centre)
     if random.per == "assembly":

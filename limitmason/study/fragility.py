@@ -121,7 +121,7 @@ def fragility(table: Table, intensity: str, failed: str, *, level: float = 0.9) 
         intensity, failed, float(np.exp(-a / b)), float(1.0 / b), _median_interval(coefficients, covariance, z),
         (float(1.0 / (b + steep)), float(1.0 / (b - steep)) if b > steep else np.inf), level, int(kept.sum()),
         int(fell.sum()), int((~kept).sum()), coefficients, covariance,
-    )  # fmt: skip
+    )
 
 
 def _quantile(level: float) -> float:

@@ -53,7 +53,7 @@ class Memo:
     def __init__(
         self, path: str | Path | None, of: str = "", *, kind: type | tuple[type, ...] = object,
         any_version: bool = False,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.path = None if path is None else Path(path)
         self.of, self.kind, self.any_version = of, kind, any_version
         self.rows: dict[str, Any] = {}
@@ -87,7 +87,7 @@ class Memo:
     def map(
         self, function: Callable[..., Any], jobs: Mapping[Any, Mapping[str, Any]], *, executor: Any = None,
         workers: int = 1, row: Callable[[Any, Any], Any] = lambda _, result: result,
-    ) -> Iterator[tuple[Any, Any]]:  # fmt: skip
+    ) -> Iterator[tuple[Any, Any]]:
         """Compute what is missing of some jobs.
 
         Key and result of each as it is done.

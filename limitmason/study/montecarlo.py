@@ -126,7 +126,7 @@ def monte_carlo(
         one, points, key=key, **runs,
         units={k: unit for name, unit in UNITS.items() for k in (name, f"{name} mean", f"{name} deviation")},
         batch=None if stop is None else stop.every, enough=stop,
-    )  # fmt: skip
+    )
     return replace(found, notes=(*found.notes, *_truncations(joints, blocks)))
 
 
@@ -187,7 +187,7 @@ class _Multiplier:
 def _variables(
     build: Any, joints: Mapping[str, Random] | None, parameters: Mapping[str, Random] | None,
     blocks: Mapping[str, Random],
-) -> tuple[list[str], dict[str, Random], dict[str, Random]]:  # fmt: skip
+) -> tuple[list[str], dict[str, Random], dict[str, Random]]:
     """Names of what is drawn once per assembly, and both mappings checked."""
     joints, parameters = dict(joints or {}), dict(parameters or {})
     if not joints and not parameters and not blocks:
@@ -260,7 +260,7 @@ def _answers(found: Any) -> dict[str, Any]:
         name: {"displacement": v.displacement, "load": v.load, "displacement unit": v.displacement_unit,
                "load unit": v.load_unit} if isinstance(v, Curve) else v
         for name, v in found.items()
-    }  # fmt: skip
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -343,7 +343,7 @@ def sobol(
         bad = int((~np.isfinite(value)).sum())
         raise InputError(f"{bad} of {len(value)} samples have no finite multiplier: narrow the distributions")
     given = {"f_A": value[None, :samples], "f_B": value[None, samples : 2 * samples],
-             "f_AB": value[2 * samples :].reshape(d, 1, samples)}  # fmt: skip
+             "f_AB": value[2 * samples :].reshape(d, 1, samples)}
     found = stats.sobol_indices(func=given, n=samples)
     return SobolIndices(
         tuple(names), np.ravel(found.first_order).astype(float), np.ravel(found.total_order).astype(float), table

@@ -14,13 +14,13 @@ from limitmason.errors import InputError
 _BINARY: Mapping[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.Pow: operator.pow,
-}  # fmt: skip
+}
 _SIGNS: Mapping[type, Callable[[Any], Any]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
 
 FUNCTIONS: Mapping[str, Callable[[Any], Any]] = {
     "tan": np.tan, "sin": np.sin, "cos": np.cos, "arctan": np.arctan, "sqrt": np.sqrt, "exp": np.exp, "log": np.log,
     "radians": np.radians, "degrees": np.degrees,
-}  # fmt: skip
+}
 """Functions that a formula may call; angles in radians, as in numpy."""
 
 
@@ -85,7 +85,7 @@ class LinkedFormulas:
             if not np.isfinite(found[name]).all():
                 at = ", ".join(f"{n} = {found[n]}" for n in sorted(self.direct(name)))
                 raise InputError(f"the tie of {name!r}, {self.formulas[name]!r}, gives no finite number"
-                                 + (f" at {at}" if at else ""))  # fmt: skip
+                                 + (f" at {at}" if at else ""))
         return found
 
     def __bool__(self) -> bool:
@@ -114,7 +114,7 @@ def _parsed(name: str, text: str) -> ast.Expression:
             or type(node) in _SIGNS
             or (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS
                 and len(node.args) == 1 and not node.keywords)
-        )  # fmt: skip
+        )
         if not fine:
             raise InputError(
                 f"the tie of {name!r}, {text!r}, may hold numbers, names, + - * / ** and {', '.join(FUNCTIONS)}"

@@ -210,7 +210,7 @@ def block_system(
         sparse.csc_array(k[free][:, free]), sparse.csc_array(mass), np.asarray(mass @ unit[free]),
         partial(_spread, free, basis, place),
         BlockCarrier(assembly, shapes or ()), np.asarray(total, dtype=np.float64), label, None, warnings,
-    )  # fmt: skip
+    )
 
 
 def _spread(free: Flags, basis: Array, place: Flags, vector: Array) -> Array:

@@ -105,7 +105,7 @@ class Mac(Displayed, Tabular, ReadOnly):
              *((_numbers(g.second), _hertz(self.frequency_b, g.second)) if g.value >= ALIKE else ("none", "")),
              f"{g.value:.3f}"]
             for g in self.groups
-        ]  # fmt: skip
+        ]
         lines = [aligned([["mode", "Hz", "is most like", "Hz", "MAC"], *rows], ">>>>>")]
         if any(len(g.first) + len(g.second) > 2 for g in self.groups):
             lines.append(f"modes within {CLOSE:.0%} in frequency are compared by the motions that they span together")

@@ -59,7 +59,7 @@ def test_without_the_token_nothing_is_answered(client, token, path):
 
 @pytest.mark.parametrize("path", ["api/run", "api/script", "api/cancel", "api/upload?name=a.json"])
 @pytest.mark.parametrize("origin", ["http://example.com", "null", "https://127.0.0.1:{port}", "http://127.0.0.1",
-                                    "http://localhost.evil:{port}", None])  # fmt: skip
+                                    "http://localhost.evil:{port}", None])
 def test_another_origin_or_none_may_do_nothing(client, path, origin):
     origin = origin.format(port=client.port) if origin else None
     status, found = client.json(path, {}, origin=origin)
@@ -79,13 +79,13 @@ def test_a_host_name_that_was_bound_to_this_machine_is_refused(client):
 
 @pytest.mark.parametrize("path", ["../outside.json", "api/../../outside.json", "api/result/1/../../../x",
                                   "%2e%2e/outside.json", "/etc/passwd", "..%2foutside.json", "page.html",
-                                  "server.py", "__init__.py"])  # fmt: skip
+                                  "server.py", "__init__.py"])
 def test_no_path_leads_out_of_the_page(client, path):
     assert client(path)[0] == 404
 
 
 NAMES = ["../outside.json", "/etc/passwd", "a/b.json", "..", "", "x" * 300 + ".json", "a\0.json", "a\n.json",
-         "..\\x.json", ".json", ".hidden.json", "c:x.json", "<script>.json", "wall.exe", "wall.py"]  # fmt: skip
+         "..\\x.json", ".json", ".hidden.json", "c:x.json", "<script>.json", "wall.exe", "wall.py"]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -149,7 +149,7 @@ def test_a_request_without_length_or_json_is_refused(client):
     {"loads": {"kind": "scaled"}}, {"loads": {"kind": "own"}}, {"loads": {"kind": "horizontal", "more": "x"}},
     {"analysis": {"kind": "view"}}, {"analysis": {"kind": 3}},
     {"structure": {"kind": "experiment", "source": "../x", "specimen": "y"}},
-])  # fmt: skip
+])
 def test_a_session_that_no_page_sends_is_refused(client, change):
     status, found = client.json("api/script", session() | change)
     assert status == 422
@@ -158,14 +158,14 @@ def test_a_session_that_no_page_sends_is_refused(client, change):
 
 HOSTILE = ['"); import os; os.system("touch hacked"); ("', "'''", '"""', "\\", "\n", "\r\nimport os", "{}",
            "{0}", "\ud800", "#", "__import__('os').getcwd()", "1e999",
-           "1_000", "0x10", "٣", "1j", "\u2028"]  # fmt: skip
+           "1_000", "0x10", "٣", "1j", "\u2028"]
 
 
 @pytest.mark.parametrize("text", HOSTILE)
 def test_what_is_typed_stays_a_value(client, text):
     # every statement is one assignment of one call with plain values, whatever was typed anywhere
     body = session("wall", joint={"cohesion": text}, unit=f"0.4, {text}", bond=text, more=[
-        {"kind": "with_point_load", "values": {"block": text, "force": f"0, 0, {text}"}}])  # fmt: skip
+        {"kind": "with_point_load", "values": {"block": text, "force": f"0, 0, {text}"}}])
     status, found = client.json("api/script", body)
     assert status == 200
     tree = ast.parse(found["script"])

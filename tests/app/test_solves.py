@@ -36,12 +36,12 @@ def test_every_number_has_its_unit():
         ("joint", "Joint", "residual_cohesion"): "Pa", ("more", "with_point_load", "force"): "N",
         ("more", "with_pressure", "pressure"): "Pa", ("analysis", "pushover", "to"): "m",
         ("drawing", "drawing", "mortar"): "m", ("drawing", "drawing", "density"): "kg/m3",
-    }  # fmt: skip
+    }
     units = {
         (part, name, f.name): f.unit
         for part, group in forms.calls().items() for name, call in group.items() for f in call.fields
         if f.kind in ("number", "numbers")
-    }  # fmt: skip
+    }
     assert told.items() <= units.items()
     without = {key[2] for key, unit in units.items() if unit == "-"}
     # counts, ratios and directions
@@ -118,7 +118,7 @@ def test_the_downloaded_script_gives_the_same_number_and_files(client, tmp_path,
 COLUMN = {"courses": "3"}
 FALLS = {"radius": "2", "angle_deg": "180", "thickness": "0.15", "width": "1", "voussoirs": "9"}  # below .1075 radii
 SCRIPTS = [("limit_analysis", "column", COLUMN), ("pushover", "column", COLUMN), ("stability", "column", COLUMN),
-           ("stability", "arch", FALLS), ("limit_analysis", "arch", FALLS), ("compare", "column", COLUMN)]  # fmt: skip
+           ("stability", "arch", FALLS), ("limit_analysis", "arch", FALLS), ("compare", "column", COLUMN)]
 
 
 @pytest.mark.slow
@@ -156,7 +156,7 @@ def test_the_script_of_every_analysis_runs_to_its_end(analysis, structure, value
     (session() | {"loads": {"kind": "weight"}}, "analysis", "InputError", "live load"),
     (session(more=[{"kind": "with_point_load", "values": {"block": "nobody", "force": "1, 0, 0"}}]), "more.0",
      "InputError", "nobody"),
-])  # fmt: skip
+])
 def test_wrong_input_has_its_named_error_where_it_was_typed(client, body, part, name, words):
     error = client.solved(body)["error"]
     assert (error["part"], error["name"]) == (part, name)
@@ -205,7 +205,7 @@ def test_a_packaged_experiment_and_a_model_file(client):
 def test_a_drawing_without_its_extra_has_a_named_error(tmp_path, monkeypatch):
     (tmp_path / "wall.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'><path d='M0 0h1v1h-1z'/></svg>")
     body = session() | {"structure": {"kind": "file", "file": "wall.svg", "values": {"scale": "1", "thickness": "0.2"}},
-                        "loads": {"kind": "own"}}  # fmt: skip
+                        "loads": {"kind": "own"}}
     monkeypatch.setitem(sys.modules, "svg.path", None)
     monkeypatch.chdir(tmp_path)
     lines = script.statements(body, folder.Folder(tmp_path), kind="draw")

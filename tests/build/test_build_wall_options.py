@@ -146,14 +146,14 @@ def test_recipe_is_plain_data_with_what_mechanisms_read():
     wall = build.wall(
         length=2.25, height=1.35, unit=(0.29, 0.225, 0.15), leaves=2, staggering=0.144, plan="U", return_length=1.0,
         openings=[build.Opening(0.8, 0.45, 0.5, 0.45)], joint=JOINT, density=2450.0,
-    )  # fmt: skip
+    )
     recipe = json.loads(json.dumps(wall.recipe))
     assert recipe == wall.recipe
     expected = {
         "kind": "wall", "plan": "U", "bond": "running", "length": 2.25, "thickness": 0.3, "courses": 6,
         "unit_length": 0.29, "unit_height": 0.225, "staggering": 0.144, "side_walls": 2, "side_wall_thickness": 0.3,
         "leaves": 2, "density": 2450.0,
-    }  # fmt: skip
+    }
     assert {key: recipe[key] for key in expected} == expected
     assert recipe["height"] == pytest.approx(1.35)
     assert [r["length"] for r in recipe["returns"]] == [1.0, 1.0]

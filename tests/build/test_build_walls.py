@@ -65,7 +65,7 @@ FERRIS_TIN_LOI = {
         _solid(7, True, 4) + [_W6[k % 2] for k in range(5)] + _solid(7, False, 3) + [_W6[k % 2] for k in range(5)]
         + _solid(7, False, 4), 146, 345,
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("number", FERRIS_TIN_LOI)

@@ -15,7 +15,7 @@ def panel(pier, below, above, **options):
     return build.wall(
         length=2.0 * pier + 2.025, courses=below + 3 + above, unit=BRICK, joint=JOINT, spreader=(0.225, 0.075),
         openings=[build.Opening(pier, 0.0, 2.025, 0.075 * below, head="soldier")], **options,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("case", [(0.7875, 8, 4, 181), (0.675, 8, 5, 181), (1.35, 4, 3, 182)])
@@ -48,7 +48,7 @@ def test_soldiers_may_bear_on_the_wall():
     wall = build.wall(
         length=2.7, courses=8, unit=BRICK, joint=JOINT,
         openings=[build.Opening(0.9, 0.0, 0.9, 0.225, head="soldier", bearing=0.15)],
-    )  # fmt: skip
+    )
     soldiers = [b for b in wall.blocks if b.name.startswith("soldier")]
     assert len(soldiers) == 16
     assert soldiers[0].bounds[0, 0] == pytest.approx(0.75)

@@ -46,7 +46,7 @@ def softening_wall():
     made, loads = wall(
         top=800.0, normal_stiffness=1e9, shear_stiffness=4e8, cohesion=2e3, tensile_strength=1e3,
         fracture_energy_tension=5.0, fracture_energy_shear=20.0,
-    )  # fmt: skip
+    )
     return made.with_material(lm.Material(young_modulus=5e9, poisson_ratio=0.2)), loads
 
 

@@ -81,7 +81,7 @@ class Patterns:
         self.forces = _program(
             np.eye(2 * m + 1)[-1], np.vstack([np.hstack([self.normal, self.tangent, self.live[:, None]]), *slip_rows]),
             np.append(force_low, 0.0),
-        )  # fmt: skip
+        )
         at_tension = self.normal @ self.corner - self.dead
         for row, value in enumerate(at_tension):
             self.forces.changeRowBounds(row, value, value)

@@ -46,7 +46,7 @@ def make_prediction(assembly, twists, resultants=None, status="solved"):
     return Prediction(
         "limit analysis, associative", 0.3217, "exact for the associative law", status,
         None if twists is None else Mechanism(twists, none[:, 0], none), resultants,
-    )  # fmt: skip
+    )
 
 
 def artist(figure, gid):

@@ -40,7 +40,7 @@ def make_assembly(**options):
         outlines, thickness=0.5, density=[2400.0, 1 / 3e-3, 0.1 + 0.2], joint=JOINT, fixed=["ground"],
         names=["ground", "pier", "lip"], recipe={"unit": (0.4, math.pi), "limit": math.inf, "n": np.int64(3)},
         **options,
-    )  # fmt: skip
+    )
 
 
 def turned(assembly, angle=0.3):
@@ -85,9 +85,9 @@ def make_prediction(assembly, multiplier=1 / 3):
     normal[base], shear[base] = 1000.0, (30.0, -40.0)
     force = normal[base] * x.normal[base] + shear[base, 0] * x.tangent_1[base] + shear[base, 1] * x.tangent_2[base]
     resultants = Resultants(normal, shear, np.zeros((k, 2)), np.zeros(k), toe[None], np.array([base]),
-                            np.array([0.5]), force[None])  # fmt: skip
+                            np.array([0.5]), force[None])
     return Prediction(
         "synthetic, associative", multiplier, "exact", "solved", Mechanism(twists, np.array([0.1]), np.zeros((1, 2))),
         resultants, Certificate(1e-9, 1 / 3), ("a warning",), {"numpy": np.__version__, "size": np.float64(0.1)},
         {"trace": np.array([0.1, math.nan])},
-    )  # fmt: skip
+    )

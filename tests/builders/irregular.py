@@ -32,7 +32,7 @@ def cells(seeds, width, height):
 
 
 def irregular(seed, *, blocks=4, joints=(5, 9), phi_deg=None, psi_share=0.0, cohesion=0.0, tensile_strength=0.0,
-              size=1.0, density=2000.0):  # fmt: skip
+              size=1.0, density=2000.0):
     """Assembly of Voronoi cells with between so many joints, floor included, that carries its own weight.
 
     ``psi_share`` is tan(psi) over tan(phi); phi is drawn between 20 and 45 degrees where it is not given. Draws are
@@ -52,7 +52,7 @@ def irregular(seed, *, blocks=4, joints=(5, 9), phi_deg=None, psi_share=0.0, coh
         assembly = lm.Assembly.from_polygons(
             [size * floor, *(size * o for o in outlines)], thickness=0.5 * size, joint=joint, density=density,
             fixed=[0], tolerance=1e-7 * size,
-        )  # fmt: skip
+        )
         if not joints[0] <= len(assembly.interfaces) <= joints[1]:
             continue
         loads = lm.Loads.horizontal(assembly)

@@ -19,4 +19,4 @@ def stages():
         dem.Settle(max_steps=700), dem.Ramp(to=0.3, steps=900),
         dem.Hold(steps=530, servo={top: dem.Servo(300.0, parallel=False)}),
         dem.Drive(displacement={top: {"x": 2e-3}}, steps=650, keep=True), dem.Hold(steps=200),
-    ]  # fmt: skip
+    ]

@@ -18,14 +18,14 @@ def lug(deg, length=0.021, *, scale=1.0, turn=0.0, mirror=1.0, order=None, **opt
         "A": [[0, 0], [0.5, 0], [0.5, HEIGHT], [0, HEIGHT]],
         "B": [[0.6, 0], [1.1, 0], [1.1, HEIGHT], [0.6, HEIGHT], [0.6, TOP],
               [0.5 + length * np.tan(np.deg2rad(deg)), TOP], [0.5, foot], [0.6, foot]],
-    }  # fmt: skip
+    }
     names = [list(outlines)[k] for k in order or (0, 1, 2)]
     c, s = np.cos(turn), np.sin(turn)
     m = scale * np.array([[c, -s], [s, c]]) @ np.diag([mirror, 1.0])
     return lm.Assembly.from_polygons(
         [np.array(outlines[n]) @ m.T for n in names], names=names, thickness=0.3 * scale, joint=lm.Joint(85.0),
         joints=options.pop("joints", {("A", "B"): lm.Joint(0.0)}), fixed=["ground"], **options,
-    )  # fmt: skip
+    )
 
 
 def push_on_pier(assembly):

@@ -74,7 +74,7 @@ def lattice_weights(n):
     weights[[0, 1]] = np.linalg.solve(
         [[1.0, 1.0], [x[0] ** 2, x[1] ** 2]],
         [0.5 - 0.5 * weights[2:-2].sum(), 1.0 / 24.0 - 0.5 * (weights * x**2)[2:-2].sum()],
-    ) if n > 3 else ([1.0 / 6.0, 2.0 / 3.0] if n == 3 else [0.5, 0.5])  # fmt: skip
+    ) if n > 3 else ([1.0 / 6.0, 2.0 / 3.0] if n == 3 else [0.5, 0.5])
     weights[[-1, -2]] = weights[[0, 1]]
     return weights
 
@@ -97,7 +97,7 @@ def corner():
             boxes += [((0, 0, z0), (0.4, 0.2, z1)), ((0.4, 0, z0), (0.8, 0.2, z1)), ((0, 0.2, z0), (0.2, 0.6, z1))]
         else:
             boxes += [((0, 0, z0), (0.2, 0.4, z1)), ((0.2, 0, z0), (0.6, 0.2, z1)), ((0.6, 0, z0), (0.8, 0.2, z1)),
-                      ((0, 0.4, z0), (0.2, 0.6, z1))]  # fmt: skip
+                      ((0, 0.4, z0), (0.2, 0.6, z1))]
     return on_slab(boxes)
 
 

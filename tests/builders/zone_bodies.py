@@ -64,7 +64,7 @@ class ZoneBody:
         return arrays.ZonedArrays(
             self.nodes, self.zones, self.tables, self.sides, self.contacts, self.rigid, np.zeros((1, LAW_SIZE)), False,
             self.total,
-        )  # fmt: skip
+        )
 
     def forces(self):
         """Forces of the zones on the nodes in the present position, shape (n, 2)."""

@@ -18,7 +18,7 @@ from validation import panel_surrogate as surrogate
 TRUE = {
     "normal_stiffness": 55e9, "shear_stiffness": 38e9, "friction_angle_deg": 33.0, "cohesion": 0.052e6,
     "tensile_strength": 0.10e6, "dilatancy_angle_deg": 12.0,
-}  # fmt: skip
+}
 STRENGTHS = ("friction_angle_deg", "cohesion", "tensile_strength")
 SIX = [
     Parameter("normal_stiffness", 20e9, (2e9, 5e11), unit="Pa/m"),
@@ -39,7 +39,7 @@ def triplet(friction_angle_deg, cohesion, shear_stiffness, dilatancy_angle_deg):
 DESIGN = {
     "panel": surrogate.panel_response, "triplet": triplet,
     "pull-off": surrogate.pull_off, "column": surrogate.joint_column,
-}  # fmt: skip
+}
 
 
 def planted(models, rng, repeats, true=TRUE, noise=NOISE):
@@ -85,7 +85,7 @@ def test_power_law_is_the_weighted_least_squares_of_its_logarithms():
     cov = np.linalg.inv(w.T @ w)
     exact = cov @ w.T @ (np.log(measured) / sd)
     fit = calibrate(power_law, {n: (m, s) for n, m, s in zip("abc", measured, sd, strict=True)},
-                    [Parameter("x", 1.0, (0.1, 100.0)), Parameter("y", 1.0, (0.1, 100.0))])  # fmt: skip
+                    [Parameter("x", 1.0, (0.1, 100.0)), Parameter("y", 1.0, (0.1, 100.0))])
     assert list(fit.parameters.values()) == pytest.approx(np.exp(exact), rel=1e-6)
     assert list(fit.deviation.values()) == pytest.approx(np.sqrt(np.diag(cov)), rel=1e-6)
     assert fit.correlation[0, 1] == pytest.approx(cov[0, 1] / math.sqrt(cov[0, 0] * cov[1, 1]), abs=1e-6)
@@ -139,7 +139,7 @@ def test_of_six_parameters_one_geometry_fixes_one_and_says_what_is_free():
 
 def test_two_parameters_that_act_as_one_are_reported_together():
     fit = calibrate(lambda x, y: {"a": x * y}, {"a": (6.0, 0.05)}, [Parameter("x", 2.0, (0.1, 100.0)),
-                    Parameter("y", 2.0, (0.1, 100.0))], leave_out=None)  # fmt: skip
+                    Parameter("y", 2.0, (0.1, 100.0))], leave_out=None)
     assert fit.identified == ()
     (move,) = fit.unidentified
     assert math.isinf(move.deviation)
@@ -213,7 +213,7 @@ def test_next_test_is_the_one_that_fixes_what_is_free():
         "pull-off": (surrogate.pull_off, {"strength": 0.05}),
         "column": (surrogate.joint_column, {"slope": 0.05}),
         "another panel": (surrogate.panel_response, {"stiffness": 0.05, "first crack": 0.05, "peak": 0.05}),
-    })  # fmt: skip
+    })
     # kn by itself leaves ks to the stiffness of the panel; pull-off repeats what the first crack said
     assert plan.best.name == "column"
     assert set(plan.best.identified) == {"tensile_strength", "normal_stiffness", "shear_stiffness"}
@@ -263,7 +263,7 @@ def test_curve_gives_stiffness_strength_crack_and_area():
 def test_curves_in_other_units_are_refused():
     with pytest.raises(lm.errors.InputError, match="in_units"):
         calibrate(bilinear, {"curve": lm.Curve([0.0, 1.0, 2.0], [0.0, 1.0, 1.5])},
-                  [Parameter("stiffness", 2.0, (0.5, 50.0))], ties={"strength": "2 * stiffness"})  # fmt: skip
+                  [Parameter("stiffness", 2.0, (0.5, 50.0))], ties={"strength": "2 * stiffness"})
 
 
 def test_frequencies_of_a_chain_fix_stiffness_over_mass():
@@ -280,7 +280,7 @@ def test_tie_keeps_the_ratio_of_the_two_stage_scheme():
         return {"k": 1.0 / (1.0 / normal_stiffness + 1.0 / shear_stiffness)}
 
     fit = calibrate(panel, {"k": (2.0, 0.1)}, [Parameter("normal_stiffness", 1.0, (0.1, 100.0))],
-                    ties={"shear_stiffness": "normal_stiffness / 2"})  # fmt: skip
+                    ties={"shear_stiffness": "normal_stiffness / 2"})
     assert fit.tied == pytest.approx({"normal_stiffness": 6.0, "shear_stiffness": 3.0}, rel=1e-6)
     for ties, message in (
         ({"shear_stiffness": "other / 2"}, "needs 'other'"),
@@ -296,7 +296,7 @@ def test_tie_keeps_the_ratio_of_the_two_stage_scheme():
 def test_a_kill_loses_nothing_and_workers_change_nothing(tmp_path):
     store, seen = tmp_path / "runs.jsonl", []
     asked = ({"a": (6.3, 0.05), "b": (1.4, 0.1), "c": (9.5, 0.02)},
-             [Parameter("x", 1.0, (0.1, 100.0)), Parameter("y", 1.0, (0.1, 100.0))])  # fmt: skip
+             [Parameter("x", 1.0, (0.1, 100.0)), Parameter("y", 1.0, (0.1, 100.0))])
     first = calibrate(power_law, *asked, search=SearchSettings(starts=2), store=store, progress=seen.append)
     assert first.objective.runs.calls > 20
     assert any("s left" in line for line in seen)
@@ -329,7 +329,7 @@ def test_friction_and_cohesion_of_blocks_from_limit_analysis():
         targets[str(height)] = {"multiplier": (math.tan(math.radians(phi)) + c / weight, 0.05)}
     fit = calibrate(models, targets, [Parameter("friction_angle_deg", 35.0, (10.0, 45.0)),
                                       Parameter("cohesion", 100.0, (10.0, 5e3))], search=SearchSettings(starts=1),
-                    leave_out=None, level=None)  # fmt: skip
+                    leave_out=None, level=None)
     assert fit.parameters == pytest.approx({"friction_angle_deg": phi, "cohesion": c}, rel=1e-3)
 
 
@@ -382,7 +382,7 @@ def test_residuals_that_the_model_cannot_explain_are_explained():
 )
 def test_wrong_input_is_named(changes, message):
     given = {"model": power_law, "targets": {"a": (6.3, 0.05), "b": (1.4, 0.1)},
-             "parameters": [Parameter("x", 1.0, (0.1, 9.0)), Parameter("y", 1.0, (0.1, 9.0))], **changes}  # fmt: skip
+             "parameters": [Parameter("x", 1.0, (0.1, 9.0)), Parameter("y", 1.0, (0.1, 9.0))], **changes}
     with pytest.raises(lm.errors.InputError, match=message):
         calibrate(**given)
 

@@ -35,7 +35,7 @@ def test_friction_of_a_wall_that_rocks_has_no_upper_end(seed, points):
         return wall(kn, phi)
 
     fit = calibrate(model, {"curve": target}, [Parameter("kn", 3e8, (1e7, 1e11)), Parameter("phi", 30.0, (10.0, 70.0))],
-                    progress=said.append)  # fmt: skip
+                    progress=said.append)
     assert len(runs) == len(set(runs)) <= 100
     # brute force: the least misfit, and how far down phi may go with any stiffness
     grid = [np.log([kn, phi]) for kn in np.geomspace(2e8, 3e9, 60) for phi in np.linspace(31.0, 36.0, 101)]
@@ -71,7 +71,7 @@ def test_two_minima_lie_in_one_interval_that_says_so():
 
 def test_one_minimum_is_not_called_two():
     fit = calibrate(lambda a, b: {"p": a * b}, {"p": (2.0, 0.02)},
-                    [Parameter("a", 1.5, (0.1, 10.0)), Parameter("b", 1.0, (0.1, 10.0))])  # fmt: skip
+                    [Parameter("a", 1.5, (0.1, 10.0)), Parameter("b", 1.0, (0.1, 10.0))])
     assert not any("another minimum" in w for w in fit.warnings)
 
 
@@ -79,7 +79,7 @@ def test_one_minimum_is_not_called_two():
 @pytest.mark.parametrize("widest", [10.0, 1e6])
 def test_scale_of_a_parameter_changes_nothing(unit, widest):
     fit = calibrate(lambda a: {"p": a, "q": 2.0 * a}, {"p": (3.0 * unit, 0.05), "q": (6.0 * unit, 0.05)},
-                    [Parameter("a", unit, (0.1 * unit, widest * unit), log=False)])  # fmt: skip
+                    [Parameter("a", unit, (0.1 * unit, widest * unit), log=False)])
     sd = 0.05 / math.sqrt(2.0)
     ends = [3.0 * unit * math.exp(s * sd * math.sqrt(RISE)) for s in (-1.0, 1.0)]
     assert fit.parameters["a"] == pytest.approx(3.0 * unit, rel=1e-4)
@@ -134,7 +134,7 @@ def test_intervals_cover_the_truth_of_smooth_and_kinked_models(name):
         measured = model(*truth) * np.exp(0.05 * rng.standard_normal(len(X)))
         fit = calibrate(lambda a, b: {"y": model(a, b)}, {"y": Target(measured.tolist(), 0.05)},
                         [Parameter("a", 1.0, (0.2, 20.0)), Parameter("b", 1.0, (0.05, 20.0))],
-                        search=SearchSettings(starts=3), leave_out=None)  # fmt: skip
+                        search=SearchSettings(starts=3), leave_out=None)
         inside += [low <= t <= high for (low, high), t in zip(fit.interval.values(), truth, strict=True)]
     # 95 %: fewer than 34 of 40 in 2 of 1,000
     assert (inside >= 34).all(), inside

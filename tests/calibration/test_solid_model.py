@@ -46,7 +46,7 @@ def fit():
     ]
     target = CurveTarget(closed_form(), 0.03, ("stiffness", "peak", "area"))
     return calibrate(SolidModel(cube(), pulled), {"curve": target}, unknowns, search=SearchSettings(starts=1, most=6),
-                     level=None, leave_out=None)  # fmt: skip
+                     level=None, leave_out=None)
 
 
 @pytest.mark.slow
@@ -66,10 +66,10 @@ def test_fit_predicts_the_peak_of_a_brick_twice_as_wide(fit):
             [Box(np.zeros(3), np.array([2 * SIDE, SIDE, SIDE]))],
             lm.Material(young_modulus, 0.0, 0.0, tensile_strength=tensile_strength, tensile_energy=tensile_energy),
             size=SIDE,
-        )  # fmt: skip
+        )
         top = [(0, 0, SIDE), (2 * SIDE, 0, SIDE), (2 * SIDE, SIDE, SIDE), (0, SIDE, SIDE)]
         curve = push(solid.with_patch_pressure(top, force=-1.0), control=((SIDE, SIDE / 2, SIDE), (0, 0, 1)),
-                     to=1e-4, first=4e-6, largest=8e-6)  # fmt: skip
+                     to=1e-4, first=4e-6, largest=8e-6)
         return {"peak": curve.peak.load}
 
     assert fit.predict(twice)["peak"].value == pytest.approx(2.0 * FT * SIDE**2, rel=0.03)
@@ -83,7 +83,7 @@ def test_properties_go_to_the_materials_that_are_named():
     assert model(upper=2e9) == [4e8, 2e9]
     assert SolidModel(solid, model.run)(young_modulus=3e9) == [3e9, 3e9]
     fitted = calibrate(lambda upper: {"E": model(upper=upper)[1]}, {"E": Target(5e9, 0.1)},
-                       [Parameter("upper", 1e9, (1e8, 1e10))], leave_out=None)  # fmt: skip
+                       [Parameter("upper", 1e9, (1e8, 1e10))], leave_out=None)
     assert fitted.parameters["upper"] == pytest.approx(5e9, rel=1e-6)
 
 

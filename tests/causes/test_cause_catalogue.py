@@ -107,7 +107,7 @@ def test_stiffness_of_joints_one_joint_and_units_is_multiplied_and_what_has_none
     assert {b.material.young_modulus for b in softer.blocks} == {2e9}
     bare = wall()
     for name, words in (("joint stiffness", "normal_stiffness"), ("unit modulus", "material"),
-                        ("fracture energy", "loses strength"), ("strength kept", "loses strength")):  # fmt: skip
+                        ("fracture energy", "loses strength"), ("strength kept", "loses strength")):
         with pytest.raises(NotApplicable, match=words):
             extend(name, 0.5, bare)
     with pytest.raises(ValueError, match="no joint between"):
@@ -183,7 +183,7 @@ def test_readings_of_displacements_follow_their_laws():
     assert drift.own == ("order",)
     moved = {"gain of displacements", "rig compliance", "wrong control point"}
     every = {m: {c.name for c in catalogue.standard(method=m, covariates=["height"])} & moved
-             for m in ("limit", "modes", "pushover")}  # fmt: skip
+             for m in ("limit", "modes", "pushover")}
     assert every == {"limit": set(), "modes": set(), "pushover": moved}
 
 
@@ -204,7 +204,7 @@ def test_every_cause_is_one_declared_function_that_says_which_methods_feel_it():
 
 
 @catalogue.declare("heavier top", parameter="top_factor", lever="weights", baseline=1.0, bounds=(1.0, 2.0),
-                   physics="a capping that was not drawn")  # fmt: skip
+                   physics="a capping that was not drawn")
 def heavier_top(size, assembly, loads, *, blocks=("column-1",)):
     """The blocks named weigh size times as much."""
     return catalogue.block_density(blocks=blocks).apply(size, assembly, loads)
@@ -256,7 +256,7 @@ def test_joint_laws_change_by_a_function_on_the_kinds_named():
     changed = made.with_joints(weaker, kinds=("base", "head"))
     assert len(asked) == 1  # one law in the wall: asked once, shared afterwards
     assert {(i.kind, i.joint.friction_angle_deg) for i in changed.interfaces} == {
-        ("base", 20.0), ("head", 20.0), ("bed", 36.0)}  # fmt: skip
+        ("base", 20.0), ("head", 20.0), ("bed", 36.0)}
     assert {i.joint.friction_angle_deg for i in made.with_joints(weaker).interfaces} == {20.0}
     slippery = made.with_joints(lm.Joint(10.0), ["bed"]).interfaces
     assert {i.kind for i in slippery if i.joint.friction_angle_deg == 10.0} == {"bed"}

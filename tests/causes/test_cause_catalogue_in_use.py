@@ -47,7 +47,7 @@ def test_a_method_declares_no_lever_whose_term_its_law_refuses_or_leaves_out(met
     theory = method if method in law_table.THEORIES else lm.methods.NON_ASSOCIATIVE  # the sustained load begins there
     terms = {"cohesion": (law_table.COHESION,) * 2, "tension": (law_table.TENSION,) * 2,
              "dilatancy": (law_table.DILATANCY,) * 2,
-             "crushing": (law_table.CORNER_CRUSHING, law_table.STRESS_BLOCK)}  # fmt: skip
+             "crushing": (law_table.CORNER_CRUSHING, law_table.STRESS_BLOCK)}
     for lever, (space, plane) in terms.items():
         for in_plane, term in ((False, space), (True, plane)):
             taken = term.cell(theory).how in (law_table.Taken.TAKEN, law_table.Taken.PLASTIC)
@@ -292,7 +292,7 @@ def test_mechanisms_feel_the_base_joint_and_refuse_a_recipe_that_no_longer_holds
 
 BLOCKS = [{"b": b, "h": h, "order": k + 1} for k, (b, h) in enumerate(
     [(0.06, 0.3), (0.06, 0.5), (0.1, 0.3), (0.1, 0.6), (0.16, 0.4), (0.16, 0.8), (0.25, 0.5), (0.25, 1.0), (0.5, 0.4),
-     (0.08, 0.4), (0.2, 0.6), (0.6, 0.5)])]  # fmt: skip
+     (0.08, 0.4), (0.2, 0.6), (0.6, 0.5)])]
 
 
 @pytest.mark.slow

@@ -105,7 +105,7 @@ def test_experiments_run_writes_table_and_figure(tmp_path, capsys):
     status, out, err = run(
         "--progress", "always", "experiments", "run", "ferris-tin-loi-2001", "wall-1", "wall-2", "--flow-rule",
         "associative", "--csv", table, "--figure", figure, capsys=capsys,
-    )  # fmt: skip
+    )
     assert status == 0
     assert "0.64286" in out
     assert "[2/2]" in err
@@ -163,7 +163,7 @@ def test_figures(kind, tmp_path, capsys):
     (("solve", "pavia-tilting/S1"), "not published"),
     (("solve", "ferris-tin-loi-2001/wall-1", "--grid", "3", "3"), "--contact-model grid"),
     (("experiments", "run"), "--all"),
-])  # fmt: skip
+])
 def test_mistakes_end_with_one_line_and_status_2(arguments, message, capsys):
     status, out, err = run(*arguments, capsys=capsys)
     assert status == 2
@@ -202,7 +202,7 @@ def test_structure_that_cannot_stand_has_its_own_status(tmp_path, capsys):
         "schema": "limitmason-model", "version": 1, "thickness": 1, "joint": {"friction_angle_deg": 40},
         "outlines": [[[0, -1], [1, -1], [1, 0], [0, 0]], [[0.7, 0], [2.3, 0], [2.3, 1], [0.7, 1]]],
         "fixed": [0], "loads": {"horizontal": [1, 0, 0]},
-    }))  # fmt: skip
+    }))
     status, out, _ = run("solve", model, capsys=capsys)
     assert status == 3
     assert "cannot stand under dead load" in out
@@ -234,7 +234,7 @@ def test_a_session_does_what_the_command_does(tmp_path, capsys):
     rows = lm.comparison.table(source="ferris-tin-loi-2001", flow_rule="associative", progress=said.append)
     assert said[0] == "[1/6] ferris-tin-loi-2001/wall-1"
     _, out, _ = run("experiments", "run", "ferris-tin-loi-2001", "--flow-rule", "associative",
-                    "--csv", tmp_path / "command.csv", capsys=capsys)  # fmt: skip
+                    "--csv", tmp_path / "command.csv", capsys=capsys)
     assert [line.split()[:5] for line in out.splitlines()[1:]] == [
         line.split()[:5] for line in lm.comparison.as_text(rows).splitlines()[1:]
     ]

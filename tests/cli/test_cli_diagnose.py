@@ -99,10 +99,10 @@ def test_a_model_and_causes_of_the_user_and_noise_from_replicates(tmp_path, caps
         {"measured": float((w - 0.024) / h * np.exp(0.03 * rng.standard_normal())), "group": f"{h}-{w}", "height": h,
          "width": w}
         for h in (0.4, 0.7, 1.0) for w in (0.08, 0.14, 0.25) for _ in range(2)
-    ]  # fmt: skip
+    ]
     write_measured("walls.csv", {"measured": "-", "group": "-", "height": "m", "width": "m"}, rows)
     arguments = ("walls.csv", "--model", "own_walls.py:simulate", "--causes", "own_walls:CAUSES", "--noise",
-                 "replicates", "--input", "friction=0.7,0.03", "--out", "out", "--no-checks")  # fmt: skip
+                 "replicates", "--input", "friction=0.7,0.03", "--out", "out", "--no-checks")
     monkeypatch.setenv("LIMITMASON_PROGRESS", "always")
     status, text, err = run(*arguments, capsys=capsys)
     assert status == 0
@@ -129,7 +129,7 @@ def test_a_second_column_of_predictions_can_be_the_cause(tmp_path, capsys):
     path = tmp_path / "data.csv"
     write_measured(path, {"specimen": "-", "measured": "-", "stiff": "-", "dilatant": "-"}, rows)
     status, text, _ = run(path, "--predicted", "stiff", "--towards", "dilatant", "--noise", 0.02, "--out",
-                          tmp_path / "out", "--no-checks", "--next", 0, capsys=capsys)  # fmt: skip
+                          tmp_path / "out", "--no-checks", "--next", 0, capsys=capsys)
     assert status == 0
     assert "Behaves like towards dilatant" in text
     size = float(text.split("towards dilatant = ")[1].split()[0])
@@ -146,7 +146,7 @@ def test_a_packaged_series_with_our_simulator(tmp_path, capsys):
     keep = {"SW.30.1", "SW.100.1", "SW.100.2", "SW.200.1", "SW.250.1"}
     rewritten(path, lambda rows: rows.__setitem__(slice(2, None), [r for r in rows[2:] if r[0] in keep]))
     status, text, err = run(path, "--model", "minho", "--noise", 0.05, "--causes", "edge rounding,gain", "--levels", 3,
-                            "--out", tmp_path / "out", "--no-checks", "--next", 0, capsys=capsys)  # fmt: skip
+                            "--out", tmp_path / "out", "--no-checks", "--next", 0, capsys=capsys)
     assert status == 0
     assert "5 values" in err
     assert "is assumed" in text  # what the sources leave open is said
@@ -189,7 +189,7 @@ def test_a_series_without_plans_is_held_against_its_published_predictions(tmp_pa
     assert len(table) == 12
     out = tmp_path / "out"
     status, text, _ = run("--model", "pavia", "--noise", 0.05, "--towards", "3DEC dilatant", "--out", out,
-                          "--no-checks", capsys=capsys)  # fmt: skip
+                          "--no-checks", capsys=capsys)
     assert status == 0
     assert "angle offset" in text  # tilted: the zero of the inclinometer is in the list
     assert "causes inside the model cannot be tried" in text
@@ -224,7 +224,7 @@ def cell(row, column, value):
     (None, ("--model", "math:sqrt"), "--causes module:LIST"),
     (None, ("--model", "minho"), "minho-dry-stone-2005-2009 has no 'B1.1'"),
     (None, ("--input", "friction"), "NAME=VALUE,SD"),
-])  # fmt: skip
+])
 def test_mistakes_name_the_place_and_end_with_status_2(change, arguments, message, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = template(tmp_path, capsys)
@@ -252,7 +252,7 @@ def test_a_study_comes_from_a_packaged_series_in_one_call():
     assert "friction" in " ".join(study.about.notes)
     published = Study.from_experiments("pavia-tilting", noise=0.05, towards=["3DEC dilatant"])
     assert [c.name for c in published.causes] == ["gain", "friction of the rig", "angle offset",
-                                                  "towards 3DEC dilatant"]  # fmt: skip
+                                                  "towards 3DEC dilatant"]
     assert published.simulator.calls == 0
 
 

@@ -49,7 +49,7 @@ PROTOCOLS = {
     *(("added.py", "_changed", name) for name in ("added", "slip", "damage")),
     *(("added.py", function, name) for function in ("entries_of", "has_added") for name in ("law", "j")),
     *(("joint_term.py", "strength", name) for name in ("slip", "damage", "numbers")),
-}  # fmt: skip
+}
 
 
 def is_abstract(function: ast.FunctionDef) -> bool:
@@ -117,7 +117,7 @@ BASES = {
     "diagnose, own": ["diagnose", "data.csv", "--model", "own_model.py:simulate", "--causes", "own_model.py:CAUSES"],
     "diagnose, series": ["diagnose", "--model", "murano-u-walls"],
     "diagnose, template": ["diagnose", "--template", "out.csv"],
-}  # fmt: skip
+}
 METHODS = ("limit", "dem", "mechanisms")
 VALUES = {
     "--all": [], "--arch": [],
@@ -145,14 +145,14 @@ VALUES = {
     "--site": [], "--slc": ["0.2", "2.5", "0.3"], "--soil": ["D"], "--topography": ["1.2"], "--mode": ["0.3", "1.2"],
     "--confidence": ["1.2"],
     "--fill": ["1800"], "--spread": ["10"], "--port": ["8765"], "--folder": ["walls"], "--no-browser": [],
-}  # fmt: skip
+}
 OTHER = {("view", "-o"): ["other.html"], ("view, alone", "-o"): ["other.html"],
          ("predict", "--method"): ["first"], ("report", "-o"): ["other.html"], ("assess", "-o"): ["other.html"],
          ("region", "--tolerance"): ["0.3"],
          ("compare", "--markdown"): [], ("compare, associative", "--markdown"): [], ("compare", "--methods"): ["dem"],
          ("compare, associative", "--methods"): ["mechanisms"],
          ("pushover", "--method"): ["limit"], ("pushover, packaged", "--method"): ["limit"],
-         ("pushover", "--block"): ["stone-1"], ("pushover", "--direction"): ["0", "0", "1"]}  # fmt: skip
+         ("pushover", "--block"): ["stone-1"], ("pushover", "--direction"): ["0", "0", "1"]}
 WITH = {"--block": ["--direction", "1", "0", "0"], "--direction": ["--block", "spreader"],
         "--dof": ["--noise", "0.05"], "--workers": ["--store", "kept"]}
 OWN_MODEL = """
@@ -207,7 +207,7 @@ def run(canned, tmp_path, monkeypatch, capsys):
     def investigate(study, **settings):
         known = {k: v for k, v in settings.items() if k != "progress"}
         read = (study.covariates, study.groups, study.nuisance, str(study.noise), list(study.measured), study.levels,
-                study.shared)  # fmt: skip
+                study.shared)
         note("study", vars(study.about), study.specimens, read, study.n_jobs, [(c.name, c.unit) for c in study.causes])
         note("by", getattr(study.simulate, "method", None), getattr(study.simulate, "options", None))
         note("investigate", known)
@@ -253,7 +253,7 @@ def run(canned, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(
         lm.figures, "structure_report",
         lambda model, loads, table, path, **o: note("report", model.n_blocks, loads.name, str(path), o),
-    )  # fmt: skip
+    )
     monkeypatch.setattr(lm.figures, "assessment_report", lambda v, path, **o: note("page", str(v), str(path), o))
 
     def served(folder, port):
@@ -285,7 +285,7 @@ def run(canned, tmp_path, monkeypatch, capsys):
         files = {
             str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest()
             for p in folder.rglob("*") if p.is_file() and p not in before
-        }  # fmt: skip
+        }
         gone = sorted(str(p.relative_to(folder)) for p in before if not p.exists())
         return status, err, (status, out, err, files, gone, tuple(done))
 
@@ -321,7 +321,7 @@ CASES = [
     for base in BASES
     for method in (METHODS if has_method(base) and base in ("solve", "figure mechanism", "figure forces",
                                                             "experiments run", "diagnose, series") else (None,))
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("base", "method"), CASES)
@@ -389,7 +389,7 @@ def test_forces_are_not_drawn_where_there_are_none_and_a_mechanism_is_where_ther
      "flow_rule"),
     (lambda w, p: comparison.run(experiments.load("ferris-tin-loi-2001", "wall-1"), kinds="guessed"), "kinds"),
     (lambda w, p: experiments.load("mcmaster-bending", "theta-90").loads("-"), "direction '-'"),
-])  # fmt: skip
+])
 def test_keyword_of_another_mode_is_refused_by_name(call, name, canned):
     wall, loads, *_ = canned
     two = [lm.Support(k, translations=True, rotations=True) for k in (0, 1)]
@@ -402,13 +402,13 @@ SETTLED = {
     "contact_points": "contact_points is part of the state", "contact_model": "contact_model is part of the state",
     "dt": "dt is part of the state", "mode": "the state to start from is quasi-static, not dynamic",
     "joint_options": "joint_options differ from those of the run",
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("setting", [
     {"contact_points": (2, 2)}, {"contact_model": "vertices"}, {"mode": "dynamic"}, {"dt": 0.5},
     {"joint_options": "soft"},
-])  # fmt: skip
+])
 def test_run_that_starts_from_a_state_refuses_what_the_state_has_settled(setting, canned):
     wall, *_ = canned
     start = dem.simulate(wall, dem.Hold(steps=2), contact_points=(2, 2))

@@ -31,7 +31,7 @@ def overturning():
     (2, (0.8000, 1.2262, 0.1861, 0.0744, 0.7356, 1.679, 2.338, 0.2966, 0.2500)),
     (17, (0.7506, 1.3069, 0.1983, 0.0793, 0.7840, 1.679, 2.338, 0.3161, 0.2664)),
     (20000, (0.7500, 1.3080, 0.1985, 0.0794, 0.7846, 1.679, 2.338, 0.3163, 0.2667)),
-])  # fmt: skip
+])
 def test_the_table_of_a_wall_cut_into_bodies_to_its_digits(bodies, wanted):
     heights = (np.arange(bodies) + 0.5) / bodies
     c = capacity_of(np.ones(bodies), heights, 1.0, 0.1, overturning(), ALL)
@@ -44,7 +44,7 @@ def test_the_table_of_a_wall_cut_into_bodies_to_its_digits(bodies, wanted):
 
 @pytest.mark.parametrize(("bodies", "period", "displaced", "simplified"), [
     (1, 1.951, 0.2042, 0.1481), (20000, 1.951, 0.2723, 0.1975),
-])  # fmt: skip
+])
 def test_the_table_with_a_confidence_factor(bodies, period, displaced, simplified):
     heights = (np.arange(bodies) + 0.5) / bodies
     c = capacity_of(np.ones(bodies), heights, 1.0, 0.1, overturning(), ALL, 1.35)
@@ -57,7 +57,7 @@ def wall(courses):
     """The wall of the table from so many stones, that overturns as one about its edge."""
     made = lm.build.column(
         width=THICK, depth=1.0, unit_height=HEIGHT / courses, courses=courses, joint=lm.Joint(40.0)
-    )  # fmt: skip
+    )
     return made, lm.Loads.horizontal(made)
 
 
@@ -85,7 +85,7 @@ def test_a_curve_of_any_control_gives_the_same_displacement():
         other = lm.assess(
             made, loads, SITE, curve=lm.Curve(share * d, alpha, load_unit="-"), control=(block, "x"),
             confidence_factor=1.0,
-        )  # fmt: skip
+        )
         assert other.bodies.d0 == pytest.approx(mean.bodies.d0, rel=1e-6)
     assert mean.bodies.ag["SLV"] == pytest.approx(0.2372, abs=6e-5)
     assert mean.stones.ag["SLV"] == pytest.approx(0.2966, abs=6e-5)
@@ -204,7 +204,7 @@ def test_every_limit_state_has_its_own_site_and_its_page_says_so(tmp_path, capsy
 @pytest.mark.parametrize(("spectrum", "message"), [
     ({"SLV": SITE}, "one for each of SLD, SLV, SLC; got SLV"),
     (0.15, "spectrum of SLD: a GroundSpectrum, FloorSpectrum or RecordSpectrum, got 0.15"),
-])  # fmt: skip
+])
 def test_spectra_that_make_no_sense_are_refused_by_name(spectrum, message):
     with pytest.raises(InputError, match=message):
         lm.assess(*wall(1), spectrum)

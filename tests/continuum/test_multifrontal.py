@@ -12,10 +12,10 @@ from limitmason.errors import NotApplicable
 LEGS = [
     Box(np.zeros(3), np.array([1.2, 0.2, 0.6])), Box(np.array([0.0, 0.2, 0.0]), np.array([0.2, 0.7, 0.6])),
     Box(np.array([1.0, 0.2, 0.0]), np.array([1.2, 0.7, 0.6])),
-]  # fmt: skip
+]
 MASONRY = lm.Material(
     8e8, 0.2, 2000.0, tensile_strength=8e4, tensile_energy=12.0, compressive_strength=8e5, compressive_energy=1300.0
-)  # fmt: skip
+)
 
 
 def wall(size=0.1, material=MASONRY, points=3):

@@ -10,7 +10,7 @@ from limitmason.errors import InputError
 
 MASONRY = lm.Material(
     8e8, 0.3, 2400.0, tensile_strength=8e4, tensile_energy=12.0, compressive_strength=8e5, compressive_energy=1300.0
-)  # fmt: skip
+)
 WIDTH = 0.1
 
 
@@ -110,7 +110,7 @@ def test_law_turns_with_the_material():
             respond(curves(30), np.stack([x[:, 0, 0], x[:, 1, 1], x[:, 2, 2], 2 * x[:, 0, 1], 2 * x[:, 1, 2],
                                           2 * x[:, 2, 0]], axis=1), m)
             for x, m in ((e, memory), (t, turned_memory))
-        )  # fmt: skip
+        )
         assert tensors(second.stress) == pytest.approx(q @ tensors(first.stress) @ q.T, abs=1e-6 * 8e4)
         assert (first.memory.lost >= memory.lost - 1e-12).all()
         memory, turned_memory = first.memory, second.memory

@@ -11,7 +11,7 @@ from validation.murano_macro import control_point, macro_model
 
 MASONRY = lm.Material(
     8e8, 0.2, 2000.0, tensile_strength=8e4, tensile_energy=12.0, compressive_strength=8e5, compressive_energy=1300.0
-)  # fmt: skip
+)
 
 
 def column(size, material=MASONRY, points=3):
@@ -35,7 +35,7 @@ def test_one_brick_pulled_apart_takes_the_fracture_energy_of_its_section():
     cube = Continuum.from_boxes([Box(np.zeros(3), np.full(3, h))], brittle, size=h)
     top = [(0, 0, h), (h, 0, h), (h, h, h), (0, h, h)]
     curve = push(cube.with_patch_pressure(top, force=-1.0), control=((h / 2, h / 2, h), (0, 0, 1)), to=2e-3,
-                 first=1e-5, largest=2e-5)  # fmt: skip
+                 first=1e-5, largest=2e-5)
     assert curve.peak.load == pytest.approx(8e4 * h * h, rel=0.02)
     assert curve.work[-1] == pytest.approx(12.0 * h * h, rel=0.01)
     assert curve.energy.lost[-1] == pytest.approx(12.0 * h * h, rel=1e-3)
@@ -55,7 +55,7 @@ def test_a_crack_through_one_row_of_bricks_takes_the_fracture_energy_of_its_sect
         [Box(np.array([0, 0, k * h]), np.array([h, h, k * h + h]), int(k == 1)) for k in range(3)],
         [lm.Material(8e8, 0.0, 0.0, tensile_strength=ft, tensile_energy=12.0) for ft in strengths], size=h,
         points=points,
-    )  # fmt: skip
+    )
     top = [(0, 0, 3 * h), (h, 0, 3 * h), (h, h, 3 * h), (0, h, 3 * h)]
     pulled = solid.with_patch_pressure(top, force=-1.0)
     control = ((h / 2, h / 2, 3 * h), (0, 0, 1))
@@ -83,10 +83,10 @@ def test_default_steps_find_one_crack_of_a_bar_at_any_mesh(size, weaker, length)
             for part in (1.0, weaker)
         ],
         size=size,
-    )  # fmt: skip
+    )
     top = [(0, 0, length), (side, 0, length), (side, side, length), (0, side, length)]
     curve = push(bar.with_patch_pressure(top, force=-1e3), control=((side / 2, side / 2, length), (0, 0, 1)),
-                 to=5 * energy / strength)  # fmt: skip
+                 to=5 * energy / strength)
     left = curve.load[-1] * energy / (weaker * strength)
     taken = curve.energy.lost[-1] + curve.energy.stored[-1] + left
     assert taken == pytest.approx(energy * side**2, rel=0.02)
@@ -104,7 +104,7 @@ def test_mesh_halving_leaves_peak_and_energy_of_the_mortared_u_wall():
         push(macro_model(test, size=size), control=(control_point(test), (0, -1, 0)), to=0.9e-3, first=1e-4,
              largest=1e-4)
         for size in (0.3, 0.15)
-    )  # fmt: skip
+    )
     assert fine.peak.load == pytest.approx(coarse.peak.load, rel=0.05)
     stiffer = coarse.load[1] / coarse.displacement[1] / (fine.load[1] / fine.displacement[1])
     assert stiffer == pytest.approx(1.054, abs=0.005)

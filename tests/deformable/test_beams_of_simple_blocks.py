@@ -30,7 +30,7 @@ def column(count, kn, nu, turn=None, shuffle=False):
     wall = lm.Assembly.from_polyhedra(
         [(solids[k].vertices, solids[k].faces) for k in order], joint=joint, density=1e-3, fixed=["base"],
         names=[names[k] for k in order],
-    )  # fmt: skip
+    )
     return wall.with_material(lm.Material(young_modulus=E, poisson_ratio=nu), blocks=names[1:-1])
 
 

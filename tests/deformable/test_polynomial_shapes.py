@@ -123,7 +123,7 @@ def test_what_is_no_prism_or_no_degree_is_refused():
     wall = lm.Assembly.from_polygons(
         [[(0, 0), (1, 0), (1, 1), (0, 1)], [(0, 1), (1, 1), (1, 2), (0, 2)], [(0, 2), (1, 2), (1, 3), (0, 3)]],
         thickness=0.1, joint=lm.Joint(30.0), fixed=[0],
-    ).with_material(lm.Material(young_modulus=E, poisson_ratio=NU))  # fmt: skip
+    ).with_material(lm.Material(young_modulus=E, poisson_ratio=NU))
     one, two, three = polynomial_blocks(wall, PLANE_STRESS, NORMAL, degree=2)
     assert one is None
     assert two.coefficients is three.coefficients

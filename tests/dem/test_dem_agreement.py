@@ -48,7 +48,7 @@ CASES = {
     "wall pushed diagonally": (lambda: pushed(running_bond(3, 5, mu=0.65), (1, 1, 0)), (2, 4)),
     "corner out of plane": (lambda: pushed(corner(), (0, -1, 0)), (2, 4)),
     "arch in plane": (lambda: pushed(arch_blocks(2.0, 0.35, 13, mu=0.8), (1, 0, 0)), (2, 2)),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -159,7 +159,7 @@ def test_balanced_forces_of_a_block_that_slides_on_are_no_equilibrium():
     verdict = hold(
         b, state, loads.dead + 0.4 * (1.0 + 1e-6) * loads.live, scale, dem.Damping(), tolerance=1e-4, limit=4e-3,
         max_steps=5_000,
-    )  # fmt: skip
+    )
     assert verdict.outcome == "moving"
 
 
@@ -172,7 +172,7 @@ def test_a_column_that_still_sank_when_its_forces_were_small_is_at_rest_once_it_
     verdict = hold(
         b, state, loads.dead, Scale.of(b, loads.dead), dem.Damping(0.8), tolerance=np.inf, limit=2.0 * sunk[-1],
         max_steps=5_000,
-    )  # fmt: skip
+    )
     assert verdict.outcome == "equilibrium"
     assert -state.bodies.shift[1:, 2] == pytest.approx(sunk, rel=0.05)
 
@@ -237,7 +237,7 @@ def test_a_stone_pushed_off_its_centre_turns_and_slides_at_the_exact_load_of_eve
                     method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-9, "maxiter": 2000},
                 ).fun
                 for cy in (-0.3, -0.15, -0.05, 0.05)
-            ]  # fmt: skip
+            ]
             return min(power) - load
 
         return brentq(excess, 0.2, 0.5, xtol=1e-6)
@@ -308,7 +308,7 @@ def test_a_load_refused_after_a_long_stride_is_tried_again_from_close_by():
     p = collapse(
         a, lm.Loads.horizontal(a), contact_points=(2, 2), first_increment=0.02, tolerance=1e-2,
         damping=dem.Damping(0.8), joint_options=dem.JointOptions(stiffness_factor=0.1),
-    )  # fmt: skip
+    )
     exact = lm.limit_analysis(a, lm.Loads.horizontal(a)).collapse_multiplier
     assert 0.28 < p.collapse_multiplier < 1.001 * exact
 

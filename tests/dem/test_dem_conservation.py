@@ -182,7 +182,7 @@ def test_undamped_elastic_rocking_keeps_its_energy_within_a_thousandth_over_30_0
     first, h = window_energy(b, loads, start)
     last, _ = window_energy(b, loads, run.state)
     rest = dem.simulate(b, dem.Settle(damping=dem.Damping(0.8), tolerance=1e-11), loads=loads, mode="dynamic",
-                        contact_points=(2, 2), joint_options=UNDAMPED)  # fmt: skip
+                        contact_points=(2, 2), joint_options=UNDAMPED)
     ground = rest["elastic"][-1] + b.weights[1] * rest.shift[-1, 1, 2]
     assert h["largest opening"].max() <= 0.0  # no uplift: the law is linear
     assert run["friction"][-1] == 0.0
@@ -269,7 +269,7 @@ def in_the_air(**options):
     a = lm.Assembly.from_polyhedra(
         [box((-1, -1, -0.1), (1, 1, 0)), box((0, 0, 0), (0.3, 0.3, 0.2))], joint=lm.Joint(35.0, normal_stiffness=1e9),
         fixed=[0],
-    )  # fmt: skip
+    )
     state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", **options)
     state.bodies.shift[1, 2] = 1.0
     return a, state

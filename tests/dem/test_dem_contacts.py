@@ -24,7 +24,7 @@ def test_a_search_that_looks_at_changed_blocks_alone_gives_the_bits_of_one_that_
     solids = [
         box((-2, -2, -1), (2, 2, 0)), box((-0.2, -0.2, 0), (0.2, 0.2, 1)), box((0.3, -0.2, 0), (0.7, 0.2, 1.2)),
         box((-0.2, -0.15, 1), (0.15, 0.2, 1.3)), box((0.3, -0.15, 1.2), (0.65, 0.2, 1.4)),
-    ]  # fmt: skip
+    ]
     model = lm.Assembly.from_polyhedra(solids, joint=joint, fixed=[0])
     shake = dem.BaseMotion(tuple(7.0 * np.sin(6.0 * np.arange(0.0, 1.2, 0.01))), 0.01, after="coast")
     looked_at = []
@@ -150,7 +150,7 @@ def slider(dashpot, detect, slope=35.0, friction=25.0):
     state.bodies.shift[1, 2] = -a.weights[1] * np.cos(angle) / (1e8 * 0.09)
     h = dem.simulate(
         a, dem.Hold(duration=0.6), loads=loads, start=state, mode="dynamic", detect_every=detect, sample=1
-    )  # fmt: skip
+    )
     exact = GRAVITY * (np.sin(angle) - mu * np.cos(angle))
     time, travel = h["time"] - h["time"][0], h.shift[:, 1, 0] - h.shift[0, 1, 0]
     # position at a step, velocity half a step before: s = v t + a t^2 / 2 with v from the first two samples
@@ -232,7 +232,7 @@ def test_a_setback_goes_as_its_point_opens_and_no_energy_with_it():
     a = lm.Assembly.from_polyhedra(
         [box((-1, -1, -0.1), (1, 1, 0)), box((-1, -1, -0.3), (-0.8, 1, -0.1)), box((0, 0, 0), (0.3, 0.2, 0.1))],
         joint=lm.Joint(35.0, normal_stiffness=1e9), fixed=[0, 1],
-    )  # fmt: skip
+    )
     state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic")
     pieces, margin = Pieces.of(a), near_margin(a)
     # no contact is known

@@ -18,7 +18,7 @@ def broken(moves, softening=0.0, steps=10_000, **residual):
         35.0, cohesion=COHESION, tensile_strength=FT, normal_stiffness=KN, **(residual or {
             "residual_cohesion": 0.0, "residual_tensile_strength": 0.0,
         }),
-    )  # fmt: skip
+    )
     b = on_slab([((0, 0, 0), (SIDE, SIDE, SIDE))], joint=joint)
     options = dem.JointOptions(softening_slip=softening)
     stages = [dem.Settle(), dem.Drive(displacement={1: moves}, steps=steps)]

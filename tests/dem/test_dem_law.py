@@ -157,7 +157,7 @@ def test_both_energies_are_spent_separately_by_one_damage():
     # half of the way by slip leaves half of the tension: slid, let go of its shear, and pulled
     half = np.argmin(np.abs(slid.damage - 0.5))
     both = along(joint, opening=np.r_[np.full(half, -SIGMA / KN), np.linspace(-SIGMA / KN, 1e-3, 4000)],
-                 slip=np.r_[SLIP[:half], np.full(4000, SLIP[half] + slid.shear[half] / KS)])  # fmt: skip
+                 slip=np.r_[SLIP[:half], np.full(4000, SLIP[half] + slid.shear[half] / KS)])
     assert -both.normal.min() == pytest.approx(0.5 * FT, rel=2e-2)
 
 
@@ -368,7 +368,7 @@ def test_the_short_way_of_points_within_their_strength_is_the_law_itself(softens
         fc = (10.0 ** rng.uniform(6, 7) / kn) if lifts and rng.random() < 0.5 else np.inf
         peak = Peak(kn, ks, mu, dil, c, ft, fc, 1e-3 * dil, None)
         fall = SofteningRow(-0.3 * mu, -dil * rng.random(), -c, -ft, 10.0 ** rng.uniform(2, 12), rng.choice([0.0, 1e6]),
-                    rng.choice([0.0, 1.0]) * kn / 1e6) if softens else None  # fmt: skip
+                    rng.choice([0.0, 1.0]) * kn / 1e6) if softens else None
         damage = rng.choice([0.0, rng.random(), 1.0]) if softens else 0.0
         # from pulled apart to pressed well, and from at rest to past the strength
         n = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(2, 7)

@@ -65,7 +65,7 @@ def test_a_run_killed_after_the_last_sample_of_a_stage_goes_on_from_there_to_the
     with pytest.raises(Killed):
         dem.simulate(
             wall, stages(), loads=loads, sample=190, progress=kill, checkpoint=path, checkpoint_every=count
-        )  # fmt: skip
+        )
     cut = dem.History.load(path, wall)
     assert len(cut["step"]) == count
     assert_same(dem.resume(cut, stages()), whole)
@@ -161,7 +161,7 @@ def test_a_killed_process_is_taken_up_by_a_fresh_one_to_the_same_bits(tmp_path):
     wall, loads = wall_and_loads()
     assert_same(
         dem.History.load(str(path) + ".whole", wall), dem.simulate(wall, stages(), loads=loads, sample=50)
-    )  # fmt: skip
+    )
 
 
 def test_a_history_goes_on_with_its_own_loads_and_factors():

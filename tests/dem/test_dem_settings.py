@@ -35,7 +35,7 @@ def test_settings_and_keywords_are_one_and_keywords_count_before_settings():
     ({"tolerance": 0.0}, "tolerance must be positive"), ({"tolerance": None}, "tolerance must be a finite number"),
     ({"error_budget": "rate"}, "such as"),
     ({"error_budget": ("rates",)}, "unknown check 'rates'"),
-])  # fmt: skip
+])
 def test_a_wrong_setting_is_named(wrong, words):
     for refused in (lambda: dem.DemSettings(**wrong), lambda: dem.collapse(*block(), **wrong)):
         with pytest.raises(lm.errors.InputError, match=words):

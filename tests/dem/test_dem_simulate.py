@@ -54,7 +54,7 @@ def test_dilatant_drag_lifts_the_block_by_tan_psi_until_the_limiting_slip():
     h = dem.simulate(
         b, [dem.Settle(), dem.Drive(displacement={1: {"x": 2e-3}}, steps=20_000)],
         joint_options=dem.JointOptions(dilatant_slip=1e-3),
-    )  # fmt: skip
+    )
     travel, lift = h.displacement_of(1)[:, 0], h.displacement_of(1)[:, 2]
     slope = np.tan(np.deg2rad(10.0))
     assert np.interp(0.5e-3, travel, lift) == pytest.approx(0.5e-3 * slope, rel=5e-3)
@@ -67,7 +67,7 @@ def test_linear_softening_drag_falls_to_the_residual_friction():
     h = dem.simulate(
         b, [dem.Settle(), dem.Drive(displacement={1: {"x": 2e-3}}, steps=20_000)],
         joint_options=dem.JointOptions(softening_slip=1e-3), sample=50,
-    )  # fmt: skip
+    )
     travel, force = h.curve(1)
     ratio = force / b.weights[1]
     high, low = np.tan(np.deg2rad(40.0)), np.tan(np.deg2rad(20.0))
@@ -335,7 +335,7 @@ def test_a_wall_pushed_over_falls_apart_and_its_blocks_stay_on_the_floor():
     stages = [
         dem.Hold(duration=0.1, damping=dem.Damping(0.8)), dem.Ramp(to=0.5, duration=0.2), dem.Hold(duration=0.3),
         dem.Ramp(to=0.0, duration=0.05), dem.Hold(duration=2.0),
-    ]  # fmt: skip
+    ]
     h = dem.simulate(
         wall, stages, loads=lm.Loads.horizontal(wall, (0, 1, 0)), mode="dynamic", sample=100, detect_every=50
     )
@@ -376,7 +376,7 @@ def test_what_starts_from_rest_is_not_half_a_step_ahead():
 @pytest.mark.parametrize("made", [
     lambda: dem.Ramp(to=float("nan")), lambda: dem.Ramp(to="all"), lambda: dem.Tilt(to_deg=float("inf")),
     lambda: dem.Tilt(axis=(0.0, float("nan"), 0.0)), lambda: dem.Drive({"a": {"x": float("nan")}}, steps=10),
-])  # fmt: skip
+])
 def test_a_target_that_is_not_finite_is_refused(made):
     with pytest.raises(InputError, match="must be finite"):
         made()

@@ -94,7 +94,7 @@ def pair():
     return blocks.with_ties([
         lm.Tie("block-1", (1, 0.3, 0.4), "block-2", (2, 0.9, 0.1), yield_force=1e9, stiffness=STIFFNESS),
         lm.Tie("block-2", (3, 0.5, 0.5), None, (4, 0, 0), yield_force=1e9, stiffness=2.0 * STIFFNESS),
-    ])  # fmt: skip
+    ])
 
 
 def test_elongation_is_the_change_of_the_distance_of_both_ends_at_any_rotation():
@@ -144,7 +144,7 @@ def test_forces_of_ties_are_the_slope_of_their_energy():
 def test_a_state_keeps_its_ties_and_refuses_others(tmp_path):
     tied = slider()
     run = dem.simulate(tied, [dem.Settle(), dem.Drive(displacement={"block-1": {"x": 1e-3}}, steps=200)],
-                       contact_points=(2, 2), sample=50)  # fmt: skip
+                       contact_points=(2, 2), sample=50)
     run.save(tmp_path / "run.npz")
     back = dem.History.load(tmp_path / "run.npz", tied)
     assert back.tie_force.tolist() == run.tie_force.tolist()

@@ -211,6 +211,6 @@ def test_figure_refuses_what_is_no_tilting_test(rocking):
     with pytest.raises(ValueError, match="between 0 and 90"):
         figures.tilt_test(rocking, measured=95.0)
     broken = SimpleNamespace(**{n: getattr(rocking, n) for n in ("vertical", "horizontal", "ratio", "steps")},
-                             tilt_deg=rocking.tilt_deg[:-1], collapse=3, collapse_multiplier=0.2)  # fmt: skip
+                             tilt_deg=rocking.tilt_deg[:-1], collapse=3, collapse_multiplier=0.2)
     with pytest.raises(ValueError, match="different or no length"):
         figures.tilt_test(broken)

@@ -98,7 +98,7 @@ def test_a_hook_that_is_pushed_off_its_posts_follows_the_exact_branch():
     c, s, mu = np.cos(angle), np.sin(angle), np.tan(np.deg2rad(2.0))
     inner = np.array([1.5, 0.95])[:, None] + [
         -0.5 * np.cos(2 * angle) + 0.05 * np.sin(2 * angle), 0.5 * np.sin(2 * angle) + 0.05 * np.cos(2 * angle)
-    ]  # fmt: skip
+    ]
     centroid = inner + 0.25 * np.array([c + s, c - s])
     load = []
     for at, cos, sin in zip(centroid.T, c, s, strict=True):

@@ -28,12 +28,12 @@ def two_cubes(size=1.0, density=2000.0, mu=FRICTIONLESS, stiffness=1e8, dt=1e-4)
     solids = [
         box((-20 * x, -20 * x, -10 * x), (20 * x, 20 * x, -x)), box((-x, -x, -x), (x, x, x)),
         box((x, -x, -x), (3 * x, x, x)),
-    ]  # fmt: skip
+    ]
     joint = lm.Joint.from_friction_coefficient(mu, normal_stiffness=stiffness)
     a = lm.Assembly.from_polyhedra(solids, joint=joint, fixed=[0], density=density)
     state = dem.make_state(
         a, lm.Loads.weight(a), mode="dynamic", joint_options=dem.JointOptions(dashpot=0.0), dt=dt
-    )  # fmt: skip
+    )
     return a, lm.Loads(np.zeros((3, 6)), np.zeros((3, 6))), state
 
 
@@ -57,7 +57,7 @@ def edge_on_edge(seed, spinning=0.0, size=1.0, dt=1e-4):
     place(state, a, 2, second, high + centre, (-0.5, 0, 0), spin[1])
     h = dem.simulate(
         a, dem.Hold(duration=0.1 * size), loads=none, start=state, mode="dynamic", detect_every=20, sample=1
-    )  # fmt: skip
+    )
     energy = energy_at_whole_steps(h)
     met = h["elastic"].max() > 1e-3 * energy[0]
     return energy / energy[0] - 1.0, met
@@ -94,7 +94,7 @@ def test_crossed_ridges_stop_each_other_as_two_elastic_bodies_do():
         h = dem.simulate(
             a, dem.Hold(duration=0.005 + 1.2 * contact), loads=none, start=state, mode="dynamic", detect_every=50,
             sample=1,
-        )  # fmt: skip
+        )
         vel = h.state.bodies.vel
         assert vel[1, 0] == pytest.approx(-speed, rel=2e-3)
         assert vel[2, 0] == pytest.approx(speed, rel=2e-3)
@@ -113,7 +113,7 @@ def test_edges_that_pass_each_other_apart_while_they_become_parallel_do_not_touc
     place(state, a, 2, tilted, high + (2 * reach + 1e-3, 1e-4, 0), spin=spin)
     h = dem.simulate(
         a, dem.Hold(duration=2 * tilt / 1.5), loads=none, start=state, mode="dynamic", detect_every=20, sample=20
-    )  # fmt: skip
+    )
     assert (h.state.contact == kernels.CROSSING).any()
     assert not h["elastic"].any()
     assert (h.state.bodies.ang == state.bodies.ang).all()

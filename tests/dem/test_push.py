@@ -85,7 +85,7 @@ def test_first_failure_is_where_the_edge_reaches_the_strength(eccentricity):
         thickness=t, joint=joint, joints={("block", "top"): lm.Joint(30.0, cohesion=1e9, tensile_strength=1e9,
         normal_stiffness=KN, shear_stiffness=KS)},
         density=1.0, fixed=["ground"], names=["ground", "block", "top"],
-    )  # fmt: skip
+    )
     curve = dem.push(wall, dem.Drive({"top": {"z": 1.0}}), to=6e-5, steps=20_000, rate_check=False)
     expected = ft * b * t / (1.0 + 6.0 * eccentricity / b)
     assert curve.first_failure.load == pytest.approx(expected, rel=0.02)
@@ -119,11 +119,11 @@ def test_a_slender_pier_rocks_at_its_weight_times_half_base_over_height():
 
 def test_a_bonded_row_between_jambs_fails_as_soldiers_bend():
     joint = lm.Joint(35.0, cohesion=2e5, tensile_strength=1e5, normal_stiffness=KN, shear_stiffness=KS,
-                     residual_tensile_strength=0.0)  # fmt: skip
+                     residual_tensile_strength=0.0)
     wall = lm.build.wall(
         length=1.8, courses=7, unit=(0.225, 0.075, 0.1), joint=joint, spreader=(0.075, 0.075),
         openings=[lm.build.Opening(0.45, 0.0, 0.9, 0.3, head="soldier")],
-    )  # fmt: skip
+    )
     curve = dem.push(wall, dem.Drive({"spreader": {"z": -1.0}}), to=2e-4, rate_check=False)
     assert curve.first_failure.where.startswith("head joint of soldier")
     assert curve.mode.name == "soldier bending"
@@ -143,11 +143,11 @@ def test_crushing_is_counted_as_it_closes():
 def hung(**law):
     """A block on the ground by its narrow foot, and one on it by its whole width, pulled up."""
     joint = lm.Joint(30.0, normal_stiffness=KN, shear_stiffness=KS, cohesion=5e5, tensile_strength=1e5,
-                     residual_cohesion=0.0, residual_tensile_strength=0.0)  # fmt: skip
+                     residual_cohesion=0.0, residual_tensile_strength=0.0)
     outlines = [
         [[-1.0, -0.1], [1.0, -0.1], [1.0, 0.0], [-1.0, 0.0]], [[0.05, 0.0], [0.15, 0.0], [0.2, 0.1], [0.0, 0.1]],
         [[0.0, 0.1], [0.2, 0.1], [0.2, 0.2], [0.0, 0.2]],
-    ]  # fmt: skip
+    ]
     wall = lm.Assembly.from_polygons(outlines, thickness=0.1, joint=joint, fixed=[0], names=["ground", "b", "top"])
     return wall.with_material(BRICK)
 
@@ -181,7 +181,7 @@ def opened(joint=PLASTIC):
     return lm.build.wall(
         length=1.125, courses=6, unit=(0.225, 0.075, 0.1), joint=joint, spreader=(0.225, 0.075),
         openings=[lm.build.Opening(0.225, 0.0, 0.675, 0.15, head="soldier")],
-    )  # fmt: skip
+    )
 
 
 PLATE = dem.Drive({"spreader": {"z": -1.0}})
@@ -293,7 +293,7 @@ def test_a_push_that_was_cut_off_goes_on_to_the_same_bits(tmp_path, plain):
 @pytest.mark.slow
 def test_a_push_that_was_cut_off_while_it_waits_goes_on_to_the_same_bits(tmp_path):
     brittle = lm.Joint(30.0, cohesion=5e4, tensile_strength=3e4, normal_stiffness=KN, shear_stiffness=KS,
-                       residual_cohesion=0.0, residual_tensile_strength=0.0)  # fmt: skip
+                       residual_cohesion=0.0, residual_tensile_strength=0.0)
     kept, seen = {"to": 2e-4, "steps": 1000, "rate_check": False, "calm": 1e-5, "samples": 50}, []
     whole = dem.push(opened(brittle), PLATE, **kept)
     assert whole.history["step"][-1] - whole.history["step"][0] > 2000.0  # it waits more than it goes

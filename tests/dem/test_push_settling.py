@@ -29,7 +29,7 @@ def hanging(strength, blocks=3):
     joint = lm.Joint(
         30.0, cohesion=1e6, tensile_strength=ft, normal_stiffness=KN, shear_stiffness=KS, residual_tensile_strength=0.0,
         residual_cohesion=0.0, lost_by="opening",
-    )  # fmt: skip
+    )
     names = ["beam", *(f"b{k}" for k in range(blocks - 1)), "top"]
     wall = lm.Assembly.from_polygons(
         outlines, thickness=0.1, joint=joint, fixed=["beam"], names=names, density=2000.0
@@ -145,20 +145,20 @@ def test_sound_joints_are_tried_where_the_weight_has_come_on_once_more_evenly():
     foot = slope[3] + 0.4 * up
     block = np.array([foot, foot + 0.2 * up, foot + 0.2 * up + 0.2 * out, foot + 0.2 * out])
     floor, side, top = (np.array([[x, z], [x + b, z], [x + b, z + h], [x, z + h]]) for x, z, b, h in (
-        (0.0, 0.0, 0.2, 0.1), (0.2, 0.1, 0.1, 0.2), (0.0, 0.1, 0.2, 0.2)))  # fmt: skip
+        (0.0, 0.0, 0.2, 0.1), (0.2, 0.1, 0.1, 0.2), (0.0, 0.1, 0.2, 0.2)))
     names = ["slope", "block", "floor", "side", "top"]
     wall = lm.Assembly.from_polygons(
         [slope, block, floor, side, top], thickness=0.1, fixed=["slope", "floor", "side"], names=names, density=2000.0,
         joint=lm.Joint(30.0, normal_stiffness=KN, shear_stiffness=KS),
-    )  # fmt: skip
+    )
     weak = lm.Joint(
         30.0, cohesion=100.0, tensile_strength=100.0, normal_stiffness=KN, shear_stiffness=KS, residual_cohesion=0.0,
         residual_tensile_strength=0.0, lost_by="opening or slip",
-    )  # fmt: skip
+    )
     wall = wall.with_interfaces([
         replace(i, joint=weak) if {names[i.block_a], names[i.block_b]} == {"side", "top"} else i
         for i in wall.interfaces
-    ])  # fmt: skip
+    ])
     words = {**HUNG, "settle": dem.Settle(tolerance=1e-4, max_steps=20000)}
     curve = dem.push(wall, DOWN, sound=True, **words)
     assert curve.settlement == pytest.approx(2000.0 * GRAVITY * 0.2 / KN, rel=0.01)

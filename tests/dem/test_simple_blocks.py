@@ -159,7 +159,7 @@ def test_stressed_blocks_turned_by_30_degrees_feel_nothing(state):
     b.quat[:] = np.column_stack([
         half[0] * old[:, 0] - half[1] * old[:, 2], half[0] * old[:, 1] + half[1] * old[:, 3],
         half[0] * old[:, 2] + half[1] * old[:, 0], half[0] * old[:, 3] - half[1] * old[:, 1],
-    ])  # fmt: skip
+    ])
     for i in range(wall.n_blocks):
         dem.kernels.rotation_of(b.quat[i], b.rot[i])
     one, two = rest.measured(wall), there.measured(wall)
@@ -235,11 +235,11 @@ def test_run_goes_on_to_the_same_bits(tmp_path):
     part = dem.simulate(
         wall, [Settle(max_steps=200), Ramp(0.1, steps=200)], loads=lm.Loads.horizontal(wall),
         progress=lambda sample: next(count) == 2, **options,
-    )  # fmt: skip
+    )
     part.save(tmp_path / "part.npz")
     again = dem.resume(
         dem.History.load(tmp_path / "part.npz", wall), [Settle(max_steps=200), Ramp(0.1, steps=200)]
-    )  # fmt: skip
+    )
     assert (again.state.modes.value == whole.state.modes.value).all()
     assert (again.state.bodies.shift == whole.state.bodies.shift).all()
     assert np.abs(whole.state.modes.value).max() > 0.0
@@ -290,7 +290,7 @@ def test_push_meets_the_springs_in_series(state):
     curve = dem.push(
         wall, Drive({f"block-{n + 1}": {"z": -1.0}}), to=1e-5, blocks=SIMPLY_DEFORMABLE, stress=state,
         contact_points=(4, 4), steps=4000, samples=20, settle=Settle(tolerance=1e-8),
-    )  # fmt: skip
+    )
     stiffness = 0.02 / ((n + 1) / KN + n * h / bar_modulus(state))
     assert curve.load[-1] / curve.displacement[-1] == pytest.approx(stiffness, rel=1e-3)
     assert curve.blocks == f"simply deformable, {state}"

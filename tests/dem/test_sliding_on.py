@@ -32,7 +32,7 @@ def tables(stiffness=1e8, gap=0.0, step=0.0, lean=0.0, turned_deg=0.0, swapped=F
     a = lm.Assembly.from_polygons(
         [polygons[n] for n in names], names=names, thickness=THICKNESS, joint=joint(stiffness),
         fixed=["first", "second"],
-    )  # fmt: skip
+    )
     c, s = np.cos(np.deg2rad(turned_deg)), np.sin(np.deg2rad(turned_deg))
     return a.transformed([(c, -s, 0), (s, c, 0), (0, 0, 1)]) if turned_deg else a
 
@@ -48,7 +48,7 @@ def course(stiffness=1e8, first=-0.6, swapped=False):
     return lm.Assembly.from_polygons(
         [polygons[n] for n in names], names=names, thickness=THICKNESS, joint=joint(stiffness), fixed=["floor"],
         joints={"base": joint(stiffness, 60.0)},
-    )  # fmt: skip
+    )
 
 
 def pushed(a, to=0.4, drive=None, steps=8000, **options):
@@ -80,7 +80,7 @@ def test_a_block_slides_over_a_joint_that_runs_obliquely_under_it_in_space():
     a = lm.Assembly.from_polyhedra(
         [*((c, faces) for c in corners), box((0, -0.15, 0), (LONG, 0.15, HIGH))], joint=joint(1e8), density=2000.0,
         fixed=[0, 1], names=["first", "second", "block"],
-    )  # fmt: skip
+    )
     u, load, _ = pushed(a, to=0.7, steps=14000)
     assert slides_at(load, u)
 

@@ -30,7 +30,7 @@ def test_the_stiffness_of_a_block_is_the_sum_over_its_points_to_the_last_bit(gri
     stiff = point_stiffness(points, joints)
     for block, arm, frame in (
         (joints.block_a, joints.arm_a, joints.frame), (joints.block_b, joints.arm_b, seen)
-    ):  # fmt: skip
+    ):
         g = point_motions(points, joints, arm, frame)
         part = np.einsum("mk,mki,mkj->mij", stiff, g, g)
         np.add.at(expected, block, np.add.reduceat(part, joints.start[:-1], axis=0))

@@ -34,7 +34,7 @@ def same(one, two):
         and all(np.array_equal(one.scalars[k], two.scalars[k]) for k in one.scalars)
         and all(np.array_equal(v, two.state.arrays()[k], equal_nan=True) for k, v in one.state.arrays().items()
                 if v.dtype.kind == "f")
-    )  # fmt: skip
+    )
 
 
 def test_a_run_with_a_store_gives_the_bits_of_one_in_memory_and_is_read_without_loading(tmp_path, in_memory):

@@ -36,7 +36,7 @@ def test_patch_of_skewed_zones_under_constant_strain_is_in_equilibrium_and_has_h
     bulk = 2 * lam * mu / (lam + 2 * mu) if plane == PLANE_STRESS else lam
     trace = strain[0, 0] + strain[1, 1]
     exact = [bulk * trace + 2 * mu * strain[0, 0], bulk * trace + 2 * mu * strain[1, 1], 2 * mu * strain[0, 1],
-             0.0 if plane == PLANE_STRESS else lam * trace]  # fmt: skip
+             0.0 if plane == PLANE_STRESS else lam * trace]
     stress, _ = body.stresses()
     assert np.abs(stress - exact).max() < 1e-7 * np.abs(exact).max()
 
@@ -50,7 +50,7 @@ def test_assembled_forces_of_a_constant_stress_are_its_boundary_tractions():
     stress = bulk * np.trace(strain) * np.eye(2) + 2 * mu * strain
     exact = np.zeros_like(force)
     for side, normal in (((place[:, 1] == 0), (0, -1)), ((place[:, 0] == 2.0), (1, 0)), ((place[:, 1] == 1.1), (0, 1)),
-                         ((place[:, 0] == 0), (-1, 0))):  # fmt: skip
+                         ((place[:, 0] == 0), (-1, 0))):
         own = np.flatnonzero(side)
         run = place[own] @ np.abs([normal[1], normal[0]])
         own, run = own[np.argsort(run)], np.sort(run)

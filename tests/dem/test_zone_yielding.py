@@ -19,7 +19,7 @@ def stone(phi, psi=None, c=1e6, ft=None, modulus=10e9, poisson=0.2):
     return lm.Material(
         young_modulus=modulus, poisson_ratio=poisson, density=2000.0, cohesion=c, friction_angle_deg=phi,
         dilatancy_angle_deg=phi if psi is None else psi, tensile_strength=ft,
-    )  # fmt: skip
+    )
 
 
 def row_of(material, plane):

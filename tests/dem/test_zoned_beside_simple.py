@@ -26,7 +26,7 @@ def wall(joint, courses=4):
     made = lm.build.wall(
         length=0.45, courses=courses, unit=(0.225, 0.075, 0.1025), joint=joint, density=2000.0, top_beam=0.075,
         beam_density=60_000.0,
-    )  # fmt: skip
+    )
     return made.with_material(BRICK, blocks=[b.name for b in made.blocks if b.name != "beam"])
 
 
@@ -35,7 +35,7 @@ def pushed(model, blocks, to, steps, **options):
     return dem.push(
         model, EAST, to=to, blocks=blocks, contact_points=POINTS, steps=steps, rate_check=False, samples=50, **more,
         **options,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.slow
@@ -69,7 +69,7 @@ def test_zones_and_elastic_bricks_condensed_to_their_joints_are_equally_stiff():
     free = lm.pushover(
         model, loads, control=("beam", "x"), to=2e-6, blocks="ritz", contact_model="grid", grid=POINTS,
         contacts="first",
-    )  # fmt: skip
+    )
     driven = pushed(model, "zoned", 2e-6, 8000)
     slope = [c.load[-1] / c.displacement[-1] for c in (free, driven)]
     assert slope[1] == pytest.approx(1e3 * slope[0], rel=0.01)

@@ -72,7 +72,7 @@ def sheared(joint, travel, steps, pressure=0.5e6, plane=PLANE_STRESS, material=B
     plate = lm.Assembly.from_polygons(
         [box(0, 0.2, -0.1, 0), box(0, 0.2, 0, 0.05), box(0, 0.2, 0.05, 0.07)], thickness=0.1,
         joint=elastic(80.0), joints={("block-0", "block-1"): joint}, fixed=[0],
-    ).with_material(material)  # fmt: skip
+    ).with_material(material)
     model = pressed(plate, pressure * 0.02, zone_size=0.05, plane=plane)
     assert running.settle(model, 1e-6)
     start = model.rigid.shift[1].copy()
@@ -90,7 +90,7 @@ def test_joint_shears_at_its_peak_then_at_its_residual_strength():
     joint = lm.Joint(
         35.0, cohesion=0.3e6, tensile_strength=0.1e6, residual_cohesion=0.0, residual_tensile_strength=0.0,
         normal_stiffness=KN, shear_stiffness=KS,
-    )  # fmt: skip
+    )
     shear, _, _ = sheared(joint, 1e-4, 40_000)
     friction = 0.5e6 * np.tan(np.deg2rad(35))
     # points fail one after the other where stresses are uneven: the whole face at once only in the mean
@@ -115,10 +115,10 @@ def test_energies_balance_with_yielding_zones_and_sliding_brittle_joints():
     soft = lm.Material(
         young_modulus=1e9, poisson_ratio=0.2, density=2000.0, cohesion=0.15e6, friction_angle_deg=30.0,
         dilatancy_angle_deg=10.0, tensile_strength=0.1e6,
-    )  # fmt: skip
+    )
     joint = lm.Joint(
         20.0, cohesion=0.1e6, tensile_strength=0.1e6, residual_cohesion=0.0, normal_stiffness=KN, shear_stiffness=KS,
-    )  # fmt: skip
+    )
     _, _, model = sheared(joint, 2e-3, 40_000, material=soft, plane=PLANE_STRAIN)
     assert (model.zones.flag > 0).any()
     assert model.total[2] > 0.0  # friction

@@ -46,7 +46,7 @@ def test_weak_stone_cracks_is_marked_and_lowers_the_load():
     weak = lm.Material(
         young_modulus=5e9, poisson_ratio=0.2, density=2000.0, cohesion=1e5, friction_angle_deg=40.0,
         tensile_strength=2e4,
-    )  # fmt: skip
+    )
     elastic = lm.Material(young_modulus=5e9, poisson_ratio=0.2, density=2000.0)
     options = dict(to=2e-3, zone_size=0.1, samples=50, steps=10_000, rate_check=False)
     cracked = zoned(wall(40.0, 0.0, weak, **strong), EAST, **options)
@@ -138,14 +138,14 @@ def test_units_that_flow_under_their_load_are_said_to_fall():
 def test_a_unit_that_is_crushed_and_one_that_is_torn_are_found_at_their_strain_and_width():
     unit = lm.Material(
         young_modulus=5e9, poisson_ratio=0.0, cohesion=1e6, friction_angle_deg=0.0, tensile_strength=1e5
-    )  # fmt: skip
+    )
     joint = lm.Joint(0.0, normal_stiffness=5e11, shear_stiffness=5e11, tensile_strength=1e9, cohesion=1e9)
     model = lm.build.wall(length=0.2, courses=1, unit=(0.2, 0.2, 0.2), joint=joint, density=20.0, top_beam=0.1,
-                          beam_density=20.0)  # fmt: skip
+                          beam_density=20.0)
     model = model.with_material(unit, blocks=[b.name for b in model.blocks if b.name.startswith("facade")])
     for sense, strength in ((-1.0, 2e6), (1.0, 1e5)):
         curve = zoned(model, dem.Drive({"beam": {"z": sense, "x": 0.0, "ry": 0.0}}), to=5e-4, zone_size=0.2,
-                      samples=100, steps=20_000, rate_check=False)  # fmt: skip
+                      samples=100, steps=20_000, rate_check=False)
         # tau <= c: 2 c in compression; ft in tension; both perfectly plastic
         assert curve.residual == pytest.approx(0.04 * strength, rel=3e-3)
         elastic = strength * 0.2 / 5e9

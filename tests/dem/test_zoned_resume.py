@@ -15,7 +15,7 @@ from limitmason.errors import InputError
 
 STONE = lm.Material(
     young_modulus=5e9, poisson_ratio=0.2, density=2000.0, cohesion=1e5, friction_angle_deg=40.0, tensile_strength=2e4,
-)  # fmt: skip
+)
 ELASTIC = lm.Material(young_modulus=6e9, poisson_ratio=0.2, density=2000.0)
 DRIVE = dem.Drive({"beam": {"x": 1.0}})
 OPTIONS = dict(to=(1e-3, 5e-4), blocks="zoned", zone_size=0.2, samples=40, steps=800)
@@ -26,7 +26,7 @@ def wall(friction=40.0, material=STONE):
     joint = lm.Joint(
         friction, normal_stiffness=2e10, shear_stiffness=1e10, cohesion=5e4, tensile_strength=3e4,
         residual_cohesion=0.0, residual_tensile_strength=0.0, dilatancy_angle_deg=5.0,
-    )  # fmt: skip
+    )
     made = lm.build.wall(
         length=0.8, courses=4, unit=(0.4, 0.2, 0.2), joint=joint, density=2000.0, top_beam=0.2, beam_density=60_000.0
     )
@@ -96,7 +96,7 @@ def test_time_left_counts_from_where_a_push_was_taken_up(tmp_path):
         (lambda: wall(35.0), {}, "its joints differ"),
         (lambda: wall(40.0, ELASTIC), {}, "its materials differ"),
     ],
-)  # fmt: skip
+)
 def test_a_checkpoint_of_another_push_is_refused_by_what_differs(tmp_path, model, changed, named):
     path = tmp_path / "run.npz"
     dem.push(wall(), DRIVE, checkpoint=path, progress=lambda _: True, **OPTIONS)

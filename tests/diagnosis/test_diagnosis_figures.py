@@ -140,7 +140,7 @@ def many_causes():
     values = data(ROUNDING, 0.012)
     return Study(
         specimens(), made_blocks, values, Noise(0.04), covariates={**labels, **covariates}
-    ).diagnose(shifts, draws=99, pairs=False)  # fmt: skip
+    ).diagnose(shifts, draws=99, pairs=False)
 
 
 def shift(k):
@@ -197,7 +197,7 @@ def test_the_page_needs_nothing_else_and_says_the_verdict_first(kind, verdicts, 
     path = lm.figures.diagnosis_page(
         verdict, tmp_path / "page.html", figure=pictures[kind], next_tests=verdict.next_tests(pool, k=2), checks=False,
         notes=["The friction is assumed."], units={"height": "m"},
-    )  # fmt: skip
+    )
     source = path.read_text()
     page = Page()
     page.feed(source)
@@ -209,7 +209,7 @@ def test_the_page_needs_nothing_else_and_says_the_verdict_first(kind, verdicts, 
     words = " ".join("".join(page.text).split())
     first = headline(verdict)
     places = [words.index(part) for part in (first[1:], "Conditional on the list", "What it means", "The picture",
-              "The causes considered", "What it rests on", "Next tests", "The specimens")]  # fmt: skip
+              "The causes considered", "What it rests on", "Next tests", "The specimens")]
     assert places == sorted(places)
     assert all(c.name in words for c in verdict.listed)
     assert "The friction is assumed." in words

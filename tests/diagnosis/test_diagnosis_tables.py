@@ -273,7 +273,7 @@ def test_specimens_that_differ_or_are_read_by_a_cause_are_not_shared():
     apart.predict([Job(i, ()) for i in range(3)])
     assert apart.calls == 3  # the order of the tests might matter to the function
     wear = Cause("wear", "wear", 0.0, (0.0, 1.0), reads_specimen=True,
-                 apply=lambda size, mu, specimen: mu * math.exp(-size * specimen["order"]))  # fmt: skip
+                 apply=lambda size, mu, specimen: mu * math.exp(-size * specimen["order"]))
     told = Simulator(Counted(told=True), specimens)
     values = told.predict([Job(i, (), ((wear, 0.2),)) for i in range(3)])
     assert told.calls == 3

@@ -78,7 +78,7 @@ def test_what_goes_with_one_covariate_is_found_along_it_and_a_turned_order_chang
     other = Discrepancy.of(
         {"label": [labels[i] for i in turned], "w": w[turned], "x": 5.0 - 3.0 * x[turned]}, np.ones(24),
         np.zeros((24, 0)),
-    )  # fmt: skip
+    )
     assert other.evidence(y[turned], Likelihood()) == pytest.approx(every.evidence(y, Likelihood()), abs=1e-8)
     # a bias of any size has a price that grows with its logarithm only: none is too large to be told
     large = [float(every.evidence(f * (x - x.mean()), Likelihood())[0]) for f in (10.0, 30.0, max(AMPLITUDES))]

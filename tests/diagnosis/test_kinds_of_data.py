@@ -27,7 +27,7 @@ def test_what_was_seen_is_a_likelihood_with_a_rate_of_misreading():
         assert ours == pytest.approx(exact * 0.5 * (1 - 2 * rate) / (rate * (1 - rate) * np.log((1 - rate) / rate)))
     assert Observation(0, "opened a|b", 1.0, rate).kind == "pattern"
     for wrong, words in (({"value": 0.5}, "1 \\(seen\\)"), ({"scatter": 0.6}, "rate of misreading"),
-                         ({"beyond": "above"}, "not reached")):  # fmt: skip
+                         ({"beyond": "above"}, "not reached")):
         with pytest.raises(InputError, match=words):
             Observation(**{"specimen": 0, "quantity": "slid a|b", "value": 1.0, "scatter": 0.1} | wrong)
 
@@ -112,10 +112,10 @@ def test_histories_are_a_kind_of_data_peak_rotation_of_a_pulse_and_overturned_or
 
     def pulse(s):
         shaken = dem.BaseMotion(acceleration=[s["g"] * GRAVITY] * (round(push / 0.01) + 1), sample_step=0.01,
-                                after="coast")  # fmt: skip
+                                after="coast")
         settled = dem.Hold(duration=0.05, damping=dem.Damping(0.8))
         options = {"stages": [settled, shaken, dem.Hold(duration=0.25)], "mode": "dynamic",
-                   "contact_points": (2, 2), "joint_options": dem.JointOptions(dashpot=0.0)}  # fmt: skip
+                   "contact_points": (2, 2), "joint_options": dem.JointOptions(dashpot=0.0)}
         wanted = dict.fromkeys(("peak rotation", "overturned"), "dem")
         return lm.answer(*build(s), wanted, dem=options).quantities
 
@@ -132,7 +132,7 @@ def test_histories_are_a_kind_of_data_peak_rotation_of_a_pulse_and_overturned_or
     assert still["peak rotation"] < 1e-3 * top
     assert (shaken["overturned"], still["overturned"]) == (0.0, 0.0)
     rows = [Observation(0, "peak rotation", 1.1 * top, 0.05, "rad"), Observation(0, "overturned", 0.0, 0.1),
-            Observation(1, "residual displacement", 0.0, 0.001, "m")]  # fmt: skip
+            Observation(1, "residual displacement", 0.0, 0.001, "m")]
     assert [r.kind for r in rows] == ["deformation", "pattern", "deformation"]
     assert [r.link for r in rows] == ["log", "seen", "identity"]
     made = Study([{"g": a}, {"g": a}], lambda s: {**pulse(s), "residual displacement": 0.0}, rows, shared=())
@@ -146,7 +146,7 @@ def test_histories_are_a_kind_of_data_peak_rotation_of_a_pulse_and_overturned_or
 def test_errors_of_what_was_seen_are_drawn_as_misreadings():
     rows = [Observation(i, "opened a|b", float(i % 2), 0.1) for i in range(4)] + [Observation(0, "peak", 1.0, 0.1)]
     made = Study([{"x": i % 2} for i in range(4)], lambda s, k=1.0: {"opened a|b": float(s["x"]), "peak": k}, rows,
-                 shared=())  # fmt: skip
+                 shared=())
     noise = made.design([Cause("k", "k", 1.0, (0.5, 2.0))]).noise
     assert noise.misread == (0.1, -0.1, 0.1, -0.1, 0.0)
     drawn = noise.errors(np.random.default_rng(0), 20000, 5)
@@ -192,7 +192,7 @@ def test_factors_over_a_wide_range_are_tabulated_by_their_ratio():
     rows = [Observation(i, f"frequency {i + 1}", 0.7, 0.01) for i in range(2)]
     loose = Cause("loose", "s", 1.0, (0.02, 1.0))
     made = Study([{}, {}], lambda x, s=1.0: {f"frequency {i + 1}": (1.0 + 1.0 / s) ** -0.5 for i in range(2)}, rows,
-                 shared=(), levels=9)  # fmt: skip
+                 shared=(), levels=9)
     table = made.table(loose)
     assert table.levels[0][4] == pytest.approx(0.02**0.5)
     for s in (0.025, 0.1, 0.6):

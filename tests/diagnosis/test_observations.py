@@ -31,7 +31,7 @@ def walls(s, *, friction_coefficient=0.7, rounding=0.0, soft=1.0, slope=0.0):
     return {
         "peak": blocks(s, friction_coefficient=friction_coefficient, rounding=rounding, slope=slope),
         "stiffness": stiffness, "frequency 1": 10.0 * np.sqrt(stiffness / (s["height"] * s["width"])),
-    }  # fmt: skip
+    }
 
 
 def observed(cause=None, size=0.0, *, seed=0, only=tuple(SCATTER), gain=1.0, simulate=walls):
@@ -65,7 +65,7 @@ def test_differences_with_absolute_noise_and_missing_values_are_weighted_least_s
     x, sd = np.linspace(-1.0, 1.0, 9), np.linspace(0.5, 2.0, 9)
     true = 3.0 * x + sd * np.random.default_rng(3).standard_normal(9)
     rows = [Observation(k, "mode 1 at a sensor", v if k != 4 else float("nan"), s) for k, (v, s) in
-            enumerate(zip(true, sd, strict=True))]  # fmt: skip
+            enumerate(zip(true, sd, strict=True))]
     slope = Cause("slope", "b", 0.0, (-20.0, 20.0))
     made = Study([{"x": v} for v in x], lambda s, b=0.0: b * s["x"], rows, shared=(), levels=5)
     assert made.n == 8
@@ -278,7 +278,7 @@ def test_a_cause_moves_every_answer_of_one_model():
         stack = lm.build.column(
             width=s["width"], depth=0.3, unit_height=0.1, courses=3,
             joint=lm.Joint(35.0, dilatancy_angle_deg=35.0, normal_stiffness=1e9, shear_stiffness=4e8),
-        )  # fmt: skip
+        )
         return stack, lm.Loads.horizontal(stack)
 
     simulate = several(build, {"peak": "limit", "frequency 1": "modes"})
@@ -343,7 +343,7 @@ def test_the_likelihood_for_a_sampler_is_the_normal_one_and_effects_add_up():
     slope, lift = Cause("slope", "b", 0.0, (-20.0, 20.0)), Cause("lift", "a", 0.0, (-5.0, 5.0))
     inputs = {"c": Measured(1.0, 0.5)}
     made = Study([{"x": v} for v in x], lambda s, a=0.0, b=0.0, c=1.0: a + b * s["x"] + c * s["x"] ** 2, rows,
-                 nuisance=inputs, shared=(), levels=5)  # fmt: skip
+                 nuisance=inputs, shared=(), levels=5)
     for a, b, z in ((0.0, 0.0, 0.0), (1.0, 0.7, 0.0), (-0.5, 2.0, 1.2)):
         r = (values - a - b * x - (1.0 + 0.5 * z) * x**2) / sd
         exact = -0.5 * (r**2).sum() - np.log(sd).sum() - 0.5 * z**2

@@ -97,13 +97,13 @@ def test_command_shows_the_traceback_of_the_users_function(tmp_path, capsys):
     status, err = diagnose(tmp_path, capsys, "own_one", MODEL, "--causes", "MODEL:CAUSES", "--noise", "0.04")
     assert status == 2
     for part in ("Traceback", 'own_one.py", line 5, in inner', "the line that fails", "KeyError: 'weight'",
-                 "simulate failed for specimen 0 with no parameters"):  # fmt: skip
+                 "simulate failed for specimen 0 with no parameters"):
         assert part in err, part
 
 
 @pytest.mark.parametrize(("line", "error"), [
     ("import numpyy_not_there", "ModuleNotFoundError"), ("size = 1 / 0", "ZeroDivisionError"),
-])  # fmt: skip
+])
 def test_command_shows_the_traceback_of_a_module_that_fails_when_it_is_imported(line, error, tmp_path, capsys):
     name = f"own_{error.lower()}"
     status, err = diagnose(tmp_path, capsys, name, f"{line}\n{MODEL}", "--causes", "MODEL:CAUSES")

@@ -71,9 +71,9 @@ def shaken(seed, together, alone=0.05):
     for i, s in enumerate(WALLS):
         both = together * rng.standard_normal()
         rows += [Observation(i, q, float(v * np.exp(both + alone * rng.standard_normal())), 0.05)
-                 for q, v in levered(s).items()]  # fmt: skip
+                 for q, v in levered(s).items()]
     return Study(WALLS, lambda s, x=0.0, y=0.0, g=0.0: {q: v * np.exp(g) for q, v in levered(s, x, y).items()}, rows,
-                 covariates=(), shared=())  # fmt: skip
+                 covariates=(), shared=())
 
 
 READ = [*LISTED, Cause("gain of all", "g", 0.0, (-0.5, 0.5))]
@@ -88,9 +88,9 @@ def test_a_lever_from_specimen_to_specimen_is_weighed_against_scatter_by_normal_
     first, second = np.log([list(f.values()) for f in far]).reshape(2, -1)
     shapes = [f / np.sqrt(np.mean(f**2)) for f in (first, second, np.ones(24))]
     levers = [multivariate_normal(np.zeros(24), np.eye(24) + a**2 * np.outer(f, f) * wall).logpdf(y)
-              for f in shapes for a in AMPLITUDES]  # fmt: skip
+              for f in shapes for a in AMPLITUDES]
     scatter = sum(multivariate_normal(np.zeros(12), max(1.0, np.mean(part**2)) * np.eye(12)).logpdf(part)
-                  for part in (y[kinds == "force"], y[kinds == "deformation"]))  # fmt: skip
+                  for part in (y[kinds == "force"], y[kinds == "deformation"]))
     found = Rivals(design).over_scatter(design.fits([()], y[None], residuals=True)[0], y[None])
     assert found == pytest.approx([max(levers) - scatter], abs=1e-6)
 
@@ -112,7 +112,7 @@ def test_a_pair_that_one_lever_on_one_side_does_for_is_not_named_and_a_true_pair
     # on the left the levers act nearly alike, on the right oppositely: together they are nearly the first on the left
     sides = [{"side": "left" if i % 2 else "right", "a": 1.0 + 0.3 * np.cos(i)} for i in range(16)]
     mirrored = [{**s, "b": s["a"] * (1.0 if s["side"] == "left" else -1.0) * (1.0 + 0.4 * np.sin(3 * i))}
-                for i, s in enumerate(sides)]  # fmt: skip
+                for i, s in enumerate(sides)]
     apart = [{**s, "b": np.sin(2.0 * i)} for i, s in enumerate(sides)]
     for seed in (10, 11, 12):
         found = verdict(mirrored, (0.5, 0.0), seed, "left")
@@ -140,7 +140,7 @@ def test_a_thousand_points_of_curves_taken_as_independent_are_judged_in_seconds(
     listed = [Cause(f"cause {i}", f"c{i}", 0.0, (-0.3, 0.3)) for i in range(20)]
     rng = np.random.default_rng(4)
     rows = [Observation(i, q, float(v * np.exp(0.05 * rng.standard_normal())), 0.05)
-            for i, s in enumerate(walls) for q, v in curve(s, c3=0.1).items()]  # fmt: skip
+            for i, s in enumerate(walls) for q, v in curve(s, c3=0.1).items()]
     made = Study(walls, curve, rows, covariates=("h", "t", "setup"), shared=(), levels=9)
     made.design(listed)  # tables
     begun = time.process_time()

@@ -164,7 +164,7 @@ def test_simple_bricks_are_within_three_per_cent_of_elastic_ones():
         curve = lm.pushover(
             test.assembly(), test.loads(), control=("spreader", "z"), to=-1e-5, blocks=blocks,
             contact_model="grid", grid=0.0375, contacts="first",
-        )  # fmt: skip
+        )
         found[blocks] = abs(curve.displacement[1]) / curve.load[1]
     assert 0.97 < found[SIMPLY_DEFORMABLE] / found["ritz"] < 1.0
 

@@ -16,7 +16,7 @@ def test_printed_averages_are_those_of_the_rows_but_for_what_the_caveats_name():
     close = (
         dry["shear stiffness"], dry["tensile strength"], dry["friction angle"], mortar["shear stiffness"],
         mortar["tensile strength"], mortar["cohesion"],
-    )  # fmt: skip
+    )
     for one in close:
         assert one.mean == pytest.approx(one.printed, rel=0.01)
     assert dry["normal stiffness"].mean * 19 / 20 == pytest.approx(224.2, rel=1e-3)  # with the zero that is printed
@@ -44,7 +44,7 @@ def test_ratios_of_the_two_stages_are_those_of_the_final_set():
 def test_mean_set_of_the_stochastic_panels_obeys_its_links_as_the_caveats_say():
     p = stochastic_brick_panels.properties()
     given = {"normal_stiffness": p["normal stiffness"].mean, "tensile_strength": p["tensile strength"].mean,
-             "friction_angle_deg": p["friction angle"].mean}  # fmt: skip
+             "friction_angle_deg": p["friction angle"].mean}
     tied = LinkedFormulas(stochastic_brick_panels.LINKS)(given)
     assert tied["shear_stiffness"] == pytest.approx(5.82, abs=0.005)
     assert tied["cohesion"] == pytest.approx(0.0462, abs=1e-4)

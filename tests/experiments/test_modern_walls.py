@@ -46,7 +46,7 @@ def test_large_series_stands_in_no_table_of_all_cases():
         ("1", "fc", "of a code", 19.39744268), ("1", "mu", "assumed", 0.45), ("124", "fv0", "tested", 0.44),
         ("69", "sigma0", "tested", 1.0),
     ],
-)  # fmt: skip
+)
 def test_kind_of_an_input_is_inferred_from_its_value(wall, name, kind, value):
     found = inputs.inputs_of(WALLS[wall])[name]
     assert found.kind == kind
@@ -153,7 +153,7 @@ def test_units_of_a_vertical_section_carry_the_formula_of_diagonal_cracking(wall
     force = mechanisms.wall_forces(
         length, height, t, 0.5 * height, stress=1e6 * i["sigma0"].value, strength=1e6 * i["fc"].value, cohesion=0.0,
         friction=1.0, diagonal_strength=1e6 * i["ft"].value, unit=(0.25, 0.2),
-    ).diagonal_cracking  # fmt: skip
+    ).diagonal_cracking
     # half of the height of a vertical section is head joints without strength; shear on it is that of a horizontal one
     cracks = [k for k in test.assembly().interfaces if k.kind == "crack"]
     assert 0.5 * cracks[0].joint.cohesion * length * t == pytest.approx(force)

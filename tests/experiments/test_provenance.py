@@ -22,7 +22,7 @@ from limitmason.experiments.tables import (
 UNITS = {
     "-", "%", "mm", "m", "deg", "N", "N/m", "kN", "kN/mm", "MPa", "GPa/m", "Pa", "Hz", "kg/m3", "block length",
     "see unit",
-}  # fmt: skip
+}
 FILES = [(source, name) for source in sources() for name in read_description(source)["files"]]
 
 
@@ -238,7 +238,7 @@ def test_value_of_rondelets_wallette_without_dilatancy_is_called_derived():
     test = load("rondelet-wallette", "toothed-odd-flush")
     assert {t.quantity: test.standing(t) for t in test.targets} == {
         "3DEC dilatant": "published", "3DEC zero dilatancy": "derived", "associative": "recomputed",
-    }  # fmt: skip
+    }
     assert float(test.published["3DEC zero dilatancy"]) == pytest.approx(0.40 / 1.25)
 
 

@@ -22,7 +22,7 @@ def texts(figure):
     figure.canvas.draw()
     renderer = figure.canvas.get_renderer()
     return [(t.get_text(), t.get_window_extent(renderer)) for t in figure.findobj(lambda a: hasattr(a, "get_text"))
-            if t.get_visible() and t.get_text().strip()]  # fmt: skip
+            if t.get_visible() and t.get_text().strip()]
 
 
 def drawn():
@@ -90,7 +90,7 @@ def test_a_study_without_methods_has_no_line_called_none():
 
 def test_rows_of_two_parameters_are_a_line_for_each_value_and_never_a_zigzag():
     rows = [{"phi": a, "psi": b, "seconds": 0.1 * a + b, "multiplier": 0.01 * a + 0.02 * b}
-            for a in (20, 25, 30, 35) for b in (0, 5, 10)]  # fmt: skip
+            for a in (20, 25, 30, 35) for b in (0, 5, 10)]
     figure = figures.study_lines(rows, "phi")
     lines = [x for x in figure.axes[0].lines if x.get_gid() == "line"]
     assert len(lines) == 3
@@ -118,7 +118,7 @@ def test_no_two_methods_have_one_colour():
 def test_moments_that_fall_on_one_sample_are_one_picture():
     assert one_a_sample([(3, "first crack"), (9, "peak"), (9, "end"), (4, 4)]) == [
         (3, "first crack"), (9, "peak and end"), (4, "sample 4")
-    ]  # fmt: skip
+    ]
 
 
 def test_a_table_is_drawn_over_the_column_that_varies_and_names_its_unit():

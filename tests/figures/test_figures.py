@@ -53,7 +53,7 @@ def test_largest_displacement_is_the_stated_fraction_of_the_structure():
         assert np.allclose(np.linalg.norm(shift, axis=1), fraction * math.sqrt(3.0 * 1.0))
     # the drawing does not depend on how a solver scales its rates
     one, ten = (figures.mechanism(assembly, make_prediction(assembly, f * rocking(assembly, [3], (1, 0.25, 2))
-                .mechanism.twists)) for f in (1.0, 10.0))  # fmt: skip
+                .mechanism.twists)) for f in (1.0, 10.0))
     assert np.allclose(artist(one, "blocks").get_paths()[0].vertices, artist(ten, "blocks").get_paths()[0].vertices)
 
 

@@ -43,7 +43,7 @@ def test_painter_never_paints_a_block_over_one_in_front_of_it():
             for b in range(1, len(solids)):
                 ahead = (solids[b].vertices - solids[a].vertices)[0] @ view.towards
                 overlap = [np.ptp(view.project(np.vstack([solids[a].vertices, solids[b].vertices])), axis=0),
-                           np.ptp(view.project(solids[a].vertices), axis=0)]  # fmt: skip
+                           np.ptp(view.project(solids[a].vertices), axis=0)]
                 if ahead > 0 and (overlap[0] < 1.99 * overlap[1]).all():
                     assert place[a] < place[b]
 
@@ -108,7 +108,7 @@ def test_cut_edges_between_convex_pieces_are_not_drawn_in_space():
     # two boxes that overlap in part of a face: the edge in the corner between them is real
     lap = [box((0, 0, 0), (2, 1, 1)), box((0, 0, 1), (1, 1, 2))]
     ends = {tuple(np.round(sorted([e.start.tolist(), e.end.tolist()]), 9).ravel().tolist())
-            for piece in outline.visible_edges(lap, 1e-4) for e in piece}  # fmt: skip
+            for piece in outline.visible_edges(lap, 1e-4) for e in piece}
     assert (1, 0, 1, 1, 1, 1) in ends
     assert (0, 0, 1, 1, 0, 1) not in ends
     assert (0, 0, 1, 0, 1, 1) not in ends
@@ -167,7 +167,7 @@ def stacked_forces(assembly, offsets):
     return Resultants(
         zero, np.zeros((k, 2)), np.zeros((k, 2)), zero, np.array(position), np.array(owner), np.full(len(owner), 0.25),
         np.array(force),
-    )  # fmt: skip
+    )
 
 
 def test_line_of_thrust_joins_the_centres_of_pressure_from_the_foot_up():
@@ -194,7 +194,7 @@ def test_segments_follow_the_resultant_and_turn_blue_at_the_friction_limit():
         resultants = Resultants(
             np.zeros(1), np.zeros((1, 2)), np.zeros((1, 2)), np.zeros(1), np.array([[0.3, 0.25, 0.0]]), np.array([0]),
             np.array([0.5]), force,
-        )  # fmt: skip
+        )
         figure = figures.contact_forces(assembly, make_prediction(assembly, None, resultants))
         lines = artist(figure, "forces")
         (segment,) = lines.get_segments()
@@ -340,7 +340,7 @@ def test_drawing_leaves_matplotlib_settings_alone():
     [("limitmason", "matplotlib"), ("limitmason", "cvxpy"),
         pytest.param("limitmason.figures", "matplotlib.pyplot", marks=pytest.mark.slow),
      pytest.param("limitmason.figures", "cvxpy", marks=pytest.mark.slow)],
-)  # fmt: skip
+)
 def test_import_is_light(module, absent):
     code = f"import sys, {module}; print({absent!r} in sys.modules)"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -76,7 +76,7 @@ def test_a_block_whose_name_is_markup_stays_text():
 HOSTILE = (
     "<!--<script>", "</script><script>alert(1)</script>", "<!--", "{{script}}", "{{data}}", "]]>", "a\u2028b",
     "\\u003c/script>", "<img src=x onerror=alert(2)>", "| a | b",
-)  # fmt: skip
+)
 
 
 class _Elements(HTMLParser):
@@ -105,7 +105,7 @@ def test_no_name_of_a_block_or_a_joint_changes_the_page(name):
         return lm.Assembly.from_polyhedra(
             [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 1))], joint=lm.Joint(30.0, name=joint), fixed=[0],
             names=["ground", block],
-        )  # fmt: skip
+        )
 
     def page(block):
         structure = wall(block, block)
@@ -224,7 +224,7 @@ def _shot(page, fragment):
          "--enable-unsafe-swiftshader", "--window-size=800,600", "--virtual-time-budget=3000",
          f"--screenshot={picture}", f"{page.as_uri()}#azimuth=-90&elevation=0&{fragment}"],
         check=True, capture_output=True, timeout=90,
-    )  # fmt: skip
+    )
     return np.moveaxis(imread(picture)[60:520, 150:, :3], -1, 0)  # beside the legend
 
 
@@ -271,7 +271,7 @@ def test_a_scene_frames_what_has_fallen_and_marks_joints_that_open_by_a_hundredt
     shift[1, 2] = 4.0, 0.0, -0.9
     fallen = SimpleNamespace(
         shift=shift, quaternion=np.tile([1.0, 0.0, 0.0, 0.0], (2, 3, 1)), status="finished", scalars={},
-    )  # fmt: skip
+    )
     before, after = held(lm.view(wall)), held(lm.view(wall, fallen))
     window = 0.54 * after["size"]
     for k in range(3):

@@ -70,7 +70,7 @@ def test_cleaning_has_no_unit_of_its_own(scale):
 
 def test_doubled_stones_lonely_ones_and_overlaps_are_named():
     outlines = [*bond(2), bond(2)[0] + 0.0005, np.array([[5.0, 0], [5.3, 0], [5.3, 0.2], [5.0, 0.2]]),
-                np.array([[0.1, 0.45], [0.3, 0.3], [0.5, 0.45]])]  # fmt: skip
+                np.array([[0.1, 0.45], [0.3, 0.3], [0.5, 0.45]])]
     names = [f"s{i}" for i in range(len(outlines))]
     found = formats.clean(outlines, 0.005, names=names)
     doubled = next(c for c in found.changes if c.what.startswith("dropped"))
@@ -110,7 +110,7 @@ def test_a_wall_of_single_lines_arrives_whole(tmp_path):
     found = formats.read_dxf(drawn(tmp_path / "a.dxf", fill))
     assert len(found.outlines) == 64
     area = sum(0.5 * abs(np.dot(o[:, 0], np.roll(o[:, 1], 1)) - np.dot(o[:, 1], np.roll(o[:, 0], 1)))
-               for o in found.outlines)  # fmt: skip
+               for o in found.outlines)
     assert area == pytest.approx(3.2 * 1.6, rel=1e-9)
     assert all(len(o) == 4 for o in found.outlines)  # the corners of the course above are no corners of a stone
 
@@ -142,7 +142,7 @@ def test_layers_say_what_is_held_and_what_is_no_block(tmp_path):
         for o in bond(3):
             space.add_lwpolyline(1e3 * o, close=True, dxfattribs={"layer": "STONE"})
         space.add_lwpolyline([(-200, -200), (1400, -200), (1400, 0), (-200, 0)], close=True,
-                             dxfattribs={"layer": "Ground"})  # fmt: skip
+                             dxfattribs={"layer": "Ground"})
         space.add_lwpolyline([(0, 0), (1, 0), (1, 1)], close=True, dxfattribs={"layer": "OPENINGS"})
 
     model = formats.model_of_drawing(drawn(tmp_path / "a.dxf", fill), joint=JOINT, thickness=0.2)
@@ -203,7 +203,7 @@ def apart(outlines, mortar):
     half = [0.5 * np.ptp(o, axis=0) for o in outlines]
     return [
         m + (o - m) * (h - 0.5 * mortar) / h for o, m, h in zip(outlines, middle, half, strict=True)
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.3])
@@ -242,7 +242,7 @@ def test_a_wall_with_mortar_is_solved_from_the_shell(tmp_path, capsys):
     plane = drawing.modelspace()
     for layer, corners in (
         ("base", [(-1, -0.5), (1, -0.5), (1, 0), (-1, 0)]), ("stones", [(0, 0.02), (0.4, 0.02), (0.4, 0.82), (0, 0.82)])
-    ):  # fmt: skip
+    ):
         plane.add_lwpolyline(corners, close=True, dxfattribs={"layer": layer})
     drawing.saveas(tmp_path / "wall.dxf")
     wall = [str(tmp_path / "wall.dxf"), "--thickness", "0.3", "--friction", "45"]

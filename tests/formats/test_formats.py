@@ -18,7 +18,7 @@ from limitmason.answers.results import Prediction
 @pytest.mark.parametrize("variant", ["as built", "turned", "ends pulled in", "renumbered", "many laws", "held in part"])
 def test_native_file_returns_every_number_unchanged(tmp_path, variant):
     head = Joint(20.0, dilatancy_angle_deg=1 / 3, cohesion=0.1, tensile_strength=0.3, compressive_strength=3e6,
-                 normal_stiffness=1e9, residual_cohesion=0.0, name="mortar")  # fmt: skip
+                 normal_stiffness=1e9, residual_cohesion=0.0, name="mortar")
     assembly = make_assembly()
     if variant == "turned":
         assembly = turned(assembly)
@@ -71,7 +71,7 @@ def test_simple_form_equals_the_same_call(tmp_path):
     model = formats.read_json(write(tmp_path / "m.json", SIMPLE))
     outlines = [np.array(o, dtype=float) for o in (GROUND, PIER, LIP)]
     direct = Assembly.from_polygons(outlines, thickness=0.5, density=1800, joint=JOINT, fixed=[0],
-                                    names=["ground", "pier", "lip"])  # fmt: skip
+                                    names=["ground", "pier", "lip"])
     same(direct, model.assembly)
     assert np.array_equal(model.loads.live, Loads.horizontal(direct).live)
     assert {i.kind for i in direct.interfaces} == {"base", "head"}
@@ -86,7 +86,7 @@ def test_simple_form_takes_tables_of_joints_and_other_loads(tmp_path):
         "loads": {"tilting": [0, 1, 0], "name": "table", "precompression": {"force": 1e3, "block": "pier"},
                   "point_loads": [{"block": "pier", "force": [5, 0, 0]}],
                   "pressures": [{"block": "lip", "pressure": 10.0, "face": "+x"}]},
-    }  # fmt: skip
+    }
     assembly, loads = formats.read_json(write(tmp_path / "m.json", document))
     laws = {(i.block_a, i.block_b): i.joint for i in assembly.interfaces}
     assert laws[0, 1] == JOINT
@@ -112,7 +112,7 @@ def test_blocks_can_be_typed_as_vertices_and_faces(tmp_path):
         "schema": "limitmason-model", "version": 1, "density": [1000, 3000], "joint": {"friction_angle_deg": 30},
         "fixed": [0], "blocks": [{"vertices": cube(0), "faces": faces}, {"name": "top", "vertices": cube(1),
                                                                          "faces": faces}],
-    }  # fmt: skip
+    }
     assembly, loads = formats.read_json(write(tmp_path / "m.json", document))
     assert [b.name for b in assembly.blocks] == ["block-0", "top"]
     assert assembly.blocks[1].mass == pytest.approx(3000)
@@ -212,7 +212,7 @@ def test_prediction_comes_back_to_the_last_bit(tmp_path, multiplier):
     assert np.array_equal(back.collapse_multiplier, multiplier, equal_nan=True)
     assert (back.method, back.bound, back.status, back.warnings) == (
         prediction.method, prediction.bound, prediction.status, prediction.warnings,
-    )  # fmt: skip
+    )
     for part in ("mechanism", "resultants"):
         for f in fields(getattr(prediction, part)):
             old, new = getattr(getattr(prediction, part), f.name), getattr(getattr(back, part), f.name)
@@ -222,7 +222,7 @@ def test_prediction_comes_back_to_the_last_bit(tmp_path, multiplier):
     assert np.array_equal(
         [getattr(prediction.certificate, name) for name in names], [getattr(back.certificate, name) for name in names],
         equal_nan=True,
-    )  # fmt: skip
+    )
     assert back.certificate.worst_block == prediction.certificate.worst_block
     assert back.certificate.worst_joint == prediction.certificate.worst_joint
     assert math.isnan(back.details["trace"][1])

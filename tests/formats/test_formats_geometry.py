@@ -48,7 +48,7 @@ def test_obj_cube_of_quads(tmp_path):
 
 def test_obj_scale_and_upward_axis(tmp_path):
     path = write(tmp_path / "a.obj", CUBE.replace("v 0 1 1", "v 0 3 1").replace("v 1 1 1", "v 1 3 1")
-                 .replace("v 1 1 0", "v 1 3 0").replace("v 0 1 0", "v 0 3 0"))  # fmt: skip
+                 .replace("v 1 1 0", "v 1 3 0").replace("v 0 1 0", "v 0 3 0"))
     ((piece,),), names = formats.read_obj(path, scale=0.5, up="y")
     assert np.ptp(piece.vertices, axis=0).tolist() == [0.5, 0.5, 1.5]
     assert Assembly.from_polyhedra([piece], names=names, joint=JOINT, fixed=[0]).volumes[0] == pytest.approx(0.375)

@@ -146,7 +146,7 @@ def test_a_block_from_an_svg_falls_as_the_closed_form_says(tmp_path, capsys):
         HEAD + '<g id="support"><rect y="100" width="200" height="10"/></g>'
         '<g id="stones"><rect x="80" y="20" width="40" height="80"/></g>'
         '<g id="windows"><rect x="90" y="40" width="9" height="9"/></g></svg>', encoding="utf-8",
-    )  # fmt: skip
+    )
     drawing = ["--thickness", "0.4", "--friction", "45", "--scale", "0.01"]
     assert main(["solve", str(path), *drawing]) == 0
     assert "0.5000" in capsys.readouterr().out  # b / h

@@ -47,7 +47,7 @@ def ring():
 SOLIDS = {
     "L": (prism(L, 0, 1), 2, 3.0), "U": (prism(U, 0, 1), 3, 5.0), "T": (prism(T, 0, 1), 2, 4.0),
     "ring": (ring(), 4, 8.0), "cavity": (shells(((0, 0, 0), (3, 3, 3)), ((1, 1, 1), (2, 2, 2))), 6, 26.0),
-}  # fmt: skip
+}
 
 
 @pytest.mark.filterwarnings("ignore::limitmason.model.plausibility.PlausibilityWarning")
@@ -105,7 +105,7 @@ def overturning(outline, direction, *, friction=60.0, turn=UPRIGHT, others=(GROU
     weight = turn @ [0.0, 0.0, -1.0]
     mass = np.array([b.mass for b in wall.blocks]) * ~wall.fixed
     dead, live = (np.hstack([9.81 * np.outer(mass, d), np.zeros((wall.n_blocks, 3))])
-                  for d in (weight, turn @ np.array(direction, dtype=float)))  # fmt: skip
+                  for d in (weight, turn @ np.array(direction, dtype=float)))
     return lm.limit_analysis(wall, lm.Loads(dead, live)).collapse_multiplier
 
 

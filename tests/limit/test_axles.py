@@ -17,7 +17,7 @@ LEVEL = 1.4
 def bridge(voussoirs=11, thickness=0.3):
     return lm.build.arch(
         radius=1.0, thickness=thickness, width=0.5, voussoirs=voussoirs, joint=lm.Joint(45.0), angle_deg=150
-    )  # fmt: skip
+    )
 
 
 def moment(assembly, wrench):
@@ -80,7 +80,7 @@ def test_a_symmetric_bridge_has_a_symmetric_envelope():
     ({"level": 0.5}, "below the extrados"),
     ({"spread_deg": 90.0}, "spread_deg must be"),
     ({"positions": [9.0]}, "at no position"),
-])  # fmt: skip
+])
 def test_axles_that_make_no_sense_are_refused(given, message):
     arch = bridge(5)
     with pytest.raises(InputError, match=message):

@@ -27,7 +27,7 @@ def static_program(units, courses, *, mu, length=0.4, height=0.2):
         [0.0, *(length * (i + 0.5) for i in range(units)), units * length] if j % 2 == 0
         else [length * i for i in range(units + 1)]
         for j in range(courses)
-    ]  # fmt: skip
+    ]
     blocks = [(j, a, b) for j, ends in enumerate(rows) for a, b in pairwise(ends)]
     points = [
         (i, k, x)

@@ -31,7 +31,7 @@ def value(assembly, direction):
 @given(
     angle=st.floats(-180, 180), shift=st.tuples(*[st.floats(-50, 50)] * 3), heading=st.floats(-180, 180),
     mirror=st.booleans(), scale=st.sampled_from([1.0, 0.1, 7.3]), seed=st.integers(0, 1000),
-)  # fmt: skip
+)
 def test_rotated_translated_mirrored_rescaled_renumbered(name, angle, shift, heading, mirror, scale, seed):
     assembly = WALLS[name]()
     direction = np.array([np.cos(np.deg2rad(heading)), np.sin(np.deg2rad(heading)), 0.0])

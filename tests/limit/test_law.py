@@ -118,7 +118,7 @@ def test_the_law_inside_shares_the_corner_and_lies_inside():
 
 def test_peak_and_residual_law_are_what_the_dem_runs():
     brittle = lm.Joint(35.0, 20.0, cohesion=2e5, tensile_strength=9e5, residual_friction_angle_deg=30.0,
-                       residual_cohesion=1e4, residual_tensile_strength=1e6)  # fmt: skip
+                       residual_cohesion=1e4, residual_tensile_strength=1e6)
     wall = on_a_slab(brittle)
     rows, _ = make_laws(wall, lm.Loads.weight(wall).dead, JointOptions(residual_dilatancy_angle_deg=40.0))
     # the DEM takes tension above the apex, at the peak and after it
@@ -128,7 +128,7 @@ def test_peak_and_residual_law_are_what_the_dem_runs():
     assert (rows[0, ROW.cohesion], rows[0, ROW.tension]) == (peak.cohesion[0], peak.tension[0])
     assert rows[0, [ROW.rest_cohesion, ROW.rest_tension, ROW.rest_tan_phi, ROW.rest_tan_psi]].tolist() == [
         rest.cohesion[0], rest.tension[0], rest.tan_phi[0], rest.tan_psi[0],
-    ]  # fmt: skip
+    ]
     assert rest.tan_psi[0] == rest.tan_phi[0]  # never more than the friction left
     # the convex law cuts both at the apex
     assert interface_law(wall.arrays, convex=False).tension[0] == 9e5
@@ -229,7 +229,7 @@ REFUSALS = {
     "own solver, no friction": (
         lm.Joint(0.0, cohesion=1e4), lambda w, p: lm.limit_analysis(w, p, solver="interior-point"), "solver='clarabel'",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", REFUSALS)
@@ -255,7 +255,7 @@ def test_residual_values_are_left_out_with_a_warning_where_the_theory_knows_none
         found = [
             lm.limit_analysis(wall, loads), lm.limit_analysis(wall, loads, "non-associative", search="quick"),
             mechanisms.overturning(wall, loads=loads),
-        ]  # fmt: skip
+        ]
         for prediction in found:
             assert any("residual values of the joints are left out" in w for w in prediction.warnings) is warned
         runs = dem.collapse(wall, loads, contact_points=(2, 2), error_budget=())

@@ -81,7 +81,7 @@ def test_a_region_without_end_has_its_cone_and_its_tip():
     found = lm.load_region(model, lm.Loads.weight(model), cases, tolerance=1e-6, within=(4.0, 4.0))
     assert in_order(found.corners) == pytest.approx(
         in_order([(0, -1), (10 / 3, 4), (-10 / 3, 4)]), abs=1e-6
-    )  # fmt: skip
+    )
     rays = np.array([(2.0, 3.0), (-2.0, 3.0)]) / math.sqrt(13.0)
     assert in_order(found.cone) == pytest.approx(in_order(rays), abs=1e-6)
     for unit in (1.0, 1e3, 1e-3):  # limits that the call chose prove nothing beyond them
@@ -159,7 +159,7 @@ def test_three_loads_close_in_space_and_copies_agree(tmp_path):
     at = [turn @ (0.5, 0.5, 1.5), None]
     again = [
         lm.Loads.weight(copy).with_point_load(copy, 1 - 1, copy.weights[0] * turn @ (1, 0, 0) / 20.0, at=p) for p in at
-    ]  # fmt: skip
+    ]
     turned = lm.load_region(copy, lm.Loads.weight(copy), again, tolerance=1e-6)
     assert in_order(turned.corners) == pytest.approx(in_order(flat.corners), abs=2e-7)
 
@@ -171,7 +171,7 @@ def test_three_loads_close_in_space_and_copies_agree(tmp_path):
     (lambda m, c: (m, lm.Loads.weight(m), [lm.Loads(np.zeros((3, 6)), np.ones((3, 6)), "far")]), "'far': for 3 blocks"),
     (lambda m, c: (m, lm.Loads.weight(m), [c[0], replace(lm.Loads.weight(m), name="none")]), "'none' has no live load"),
     (lambda m, c: (m, lm.Loads.weight(m), [c[0], c[0].scaled(live=2.0)]), "one of the loads is made of the others"),
-])  # fmt: skip
+])
 def test_cases_that_make_no_region_are_refused_by_name(change, message):
     model = block()
     with pytest.raises(InputError, match=message):

@@ -105,7 +105,7 @@ def test_a_groin_vault_is_far_thinner_than_its_barrel_and_grows_with_it():
         return lambda t: lm.build.vault(
             shape="groin", thickness=t, voussoirs=8, unit_length=0.5 * radius, radius=radius, projection=0.3 * radius,
             joint=lm.Joint(60.0),
-        )  # fmt: skip
+        )
 
     one = lm.minimum_thickness(groin(1.0), between=(0.005, 0.1), accuracy=1e-5)
     assert one.low > 0.0

@@ -162,7 +162,7 @@ def test_crushing_points_carry_their_capacity():
 
 def test_block_in_a_slot_lifts_at_its_weight_where_normality_would_lock_it():
     solids = [box((-1, 0, -1), (0, 1, 1)), box((0, 0, 0), (1, 1, 0.5)), box((1, 0, -1), (2, 1, 1)),
-              box((0, 0, -1), (1, 1, 0))]  # fmt: skip
+              box((0, 0, -1), (1, 1, 0))]
     slot = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(30.0), fixed=[0, 2, 3])
     loads = lm.Loads.weight(slot).with_point_load(slot, 1, (0, 0, slot.weights[1]))
     assert lm.limit_analysis(slot, loads).status == "unbounded"

@@ -164,7 +164,7 @@ def test_neither_the_unit_of_length_nor_the_density_changes_the_multiplier(lengt
         sum(w * h for (w, h), _ in levels[k:]) * levels[k][0][0] / 2
         / sum(w * h * (z + h / 2 - levels[k][1]) for (w, h), z in levels[k:])
         for k in range(3)
-    )  # fmt: skip
+    )
     assert answer.status == "solved"
     assert answer.collapse_multiplier == pytest.approx(min(expected, 0.65), rel=1e-6)
 
@@ -182,7 +182,7 @@ def test_zero_dilatancy_of_a_small_wall_does_not_depend_on_a_giant(where):
     # proven smallest of the wall alone: 0.625, 14 % below the associative value; the giant itself turns at 1
     boxes = [((0, 0, 0), (ratio, 1, ratio)), *small_wall(0.4 * ratio, ratio)] if where == "on" else (
         [*small_wall(), ((1000, 0, 0), (1000 + ratio, 1, ratio))]
-    )  # fmt: skip
+    )
     joint = lm.Joint.from_friction_coefficient(0.75, dilatancy_angle_deg=0.0)
 
     def make():

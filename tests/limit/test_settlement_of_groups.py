@@ -33,7 +33,7 @@ def test_a_support_that_carries_nothing_has_no_reaction():
     wall = lm.Assembly.from_polygons(
         [np.array([(x, z), (x + 1, z), (x + 1, z + 1), (x, z + 1)], float) for x, z in ((0, 0), (2, 0), (0, 1))],
         thickness=1.0, joint=JOINT, fixed=[0, 1],
-    )  # fmt: skip
+    )
     assert lm.settlement_analysis(wall, 1).reaction.least == 0.0
 
 
@@ -115,7 +115,7 @@ def turning_abutment(pole, matrix=None, order=None):
     (-10.0, 10.0 / 1.6),  # it moves out more at the top: all hinges as where it only moves out
     (10.0, 10.0 / 1.6),
     (1.0, 0.2 / 0.8),  # more at the foot: the hinge at the springing is at its top, H = W l / h, arm 1 - h
-])  # fmt: skip
+])
 def test_abutment_of_a_flat_arch_turns_about_a_point(pole, wanted):
     """R = H |p - z| is least over the height z of the hinge, with H = W l / (2 h - z)."""
     value, found = turning_abutment(pole)
@@ -196,7 +196,7 @@ def test_springers_of_a_corner_of_a_groin_vault_settle_together():
     ([1, 1], "a list of different ones"),
     ([1, 2], "'block-2' is not wholly held"),
     ([0, "pier"], "no block named 'pier'"),
-])  # fmt: skip
+])
 def test_groups_that_make_no_sense_are_refused_by_name(support, message):
     piers = [box((0, 0, -1), (1, 1, 0)), box((3, 0, -1), (4, 1, 0)), box((0, 0, 0), (4, 1, 0.5))]
     made = lm.Assembly.from_polyhedra(piers, joint=JOINT, fixed=[0, 1])

@@ -32,7 +32,7 @@ TINY = [
     (3, 1, {}), (3, 1, {"psi_share": 0.3}), (3, 5, TENSION),
     pytest.param(3, 2, {}, marks=pytest.mark.slow),
     pytest.param(3, 5, {"psi_share": 0.1, "phi_deg": 60.0}, marks=pytest.mark.slow),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("blocks, seed, law", TINY)

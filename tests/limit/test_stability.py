@@ -131,7 +131,7 @@ def test_the_arch_of_another_program_falls_at_its_tilt():
     joint = lm.Joint(30.0, dilatancy_angle_deg=30.0)
     arch = lm.build.arch(
         radius=0.34515, thickness=0.0563, width=0.1, voussoirs=25, angle_deg=500.0 / 3.0, joint=joint
-    )  # fmt: skip
+    )
     assert lm.stability(arch, tilts="+x").tilt["+x"].low == pytest.approx(17.10, rel=1e-3)
 
 
@@ -197,7 +197,7 @@ def test_thrust_of_an_arch_is_that_of_its_lines_of_thrust():
     for asked in (
         {"support": "base-right"}, {"support": ["base-left"]}, {"cut": ["voussoir-6|voussoir-7"]},
         {"cut": "voussoir-2|voussoir-3", "direction": (1, 0, 0)}, {"support": "base-right", "in_plane": False},
-    ):  # fmt: skip
+    ):
         found = lm.thrust(arch, **asked)
         assert (found.least / weight, found.greatest / weight) == pytest.approx(wanted, rel=1e-6), asked
         assert abs(found.direction[0]) == 1.0
@@ -242,7 +242,7 @@ def test_thrust_of_three_hinges_through_a_group_and_a_cut():
     (lambda a: lm.figures.load_region(lm.limit_analysis(a, lm.Loads.horizontal(a))), "region must be a LoadRegion"),
     (lambda a: lm.figures.axle_envelope(None), "envelope must be an AxleEnvelope"),
     (lambda a: lm.figures.assessment(None), "verdict must be an Assessment"),
-])  # fmt: skip
+])
 def test_what_makes_no_sense_is_refused_by_name(call, message):
     arch = lm.build.arch(radius=1.0, thickness=0.2, width=0.5, voussoirs=4, joint=lm.Joint(60.0))
     with pytest.raises(InputError, match=message):

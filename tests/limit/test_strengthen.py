@@ -17,7 +17,7 @@ def pier():
     model = lm.Assembly.from_polyhedra(
         [*solids, box((0, 0, 0), (1, 1, 2))], joint=lm.Joint(60.0), fixed=[0, 1, 2],
         names=["ground", "left", "right", "pier"],
-    )  # fmt: skip
+    )
     ties = []
     for side, end, rock in (("left", 0.0, -3.0), ("right", 1.0, 4.0)):
         for z in (0.5, 1.0, 1.8):
@@ -52,7 +52,7 @@ def test_few_for_a_target_and_the_proof_of_what_is_left():
     assert two.left == pytest.approx(PULL * 0.5 / weight, rel=1e-4)
     best = max(
         lm.limit_analysis(model.with_ties(pair), loads).collapse_multiplier for pair in combinations(ties, 2)
-    )  # fmt: skip
+    )
     assert best == pytest.approx(two.after, rel=1e-7)
     assert best <= two.bound
     goal = lm.strengthen(model, loads, ties, target=0.5 + PULL * 1.0 / weight)
@@ -85,7 +85,7 @@ def test_the_fewest_for_a_target_where_the_best_first_is_no_part_of_them():
     enough = [
         len(names) for n in range(len(some) + 1) for names in combinations(some, n)
         if min(lm.limit_analysis(model.with_ties(names), c).collapse_multiplier for c in both) >= target
-    ]  # fmt: skip
+    ]
     assert min(enough) == len(found.steps)
     assert found.after == pytest.approx(0.5 + PULL * 1.8 / weight, rel=1e-5)
 

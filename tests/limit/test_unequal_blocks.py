@@ -75,7 +75,7 @@ def test_rows_and_forces_in_units_of_each_block_are_the_same_problem():
     assert np.allclose((own.matrix @ (force / columns)) * own.row_unit, problem.matrix @ force)
     assert np.allclose(own.forces(force / columns), problem.forces(force))
     assert np.allclose(own.twists(own.dual(problem.twists(force[: len(problem.row)]))),
-                       problem.twists(force[: len(problem.row)]))  # fmt: skip
+                       problem.twists(force[: len(problem.row)]))
 
 
 # ---- independent parts -----------------------------------------------------------------------------------------------

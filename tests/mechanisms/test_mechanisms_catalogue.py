@@ -18,7 +18,7 @@ def test_smallest_bound_leads_and_the_smallest_estimate_is_named_beside_it():
     prediction = me.smallest(wall, loads)
     table = prediction.details["catalogue"]
     assert set(table) == {"simple rocking", "compound rocking", "compound rocking, whole courses", "horizontal flexure",
-                          "overturning", "sliding"}  # fmt: skip
+                          "overturning", "sliding"}
     assert prediction.bound == UPPER
     # the whole wall slides at mu; overturning in one piece is dearer on this squat plan
     assert prediction.collapse_multiplier == pytest.approx(MU, rel=1e-9)
@@ -50,14 +50,14 @@ def random_wall(seed):
     joint = lm.Joint(float(rng.uniform(17.0, 48.0)))
     if rng.random() < 0.3:
         joint = lm.Joint(float(rng.uniform(20.0, 45.0)), cohesion=float(rng.uniform(0.0, 5e3)),
-                         tensile_strength=float(rng.uniform(0.0, 2e3)))  # fmt: skip
+                         tensile_strength=float(rng.uniform(0.0, 2e3)))
     scale = float(rng.choice([1e-2, 1.0, 1e2]))
     length, courses = float(rng.choice([1.2, 1.6, 2.0])), int(rng.integers(2, 6))
     options = {} if plan == "straight" else {"plan": plan, "return_length": scale * float(rng.choice([0.8, 1.2]))}
     if rng.random() < 0.3:
         options["top_beam"] = 0.2 * scale
     wall = lm.build.wall(length=scale * length, courses=courses, unit=(0.4 * scale, 0.2 * scale, 0.2 * scale),
-                         joint=joint, staggering=scale * float(rng.choice([0.1, 0.13, 0.2])), **options)  # fmt: skip
+                         joint=joint, staggering=scale * float(rng.choice([0.1, 0.13, 0.2])), **options)
     direction = [(0, -1, 0), (0, 1, 0), (1, 0, 0), (-1, 0, 0)][rng.integers(4)]
     return wall, lm.Loads.horizontal(wall, direction)
 

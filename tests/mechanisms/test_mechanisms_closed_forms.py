@@ -202,7 +202,7 @@ def test_section_4_2_interaction_term_degenerates_to_the_shear_of_the_side_lines
     wall = ROUND.changed(overload=2.0)
     tiny = value(me.horizontal_flexure(wall, hinge_courses=4, crack_tangent=1e-9, interaction=True))
     f = me.bed_joint_friction(friction=0.6, unit_weight=20.0, thickness=0.3, staggering=0.15, course_height=0.2,
-                              crossed=4, overload=2.0).force  # fmt: skip
+                              crossed=4, overload=2.0).force
     assert tiny == pytest.approx(2.0 * f / (20.0 * 0.3 * 3.0 * 0.8 + 2.0 * 3.0), rel=1e-6)
     assert me.horizontal_flexure(wall, interaction=True).details["hinge_courses"] == 1
 
@@ -231,7 +231,7 @@ def test_smallest_flexure_is_below_a_fine_scan():
     scan = min(
         value(me.horizontal_flexure(ROUND, hinge_courses=n, crack_tangent=s))
         for n in range(6, 11) for s in np.linspace(0.02, min(0.75, 3.0 / (0.4 * n)), 200)
-    )  # fmt: skip
+    )
     best = value(me.horizontal_flexure(ROUND))
     assert scan - 1e-4 < best <= scan
 
@@ -299,7 +299,7 @@ def test_section_8_rondelet_rule_of_thumb():
 def test_section_8_godio_wallette():
     # blocks 210 x 81 x 71 mm, 3 by 13, one side wall, f = tan 35
     wall = me.Facade(length=0.63, thickness=0.071, courses=13, course_height=0.081, staggering=0.105,
-                     unit_weight=26e3, friction=math.tan(math.radians(35.0)), side_walls=1)  # fmt: skip
+                     unit_weight=26e3, friction=math.tan(math.radians(35.0)), side_walls=1)
     assert value(me.overturning(wall)) == pytest.approx(0.0674, abs=5e-5)
     assert value(me.inclined_hinge(wall)) == pytest.approx(0.1011, abs=6e-5)
     flexure = me.horizontal_flexure(wall)
@@ -314,7 +314,7 @@ IN_PLANE = {1: 1.0, 2: 0.714286, 3: 0.636364, 5: 0.578947, 8: 0.548387, 12: 0.53
 @pytest.mark.parametrize("slope", [1.0, 0.5])
 def test_section_8_stepped_crack_in_whole_courses(n, slope):
     wall = me.Facade(length=20.0, thickness=0.2, courses=n, course_height=0.2, staggering=0.2 * slope,
-                     unit_weight=20.0, friction=slope)  # fmt: skip
+                     unit_weight=20.0, friction=slope)
     prediction = me.stepped_crack(wall)
     assert value(prediction) == pytest.approx(slope * IN_PLANE[n], abs=6e-7)
     assert prediction.bound.startswith("upper")

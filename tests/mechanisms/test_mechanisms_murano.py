@@ -32,7 +32,7 @@ def test_printed_crack_angle_is_over_the_unit_length():
 def test_light_damage_rows_are_the_printed_ones():
     # kN/mm, mm, kN as Table 10 prints them; 0.50 mm stood here for the 0.57 of the macro-model of DS
     printed = [(2.15, 0.47, 0.99), (2.80, 0.48, 1.31), (3.10, 0.57, 0.83), (4.18, 0.50, 2.05),
-               (29.80, 0.33, 9.63), (46.09, 0.22, 9.93), (46.42, 0.24, 10.91), (43.08, 0.23, 9.71)]  # fmt: skip
+               (29.80, 0.33, 9.63), (46.09, 0.22, 9.93), (46.42, 0.24, 10.91), (43.08, 0.23, 9.71)]
     rows = [(r.stiffness / 1e6, r.displacement * 1e3, r.load / 1e3) for r in murano.LIGHT_DAMAGE]
     assert rows == [pytest.approx(p) for p in printed]
 
@@ -68,7 +68,7 @@ def test_fit_of_simple_rocking_is_a_documented_fit():
 def test_recomputed_table_10_beside_the_printed_one():
     rows = {(r.wall, r.mechanism): r for r in murano.table_10()}
     expected = {("DS", "A"): 0.2144, ("DS", "B"): 0.2140, ("DS", "D"): 0.2369,
-                ("REGW", "A"): 0.3426, ("REGW", "B"): 0.2977, ("REGW", "D"): 0.3211}  # fmt: skip
+                ("REGW", "A"): 0.3426, ("REGW", "B"): 0.2977, ("REGW", "D"): 0.3211}
     assert {k: r.recomputed for k, r in rows.items()} == pytest.approx(expected, abs=5e-5)
     assert all((r.fitted is not None) == (k[1] == "A") for k, r in rows.items())
     assert rows["DS", "A"].printed_factor == 0.09

@@ -44,7 +44,7 @@ def test_parameters_are_read_from_the_recipe():
 def test_reading_and_typing_the_numbers_give_the_same():
     wall = built("U")
     typed = me.Facade(length=2.4, thickness=0.2, courses=6, course_height=0.2, staggering=0.2,
-                      unit_weight=2000.0 * GRAVITY, friction=MU, side_walls=2, side_wall_length=1.4)  # fmt: skip
+                      unit_weight=2000.0 * GRAVITY, friction=MU, side_walls=2, side_wall_length=1.4)
     for mechanism in (me.simple_rocking, me.compound_rocking, me.horizontal_flexure):
         assert mechanism(wall).collapse_multiplier == pytest.approx(mechanism(typed).collapse_multiplier, rel=1e-12)
 
@@ -104,7 +104,7 @@ def test_held_bottom_course_is_the_ground():
         (lambda: me.compound_rocking(built("U"), crack="bent"), "crack must be one of"),
         (lambda: me.horizontal_flexure(built("U"), contact_factor=0.0), "contact_factor"),
     ],
-)  # fmt: skip
+)
 def test_errors_name_what_is_wrong(make, message):
     with pytest.raises((ValueError, TypeError), match=message):
         make()
@@ -123,7 +123,7 @@ def test_errors_name_what_is_wrong(make, message):
 )
 def test_facade_names_the_wrong_field(field, value):
     numbers = {"length": 3.0, "thickness": 0.3, "courses": 10, "course_height": 0.2, "staggering": 0.15,
-               "unit_weight": 20e3, "friction": 0.6}  # fmt: skip
+               "unit_weight": 20e3, "friction": 0.6}
     with pytest.raises(ValueError, match=field):
         me.Facade(**{**numbers, field: value})
 
@@ -225,7 +225,7 @@ def test_compound_rocking_steeper_friction_than_bond_is_not_admissible():
 @pytest.mark.parametrize("sense", [1, -1])
 def test_section_8_stepped_crack_on_blocks_is_exact_for_friction_equal_to_the_bond_slope(n, sense):
     wall = without_heads(lm.build.wall(length=0.4 * max(3, n + 2), courses=n, unit=(0.4, 0.2, 0.2), start="half",
-                                       joint=lm.Joint.from_friction_coefficient(1.0)))  # fmt: skip
+                                       joint=lm.Joint.from_friction_coefficient(1.0)))
     loads = lm.Loads.horizontal(wall, (sense, 0, 0))
     prediction = me.stepped_crack(wall, loads=loads)
     assert prediction.bound == UPPER

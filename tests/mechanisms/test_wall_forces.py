@@ -78,7 +78,7 @@ def test_wrong_numbers_are_named(changed, said):
 def test_piers_of_the_circular_meet_their_equations():
     """Squat b = 1, slender b = 1.5; irregular bond is Turnsek and Cacovic with ft = 1.5 tau0."""
     given = {"stress": 0.3e6, "shear_strength": 0.05e6, "cohesion": 0.1e6, "friction": 0.4, "interlocking": 0.5,
-             "unit_tension": 0.8e6}  # fmt: skip
+             "unit_tension": 0.8e6}
     squat = mechanisms.circular_pier_forces(2.0, 1.0, 0.4, **given)
     assert squat.irregular == pytest.approx(0.8 * 0.075e6 * 5.0**0.5)
     assert squat.stepped == pytest.approx(0.8 * 0.22e6 / 1.2)

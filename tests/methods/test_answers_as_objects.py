@@ -57,7 +57,7 @@ def answers():
         "SolidCurve": solid_curve(),
         "experiment": lm.experiments.load(*first_specimen()),
         "fingerprint": wall.fingerprint,
-    }  # fmt: skip
+    }
 
 
 def solid_curve():
@@ -115,7 +115,7 @@ def writable(thing):
     return [
         path for path, array in found.items()
         if array.flags.writeable and array.size and path in again and np.shares_memory(array, again[path])
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.parametrize("name", answers())

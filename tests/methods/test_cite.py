@@ -72,7 +72,7 @@ def test_an_answer_names_the_solver_that_ran_and_the_data_it_was_built_from():
     found = {name: {c.reference.key for c in cited if c.role == SOLVER} for name, cited in by_solver.items()}
     assert found == {
         "clarabel": {"goulart2024"}, "interior-point": {"mehrotra1992", "nesterov1997"}, "cvxpy": {"diamond2016"},
-    }  # fmt: skip
+    }
     cited = by_solver["clarabel"]
     assert {c.reference for c in cited if c.role == DATA} == set(read_source("ferris-tin-loi-2001").papers)
     assert {c.reference.key for c in cited if c.role == THEORY} == {"livesley1978", "radenkovic1961"}

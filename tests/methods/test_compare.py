@@ -49,7 +49,7 @@ def test_a_broken_order_is_found(result):
             replace(r, multiplier=r.multiplier * by, low=r.low * by, high=r.high * by)
             if r.method == method else r
             for r in result.rows
-        )  # fmt: skip
+        )
         return " ".join(comparing.SideBySide(rows).findings())
 
     assert "BROKEN: non-associative <= associative" in shifted("non-associative", 1.2)
@@ -194,7 +194,7 @@ def test_proven_range_replaces_what_the_search_found():
     (lambda w: lm.compare(*w, "associative", measured=-1.0), "measured must be positive"),
     (lambda w: lm.compare(*w, "associative", measured=(0.5, 0.4)), "measured must be positive"),
     (lambda w: lm.compare(*w, "associative", associative=3), "must be a mapping"),
-])  # fmt: skip
+])
 def test_mistakes_are_named(call, message, wall):
     with pytest.raises(ValueError, match=message):
         call(wall)
@@ -220,7 +220,7 @@ def test_figure_marks_every_value_and_the_test(result):
 @pytest.mark.slow
 def test_command_prints_the_table_keeps_answers_and_draws(tmp_path, capsys):
     arguments = ["compare", "ferris-tin-loi-2001/wall-1", "--methods", "associative", "mechanisms", "--measured", "0.6",
-                 "--store", str(tmp_path / "answers"), "--figure", str(tmp_path / "f.png")]  # fmt: skip
+                 "--store", str(tmp_path / "answers"), "--figure", str(tmp_path / "f.png")]
     for word in ("...", "from the store"):
         assert cli.main(["--progress", "always", *arguments]) == 0
         captured = capsys.readouterr()

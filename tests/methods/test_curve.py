@@ -93,7 +93,7 @@ def test_quantities_of_a_curve_are_what_a_test_would_write_down():
     assert curve.quantities == pytest.approx({
         "peak": 5.0, "drift at peak": 1.0, "residual": 2.0, "stiffness": 5.0, "drift at 80 %": 2.0, "first crack": 5.0,
         "drift at first crack": 1.0,
-    })  # fmt: skip
+    })
     assert "stiffness" not in lm.Curve([0, 1], [3, 2]).quantities
 
 
@@ -107,7 +107,7 @@ def test_one_answer_holds_what_several_methods_find_of_one_model():
     model = stack()
     found = lm.answer(*model, {"peak": "limit", "opened base|column-1": "limit", "slid base|column-1": "limit",
                                "opened column-1|column-2": "limit", "frequency 2": "modes",
-                               "weight": lambda a, _: a.weights[1:].sum()})  # fmt: skip
+                               "weight": lambda a, _: a.weights[1:].sum()})
     # slender: it rocks about the edge of its base, as one
     assert found["peak"] == pytest.approx(0.5)
     assert [found[q] for q in list(found.quantities)[1:4]] == [1.0, 0.0, 0.0]

@@ -35,7 +35,7 @@ def pillar(joint=None, *, size=1.0, density=2000.0):
     return lm.Assembly.from_polyhedra(
         [[(size * s.vertices, s.faces)] for s in solids], names=["ground", "block"], fixed=["ground"], density=density,
         joint=joint or lm.Joint(30.0, **LAW),
-    )  # fmt: skip
+    )
 
 
 # ---- closed forms ----
@@ -108,13 +108,13 @@ def test_bricks_in_series_with_their_joints_shorten_by_the_closed_form():
 def leaning(*, size=1.0, order=(0, 1, 2, 3), turn=(0.0, 0.0, 0.0)):
     """Four blocks in space, askew loads: cones are met from inside and from outside."""
     rows = [((0.0, 0.0, -0.2), (2.0, 1.0, 0.0)), ((0.1, 0.2, 0.0), (0.7, 0.8, 0.4)),
-            ((0.7, 0.1, 0.0), (1.2, 0.7, 0.6)), ((0.3, 0.2, 0.4), (0.7, 0.7, 0.9))]  # fmt: skip
+            ((0.7, 0.1, 0.0), (1.2, 0.7, 0.6)), ((0.3, 0.2, 0.4), (0.7, 0.7, 0.9))]
     t = rotation_matrices(np.array([turn]))[0]
     solids = [box(*r) for r in rows]
     wall = lm.Assembly.from_polyhedra(
         [[(size * solids[k].vertices @ t.T, solids[k].faces)] for k in order], names=[f"b{k}" for k in order],
         fixed=["b0"], density=2000.0, joint=lm.Joint(35.0, **LAW),
-    )  # fmt: skip
+    )
     random = np.random.default_rng(3)
     dead, live = (scale * random.normal(size=(4, 3)) for scale in (1e3, 1e4))
     dead, live = (np.hstack([w[list(order)] @ t.T, np.zeros((4, 3))]) for w in (dead, live))
@@ -276,11 +276,11 @@ def test_joint_without_friction_bears_what_presses_it(out):
 
 def test_head_joints_without_pressure_do_not_end_the_range_by_rounding():
     solids = [((-1.0, -0.1, -0.2), (2.0, 0.1, 0.0)), ((0.0, -0.1, 0.0), (0.4, 0.1, 0.4)),
-              ((0.4, -0.1, 0.0), (0.8, 0.1, 0.4))]  # fmt: skip
+              ((0.4, -0.1, 0.0), (0.8, 0.1, 0.4))]
     wall = lm.Assembly.from_polyhedra(
         [[(s.vertices, s.faces)] for s in (box(*r) for r in solids)], names=["ground", "left", "right"],
         fixed=["ground"], density=2000.0, joint=lm.Joint(35.0, normal_stiffness=1e10, shear_stiffness=4e9),
-    )  # fmt: skip
+    )
     loads = lm.Loads.weight(wall)
     for name, x in (("left", 0.2), ("right", 0.6)):
         loads = loads.with_point_load(wall, name, (0.0, 0.0, -1.0), at=(x, 0.0, 0.4))
@@ -289,7 +289,7 @@ def test_head_joints_without_pressure_do_not_end_the_range_by_rounding():
         turned = lm.Assembly.from_polyhedra(
             [[(b.parts[0].vertices @ t.T, b.parts[0].faces)] for b in wall.blocks], names=["ground", "left", "right"],
             fixed=["ground"], density=2000.0, joint=wall.interfaces[0].joint,
-        )  # fmt: skip
+        )
         moved = lm.Loads(*(np.hstack([w[:, :3] @ t.T, w[:, 3:] @ t.T]) for w in (loads.dead, loads.live)))
         found = lm.elastic_range(turned, moved)
         assert found.low.multiplier == pytest.approx(-wall.weights[1], rel=1e-9)
@@ -304,7 +304,7 @@ def test_range_with_nothing_in_it_says_what_own_weight_alone_exceeds():
         slope = lm.Assembly.from_polyhedra(
             [[(s.vertices @ t.T, s.faces)] for s in solids], names=["ground", "block"], fixed=["ground"],
             density=2000.0, joint=lm.Joint(phi, normal_stiffness=80e9, shear_stiffness=35e9),
-        )  # fmt: skip
+        )
         loads = lm.Loads.weight(slope).with_point_load(slope, "block", (0.0, 1.0, 0.0), at=(0.0, 0.0, 0.0))
         found = lm.elastic_range(slope, loads)
         assert not found.stands
@@ -362,6 +362,6 @@ def test_driven_slowly_it_fails_first_where_superposition_says(blocks):
     curve = dem.push(
         test.assembly(), test.drive(), to=to, blocks=blocks, contact_points=runs.SPACING, steps=20_000,
         rate_check=False, detect_every=None,
-    )  # fmt: skip
+    )
     assert curve.settlement == pytest.approx(-found.shift_dead[k, 2], rel=1e-3)
     assert curve.first_failure.load == pytest.approx(1e3 * found.high.multiplier, rel=0.01)

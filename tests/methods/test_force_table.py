@@ -75,7 +75,7 @@ def test_every_table_becomes_a_data_frame_with_its_units(monkeypatch):
         "joint": lm.force_table(answer), "lambda": lm.study.Table(({"lambda": 1.0}, {"n": 2}), {"n": "-"}),
         "multiplier": lm.compare(wall, loads, ("associative", "mechanisms")), "load": curve, "frequency": modes,
         "MAC": lm.mac(modes, modes), "kinetic": dem.simulate(wall, dem.Settle(tolerance=1e-3)),
-    }  # fmt: skip
+    }
 
     class Frame:  # as far as pandas.DataFrame(rows, columns=...) goes
         def __init__(self, rows, columns):

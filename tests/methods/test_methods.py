@@ -24,7 +24,7 @@ def toy(assembly, loads, *, factor: float = 2.0):
 TOY = Method(
     "toy", toy, settings_of("ToySettings", toy),
     look=Look("TOY", "PURPLE", "X"), cheap={"factor": 3.0}, kept=(), beside=lambda _: "a word beside",
-)  # fmt: skip
+)
 
 
 @pytest.fixture

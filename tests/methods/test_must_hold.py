@@ -124,7 +124,7 @@ def dem_and_range(assembly, loads, points):
     return lm.compare(
         assembly, loads, ("associative", "non-associative", "dem"), dem={"contact_points": points},
         non_associative={"search": "quick", "measure_jump": False},
-    )  # fmt: skip
+    )
 
 
 INSIDE = {
@@ -165,14 +165,14 @@ def test_scaling_the_whole_wall_leaves_cohesionless_multipliers_unchanged(scale)
     grown = built(
         "U", length=0.32 * scale, height=0.16 * scale, unit=(0.08 * scale, 0.04 * scale, 0.04 * scale),
         return_length=0.12 * scale,
-    )  # fmt: skip
+    )
     answers = []
     for assembly in (wall, grown):
         loads = lm.Loads.horizontal(assembly, SENSES["outwards"])
         answers.append([
             lm.limit_analysis(assembly, loads).collapse_multiplier,
             lm.predict(assembly, loads, "mechanisms").collapse_multiplier,
-        ])  # fmt: skip
+        ])
         flat = lm.Loads.horizontal(assembly, SENSES["in plane"])
         answers[-1].append(lm.limit_analysis(assembly, flat).collapse_multiplier)
     assert answers[0] == pytest.approx(answers[1], rel=1e-5)

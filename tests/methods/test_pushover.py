@@ -162,7 +162,7 @@ def renumbered(wall):
         [[(p.vertices, p.faces) for p in b.parts] for b in blocks], joint=lm.Joint(33.82),
         names=[b.name for b in blocks], density=[b.density for b in blocks], axes=[b.axis for b in blocks],
         fixed=[n for n, f in zip([b.name for b in blocks], wall.fixed[::-1], strict=True) if f],
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture(scope="module")
@@ -190,7 +190,7 @@ def test_scale_and_density_change_nothing_but_units():
     small = lm.Assembly.from_polyhedra(
         [[(1e-3 * p.vertices, p.faces) for p in b.parts] for b in wall.blocks], joint=lm.Joint(60.0),
         names=[b.name for b in wall.blocks], density=2e6, fixed=["base"],
-    )  # fmt: skip
+    )
     a = lm.pushover(wall, loads, stiffness=1e9)
     b = lm.pushover(small, lm.Loads.horizontal(small), stiffness=1e12)
     assert b.first_limit_point.load == pytest.approx(a.first_limit_point.load, rel=1e-6)

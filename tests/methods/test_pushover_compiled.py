@@ -33,7 +33,7 @@ def test_the_return_to_cone_tip_apex_and_cap_is_the_same(components, monkeypatch
     strength = PointLaw(
         0.6 * one, rng.choice([0.0, 0.2, 0.6], m), cohesion, rng.choice([0.0, 0.2, 0.8], m) * (cohesion > 0.0),
         rng.choice([0.5, np.inf], m),
-    )  # fmt: skip
+    )
     law = ElastoplasticLaw(strength, 2.0 * one, 3.0 * one)
     old = PlasticHistory(0.2 * rng.normal(size=(m, components - 1)), 0.1 * np.abs(rng.normal(size=m)))
     at = 0.5 * rng.normal(size=(m, components))

@@ -255,7 +255,7 @@ def test_u_wall_of_ever_stiffer_stones_under_an_airbag_comes_to_the_associative_
     """psi = phi, stiff joints: from below, the nearer the stiffer the stones."""
     joint = lm.Joint(35.0, dilatancy_angle_deg=35.0, normal_stiffness=2e11, shear_stiffness=1e11)
     wall = lm.build.wall(length=0.9, courses=2, unit=(0.3, 0.2, 0.15), joint=joint, density=2000.0, plan="U",
-                         return_length=0.45)  # fmt: skip
+                         return_length=0.45)
     rear = [(0.75, 0.15, 0.0), (0.15, 0.15, 0.0), (0.15, 0.15, 0.4), (0.75, 0.15, 0.4)]
     loads = lm.Loads.weight(wall).with_patch_pressure(wall, rear, force=1e3)
     exact = lm.limit_analysis(wall, loads, contact_model="vertices").collapse_multiplier

@@ -74,7 +74,7 @@ def test_the_geometric_stiffness_of_a_run_of_points_is_the_sum_of_theirs():
     pytest.param(0.0, (1.0, 0.0, 0.0), None, marks=pytest.mark.slow),
         pytest.param(20.0, (1.0, 0.0, 0.0), None, marks=pytest.mark.slow), (0.0, (0.6, 0.8, 0.0), None),
     pytest.param(0.0, (1.0, 0.0, 0.0), 1e9, marks=pytest.mark.slow),
-])  # fmt: skip
+])
 def test_descent_and_programs_find_the_same_states(psi, way, modulus):
     """Steps five times as long as those of the path; rigid blocks in plane and in space, and blocks that deform."""
     wall = lm.build.wall(length=0.8, courses=4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0, psi))

@@ -28,7 +28,7 @@ def on_a_plinth(reverse=False, beside=0.0, sideways=0.0):
     wall = lm.Assembly.from_polyhedra(
         [[(solids[k].vertices, solids[k].faces)] for k in order], joint=lm.Joint.from_friction_coefficient(0.4),
         names=[names[k] for k in order], fixed=["plinth"],
-    )  # fmt: skip
+    )
     return wall, lm.Loads.horizontal(wall, (1.0, sideways, 0.0))
 
 
@@ -339,6 +339,6 @@ def test_a_support_that_moves_there_and_back_ends_where_it_began():
     back = lm.pushover(
         arch, lm.Loads.weight(arch), control=("base-right", "x"), to=1e-3, stiffness=1e9, start=there,
         steps=Steps(largest=0.01),
-    )  # fmt: skip
+    )
     at = np.interp(1e-3, there.displacement, there.load)
     assert back.load[-1] == pytest.approx(at, rel=1e-3)

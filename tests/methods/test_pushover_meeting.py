@@ -27,7 +27,7 @@ def problem(solids, push, friction, *, turn=UPRIGHT, order=None):
     wall = lm.Assembly.from_polyhedra(
         [[(solids[n].vertices @ t.T, solids[n].faces)] for n in names], names=names,
         joint=lm.Joint.from_friction_coefficient(friction), fixed=[n for n in names if n != "block"],
-    )  # fmt: skip
+    )
     dead, live, k = np.zeros((len(names), 6)), np.zeros((len(names), 6)), wall.block_index("block")
     dead[k, :3], live[k, :3] = -wall.weights[k] * t[:, 2], wall.weights[k] * (t @ u)
     return wall, lm.Loads(dead, live), t
@@ -172,7 +172,7 @@ def test_a_block_slides_from_table_to_table_at_mu_w(stiffness, gap, step, most):
 @pytest.mark.parametrize(("aside", "options"), [
     (0.0, {}), (4e-4, {}), (0.0, {"grid": (5, 5)}), pytest.param(1e-5, {}, marks=pytest.mark.slow),
     pytest.param(5e-5, {}, marks=pytest.mark.slow), pytest.param(5e-5, {"grid": (5, 5)}, marks=pytest.mark.slow),
-])  # fmt: skip
+])
 def test_a_block_drawn_along_a_face_keeps_its_friction_where_sides_stay_in_line(aside, options):
     """W + mu P all along: points that run off go on at the side of the face, however near sides of both lie."""
     friction, pressed = 0.4, 3e3
@@ -194,7 +194,7 @@ def test_a_block_drawn_along_a_face_keeps_its_friction_where_sides_stay_in_line(
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
 @pytest.mark.parametrize(("angle", "options"), [
     (20.0, {}), (45.0, {}), (200.0, {}), pytest.param(340.0, {"grid": (5, 5)}, marks=pytest.mark.slow),
-])  # fmt: skip
+])
 def test_a_block_with_a_bevelled_edge_slides_along_a_face_at_mu_p_whichever_way(angle, options, order):
     """The bevel looks at the face too: where sides cross there is one point, its normal that of the faces that lie."""
     friction, pressed = 0.4, 3e3
@@ -229,7 +229,7 @@ def test_blocks_that_meet_at_another_corner_bear_their_bond_once():
         [(0.567, 0.0), (0.971, 0.0), (0.736, 0.32), (0.539, 0.438)],
         [(0.539, 0.438), (0.736, 0.32), (1.014, 0.76), (1.014, 0.928), (0.0, 0.928), (0.0, 0.842)],
         [(0.0, 0.0), (0.442, 0.0), (0.0, 0.741)],
-    ]  # fmt: skip
+    ]
     joint = lm.Joint(17.7, cohesion=2200.0, normal_stiffness=6.25e9, shear_stiffness=3.45e9)
     rubble = lm.Assembly.from_polygons(outlines, thickness=0.2456, joint=joint, fixed=[0])
     loads = lm.Loads.weight(rubble).with_point_load(rubble, 1, (1048.0, 0.0, -674.0))

@@ -156,7 +156,7 @@ def pushed_onto_a_ramp(stop=True, **joint):
     wall = lm.Assembly.from_polygons(
         list(outlines.values()), thickness=0.2, joint=smooth, fixed=[n for n in outlines if n != "block"],
         names=list(outlines), joints={("floor", "block"): rough},
-    )  # fmt: skip
+    )
     wall = replace(wall, supports=(*wall.supports, lm.Support("block", dofs=("ry",))))
     return wall, lm.Loads.horizontal(wall, (1.0, 0.0, 0.0))
 
@@ -202,7 +202,7 @@ def test_a_limit_point_between_two_states_that_bear_more_is_found(on):
 def test_a_block_that_slides_on_at_constant_load_has_its_limit_whatever_it_meets(gap, first):
     """mu W over a part of its size; steps that pass over it with few samples went on to the stop: 2.65 for 1.43."""
     outlines = [[(-1, -0.1), (1, -0.1), (1, 0), (-1, 0)], [(0, 0), (0.5, 0), (0.5, 0.3), (0, 0.3)],
-                [(0.5, 0), (0.8, 0), (0.8, 0.3), (0.5, 0.3)]]  # fmt: skip
+                [(0.5, 0), (0.8, 0), (0.8, 0.3), (0.5, 0.3)]]
     joint = lm.Joint.from_friction_coefficient(0.3, normal_stiffness=1e9, shear_stiffness=1e9)
     wall = lm.Assembly.from_polygons(outlines, thickness=0.2, joint=joint, fixed=[0, 2])
     loads = lm.Loads.horizontal(wall, (1.0, 0.0, 0.0))
@@ -220,7 +220,7 @@ def test_points_at_the_end_of_a_joint_belong_to_its_own_faces(thickness):
     their friction of 103 N turned into one of 56 the other way: .0468 with finer steps for .0624 in random stones."""
     outlines = [[(0.0, 0.0), (2.0, 0.0), (2.0, 0.5), (1.0, 1.0), (0.0, 0.5)],
                 [(0.0, 0.5), (1.0, 1.0), (1.0, 1.5), (0.0, 1.0)],
-                [(1.0, 1.0), (2.0, 0.5), (2.0, 1.0), (1.0, 1.5)]]  # fmt: skip
+                [(1.0, 1.0), (2.0, 0.5), (2.0, 1.0), (1.0, 1.5)]]
     joint = lm.Joint.from_friction_coefficient(0.7, normal_stiffness=1e9, shear_stiffness=1e9)
     wall = lm.Assembly.from_polygons(outlines, thickness=0.3, joint=joint, fixed=[0])
     push = (1.0, 0.0, 0.0) if thickness is None else (1.0, 0.2, 0.0)  # in plane, and in space

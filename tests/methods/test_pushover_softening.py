@@ -72,7 +72,7 @@ def test_shear_falls_from_cohesion_to_its_residual_over_its_energy(psi):
     joint = lm.Joint(
         35.0, psi, cohesion=1e5, tensile_strength=1e5, fracture_energy_shear=100.0, residual_cohesion=2e4,
         residual_tensile_strength=2e4, **STIFF,
-    )  # fmt: skip
+    )
     wall = lm.build.column(width=0.2, depth=0.2, height=0.01, courses=1, joint=joint)
     loads, weight = lm.Loads.horizontal(wall), float(wall.weights.min())
     curve = lm.pushover(wall, loads, to=3e-3, steps=Steps(largest=0.003))
@@ -95,7 +95,7 @@ def test_a_sheared_joint_loses_its_cohesion_by_slip_where_its_law_says_so(lost_b
     joint = lm.Joint(
         35.0, cohesion=1e5, tensile_strength=1e5, residual_cohesion=0.0, residual_tensile_strength=0.0,
         lost_by=lost_by, **STIFF,
-    )  # fmt: skip
+    )
     wall = lm.build.column(width=0.2, depth=0.2, height=0.1, courses=1, joint=joint)
     foot = wall.interfaces[0].polygon.mean(axis=0)
     loads = lm.Loads.weight(wall).with_point_load(wall, "column-1", (1.0, 0.0, 0.0), at=foot)
@@ -118,7 +118,7 @@ def test_a_cantilever_cracks_and_then_rocks(points):
     joint = lm.Joint(
         60.0, cohesion=1e6, tensile_strength=1e5, residual_cohesion=0.0, residual_tensile_strength=0.0,
         lost_by="opening", **STIFF,
-    )  # fmt: skip
+    )
     wall = lm.build.column(width=0.2, depth=0.2, height=1.0, courses=1, joint=joint)
     curve = lm.pushover(
         wall, lm.Loads.horizontal(wall), to=0.03, contact_model="grid", grid=(points, 2), stiffness=1e10
@@ -185,7 +185,7 @@ def test_a_wall_that_cracks_follows_the_driven_distinct_elements_to_their_peak(l
     joint = lm.Joint(
         35.0, cohesion=1e5, tensile_strength=8e4, residual_cohesion=0.0, residual_tensile_strength=0.0,
         normal_stiffness=5e10, shear_stiffness=3e10, **law,
-    )  # fmt: skip
+    )
     wall = lm.build.wall(length=0.8, courses=5, unit=(0.2, 0.08, 0.1), joint=joint)
     top = wall.blocks[-1].name
     loads = lm.Loads.weight(wall).with_point_load(wall, top, (1.0, 0.0, 0.0))
@@ -194,7 +194,7 @@ def test_a_wall_that_cracks_follows_the_driven_distinct_elements_to_their_peak(l
     driven = dem.push(
         wall, Drive({top: {"x": 1.0}}), to=to, loads=lm.Loads.weight(wall), contact_points=0.05, steps=6000,
         samples=1500, rate_check=False,
-    )  # fmt: skip
+    )
     assert curve.peak.load == pytest.approx(driven.peak.load, rel=within)
     early = 2e-6
     ours, theirs = (np.interp(early, c.displacement, c.load) for c in (curve, driven))
@@ -215,7 +215,7 @@ def test_joints_of_bricks_that_bend_break_as_in_the_driven_distinct_elements(law
     joint = lm.Joint(
         35.0, cohesion=1e5, tensile_strength=8e4, residual_cohesion=0.0, residual_tensile_strength=0.0,
         normal_stiffness=5e10, shear_stiffness=3e10, **law,
-    )  # fmt: skip
+    )
     brick = lm.Material(young_modulus=2e9, poisson_ratio=0.2)
     wall = lm.build.wall(length=0.4, courses=4, unit=(0.2, 0.08, 0.1), joint=joint).with_material(brick)
     top = wall.blocks[-1].name
@@ -226,7 +226,7 @@ def test_joints_of_bricks_that_bend_break_as_in_the_driven_distinct_elements(law
     driven = dem.push(
         wall, Drive({top: {"x": 1.0}}), to=to, loads=lm.Loads.weight(wall), contact_points=0.05, steps=steps,
         samples=1500, rate_check=False, blocks="simply deformable",
-    )  # fmt: skip
+    )
     assert curve.peak.load == pytest.approx(driven.peak.load, rel=0.01)
     assert curve.load[-1] == pytest.approx(driven.load[-1], rel=left)
     assert curve.load[-1] < 0.75 * curve.peak.load
@@ -238,7 +238,7 @@ def test_a_glued_block_with_a_tie_cracks_and_then_hangs_on_it():
     joint = lm.Joint(
         60.0, cohesion=1e6, tensile_strength=2e5, residual_cohesion=0.0, residual_tensile_strength=0.0,
         normal_stiffness=1e11, shear_stiffness=1e11, lost_by="opening",
-    )  # fmt: skip
+    )
     strength, width = 500.0, 0.2
     wall = lm.build.column(width=width, depth=0.2, height=1.0, courses=1, joint=joint)
     rod = lm.Tie("column-1", (0.0, 0.1, 0.5), 0, (0.0, 0.1, -0.02), yield_force=strength, stiffness=2e6)
@@ -256,7 +256,7 @@ def test_a_glued_block_with_a_tie_cracks_and_then_hangs_on_it():
         driven = dem.push(
             wall, Drive({"column-1": {"x": 1.0}}), to=to, loads=lm.Loads.weight(wall), contact_points=(9, 2),
             steps=steps, rate_check=False,
-        )  # fmt: skip
+        )
         if of == "peak":  # the first line that breaks sets the block moving, and the next follows a little sooner
             assert driven.peak.load == pytest.approx(curve.peak.load, rel=0.03)
         else:
@@ -296,7 +296,7 @@ def test_small_steps_come_to_the_same_as_the_softening_kernel(by_opening, by_sli
         "kn": 2.0, "ks": 3.0, "tan_phi": 0.6, "cohesion": 0.3, "tension": tension, "crushing": np.inf,
         "rest_tan_phi": rest[0], "rest_cohesion": rest[1], "rest_tension": rest[2], "by_opening": by_opening,
         "by_slip": beyond,
-    }  # fmt: skip
+    }
     for name, value in entries.items():
         row[0, getattr(kernels.LAW, name)] = value
     points = kernels.Points(np.zeros(1), np.zeros(1), np.ones(1), *(np.zeros(1) for _ in range(5)))

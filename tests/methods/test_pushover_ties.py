@@ -99,14 +99,14 @@ def house(ring=False):
     wall = lm.Assembly.from_polyhedra(
         solids, joint=lm.Joint.from_friction_coefficient(0.6), density=1800.0, fixed=["ground"],
         names=["ground", "facade", "left", "right"],
-    )  # fmt: skip
+    )
     if ring:
         line = [(0.15, 3.5, height), (0.15, 0.15, height), (width - 0.15, 0.15, height), (width - 0.15, 3.5, height)]
         return wall.with_ties(lm.ring_beam(wall, line, yield_force=4e3, stiffness=1e9))
     return wall.with_ties([
         lm.Tie("facade", (x, 0.0, 2.5), name, (x, 2.5, 2.5), yield_force=6e3, stiffness=1e9)
         for name, x in (("left", 0.15), ("right", width - 0.15))
-    ])  # fmt: skip
+    ])
 
 
 @pytest.mark.parametrize("ring", [False, True])
@@ -144,7 +144,7 @@ def tied_bond():
     wall = wall.with_ties([
         lm.Tie(last, middle, None, middle - [1.5, 0.0, 0.2], yield_force=300.0, stiffness=1e7),
         lm.Tie(last, middle, wall.blocks[first].name, wall.centroids[first], yield_force=200.0, stiffness=1e7),
-    ])  # fmt: skip
+    ])
     return wall, lm.Loads.horizontal(wall)
 
 

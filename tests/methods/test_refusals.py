@@ -85,7 +85,7 @@ def test_a_mistake_inside_a_proven_range_comes_through(monkeypatch):
     structure = wall()
     with pytest.raises(ValueError, match="operands"):
         compare(structure, lm.Loads.horizontal(structure), ("non-associative",), proven=1.0,
-                non_associative={"search": "quick"})  # fmt: skip
+                non_associative={"search": "quick"})
 
 
 def test_what_the_dem_refuses_others_take():

@@ -43,7 +43,7 @@ KINDS = {
     "one block": (
         lambda w, p: mechanisms.stack(width=0.2, course_height=0.2, courses=5, friction=0.6), DRY, BoundKind.EXACT,
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", KINDS)

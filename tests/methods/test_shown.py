@@ -106,7 +106,7 @@ WORDS = (Enum, BaseException, str, float)
 CLASSES = {
     getattr(room, name) for room in ROOMS for name in room.__all__
     if isinstance(getattr(room, name), type) and not issubclass(getattr(room, name), WORDS)
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("kind", sorted(CLASSES, key=lambda k: f"{k.__module__}.{k.__name__}"))

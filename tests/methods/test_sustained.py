@@ -46,7 +46,7 @@ def compared():
     return wall, loads, lm.compare(
         wall, loads, ("associative", "non-associative", "sustained", "pushover"),
         non_associative={"search": "quick"}, sustained={"stiffness": 6e10}, pushover={"stiffness": 6e10},
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.slow

@@ -57,7 +57,7 @@ def test_other_loads_have_no_tilt_angle(method, change, reason):
 
 
 @pytest.mark.parametrize("strength", [{"cohesion": 500.0}, {"cohesion": 500.0, "tensile_strength": 100.0},
-                                      {"compressive_strength": 1e6}])  # fmt: skip
+                                      {"compressive_strength": 1e6}])
 def test_joints_with_a_strength_of_their_own_have_no_tilt_angle(strength):
     # W (-cos z + sin d) against a joint that keeps its cohesion: the cosine does not cancel
     stone = block(joint=lm.Joint(42.0, **strength))

@@ -97,7 +97,7 @@ RECIPE = Recipe(
 SOURCE = {
     "name": "one-block-1999", "title": "One block", "kind": "experiment", "citation": "Nobody 1999", "doi": "",
     "url": "", "licence": "MIT", "references": {"n": "Nobody"}, "caveats": [], "files": {},
-}  # fmt: skip
+}
 
 
 @pytest.fixture
@@ -164,7 +164,7 @@ def test_every_table_is_made_of_the_same_rows(one_block):
     assert type(row) is type(answer) is Row
     assert (row.multiplier, row.ratio, row.bound, row.unit) == (
         answer.multiplier, answer.ratio, answer.bound, answer.unit
-    )  # fmt: skip
+    )
     assert row.predicted == pytest.approx(0.25, rel=1e-6)
 
 

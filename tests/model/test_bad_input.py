@@ -144,7 +144,7 @@ def test_unknown_fixed_block():
     ([[0, 0], [1, 1], [2, 2]], "no area"),
     ([[0, 0], [1, np.nan], [1, 1]], "not finite"),
     ([[0, 0, 0], [1, 0, 0], [1, 1, 0]], "shape"),
-])  # fmt: skip
+])
 def test_outline(outline, message):
     with pytest.raises(ValueError, match=f"'stone'.*{message}"):
         lm.Assembly.from_polygons([outline], thickness=1.0, joint=JOINT, names=["stone"])
@@ -327,7 +327,7 @@ def test_a_ground_motion_is_read_in_its_units(tmp_path):
         ("0,1\n0.1,2\n0.2,1\n0.4,1\n", "equally spaced; after 0.2 s"),
         ("0,1\n0.1,two\n", "line 2: no time and acceleration"),
         ("0 1\n1 2\n", "no two lines of time, acceleration"),
-    ):  # fmt: skip
+    ):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(InputError, match=message):
             lm.dem.BaseMotion.from_csv(path)

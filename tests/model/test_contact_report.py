@@ -74,7 +74,7 @@ def test_wedge_too_wide_is_named_and_the_prediction_says_so():
 
 def test_head_joint_open_by_a_millimetre_is_named():
     outlines = [[[0, 0], [1, 0], [1, 0.5], [0, 0.5]], [[0, 0.5], [0.4, 0.5], [0.4, 1], [0, 1]],
-                [[0.401, 0.5], [1, 0.5], [1, 1], [0.401, 1]]]  # fmt: skip
+                [[0.401, 0.5], [1, 0.5], [1, 1], [0.401, 1]]]
     with pytest.warns(lm.ContactWarning, match=r"'block-1' and 'block-2' \(gap 1 mm, 0 degrees\)"):
         assembly = lm.Assembly.from_polygons(outlines, thickness=0.3, joint=JOINT, fixed=[0])
     report = assembly.contact_report()
@@ -100,7 +100,7 @@ def signature(report, scale):
             (*sorted((d.a, d.b)), d.kind, *np.round(np.array(d.gap) / scale, 9) + 0.0, round(d.angle_deg, 6),
              round(d.area / scale**2, 9))
             for d in found
-        ]  # fmt: skip
+        ]
         return sorted(out)
 
     contacts = sorted((*sorted((c.a, c.b)), round(c.area / scale**2, 9), c.tiny) for c in report.contacts)
@@ -109,7 +109,7 @@ def signature(report, scale):
     return (
         contacts, misses, kept, passed, edges, report.floating, report.hanging,
         len(report.untouched), report.n_faces, [n for what, n in report.would_add if " x " in what or what[0] in "an"],
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.exact

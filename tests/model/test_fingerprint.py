@@ -44,7 +44,7 @@ def all_changes():
         ("compressive_strength", 1e7), ("normal_stiffness", 2e9), ("shear_stiffness", 1e9), ("residual_cohesion", 0.0),
         ("residual_friction_angle_deg", 20.0), ("residual_tensile_strength", 0.0), ("lost_by", "nothing"),
         ("unloading", "secant"),
-    ):  # fmt: skip
+    ):
         other = wall.with_joints({("a", "top"): replace(JOINT, **{field: value})})
         yield other, wall, f"the joint between 'a' and 'top' has another {field}"
     strong = replace(JOINT, cohesion=1e4, tensile_strength=1e4)

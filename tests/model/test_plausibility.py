@@ -90,7 +90,7 @@ def test_falling_mechanism_is_drawn_and_its_blocks_named(tmp_path, capsys, monke
     lm.formats.write_json(tmp_path / "m.json", column, lm.Loads.horizontal(column))
     monkeypatch.setattr(models, "predict", lambda *_, **__: falls)
     for command in (["solve", str(tmp_path / "m.json"), "--figure", str(tmp_path / "f.png")],
-                    ["figure", "mechanism", str(tmp_path / "m.json"), "-o", str(tmp_path / "g.png")]):  # fmt: skip
+                    ["figure", "mechanism", str(tmp_path / "m.json"), "-o", str(tmp_path / "g.png")]):
         assert main(command) == 3
         assert "blocks that fall under dead load: middle, top\n" in capsys.readouterr().out
     assert (tmp_path / "f.png").exists()

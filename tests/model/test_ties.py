@@ -44,7 +44,7 @@ def test_strength_is_the_least_of_yield_bond_and_anchor_plate():
     ({"point_a": (0.0, np.inf, 0.5)}, "point_a must be three finite coordinates"),
     ({"point_b": TOP}, "its two ends coincide"),
     ({"point_b": (TOP[0] + 1e-12, *TOP[1:])}, "its two ends coincide"),
-])  # fmt: skip
+])
 def test_what_is_no_tie_is_refused(changes, message):
     given = {"block_a": "block-2", "point_a": TOP, "block_b": None, "point_b": (-1.0, 0.5, 0.8), **ROD, **changes}
     with pytest.raises(InputError, match=message):
@@ -58,7 +58,7 @@ def test_what_is_no_tie_is_refused(changes, message):
     (lm.Tie("block-2", (0, 0.5, 2.5), None, (-1, 0.5, 2.5), **ROD), "1.5 m outside block 'block-2'"),
     (lm.Tie("block-2", TOP, "block-1", (0, 0.5, -4.0), **ROD), "outside block 'block-1'"),
     ("rod", "must be a Tie, got"),
-])  # fmt: skip
+])
 def test_ties_that_do_not_fit_the_assembly_are_refused(tie, message):
     wall = stack([(0.3, 0.5)] * 2)
     with pytest.raises(ValueError, match=message):
@@ -99,7 +99,7 @@ def test_a_file_keeps_every_number_of_a_tie(tmp_path):
     ties = [
         lm.Tie(2, (0.1, 0.5, 1 / 3), None, (-1.1, 0.5, 0.8), area=1e-4 / 3, yield_stress=235e6, modulus=2e11, name="x"),
         lm.Tie("block-1", (0, 0, 0.2), "block-2", (0, 0.7, 0.9), bond_force=1e3 / 7, anchor_force=25.0, stiffness=1e6),
-    ]  # fmt: skip
+    ]
     tied = wall.with_ties(ties)
     formats.write_json(tmp_path / "tied.json", tied, lm.Loads.horizontal(tied))
     back = formats.read_json(tmp_path / "tied.json").assembly

@@ -101,7 +101,7 @@ WRONG = {
     "several by a list": (lambda _: several(BUILD, ["limit"]), "answers must read {'peak': 'limit'}"),
     "several, swapped": (lambda _: several({"peak": "limit"}, BUILD), "build must be a function"),
     "settlement of nothing": (lambda _: lm.settlement_analysis(W, None), "support"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", WRONG)

@@ -34,7 +34,7 @@ def test_recipe_runs(name, tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", script], cwd=tmp_path, env={**os.environ, "PYTHONPATH": path}, capture_output=True,
         text=True, check=False,
-    )  # fmt: skip
+    )
     assert done.returncode == 0, done.stderr
 
 

@@ -227,7 +227,7 @@ CHECKS = {
         diagnose_ferris_tin_loi, minho_shear_walls, u_wall_as_a_solid, calibrate_brick_panels,
         calibrate_murano_stiffness, stochastic_panels,
     )
-}  # fmt: skip
+}
 
 
 def test_every_example_is_checked():

@@ -13,7 +13,7 @@ PAGES = sorted(
     for p in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md"),
               *(ROOT / "docs" / "papers").glob("*.md"), *(ROOT / "docs" / "site").glob("*.md"),
               *(ROOT / "docs" / "history").glob("*.md"), *(ROOT / "docs" / "site" / "tutorials").glob("*.md"))
-)  # fmt: skip
+)
 
 
 def paragraphs(text):

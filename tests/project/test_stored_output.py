@@ -15,7 +15,7 @@ def test_stored_output_is_held_by_words_numbers_and_looks():
         said.replace("0.6429", "0.6431"), said.replace("24 steps", "25 steps"), said.replace("falls", "holds"),
         said.replace("wall-1", "wall-2"), said.replace("1e-12", "1e-05"), said.replace("0.6429", "-0.6429"),
         said.replace("0.6429", "nan"), said + said, "",
-    )  # fmt: skip
+    )
     assert not any(stored_output.differences(text, said) for text in same)
     assert all(stored_output.differences(text, said) for text in other)
     seconds = "dem              0.32812  0.3281 to 0.3350  solved   8.9"

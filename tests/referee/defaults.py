@@ -140,7 +140,7 @@ CALLS = {
                      {"tolerance": 1e-7, "steps": 16000, "gently": 20000},
                      "weight and ramp slow, tolerance 1e-7",
                      "not settled|slid|after the ramp"),
-}  # fmt: skip
+}
 
 
 def difference(call: Call, seed: int, case: int) -> tuple[float, bool] | None:

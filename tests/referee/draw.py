@@ -85,7 +85,7 @@ def twisted_case(seed: int, number: int) -> Case:
     return Case(
         (seed, number), tuple(o for o, _ in blocks), tuple(d for _, d in blocks), (2000.0,) * len(blocks),
         frozenset([0]), law, tuple(loads), False, {"shape": "twisted", "law": "cohesive"},
-    )  # fmt: skip
+    )
 
 
 # ---- densities, law, loads ------------------------------------------------------------------------------------------
@@ -276,4 +276,4 @@ SPACE = {
     "tower": _tower_in_space, "overhang": _overhang_in_space, "wall": _wall_in_space, "corner": _corner_in_space,
     "vault": _vault, "rubble": _rubble_in_space, "two leaves": _two_leaves,
     "small on giant": _small_on_giant_in_space, "side by side": _beside_in_space,
-}  # fmt: skip
+}

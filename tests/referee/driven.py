@@ -79,7 +79,7 @@ def push(model: Model) -> Answer:
     return {
         "peak": number(top, max(abs(top), 1e-3 * model.weight), wide, length=1, mass=1, time=-2),
         "_rate": got.rate_error, "_block": block,
-    }  # fmt: skip
+    }
 
 
 def judge_push(model: Model, answer: Answer) -> list[str]:
@@ -127,7 +127,7 @@ def simulate(model: Model) -> Answer:
         "status": str(got.status),
         "shift": Quantity(shift, length=1, stiff=-1, kind="vectors", size=size),
         "_reaction": total, "_factor": factor,
-    }  # fmt: skip
+    }
 
 
 def judge_simulate(model: Model, answer: Answer) -> list[str]:

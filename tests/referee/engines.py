@@ -7,7 +7,7 @@ from .engine import Engine
 from .laws import LAWS, Answer
 from .model import Model
 from .paths import judge_path, limited, path
-from .static_engines import (  # fmt: skip
+from .static_engines import (
     elastic_range,
     exact,
     judge_elastic,

@@ -52,7 +52,7 @@ LAWS: dict[str, Callable[[Any, Model, bool], Frame]] = {
     "live load doubled": lambda random, model, axes: Frame(live=2.0),
     "live load reversed": lambda random, model, axes: Frame(live=-1.0),
     "stiffness halved": lambda random, model, axes: Frame(stiff=0.5),
-}  # fmt: skip
+}
 
 
 def different(found: Answer, wanted: Answer, frame: Frame, tolerance: float) -> list[str]:

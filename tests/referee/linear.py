@@ -56,7 +56,7 @@ def maximise(objective: Array, equal: Array, right: Array, below: Array, limit: 
             answer = linprog(
                 cost * blow_dual, A_eq=matrix, b_eq=rest * blow, bounds=bounds,
                 method=method, options=_OPTIONS,
-            )  # fmt: skip
+            )
             if answer.status in (0, 2, 3):
                 break
         if turn == 0 and answer.status in (2, 3):

@@ -112,7 +112,7 @@ class Model:
             solids, np.array(case.density), case.fixed, case.law, options.pop("laws", {}), options.pop("stiffness"),
             options.pop("young", 0.0), options.pop("poisson", 0.0), options.pop("ties", ()), dead, live, case.plane,
             tags=case.tags, **options,
-        )  # fmt: skip
+        )
 
     @property
     def free(self) -> list[int]:
@@ -159,7 +159,7 @@ class Model:
                             t.stiffness * f.unit(0, 1, -2, 0, 1)) for t in self.ties),
             dead=turned(self.dead), live=turned(self.live) * f.live, group=tuple(new[i] for i in self.group),
             down=f.matrix @ self.down, along=f.matrix @ self.along, driven=new[self.driven],
-        )  # fmt: skip
+        )
 
     def build(self):
         """Assembly and loads through the functions that a user calls."""
@@ -171,13 +171,13 @@ class Model:
             return lm.Joint.from_friction_coefficient(
                 w.mu, cohesion=w.cohesion, tensile_strength=w.tension, compressive_strength=w.crushing,
                 normal_stiffness=kn, shear_stiffness=ks,
-            )  # fmt: skip
+            )
 
         names = [f"b{i}" for i in range(len(self.solids))]
         assembly = lm.Assembly.from_polyhedra(
             self.solids, joint=joint(self.law), density=list(self.density), fixed=sorted(self.fixed), names=names,
             joints={(names[a], names[b]): joint(w) for (a, b), w in self.laws.items()},
-        )  # fmt: skip
+        )
         if self.young:
             free = [names[i] for i in self.free]
             assembly = assembly.with_material(
@@ -187,5 +187,5 @@ class Model:
             assembly = assembly.with_ties([
                 lm.Tie(t.a, t.at, None if t.b < 0 else t.b, t.to, yield_force=t.strength, stiffness=t.stiffness)
                 for t in self.ties
-            ])  # fmt: skip
+            ])
         return assembly, lm.Loads(self.dead, self.live)

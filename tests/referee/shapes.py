@@ -162,7 +162,7 @@ def shims(random) -> tuple[Outlines, Outlines]:
 SINGLE = {
     "rubble": rubble, "bond": bond, "arch": arch, "opening": opening, "leaning": leaning, "tower": tower,
     "overhang": overhang, "small on giant": on_giant, "shims": shims,
-}  # fmt: skip
+}
 
 
 def side_by_side(random) -> tuple[Outlines, Outlines]:

@@ -272,7 +272,7 @@ def _maximise(matrix, right, cones, bounds, strengths, turning: bool, accuracy: 
     answer = clarabel.DefaultSolver(
         sparse.csc_matrix((count, count)), q, sparse.csc_matrix(sparse.vstack(rows)), np.concatenate(limits), kinds,
         settings,
-    ).solve()  # fmt: skip
+    ).solve()
     status = str(answer.status)
     if status == "AlmostSolved" and accuracy < 1e-8:
         return _maximise(matrix, right, cones, bounds, strengths, turning, 1e-8)

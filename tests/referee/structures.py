@@ -23,7 +23,7 @@ SPACE_EVERY = 3
 """One structure in this many is in space."""
 
 CALM = ("columns", "rubble", "bond", "arch", "opening", "tower", "leaning", "wall", "corner", "vault",
-        "two leaves")  # fmt: skip
+        "two leaves")
 """Shapes without sizes that lie decades apart."""
 
 
@@ -38,7 +38,7 @@ def structure(seed: int, number: int, *, fit: Callable[[Model], bool] = lambda m
 def _drawn(
     seed: int, number: int, random, *, wild: bool = False, most: int = MOST, plain: float = 0.5, ties: bool = True,
     split: bool = False, together: bool = False, crushing: bool = True, apex: bool = True,
-) -> Model:  # fmt: skip
+) -> Model:
     """One structure.
 
     Parameters
@@ -74,7 +74,7 @@ def _drawn(
     model = Model.of(
         replace(case, tags=tags), laws=laws, stiffness=(kn, kn * random.uniform(0.3, 1.0)),
         young=kn * height * 10 ** random.uniform(-1, 1) * (min(case.density) > 0), poisson=random.uniform(0.0, 0.3),
-    )  # fmt: skip
+    )
     tied = _ties(case, model, random) if ties and random.random() > plain else ()
     held = sorted(case.fixed)
     group = tuple(held[: max(1, len(held) // 2) if together else 1]) if len(held) > 1 else ()
@@ -99,14 +99,14 @@ def _calm(case: Case, random) -> Case:
         else replace(f, vector=tuple(force * np.array(f.vector)), at=tuple(size * np.array(f.at))) if f.kind == "point"
         else replace(f, size=f.size * stress)
         for f in case.loads
-    )  # fmt: skip
+    )
     law = case.law
     law = Law(random.uniform(0.3, 1.0), law.cohesion * stress, law.tension * stress, law.crushing * stress)
     return replace(
         case, outlines=tuple(size * o for o in case.outlines),
         depth=tuple((size * y0, size * y1) for y0, y1 in case.depth), density=(density,) * len(case.density), law=law,
         loads=loads,
-    )  # fmt: skip
+    )
 
 
 def _columns(case: Case, random) -> Case:
@@ -119,7 +119,7 @@ def _columns(case: Case, random) -> Case:
     return replace(
         case, outlines=(*held, *free), depth=((0.0, width),) * (1 + len(free)), density=(2000.0,) * (1 + len(free)),
         fixed=frozenset([0]), loads=loads or (Load("body", (1.0, 0.0, 0.0)),), tags=case.tags | {"shape": "columns"},
-    )  # fmt: skip
+    )
 
 
 def _on_supports(case: Case, random) -> Case:
@@ -138,7 +138,7 @@ def _on_supports(case: Case, random) -> Case:
         depth=(*[case.depth[k]] * n, *(case.depth[i] for i in rest)),
         density=(*[case.density[k]] * n, *(case.density[i] for i in rest)),
         loads=tuple(replace(f, block=new.get(f.block, -1)) for f in case.loads),
-    )  # fmt: skip
+    )
 
 
 def _cracked(case: Case, random) -> tuple[Case, dict[tuple[int, int], Law]]:
@@ -161,7 +161,7 @@ def _cracked(case: Case, random) -> tuple[Case, dict[tuple[int, int], Law]]:
     cracked = replace(
         case, outlines=(*case.outlines[:i], halves[0], *case.outlines[i + 1 :], halves[1]),
         depth=(*case.depth, case.depth[i]), density=(*case.density, case.density[i]),
-    )  # fmt: skip
+    )
     return cracked, {(i, n): Law(0.6, stress, 0.5 * stress, case.law.crushing)}
 
 

@@ -117,7 +117,7 @@ MODELS = {
     "another law": wall().with_joints(replace(JOINT, cohesion=1e4)),
     "moved": wall().transformed(np.eye(3), (1.0, 0, 0)), "a half": wall(start="half"),
     "sharper edges": wall().with_contact_ends_pulled_in(0.01),
-}  # fmt: skip
+}
 
 
 def test_models_that_differ_in_one_thing_have_other_keys_and_equal_ones_the_same(tmp_path):
@@ -133,7 +133,7 @@ def test_models_that_differ_in_one_thing_have_other_keys_and_equal_ones_the_same
 
 def test_kinds_of_values_are_told_apart_and_equal_values_shared_or_not_are_the_same():
     values = [1, 1.0, "1", True, None, b"1", [1], (1, 2), {1: 2}, {"1": 2}, {1}, math.nan, math.inf, np.array([1]),
-              np.array([1.0]), np.array([[1.0]]), "None", {}, [], "\ud800", 1j]  # fmt: skip
+              np.array([1.0]), np.array([[1.0]]), "None", {}, [], "\ud800", 1j]
     assert len({fingerprint(v) for v in values}) == len(values)
     assert fingerprint(np.float64(0.1)) == fingerprint(0.1)
     row = [1.0, 2.0]

@@ -24,7 +24,7 @@ from validation import panel_surrogate as surrogate
 PAPER = {
     "normal_stiffness": (13.5e9, 0.15), "friction_angle_deg": (30.0, 0.058), "cohesion": (0.046e6, 0.15),
     "tensile_strength": (0.040e6, 0.20),
-}  # fmt: skip
+}
 LINKED = {
     "shear_stiffness": "normal_stiffness / 2.32",
     "cohesion": "2 * tensile_strength * tan(radians(friction_angle_deg))",
@@ -91,7 +91,7 @@ def test_drawn_density_is_that_of_every_block_and_the_loads_follow():
     found = study.monte_carlo(
         (wall, lm.Loads.weight), 200, run=lambda a, p: {"load": float(-p.dead[~a.fixed, 2].sum())},
         blocks={"density": draw}, scheme="random",
-    )  # fmt: skip
+    )
     own = study.running(found, "load")
     # five blocks of equal volume
     assert own.variation[-1] == pytest.approx(0.1 / math.sqrt(5), rel=4.0 * own.variation_error[-1])
@@ -104,7 +104,7 @@ def test_drawn_density_is_that_of_every_block_and_the_loads_follow():
 def panel_table(linked, samples=300):
     drawn = {k: study.Random(study.normal(*PAPER[k])) for k in PAPER if not (linked and k == "cohesion")}
     return study.monte_carlo(stack(1), samples, run=published_panel, joints=drawn, links=LINKED if linked
-                             else {"shear_stiffness": LINKED["shear_stiffness"]}, scheme="random", seed=7)  # fmt: skip
+                             else {"shear_stiffness": LINKED["shear_stiffness"]}, scheme="random", seed=7)
 
 
 def first_order(linked):
@@ -138,7 +138,7 @@ def test_links_hold_in_every_joint_and_are_recorded():
                                        + abs(i.joint.shear_stiffness * 2.32 / i.joint.normal_stiffness - 1.0)
                                        for i in a.interfaces)},
         joints={k: study.Random(study.normal(*PAPER[k]), per="interface") for k in PAPER if k != "cohesion"},
-    )  # fmt: skip
+    )
     assert found["worst"].max() < 1e-12
     assert "cohesion mean" in found.columns
     assert np.isfinite(found["shear_stiffness deviation"]).all()

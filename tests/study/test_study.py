@@ -66,7 +66,7 @@ def test_sweep_goes_on_after_an_error(tmp_path):
         study.sweep(square, {"x": (5, 6, 7, 8)}, store=store, key="squares")
     lines = []
     found = study.sweep(lambda x: {"square": x * x, "third": x / 3}, {"x": (5, 6, 7, 8)}, store=store, key="squares",
-                        progress=lines.append)  # fmt: skip
+                        progress=lines.append)
     assert len(lines) == 3  # what was there, then 7 and 8
     assert found == study.sweep(lambda x: {"square": x * x, "third": x / 3}, {"x": (5, 6, 7, 8)})
 
@@ -186,7 +186,7 @@ def test_sobol_gives_all_variance_to_what_the_multiplier_depends_on():
     found = study.sobol(
         stacked, 64, joints={"friction_coefficient": study.Random(study.uniform(0.8, 1.0))},
         parameters={"slenderness": study.Random(study.uniform(3.0, 6.0))},
-    )  # fmt: skip
+    )
     shares = dict(zip(found.names, zip(found.first, found.total, strict=True), strict=True))
     assert shares["friction_coefficient"] == pytest.approx((0.0, 0.0), abs=1e-6)
     assert shares["slenderness"] == pytest.approx((1.0, 1.0), abs=0.06)
@@ -209,7 +209,7 @@ def test_sobol_gives_all_variance_to_what_the_multiplier_depends_on():
     (lambda: study.dilatancy_study(*make_wall(), methods=("fem",)), "unknown method"),
     (lambda: study.contact_point_study(*make_wall(), (1, 2)), "at least 2"),
     (lambda: scaled_unit((1, 1, 1), 1.0, "height"), "vary"),
-])  # fmt: skip
+])
 def test_mistakes_are_named(call, message):
     with pytest.raises(ValueError, match=message):
         call()

@@ -20,7 +20,7 @@ def curve_of(load):
         displacement=u, load=load(u), opening=seen, slip=0.0 * seen,
         assembly=SimpleNamespace(interfaces=[SimpleNamespace(kind="crack")]),
         first_unit_crack=lambda width: None, first_crushing=lambda strain: None,
-    )  # fmt: skip
+    )
 
 
 def rigid_plastic(u, limit=2e5):

@@ -120,7 +120,7 @@ def test_runs_of_another_level_start_or_pace_are_kept_apart(tmp_path, monkeypatc
     calls = [
         {}, {"blocks": SIMPLY_DEFORMABLE}, {"seed": 1}, {"blocks": SIMPLY_DEFORMABLE, "seed": 1}, {"steps": 45_000},
         {"once": True}, {"to": 3e-4}, {"outline": "675/8/5"}, {"start": "half"}, {"crack": 9},
-    ]  # fmt: skip
+    ]
     first = [known("udec-09", **c).peak for c in calls]
     assert len(set(first)) == len(calls)
     assert [runs.Runs(tmp_path, None)("udec-09", **c).peak for c in calls] == first
@@ -245,13 +245,13 @@ def test_page_goes_on_from_what_was_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(
         runs, "_superposed",
         lambda names, *_: replace(same, opening=same.opening[: len(names)], slip=same.slip[: len(names)]),
-    )  # fmt: skip
+    )
     text = page.page(store=tmp_path, progress=said.append)
     assert len(said) > 100
     for words in (
         "three levels", "Rate-free", "First failure, without rate", "Properties of the bricks",
         "inferred, not published", "Table 2", "Table 3", "Table 4", "L1 is an open case",
-    ):  # fmt: skip
+    ):
         assert words in text
     again = []
     assert page.page(store=tmp_path, progress=again.append) == text

@@ -59,7 +59,7 @@ def test_contradictions_between_kinds_ignored_name_a_cause_that_is_not_there(mon
 
     def walls(s, rounding=0.0):
         return {"peak": blocks(s, friction_coefficient=0.7, rounding=rounding, slope=0.0),
-                "stiffness": ((s["width"] - 2.0 * rounding) / s["height"]) ** 3}  # fmt: skip
+                "stiffness": ((s["width"] - 2.0 * rounding) / s["height"]) ** 3}
 
     def named():
         out = []
@@ -95,7 +95,7 @@ def test_points_of_curves_counted_as_independent_raise_alarms():
         rows, effective = curves.points(seen, truth, load=0.05, displacement=1e-6, count=20)
         assert effective < 2.0
         bare = [Observation(i, q, float(c.at(x)), 0.05) for i, c in seen.items()
-                for q, x in zip(line({}), np.linspace(0.0, 1.0, 21)[1:], strict=True)]  # fmt: skip
+                for q, x in zip(line({}), np.linspace(0.0, 1.0, 21)[1:], strict=True)]
         for made, out in ((rows, counted), (bare, independent)):
             study = Study([{"k": i} for i in range(8)], line, made, shared=(), levels=5)
             out.append(study.diagnose(listed, seed=seed, draws=699, pairs=False))

@@ -206,7 +206,7 @@ def test_specimen_is_laid_block_by_block_as_counted_by_hand():
     assert [len(names(wall, f"facade-0{k}")) for k in (1, 2)] == [4, 3]
     assert [len(names(wall, f"return-left-0{k}")) for k in (1, 2)] == [3, 3]
     length = {b.name: round(float(v) / HEIGHT / THICKNESS, 6)
-              for b, v in zip(wall.blocks, wall.arrays.volume, strict=True)}  # fmt: skip
+              for b, v in zip(wall.blocks, wall.arrays.volume, strict=True)}
     assert [length[n] for n in names(wall, "facade-02")] == [0.092, 0.08, 0.092]
     assert [length[n] for n in names(wall, "return-left-01")] == [0.092, 0.08, 0.04]
     other, _ = pavia.specimen(facade_units=4, courses=2, return_walls=2, return_units=3, first_through="return")
@@ -239,7 +239,7 @@ def test_growing_blocks_keep_the_wall():
     "wrong",
     [{"return_walls": 3}, {"facade_units": 2.3}, {"sense": "up"}, {"corner": "butt"}, {"block_scale": 3.0},
      {"first_through": "both"}],
-)  # fmt: skip
+)
 def test_bad_arguments_of_the_specimen_are_named(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         pavia.specimen(**{"facade_units": 3, "courses": 4, **wrong})
@@ -254,7 +254,7 @@ def test_contact_points_can_be_given_by_wall():
         assert counted[k] == (16 if "facade" in both else 4), both
     # across the thickness of the facade: eight distinct y on a bed joint of its own
     beds = [k for k, i in enumerate(wall.interfaces) if i.kind == "bed" and
-            all(wall.blocks[b].name.startswith("facade") for b in (i.block_a, i.block_b))]  # fmt: skip
+            all(wall.blocks[b].name.startswith("facade") for b in (i.block_a, i.block_b))]
     assert len(np.unique(points.position[points.interface == beds[0], 1].round(9))) == 8
     # walls go before kinds, and what no wall names falls to its kind
     mixed = {"facade": (2, 3), "bed": (2, 2), "head": (2, 2), "base": (4, 4)}

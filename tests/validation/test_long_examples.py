@@ -22,7 +22,7 @@ def vaults_and_domes(g):
 
 def ferris_tin_loi_walls(g):
     associative = {"wall-1": 0.64286, "wall-2": 0.58000, "wall-3": 0.40369, "wall-4": 0.33195, "wall-5": 0.23964,
-                   "wall-6": 0.34782}  # fmt: skip
+                   "wall-6": 0.34782}
     published = {"wall-1": 0.640, "wall-2": 0.563, "wall-3": 0.356, "wall-4": 0.264, "wall-5": 0.215, "wall-6": 0.297}
     for name, (upper, lowest, violation) in g["found"].items():
         assert upper == pytest.approx(associative[name], abs=1e-4)
@@ -193,7 +193,7 @@ CHECKS = {
         rondelet_contact_points, tilt_test, murano_pushover, brick_panel, bnw_zoned_walls, minho_cracking_stone,
         diagnose_murano,
     )
-}  # fmt: skip
+}
 
 
 def test_these_are_the_long_examples():

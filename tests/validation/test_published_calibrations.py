@@ -24,7 +24,7 @@ def stiffer(wall, factor):
         replace(i, joint=replace(i.joint, normal_stiffness=factor * i.joint.normal_stiffness,
                                  shear_stiffness=factor * i.joint.shear_stiffness))
         for i in wall.interfaces
-    ]  # fmt: skip
+    ]
     return replace(wall, blocks=tuple(bricks)).with_interfaces(joints)
 
 
@@ -59,7 +59,7 @@ def test_first_crack_is_near_that_of_the_published_runs():
 def test_strength_of_murano_joints_keeps_its_ratio_and_leaves_the_ground():
     (case,) = (
         c for c in murano_strength.cases() if c.options == {"residual": "cohesion", "ground": "bonded"}
-    )  # fmt: skip
+    )
     wall = murano_strength.model(case).with_parameters(tensile_strength=2e5, cohesion=2.5e5, residual_cohesion=2.5e5)
     mortar = {i.joint for i in wall.interfaces if i.kind != "base"}
     assert {(j.tensile_strength, j.cohesion, j.residual_cohesion, j.residual_tensile_strength) for j in mortar} == {

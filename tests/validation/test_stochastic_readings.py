@@ -25,7 +25,7 @@ def lines_of(sharing, kept, peaks, again="0", number=4):
         {"set": f"{number}", "drawn": sharing, "keeps": f"{kept:g}", "again": again, "sample": f"{k}",
          "ultimate": f"{v}", "at": "900", "left": "0.5", "most": page.PLACES[0], **places, page.PLACES[0]: "100"}
         for k, v in enumerate(peaks)
-    ]  # fmt: skip
+    ]
 
 
 def spread(mean, variation, n=400):
@@ -41,7 +41,7 @@ def test_a_store_is_read_back_without_the_line_that_a_kill_cut_off(tmp_path):
     made = study.monte_carlo(
         (bonded_stack(2, 1e5), lm.Loads.weight), 3, run=strength, joints={"tensile_strength": draw}, scheme="random",
         store=path,
-    )  # fmt: skip
+    )
     with path.open("a") as file:
         file.write('{"key": 3, "row": {"ulti')
     assert [r["ultimate"] for _, r in sorted(rows.read_store(path).items())] == list(made["ultimate"])

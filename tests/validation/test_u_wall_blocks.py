@@ -145,7 +145,7 @@ def test_walls_that_lose_nothing_lie_between_the_cone_cut_at_its_apex_and_the_hu
 
 
 @pytest.mark.parametrize("law", ["lost at once; ground a joint", "lost by opening alone; ground a joint",
-                                 "lost by opening alone; ground without tension"])  # fmt: skip
+                                 "lost by opening alone; ground without tension"])
 def test_stones_pushed_by_the_dem_and_from_rest_to_rest_agree(law):
     # two programs on one model: no number of ours is expected, only that they are the same
     kept = pushed.read()

@@ -71,7 +71,7 @@ def test_printed_light_damage_is_the_end_of_a_chord_less_two_per_cent():
                 "initial stiffness", "light-damage load", "light-damage displacement")],
             *([float(macro.published(wall, s)[k]) for k in ("stiffness", "light_load", "light_displacement")]
               for s in ("final", "micro")),
-        ]  # fmt: skip
+        ]
         for k, (stiffness, load, to) in enumerate(shown):
             if (wall, k) != ("DS", 1):  # the one pair that does not fit
                 assert 0.98 * stiffness * to == pytest.approx(load, abs=0.0101)

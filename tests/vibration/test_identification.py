@@ -65,13 +65,13 @@ def test_column_of_the_dem_has_its_own_modes_as_long_as_no_joint_opens():
     options = dem.JointOptions(dashpot=2 * 0.01 / (2 * np.pi * along_x))  # 1 % at the first mode along x
     base = dem.white_noise(12.0, rms=0.05, highest=2.0 * along_x, direction=(1.0, 0.7, 0.0), seed=3)
     history = dem.simulate(column, base, mode="dynamic", contact_points=(4, 4), joint_options=options,
-                           detect_every=None, sample=20)  # fmt: skip
+                           detect_every=None, sample=20)
     free = [b.name for b, held in zip(column.blocks, column.fixed, strict=True) if not held]
     channels = [(name, axis) for name in free for axis in "xy"]
     step = float(np.median(np.diff(history.scalars["time"])))
     for method in ("fdd", "ssi"):
         found = dem.identify(history, channels, method=method, count=2, band=(5.0, 1.5 * along_x), skip=1.0,
-                             lines=2 ** int(np.log2(2.0 / step)))  # fmt: skip
+                             lines=2 ** int(np.log2(2.0 / step)))
         assert found.frequency == pytest.approx(sorted([along_x, along_y]), rel=0.02)
     assert found.damping[np.argmin(np.abs(found.frequency - along_x))] == pytest.approx(0.01, rel=0.4)
 
@@ -86,14 +86,14 @@ def shaken(wall, state, highest, seconds=6.0):
 @pytest.mark.slow
 def test_mortared_wall_has_its_own_modes_before_a_push_and_those_of_its_cracked_state_after():
     joint = lm.Joint(40.0, cohesion=2e5, tensile_strength=2e4, residual_cohesion=0.0, residual_tensile_strength=0.0,
-                     normal_stiffness=1e9, shear_stiffness=5e8)  # fmt: skip
+                     normal_stiffness=1e9, shear_stiffness=5e8)
     wall = lm.build.wall(length=0.6, courses=3, unit=(0.3, 0.2, 0.2), joint=joint, density=2000.0)
     points = (3, 6)
     own = lm.modes(wall, 2, contact_points=points)
     options = dem.JointOptions(dashpot=2 * 0.01 / (2 * np.pi * own.frequency[0]))
     calm = dem.Settle(damping=dem.Damping(local=0.8), tolerance=1e-6)
     sound = dem.simulate(wall, calm, loads=lm.Loads.horizontal(wall, (0, 1, 0)), mode="dynamic", contact_points=points,
-                         joint_options=options, detect_every=None)  # fmt: skip
+                         joint_options=options, detect_every=None)
     # pushed out of plane until joints open, and held there
     push = dem.Ramp(0.3, duration=0.3, damping=dem.Damping(local=0.5))
     cracked = dem.simulate(wall, [push, calm], start=sound, detect_every=None)
@@ -105,7 +105,7 @@ def test_mortared_wall_has_its_own_modes_before_a_push_and_those_of_its_cracked_
         assert (history.state.points.damage == state.state.points.damage).all()  # the noise cracks nothing
         for method in ("fdd", "ssi"):
             found = dem.identify(history, channels, method=method, count=2, skip=0.5,
-                                 band=(0.4 * of.frequency[0], 1.3 * of.frequency[1]))  # fmt: skip
+                                 band=(0.4 * of.frequency[0], 1.3 * of.frequency[1]))
             assert found.frequency == pytest.approx(of.frequency, rel=0.02)
             shapes = of.at(wall.centroids[1:])[:, :, :2].reshape(2, -1)
             assert np.diag(lm.mac(found.shape, shapes).values) == pytest.approx(1.0, abs=0.02)
@@ -118,7 +118,7 @@ def test_wrong_input_is_refused(runs):
     for wrong, message in (
         ({"method": "magic"}, "method"), ({"band": (1.0, 90.0)}, "band"), ({"count": 0}, "count"),
         ({"lines": 20000}, "too few"),
-    ):  # fmt: skip
+    ):
         with pytest.raises(InputError, match=message):
             identify_modes(signals, STEP, **wrong)
     with pytest.raises(InputError, match="does not move"):

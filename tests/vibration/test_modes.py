@@ -46,7 +46,7 @@ def timoshenko(e, rho, b, length):
         w = 2 * math.pi * frequency
         # u'' , theta'' by the transfer matrix of (u, theta, V, M)
         a = np.array([[0, 1, 1 / (shear * area), 0], [0, 0, 0, 1 / (e * inertia)], [-rho * area * w**2, 0, 0, 0],
-                      [0, -rho * inertia * w**2, -1, 0]])  # fmt: skip
+                      [0, -rho * inertia * w**2, -1, 0]])
         t = np.linalg.matrix_power(np.eye(4) + a * (length / 4096) + a @ a * (length / 4096) ** 2 / 2, 4096)
         return float(np.linalg.det(t[2:, 2:]))
 
@@ -135,7 +135,7 @@ def test_cell_on_a_held_brick_as_blocks_on_joints_and_as_stiff_bricks_with_thin_
         part(0, L, 2 * H + t / 2, 3 * H - t / 2, 0),
     ]
     joints = [part(0, L, H - t / 2, H + t / 2, 1), part(0, L, 2 * H - t / 2, 2 * H + t / 2, 1),
-              part(L / 2 - t / 2, L / 2 + t / 2, H + t / 2, 2 * H - t / 2, 1)]  # fmt: skip
+              part(L / 2 - t / 2, L / 2 + t / 2, H + t / 2, 2 * H - t / 2, 1)]
     model = Continuum.from_boxes([*bricks, *joints], [stiff, layer], size=(0.07, 0.07, 0.06))
     assert lm.modes(model, 12).frequency == pytest.approx(blocks.frequency, rel=0.02)
 
@@ -165,7 +165,7 @@ def test_sound_joints_without_force_are_closed_in_the_state_of_either_engine():
     assert lm.modes(curve, 5, sample=0).frequency == pytest.approx(closed, rel=1e-6)
     # dry ones are open: nothing presses them
     dry = wall.with_interfaces(replace(i, joint=replace(i.joint, cohesion=0.0, tensile_strength=0.0))
-                               for i in wall.interfaces)  # fmt: skip
+                               for i in wall.interfaces)
     settled = dem.simulate(dry, dem.Settle(), loads=loads, contact_points=(4, 4), detect_every=None)
     assert lm.modes(settled, 5).frequency[1] < 0.97 * closed[1]
 

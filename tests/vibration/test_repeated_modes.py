@@ -28,7 +28,7 @@ def piers(count, courses, joint=JOINT, turn=None, shuffle=False):
     return lm.Assembly.from_polyhedra(
         [(solids[k], faces) for k in order], joint=joint, density=2000.0, fixed=["table"],
         names=[names[k] for k in order],
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize(("count", "courses", "wanted"), [(4, 3, 7), (6, 3, 12), (12, 2, 24), (20, 4, 40)])

@@ -24,7 +24,7 @@ FRICTIONS = (-1.0, 1.0)  # in standard deviations, drawn alike: mean 0, variance
 SMALL, EVERY = campaigns.CHOSEN["12"], tuple(range(len(SPECIMENS)))
 SHARES = {1: (0.3, 0.55, 0.85), 2: (0.4, 0.8)}  # of the way to a bound, by the number of sides: planted sizes
 TWO = (("weak base joint", 0.75, "cohesion", 0.2), ("edge rounding", 5.0, "overload magnitude", 1.3),
-       ("lost overlap", 30.0, "out-of-plumb", 1.5), ("effective thickness", 0.85, "weak base joint", 0.8))  # fmt: skip
+       ("lost overlap", 30.0, "out-of-plumb", 1.5), ("effective thickness", 0.85, "weak base joint", 0.8))
 SAVED = 60.0  # seconds between two savings
 
 
@@ -96,7 +96,7 @@ class Simulator:
         effect = BY_NAME[name]
         return self._value(
             f"{name} {size:.10g}", mu, number, lambda: effect.change(SPECIMENS[number], mu, size)
-        )  # fmt: skip
+        )
 
     def _value(self, label, mu, number, model):
         key = (self.code, label, f"{mu:.10g}", number)

@@ -34,36 +34,36 @@ SIMULATED = (
 READ = (
     catalogue.angle_offset((-3.5, 3.5)), catalogue.gain((0.75, 1.35)),
     catalogue.batch_shift((0.75, 1.35), covariate="batch", label="B"),
-)  # fmt: skip
+)
 CAUSES = SIMULATED + READ
 # of the catalogue, felt by limit analysis, and never on the list
 NEVER_LISTED = (
     catalogue.block_size((0.8, 1.2), axes="z"), catalogue.block_density((0.7, 1.3)), catalogue.open_head_joints(),
     catalogue.head_joint_friction((0.0, 1.0)), catalogue.rig_friction((0.0, 0.15)),
-)  # fmt: skip
+)
 
 
 def _specimen(setup, length, height, unit, thickness, overload=0.0):
     """Wall length and height [m], unit (length, height) [m], thickness [m], overload [N]."""
     return {"setup": setup, "length": length, "height": height, "unit": unit, "unit_height": unit[1],
-            "thickness": thickness, "overload": overload}  # fmt: skip
+            "thickness": thickness, "overload": overload}
 
 
 def _all():
     out = [_specimen("stack", 0.2, n * h, (0.2, h), t) for n, h, t in ((3, 0.10, 0.10), (5, 0.06, 0.06),
-           (4, 0.08, 0.14), (6, 0.06, 0.10), (3, 0.08, 0.08))]  # fmt: skip
+           (4, 0.08, 0.14), (6, 0.06, 0.10), (3, 0.08, 0.08))]
     out += [_specimen("stack", 0.2, n * h, (0.2, h), t, q) for n, h, t, q in ((4, 0.08, 0.10, 120.0),
-            (3, 0.10, 0.07, 60.0))]  # fmt: skip
+            (3, 0.10, 0.07, 60.0))]
     out += [_specimen("strip", 0.4, n * h, (0.2, h), t) for n, h, t in ((4, 0.10, 0.10), (3, 0.10, 0.15),
-            (5, 0.08, 0.12), (4, 0.06, 0.06))]  # fmt: skip
+            (5, 0.08, 0.12), (4, 0.06, 0.06))]
     out += [_specimen("strip", 0.4, n * h, (0.2, h), t, q) for n, h, t, q in ((3, 0.08, 0.08, 200.0),
-            (4, 0.08, 0.12, 80.0))]  # fmt: skip
+            (4, 0.08, 0.12, 80.0))]
     out += [_specimen("in plane", w, n * h, (0.2, h), 0.10) for n, h, w in ((4, 0.10, 0.4), (6, 0.10, 0.4),
-            (5, 0.08, 0.3), (5, 0.06, 0.4))]  # fmt: skip
+            (5, 0.08, 0.3), (5, 0.06, 0.4))]
     out += [_specimen("in plane", 0.4, n * h, (0.2, h), 0.10, q) for n, h, q in ((6, 0.08, 300.0), (4, 0.06, 80.0))]
     slides = ((0.3, 0.10, (0.3, 0.10), 0.10, 0.0), (0.6, 0.06, (0.2, 0.06), 0.10, 0.0),
               (0.3, 0.08, (0.3, 0.08), 0.14, 0.0), (0.3, 0.10, (0.3, 0.10), 0.10, 40.0),
-              (0.6, 0.06, (0.2, 0.06), 0.10, 90.0))  # fmt: skip
+              (0.6, 0.06, (0.2, 0.06), 0.10, 90.0))
     return out + [_specimen("slides", w, n, u, t, q) for w, n, u, t, q in slides]
 
 
@@ -139,7 +139,7 @@ def assembled(s, units, friction, *, densities=None, joints=None):
     model = lm.Assembly.from_polyhedra(
         [ground, *(box(*u) for u in units.values())], joint=joint(friction), names=names, fixed=["ground"],
         density=[DENSITY, *(DENSITY * densities.get(n, 1.0) for n in units)], joints=joints,
-    )  # fmt: skip
+    )
     loads = lm.Loads.horizontal(model, thrust(s))
     top = max(k for k, _ in units)
     upper = [(n, u) for n, u in units.items() if n[0] == top]

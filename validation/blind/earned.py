@@ -20,7 +20,7 @@ MOST = 1000  # data sets of a cell, so that every one has a number of its own
 PLAN = {
     "missing, of the list": 200, "missing, never listed": 200, "outsiders": 200, "clear": 300, "near a rival": 200,
     "near the baseline": 200, "two listed": 200, "listed and outside": 200, "nothing": 340,
-}  # fmt: skip
+}
 SHARED = ("batch", "day", "setup")
 HOW = ((200, {}), (200, {"recorded": False}), (40, {"carried": False}))
 UNTOLD = (("near the baseline", 70), ("clear", 70))  # independent noise, and the batches not recorded: what that costs
@@ -61,7 +61,7 @@ def label_of(kind, options):
     if "column" in options:
         how = "not recorded" if not options.get("recorded", True) else (
             "recorded" if options.get("carried", True) else "recorded, not carried"
-        )  # fmt: skip
+        )
         return f"nothing, noise shared within {options['column']}, {how}"
     return kind
 

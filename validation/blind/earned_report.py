@@ -37,7 +37,7 @@ ASKED = (
       for c in ("batch", "day", "setup")),
     ("nothing, truth by the DEM", "alarms <= 7 %", ALARMS, "<=", 0.07),
     ("outsiders, truth by the DEM", "wrong named <= 10 %", WRONG, "<=", 0.10),
-)  # fmt: skip
+)
 
 
 def sheet(records, judge=None):
@@ -64,14 +64,14 @@ def requirements(counts):
 def always_named(record):
     """A broken rule: whatever fits alone is named."""
     turned = {"behaves like it": "named", "behaves like another": "wrong pair named" if record.get("pair")
-              else "wrong name"}  # fmt: skip
+              else "wrong name"}
     return turned.get(record["outcome"], record["outcome"])
 
 
 def never_named(record):
     """A broken rule: everything only behaves like something."""
     turned = {"named": "behaves like it", "wrong name": "behaves like another",
-              "wrong pair named": "behaves like another"}  # fmt: skip
+              "wrong pair named": "behaves like another"}
     return turned.get(record["outcome"], record["outcome"])
 
 
@@ -92,7 +92,7 @@ def rivals(records, key):
     Without the batch shift, which is held against all but its own column by the rule, and by the surfaces is not.
     """
     clear = [r[key] for r in records if r["class"] == "clear" and key in r and r["right"]
-             and r["truth"] != "shift of batch B"]  # fmt: skip
+             and r["truth"] != "shift of batch B"]
     wrong = [r for r in records if r["class"] in ("missing, of the list", "missing, never listed", "outsiders")]
     if not clear or not wrong:
         return float("nan"), float("nan"), 0
@@ -124,20 +124,20 @@ def text(records, seed, seconds):
         lines.append(f"| {label} | {asked} | {100 * rate:.1f} % | {interval} | {n} | {state} |")
     lines += [*_detection(counts, records, seed), "", "By campaign:", "", *_by_design(records), "", "All outcomes:", "",
               "| class | data sets | " + " | ".join(OUTCOMES) + " |",
-              "|---|---|" + "---|" * len(OUTCOMES)]  # fmt: skip
+              "|---|---|" + "---|" * len(OUTCOMES)]
     for label in sorted(counts):
         cells = " | ".join(str(counts[label][o] or ".") for o in OUTCOMES)
         lines.append(f"| {label} | {sum(counts[label].values())} | {cells} |")
     lines += ["", "Effects outside the list: how often each was given a name, of the data sets with it.", "",
               "| effect | data sets | wrong name | behaves like | set | unexplained, scatter | none |",
-              "|---|---|---|---|---|---|---|"]  # fmt: skip
+              "|---|---|---|---|---|---|---|"]
     per = defaultdict(Counter)
     for r in records:
         if r["class"] == "outsiders" or r["class"].startswith("missing, never"):
             per[r["truth"]][r["outcome"]] += 1
     for name, row in sorted(per.items()):
         shares = (sum(row[o] for o in WRONG), row["behaves like another"], row["set without it"],
-                  row["unexplained"] + row["scatter"], row["none"])  # fmt: skip
+                  row["unexplained"] + row["scatter"], row["none"])
         lines.append(f"| {name} | {sum(row.values())} | {' | '.join(str(v or '.') for v in shares)} |")
     lines += ["", "Broken rules on the same data sets:", ""]
     for name, judge in BROKEN.items():
@@ -203,7 +203,7 @@ def _untold(counts):
     asked = (("near the baseline", "detected", ALARMS), ("clear", "named or behaves like it", RIGHT[:2]))
     for kind, found, ok in asked:
         rates = [_share(sum(counts[c][o] for o in ok), sum(counts[c].values()))
-                 for c in (kind, f"{kind}, batch not recorded")]  # fmt: skip
+                 for c in (kind, f"{kind}, batch not recorded")]
         out.append(f"{kind}, {found}: {rates[1]} where the batch is not recorded, {rates[0]} where it is")
     return [f"Cost of a circumstance that is not recorded, independent noise: {'; '.join(out)}."]
 
@@ -211,7 +211,7 @@ def _untold(counts):
 def _by_design(records):
     """The main shares per campaign."""
     lines = ["| campaign | missing or outside: wrong named | clear: named | clear: data sets | nothing: alarms |",
-             "|---|---|---|---|---|"]  # fmt: skip
+             "|---|---|---|---|---|"]
     for design in earned_trials.DESIGNS:
         mine = [r for r in records if r["design"] == design and not r["class"].endswith("DEM")]
         out = [r for r in mine if r["class"] == "outsiders" or r["class"].startswith("missing")]
@@ -221,7 +221,7 @@ def _by_design(records):
             _share(sum(r["outcome"] in WRONG for r in out), len(out)),
             _share(sum(r["outcome"] == "named" for r in clear), len(clear)), str(len(clear)),
             _share(sum(r["outcome"] != "none" for r in null), len(null)),
-        ]  # fmt: skip
+        ]
         lines.append(f"| {design} | {' | '.join(cells)} |")
     return lines
 

@@ -22,7 +22,7 @@ SHARED = 0.5  # of the variance of the noise
 DRAWS = 499  # most bootstrap draws of a verdict; 1,999 by default
 RULE = Rule(screen=True)  # hopeless causes are not bootstrapped: verdicts are counted, not p
 OUTCOMES = ("none", "scatter", "unexplained", "named", "behaves like it", "set with it", "wrong name",
-            "wrong pair named", "behaves like another", "set without it")  # fmt: skip
+            "wrong pair named", "behaves like another", "set without it")
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Place:
         return np.log([
             [value(i, s, store.friction(z)) for i, s in zip(self.numbers, self.specimens, strict=True)]
             for z in self.frictions
-        ])  # fmt: skip
+        ])
 
     def simulated(self, *steps):
         """Logarithms with causes of the catalogue switched on, pairs of cause and size; readings last."""
@@ -181,7 +181,7 @@ class Place:
         return {
             "missing, never listed": lambda: self.never_listed, "outsiders": lambda: self.outsiders,
             "two listed": lambda: self.two_listed, "listed and outside": lambda: self.listed_and_outside,
-        }.get(kind, lambda: [self.nothing])()  # fmt: skip
+        }.get(kind, lambda: [self.nothing])()
 
     def list_without(self, names):
         """The list without some causes."""
@@ -260,14 +260,14 @@ def one(design, kind, seed, *, code=store.LIMIT, column=None, recorded=True, car
     verdict = study.with_measured(values).diagnose(causes, seed=seed[-1], draws=DRAWS, rule=rule)
     truth = () if kind.startswith("missing") else plant.names
     out = {"design": design, "kind": kind, "truth": plant.label, "outcome": outcome(verdict, truth),
-           "said": " + ".join(verdict.causes)}  # fmt: skip
+           "said": " + ".join(verdict.causes)}
     record = verdict.identification
     if record is not None:
         fit = verdict.verdict.tested[record.names].fit
         rival = surface.Surfaces(verdict.design, verdict.covariates).evidence(verdict.y)
         out |= {"excess": record.excess, "expected": record.expected, "margin": record.margin,
                 "missing": list(record.missing), "surface": float(fit.loglik[0]) - rival,
-                "right": set(truth) == set(verdict.causes), "pair": bool(verdict.pairs)}  # fmt: skip
+                "right": set(truth) == set(verdict.causes), "pair": bool(verdict.pairs)}
     return out
 
 

@@ -56,7 +56,7 @@ def main(arguments=None):
              "Nulls of the 14 specimens of `small_walls.py`, the same noise in every case, the rule before a name is "
              "earned. Written by `python -m validation.blind.friction_levels`.", "",
              "| truth | candidates | levels of friction | table's largest error | alarms |",
-             "|---|---|---|---|---|"]  # fmt: skip
+             "|---|---|---|---|---|"]
     for truth, candidates, levels in CASES:
         worst, found = alarms(values, truth, candidates, levels, given.trials)
         row = f"{worst:.2f} of the noise | {found} of {given.trials}"

@@ -24,7 +24,7 @@ CLOSED = ", said as closed"
 PLANTED = {
     "nothing": "nothing", "clear": "listed", "two causes": "two", "off the list": "off_the_list",
     "one joint loose": "listed",
-}  # fmt: skip
+}
 
 
 def outcome(found, name):
@@ -57,7 +57,7 @@ ASKED = {
     "off the list": {"identified wrongly": (WRONG, 0.05, True), **OFF},
     "one joint loose": {"in the set": (IN_SET, 0.9, False), "alone": (IN_SET[:2], 0.7, False),
                         "wrong": (OTHER, 0.03, True)},
-}  # fmt: skip
+}
 PATTERN = {"in the set": (IN_SET, 0.8, False), "wrong": (OTHER, 0.03, True)}
 
 
@@ -101,7 +101,7 @@ def designs(cache):
             f"4 specimens, three kinds{also}": (
                 6 + i, {"nothing": ALARMS, "clear": SINGLE, "off the list": SINGLE | OFF},
                 lambda c=columns: Trials(c, cache, FOUR)),
-        }  # fmt: skip
+        }
     out["12 specimens with peak, stiffness, drift and curve, all recorded"] = (
         11, {c: ASKED[c] for c in more if c != "off the list"}, lambda: Curves(cache))
     beside = {"nothing": {}, "clear": ASKED["clear"], "off the list": ASKED["off the list"]}
@@ -110,7 +110,7 @@ def designs(cache):
         "one monument, 3 to 6 modes at 6 to 12 sensors": (
             8, {"nothing": ALARMS, "one joint loose": ASKED["one joint loose"]}, Monument),
         "crack pattern alone, 10 % misread": (9, {"nothing": ALARMS, "clear": PATTERN}, lambda: Patterns(cache)),
-    }  # fmt: skip
+    }
 
 
 def found_words(records):

@@ -30,7 +30,7 @@ def pushed(specimen, *, extend=None, **inputs):
     rocks, thickness = specimen["setup"] in ("stack", "strip"), specimen["thickness"]
     far = FAR * thickness if rocks else None
     curve = lm.pushover(*model, to=far, contact_model="vertices", contacts="first",
-                        steps=QUICK)  # fmt: skip
+                        steps=QUICK)
     out = {q: curve.quantities[q] for q in ("peak", "stiffness")}
     if rocks:
         out["drift"] = fallen_to(curve, FALLEN)

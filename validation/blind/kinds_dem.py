@@ -39,9 +39,9 @@ def frequency(assembly, guess):
     period, brake = 1.0 / guess, dem.Damping(0.8)
     stages = [dem.Hold(duration=REST * period, damping=brake), dem.Ramp(to=SMALL, duration=2 * period, damping=brake),
               dem.Hold(duration=REST * period, damping=brake), dem.Ramp(to=0.0, duration=1e-3 * period),
-              dem.Hold(duration=PERIODS * period)]  # fmt: skip
+              dem.Hold(duration=PERIODS * period)]
     found = dem.simulate(assembly, stages, loads=lm.Loads.horizontal(assembly, (1, 1, 0)), mode="dynamic", sample=5,
-                         joint_options=dem.JointOptions(dashpot=0.0))  # fmt: skip
+                         joint_options=dem.JointOptions(dashpot=0.0))
     last = found["stage"] == found["stage"].max()
     time = np.linspace(found["time"][last][0] + 1e-3 * period, found["time"][last][-1], POINTS)
     peaks = []
@@ -67,7 +67,7 @@ class ByDem(OtherCode):
             self.specimens, simulate, rows([simulate(s) for s in self.specimens], self.quantities, scatter=scatter),
             nuisance=campaigns.NUISANCE, covariates=covariates, causes=CAUSES, cache=cache, version="1", shared=(),
             **SLOW,
-        )  # fmt: skip
+        )
         self.design = self.study.design()
         self.drawn = np.array([SCATTER[q] for q in self.study.rows.quantities])
         self.store = Path(f"{cache}.dem.jsonl") if cache else None

@@ -50,7 +50,7 @@ def stiffness(assembly, loads):
 @declare(
     "softer joints", parameter="softer", lever="stiffness", baseline=1.0, bounds=(0.3, 2.5),
     physics="all joints have size times their stiffness",
-)  # fmt: skip
+)
 def softer_joints(size, assembly, loads):
     """Stiffness of all joints times the size [-]."""
 
@@ -123,7 +123,7 @@ class Trials:
             specimens, self.simulate, found, nuisance=campaigns.NUISANCE, covariates=covariates,
             causes=self.causes, cache=cache, version="1", shared=None if together else (),
             **{**SLOW, "levels": self.levels},
-        )  # fmt: skip
+        )
         self.design, self.drawn = self.study.design(), self.study.scale
         self._curves = {}
         self.felt = np.array([[q == want for q in self.study.rows.quantities] for want in quantities])
@@ -138,7 +138,7 @@ class Trials:
         """Quantities without an effect off the list, and with it at each of its sizes."""
         if effect not in self._curves:
             self._curves[effect] = [[simulate(s) for s in self.specimens],
-                                    *(with_effect(effect, size, self.specimens) for size in effect.sizes)]  # fmt: skip
+                                    *(with_effect(effect, size, self.specimens) for size in effect.sizes)]
         return self._curves[effect]
 
     def off_the_list(self, k, rng):
@@ -234,7 +234,7 @@ class OtherCode(Trials):
         effect = effects[k % len(effects)]
         found = self.curve(effect)[2]
         peaks = [self.dem.effect(effect.name, effect.sizes[1], int(s["name"]) - 1, campaigns.FRICTION)
-                 for s in self.specimens]  # fmt: skip
+                 for s in self.specimens]
         return self.with_peaks(np.array([f[q] for f in found for q in self.quantities]), peaks), effect.name
 
     def listed(self, k, rng):
@@ -311,7 +311,7 @@ class Monument:
         true = measured_modes(*drawn)
         seen, sound = true.quantities, true.predicted(modes_of(()))
         apart = [np.log(seen[q] / sound[q]) / ROUGH["frequency"] if q.startswith("frequency")
-                 else (seen[q] - sound[q]) / ROUGH["component"] for q in seen]  # fmt: skip
+                 else (seen[q] - sound[q]) / ROUGH["component"] for q in seen]
         return (drawn, f"loose joint {HEALTHY.joint_names[joint]}") if np.square(apart).sum() >= VISIBLE else None
 
     def _drawn(self, rng, model):
@@ -350,7 +350,7 @@ class Patterns:
             DRAWN, pattern, [Observation(i, q, v, MISREAD) for i, f in enumerate(plain) for q, v in f.items()],
             nuisance=campaigns.NUISANCE, causes=MOVING, cache=cache, version="1", shared=(),
             **{**SLOW, "levels": 17},  # a pattern jumps where one mechanism takes over
-        )  # fmt: skip
+        )
         self.design = self.study.design()
 
     def nothing(self, k, rng):

@@ -113,5 +113,5 @@ EFFECTS = (
     Effect("grows with the load", "read values rise with the overload [1/N]", (0.0008, 0.0014, 0.002),
            read=lambda size, value, s: value * exp(size * s["overload"])),
     Effect("load acts higher", "live load grows with height", (0.15, 0.25, 0.4), higher),
-)  # fmt: skip
+)
 BY_NAME = {e.name: e for e in EFFECTS}

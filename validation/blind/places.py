@@ -24,7 +24,7 @@ APART = 25.0  # d2 from every listed cause from which an effect ought to be told
 OWN = {
     "drift with the order of tests": ("order",), "age": ("age",), "grows with the load": ("overload",),
     "friction in one direction": ("setup",), "instrument of one set-up": ("setup",), "shift of batch B": ("batch",),
-}  # fmt: skip
+}
 DESIGNS = {"all recorded": campaigns.COVARIATES, "nothing recorded": ()}
 CLASSES = ("an effect built without the catalogue", "a listed cause, taken off the list")
 
@@ -65,7 +65,7 @@ def judged(design, kind, k, seed):
         "kind": apart[max(found.by_kind, key=lambda e: e.misfit).kind] >= (1.0 - TIE) * max(apart.values()),
         "column": found.covariate in OWN.get(name, ()),
         "stated": None if stated is None or not stated.trials else stated.rate,
-    }  # fmt: skip
+    }
 
 
 def share(count, of):

@@ -8,7 +8,7 @@ from limitmason.diagnosis import binomial_interval
 OUTCOMES = (
     "none", "named", "set with it", "wrong name", "set without it", "pair", "pair set with it", "wrong pair",
     "unexplained", "unexplained, right covariate", "scatter",
-)  # fmt: skip
+)
 NAMES = ("named", "wrong name")
 
 

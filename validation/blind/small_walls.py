@@ -46,7 +46,7 @@ def specimen(name, setup, unit, courses, batch, length=None, *, start="whole", o
     return {
         "name": name, "setup": setup, "unit": unit, "courses": courses, "length": length, "start": start,
         "overload": overload, "batch": batch, "height": courses * unit[1], "thickness": unit[2],
-    }  # fmt: skip
+    }
 
 
 SPECIMENS = (
@@ -79,7 +79,7 @@ def build(s, friction_coefficient=FRICTION):
         model = lm.build.wall(
             length=s["length"], courses=s["courses"], unit=s["unit"], start=s["start"], joint=joint,
             top_beam=height if s["overload"] else None,
-        )  # fmt: skip
+        )
         top = "beam"
     loads = lm.Loads.horizontal(model, (0.0, 1.0, 0.0) if s["setup"] == "out of plane" else (1.0, 0.0, 0.0))
     if s["overload"]:

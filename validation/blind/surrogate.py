@@ -137,7 +137,7 @@ def specimen(setup, height, thickness, unit_height, overlap, *, length=0.9, side
     return {
         "setup": setup, "height": height, "thickness": thickness, "unit_height": unit_height, "overlap": overlap,
         "length": length, "side_walls": side_walls, "overload": overload,
-    }  # fmt: skip
+    }
 
 
 def _twelve():

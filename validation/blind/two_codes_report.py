@@ -21,7 +21,7 @@ TRIED = {
     },
     "bracket a tenth, 4 x 8 points": {"contact_points": (4, 8)},
     "bracket a tenth, 2 x 2 points": {"contact_points": (2, 2)},
-}  # fmt: skip
+}
 
 
 def text(records, seed, seconds):
@@ -46,7 +46,7 @@ def text(records, seed, seconds):
         *[line for code, record in records.items() for line in _trials(code, record)],
         *_drawn(),
         "",
-    ])  # fmt: skip
+    ])
 
 
 def _null():
@@ -69,9 +69,9 @@ def _null():
         values = [both[c](s) for c in (LIMIT, DEM)]
         cells = [f"{100 * d[i]:+.2f} %" for z, d in sharp.items() if z]
         lines.append(f"| {s['name']} | {values[0]:.4f} | {values[1]:.4f} | {100 * sharp[0.0][i]:+.2f} % | "
-                     + " | ".join(cells) + " |")  # fmt: skip
+                     + " | ".join(cells) + " |")
     lines += ["", "With an effect switched on in both codes, at every planted size:", "",
-              "| cause | sizes | rms | largest | in | at size |", "|---|---|---|---|---|---|"]  # fmt: skip
+              "| cause | sizes | rms | largest | in | at size |", "|---|---|---|---|---|---|"]
     for name, sizes in two_codes.ready(LIMIT).sizes.items():
         sizes = [x for x in sizes if both[DEM].knows(_cause(name), x, (0.0,)) and not _cause(name).transforms]
         if sizes:
@@ -91,7 +91,7 @@ def _cause(name):
 def _why():
     """The sharp specimens computed again: what the difference between the codes is made of."""
     lines = ["Where the difference comes from (lower end of the bracket over limit analysis, computed anew):",
-             "", "| specimen | " + " | ".join(TRIED) + " |", "|---|" + "---|" * len(TRIED)]  # fmt: skip
+             "", "| specimen | " + " | ".join(TRIED) + " |", "|---|" + "---|" * len(TRIED)]
     table = []
     for s in SPECIMENS:
         exact = two_codes.codes()[LIMIT](s)
@@ -108,7 +108,7 @@ def _why():
 
 def _trials(code, record):
     lines = [f"## {two_codes.SPOKEN[code].capitalize().replace('dem', 'DEM')}", "",
-             "| class | required | measured | 95 % interval | trials | |", "|---|---|---|---|---|---|"]  # fmt: skip
+             "| class | required | measured | 95 % interval | trials | |", "|---|---|---|---|---|---|"]
     for label, required, rate, low, high, holds in score.requirements(record.sheet):
         n = record.sheet.trials(label)
         lines.append(
@@ -118,10 +118,10 @@ def _trials(code, record):
     if record.size_errors:
         median, n = float(np.median(record.size_errors)), len(record.size_errors)
         lines.append(f"| size of a named cause | median error <= 15 % | {100 * median:.1f} % | | {n} | "
-                     f"{'holds' if median <= 0.15 else '**falls short**'} |")  # fmt: skip
+                     f"{'holds' if median <= 0.15 else '**falls short**'} |")
         low, high = binomial_interval(int(np.sum(record.covered)), n)
         lines += ["", f"95 % interval of a named size holds the truth: {100 * np.mean(record.covered):.1f} % "
-                  f"({100 * low:.1f} to {100 * high:.1f} %) of {n}."]  # fmt: skip
+                  f"({100 * low:.1f} to {100 * high:.1f} %) of {n}."]
     lines += ["", record.sheet.text(), "", "The same trials judged by broken rules:", ""]
     for name, sheet in record.broken.items():
         held = score.requirements(sheet)

@@ -49,7 +49,7 @@ def cases() -> list[tuple[str, dict[str, Any]]]:
     return [("as they are", {})] + [
         (f"{name} {100 * (factor - 1):+.0f} %", {key: value * factor})
         for name, key, value in VARIED for factor in (0.9, 1.1)
-    ]  # fmt: skip
+    ]
 
 
 def changes(peaks: Array) -> tuple[Array, float]:
@@ -76,7 +76,7 @@ def section(runs: Runs) -> list[str]:
     stiff = np.array([runs.onsets(["udec-09"], blocks=RITZ, **o).compliance for _, o in listed])
     soft = np.array([
         [runs("udec-09", once=True, seed=s, fracture_energy=ENERGY, **o).peak for s in (1, 2)] for _, o in listed
-    ])  # fmt: skip
+    ])
     free = np.array([runs.rate_free("udec-09", to=TO, **o).peak for _, o in listed])
     slow: dict[str, Any] = {"once": True, "to": TO, "steps": PACE}
     brittle = {
@@ -85,16 +85,16 @@ def section(runs: Runs) -> list[str]:
     found = {name: changes(p) for name, p in brittle.items()}
     softly = soft.mean(axis=1) / soft[0].mean() - 1.0
     body = [["", "compliance", "first failure", "peak, softening joints", *(f"peak, run {n[-2:]}" for n in BRITTLE),
-             "peak, run 09, rate-free"]]  # fmt: skip
+             "peak, run 09, rate-free"]]
     for k, (words, _) in enumerate(listed):
         if k == 0:
             medians = [f"{np.median(p[0]):.2f} kN" for p in brittle.values()]
             body.append([words, f"{stiff[0]:.4f} mm/kN", f"{first[0]:.3f} kN", f"{soft[0].mean():.2f} kN", *medians,
-                         f"{free[0]:.2f} kN"])  # fmt: skip
+                         f"{free[0]:.2f} kN"])
             continue
         moved = [f"{np.expm1(c[k]):+.1%} +- {w:.1%}" for c, w in found.values()]
         body.append([words, f"{stiff[k] / stiff[0] - 1:+.1%}", f"{first[k] / first[0] - 1:+.1%}", f"{softly[k]:+.1%}",
-                     *moved, f"{free[k] / free[0] - 1:+.1%}"])  # fmt: skip
+                     *moved, f"{free[k] / free[0] - 1:+.1%}"])
     return [
         "## Properties of the bricks (5.1)", "",
         "\"No significant effect\" at +-10 %. Compliance and first failure (ft 0.15 MPa): elastic bricks, by "
@@ -105,13 +105,13 @@ def section(runs: Runs) -> list[str]:
         f"{1e3 * TO:.1f} mm. The 95 % interval is that of the difference of two medians. Of six such intervals one "
         "misses by chance in a quarter of all studies. Rate-free: `lm.pushover`.", "",
         *markdown(body), "", *_words(listed, softly, first, free, found), "",
-    ]  # fmt: skip
+    ]
 
 
 def _words(
     listed: Sequence[tuple[str, Mapping[str, Any]]], softly: Array, first: Array, free: Array,
     found: Mapping[str, tuple[Array, float]],
-) -> list[str]:  # fmt: skip
+) -> list[str]:
     moves = first / first[0] - 1.0
     heavy = float(np.abs(moves[1:3]).max())
     lines = [

@@ -59,7 +59,7 @@ def section(runs: Runs) -> list[str]:
         f"bricks of {1e3 * SPACING:.4g} mm zones. The same contact points. Perturbed starts: every brick moved by up "
         f"to {NUDGE:g} m. Rate-free: `lm.pushover` on the same points with the same law.", "",
         *_stiffness(runs), *_grid(runs), *_starts(runs), *_zones(runs),
-    ]  # fmt: skip
+    ]
 
 
 def _slow(runs: Runs, name: str, blocks: str, seed: int) -> Answer:
@@ -76,7 +76,7 @@ def _stiffness(runs: Runs) -> list[str]:
         f"{free[1]:.5f}, elastic bricks condensed to their joints {free[2]:.5f} mm/kN. Zoned bricks, driven, have "
         f"{zoned:.5f}: "
         f"simply deformable {free[1] / zoned - 1.0:+.1%} of zoned (target 3%).", "",
-    ]  # fmt: skip
+    ]
 
 
 def _grid(runs: Runs) -> list[str]:
@@ -91,7 +91,7 @@ def _grid(runs: Runs) -> list[str]:
     return [
         f"Peaks up to {1e3 * TRAVEL:.1f} mm, {SLOWER} steps, one start each: simply deformable over lumped, median "
         f"{np.median(ratio):.2f}, from {ratio.min():.2f} to {ratio.max():.2f}.", "", *markdown(body), "",
-    ]  # fmt: skip
+    ]
 
 
 def _starts(runs: Runs) -> list[str]:
@@ -108,7 +108,7 @@ def _starts(runs: Runs) -> list[str]:
         "Perturbed starts, driven, beside the path without rate:", "", *markdown(body), "",
         f"Paths without rate that went on to {1e3 * TRAVEL:.1f} mm lie within {max(off, default=0.0):.0%} of the "
         "medians of driven starts.", "",
-    ]  # fmt: skip
+    ]
 
 
 class _Pair(NamedTuple):
@@ -154,14 +154,14 @@ def _zones(runs: Runs) -> list[str]:
     body = [[
         "run", "zoned [kN]", "at [mm]", "rate", "simply deformable [kN]", "at [mm]", "rate", "simply deformable/zoned",
         "to the first peak",
-    ]]  # fmt: skip
+    ]]
     body += [
         [
             p.name[-2:], f"{p.zoned.peak:.2f}", f"{p.zoned.at_peak:.2f}", f"{p.zoned_rate:.1%}", f"{p.simple.peak:.2f}",
             f"{p.simple.at_peak:.2f}", f"{p.simple_rate:.1%}", f"{p.ratio:.2f}", f"{p.before:.2f}",
         ]
         for p in pairs
-    ]  # fmt: skip
+    ]
     steady = [p for p in pairs if p.steady]
     before = np.abs(np.array([p.before for p in pairs]) - 1.0)
     return [
@@ -180,7 +180,7 @@ def _zones(runs: Runs) -> list[str]:
         "column).",
         *_laws(runs, names), *_fork(runs), "",
         *_over_starts(runs, [p.name for p in pairs if abs(p.ratio - 1.0) > TARGET]),
-    ]  # fmt: skip
+    ]
 
 
 def _agreement(where: str, pairs: Sequence[_Pair]) -> str:
@@ -214,7 +214,7 @@ def _laws(runs: Runs, names: Sequence[str]) -> list[str]:
                 given = {"once": True, "seed": 1, "fracture_energy": energy}
             peaks.append([
                 runs(n, steps=k, blocks=b, **given).peak for b, k in ((SIMPLY_DEFORMABLE, SLOWER), (ZONED, zoned_steps))
-            ])  # fmt: skip
+            ])
         ratio = np.divide(*np.array(peaks).T)
         off = np.abs(ratio - 1.0)
         lines.append(
@@ -268,7 +268,7 @@ def _over_starts(runs: Runs, names: Sequence[str]) -> list[str]:
     if not names:
         return []
     body = [["run", "zoned, median [kN]", "least", "largest", "simply deformable, median [kN]", "least", "largest",
-             "simply deformable/zoned"]]  # fmt: skip
+             "simply deformable/zoned"]]
     apart = []
     for name in names:
         zoned, simple = (
@@ -282,7 +282,7 @@ def _over_starts(runs: Runs, names: Sequence[str]) -> list[str]:
     unmet = [
         f"Ranges of starts that do not meet, without a fork shown above: {', '.join(apart)}. Which joints part them is "
         "not traced.", "",
-    ]  # fmt: skip
+    ]
     return [
         f"Runs beyond {TARGET:.0%} over {len(STARTS)} perturbed starts, at the faster speed:", "", *markdown(body), "",
         *(unmet if apart else []),

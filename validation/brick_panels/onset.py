@@ -53,7 +53,7 @@ def section(runs: Runs) -> list[str]:
     """Part of the page."""
     table = [_row(*case, _onsets(runs, *case)) for case in CASES]
     head = ["outline", "bond", "bricks", "points [mm]", *(f"ft {v:.2f}" for v in FT), "slope [kN/MPa]",
-            "printed less ours [kN]", "their span"]  # fmt: skip
+            "printed less ours [kN]", "their span"]
     return [
         "## First failure, without rate", "",
         "Joints hold everywhere up to the first failure, so stresses are those of own weight and of the load, "
@@ -62,7 +62,7 @@ def section(runs: Runs) -> list[str]:
         + ", ".join(f"{v:.2f}" for v in TYPICAL)
         + f" kN, slope {_slope(TYPICAL):.1f} kN/MPa, for the runs in which nothing slips first.", "",
         *markdown([head, *table]), "", *_words(runs), *_slipping(runs), *_speed(runs),
-    ]  # fmt: skip
+    ]
 
 
 def _onsets(runs: Runs, outline: str, start: str, blocks: str, spacing: float, stress: str | None) -> Onsets:
@@ -80,7 +80,7 @@ def _row(outline: str, start: str, blocks: str, spacing: float, stress: str | No
     return [
         outline, start, blocks + (f", {stress}" if stress else ""), f"{1e3 * spacing:.4g}",
         *(f"{v:.3f}" for v in ours), f"{_slope(ours):.1f}", ", ".join(f"{v:.2f}" for v in lag), f"{np.ptp(lag):.2f}",
-    ]  # fmt: skip
+    ]
 
 
 def _words(runs: Runs) -> list[str]:
@@ -107,7 +107,7 @@ def _words(runs: Runs) -> list[str]:
         "- Outlines: elastic bricks give "
         + " and ".join(f"{min(v):.1f} to {max(v):.1f} kN/MPa on {o}" for o, v in other.items())
         + ". The print speaks for the first.", "",
-    ]  # fmt: skip
+    ]
 
 
 def _slipping(runs: Runs) -> list[str]:
@@ -122,7 +122,7 @@ def _slipping(runs: Runs) -> list[str]:
     away = [
         f"{r['specimen'][-2:]} ({r['V_first_crack']})" for r in rows
         if abs(float(r["V_first_crack"]) - typical[float(r["tension"])]) > 0.015
-    ]  # fmt: skip
+    ]
     four = names.index("udec-04")
     return [
         "- The first crack hangs on ft alone where no point slips first. Runs in which one does, by superposition: "
@@ -131,7 +131,7 @@ def _slipping(runs: Runs) -> list[str]:
         f"the last digit of a print. Elastic bricks of run 4 slip at {found.slip[four]:.2f} kN, after the first point "
         "opens but before its print. Slip takes no strength. It unloads the point that would open, which then opens "
         "later. A line through all 18 prints, 20.1 kN/MPa, counts them in; it is no slope against ft.", "",
-    ]  # fmt: skip
+    ]
 
 
 def _speed(runs: Runs) -> list[str]:
@@ -153,7 +153,7 @@ def _speed(runs: Runs) -> list[str]:
         "- Own weight that acts at once overshoots. At ft 0.05 MPa statics leaves lumped bricks 0.03 kN. Five joints "
         "broke where the weight was let go at once. Here it comes to rest on sound joints first (`sound=True`).",
         "",
-    ]  # fmt: skip
+    ]
 
 
 def _stiffnesses(runs: Runs) -> str:

@@ -48,7 +48,7 @@ def page(*, store: str | Path | None = None, progress: Callable[[str], None] | N
         "stand beside it below. A peak is the largest load up to 1.3 mm.", "",
         *_strengths(runs), *onset.section(runs), *deformability.section(runs), *_stiffness(runs), *bricks.section(runs),
         *_panels(runs), *residual.section(read_table(NAME, "udec_runs.csv").rows), *_why(runs),
-    ]  # fmt: skip
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -103,7 +103,7 @@ def _strengths(runs: Runs) -> list[str]:
         "failure printed [kN]", "peak [kN]", "of starts", "ratio", "at, printed [mm]", "at [mm]", "rate",
         "mode at the peak",
         "by opening or slip [kN]", "nothing lost [kN]",
-    ]  # fmt: skip
+    ]
     body: list[list[str]] = []
     peaks: dict[str, list[float]] = {"opening or slip": [], "nothing": []}
     for r, found_of, a in zip(rows, starts, out, strict=True):
@@ -119,7 +119,7 @@ def _strengths(runs: Runs) -> list[str]:
             f"{float(r['d_failure']) - float(r['d_selfweight']):.2f}", f"{a.at_peak:.2f}",
             f"{runs(r['specimen']).rate:.1%}", a.mode,
             *other,
-        ])  # fmt: skip
+        ])
     printed = np.array([float(r["V_failure"]) for r in rows])
     ours = np.array([a.peak for a in out])
     loads = {
@@ -130,7 +130,7 @@ def _strengths(runs: Runs) -> list[str]:
             f"ours, outline {o}": np.array([runs(r["specimen"], once=True, outline=o).peak for r in rows])
             for o in OUTLINES[1:]
         },
-    }  # fmt: skip
+    }
     slopes = {name: log_slopes(rows, f) for name, f in loads.items()}
     keep = np.array([r["suspect"] != "1" for r in rows])
     ranks = np.array([np.argsort(np.argsort(v[keep])) for v in (printed, ours)], dtype=float)
@@ -159,21 +159,21 @@ def _strengths(runs: Runs) -> list[str]:
         f"- Logarithmic slopes of the failure load, 17 runs (without {LEFT_OUT}), with the standard errors that the "
         "scatter about a power law leaves. Bricks bend as below, and the other outlines have one speed:", "",
         *markdown(table), "", _what_decides(rows, slopes, bricks.MEDIAN_OF[3] * noise), "",
-    ]  # fmt: skip
+    ]
 
 
 def _stiffness(runs: Runs) -> list[str]:
     body = [[
         "x", "kn [GPa/m]", "own weight printed [mm]", "ours", "first crack printed [kN]", "first failure",
         "failure printed [kN]", "peak", "at, printed [mm]", "at",
-    ]]  # fmt: skip
+    ]]
     for r in read_table(NAME, "stiffness_table.csv").rows:
         a = runs("udec-01", once=True, kn=1e9 * float(r["kn"]), ks=1e9 * float(r["ks"]))
         body.append([
             r["scale"] + ("*" if r["suspect"] == "1" else ""), r["kn"], r["d_selfweight"], f"{a.settlement:.4f}",
             r["V_first_crack"], f"{a.first:.2f}", r["V_failure"], f"{a.peak:.2f}",
             f"{float(r['d_failure']) - float(r['d_selfweight']):.2f}", f"{a.at_peak:.2f}",
-        ])  # fmt: skip
+        ])
     low, high = runs("udec-09", once=True, ks=83e9 / 1.5), runs("udec-09", once=True, ks=83e9 / 4.0)
     return [
         "## Stiffness of the joints (Table 3)", "",
@@ -184,7 +184,7 @@ def _stiffness(runs: Runs) -> list[str]:
         "- A higher kn/ks lowers the loads (5.2.2). From 1.5 to 4, at the strengths of run 9 and one speed, the peak "
         f"goes from {low.peak:.2f} "
         f"to {high.peak:.2f} kN. First failure goes from {low.first:.2f} to {high.first:.2f} kN.", "",
-    ]  # fmt: skip
+    ]
 
 
 def _panels(runs: Runs) -> list[str]:
@@ -217,7 +217,7 @@ def _panels(runs: Runs) -> list[str]:
         f"First to fail: {first.where}. L1 is an open case: its outline is unknown, and the width of its piers "
         "alone moves "
         "it as the last two rows show.", "",
-    ]  # fmt: skip
+    ]
 
 
 def _why(runs: Runs) -> list[str]:
@@ -237,4 +237,4 @@ def _why(runs: Runs) -> list[str]:
         "- Missing in the paper's text: the drawing, the speed, the zones of the bricks, the strengths of Table "
         "3, curves "
         "of the tests.", "",
-    ]  # fmt: skip
+    ]

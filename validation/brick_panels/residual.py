@@ -51,7 +51,7 @@ def pushed(
         wall, test.drive(), to=to, blocks="lumped", steps=steps, rate_check=False, samples=samples, sound=True,
         contact_points=SPACING, damping=dem.Damping(0.5, combined=True),
         settle=dem.Settle(tolerance=1e-5, gently=2000), detect_every=None,
-    )  # fmt: skip
+    )
 
 
 def one(outline: str, bearing: float, kept: float, run: str, start: int) -> dict[str, Any]:
@@ -113,7 +113,7 @@ def section(published: Sequence[dict[str, str]]) -> list[str]:
     """
     printed = np.array([float(r["V_failure"]) for r in published])
     table = [["outline", "soldiers bear on [mm]", "kept", "runs", "tan(phi)", "c", "ft", "ours / print", "scatter",
-              "starts differ by [%]", "printed order in"]]  # fmt: skip
+              "starts differ by [%]", "printed order in"]]
     rows = read("residual")
     for (outline, bearing), kept in product(LAYOUTS, KEPT):
         own = [r for r in rows if (r["outline"], float(r["bearing"]), float(r["kept"])) == (outline, bearing, kept)]
@@ -127,14 +127,14 @@ def section(published: Sequence[dict[str, str]]) -> list[str]:
         met = sum(before_shear(r) for r in own)
         table.append([outline, f"{1e3 * bearing:g}", f"{kept:g} c", f"{18 * starts}", *(
             f"{v:.2f} +- {e:.2f}" for v, e in zip(*log_slopes(published, middle), strict=True)),
-            f"{np.exp(log.mean()):.2f}", f"{log.std(ddof=1):.2f}", f"{apart:.1f}", f"{met} of {len(own)}"])  # fmt: skip
+            f"{np.exp(log.mean()):.2f}", f"{log.std(ddof=1):.2f}", f"{apart:.1f}", f"{met} of {len(own)}"])
     exponents, errors = log_slopes(published, printed)
     table.append(["print", "not printed", "not printed", "18", *(
-        f"{v:.2f} +- {e:.2f}" for v, e in zip(exponents, errors, strict=True)), "1", "-", "-", "-"])  # fmt: skip
+        f"{v:.2f} +- {e:.2f}" for v, e in zip(exponents, errors, strict=True)), "1", "-", "-", "-"])
     panels = [["panel", "outline", "first failure [kN]", "0.2 mm crack [kN]", "peak [kN]", "at [mm]", "what moves"]]
     for r in read("as_printed"):
         panels.append([r["panel"], r["outline"], *(f"{1e-3 * float(r[k]):.2f}" for k in (
-            "failure", "crack", "ultimate")), f"{1e3 * float(r['at']):.1f}", order(r)])  # fmt: skip
+            "failure", "crack", "ultimate")), f"{1e3 * float(r['at']):.1f}", order(r)])
     peaks = [1e-3 * float(r["ultimate"]) for r in read("as_printed") if r["panel"] == "S1"]
     low, high = min(peaks), max(peaks)
     return [
@@ -158,7 +158,7 @@ def section(published: Sequence[dict[str, str]]) -> list[str]:
         "- Soldiers that bear on half a brick of the piers bring the exponent of tan(phi) up to 0.1 nearer to print. "
         "The level stays.",
         "- Three starts, moved by 1e-10 m, differ by less than a per cent: the scatter about print is not theirs.", "",
-    ]  # fmt: skip
+    ]
 
 
 def main() -> None:
@@ -172,7 +172,7 @@ def main() -> None:
     table = study.sweep(as_printed, panels, store=chosen.store / "as_printed.jsonl", key="as printed", progress=print)
     write(STORED["as_printed"], ("panel", "outline"), table.rows)
     table = study.sweep(one, list(points(chosen.starts)), store=chosen.store / "residual.jsonl",
-                        key=f"residual {STEPS}", progress=print)  # fmt: skip
+                        key=f"residual {STEPS}", progress=print)
     write(STORED["residual"], POINT, table.rows)
     if chosen.page is not None:
         text = chosen.page.read_text(encoding="utf-8")

@@ -128,7 +128,7 @@ class Runs:
             [specimen, once, to, steps, options, *([level] if level else [])], [specimen],
             f"{specimen} {words}{' once' if once else ''}",
             lambda: _pushed(specimen, Push(once, to, steps, blocks, seed, crack), options),
-        ))  # fmt: skip
+        ))
 
     def rate_free(self, specimen: str, *, blocks: str = LUMPED, to: float = TRAVEL, **options: Any) -> Answer:
         """Answer of the path without time, of :func:`limitmason.pushover` on the points of the DEM.
@@ -139,7 +139,7 @@ class Runs:
             [specimen, "pushover", to, blocks, options], [specimen],
             f"{specimen} pushover, blocks {blocks}",
             lambda: _followed(specimen, blocks, to, options),
-        ))  # fmt: skip
+        ))
 
     def onsets(self, specimens: Sequence[str], *, blocks: str, spacing: float = SPACING, **options: Any) -> Onsets:
         """First failures of runs that differ in their strengths only, by :func:`limitmason.elastic_range`.
@@ -154,7 +154,7 @@ class Runs:
             [list(specimens), "elastic range", blocks, spacing, options], specimens,
             f"elastic range, blocks {blocks}, points {1e3 * spacing:.4g} mm apart",
             lambda: _superposed(specimens, blocks, spacing, options),
-        ))  # fmt: skip
+        ))
 
     def _kept(
         self, call: Sequence[Any], specimens: Sequence[str], words: str, compute: Callable[[], Answer | Onsets]
@@ -223,7 +223,7 @@ def cracked(assembly: Assembly, course: int) -> Assembly:
     weak = replace(
         assembly.interfaces[0].joint, cohesion=0.0, tensile_strength=0.0, residual_cohesion=None,
         residual_tensile_strength=None, name="cracked",
-    )  # fmt: skip
+    )
     return assembly.with_joints({pair[1:]: weak for pair in (min(beds), max(beds))})
 
 
@@ -284,7 +284,7 @@ def _pushed(specimen: str, push: Push, options: Mapping[str, Any]) -> Answer:
         float("nan") if crack is None else 1e-3 * crack.load, 1e3 * curve.settlement, 1e6 * float(u @ u / (u @ f)),
         curve.rate_error, curve.mode_at(curve.peak.index).name, curve.law, 1e3 * curve.spacing,
         getattr(first, "where", ""), kept_loads(curve.displacement, curve.load),
-    )  # fmt: skip
+    )
 
 
 def kept_loads(displacement: NDArray[np.float64], load: NDArray[np.float64]) -> list[float]:
@@ -298,7 +298,7 @@ def _followed(specimen: str, blocks: str, to: float, options: Mapping[str, Any])
     curve = pushover(
         test.assembly(), test.loads(), control=("spreader", "z"), to=-to, blocks=blocks, contact_model="grid",
         grid=SPACING, contacts="first",
-    )  # fmt: skip
+    )
     u, f = 1e3 * np.abs(curve.displacement), curve.load  # the live load is 1 kN
     peak, nothing = int(f.argmax()), float("nan")
     first = curve.breaks[0].sample - 1 if curve.breaks else peak
@@ -307,7 +307,7 @@ def _followed(specimen: str, blocks: str, to: float, options: Mapping[str, Any])
     return Answer(
         float(f[peak]), float(u[peak]), float(f[first]), float(u[first]), nothing, nothing, float(u[1] / f[1]), 0.0,
         end, "", 1e3 * SPACING, where,
-    )  # fmt: skip
+    )
 
 
 def _superposed(specimens: Sequence[str], blocks: str, spacing: float, options: Mapping[str, Any]) -> Onsets:
@@ -324,4 +324,4 @@ def _superposed(specimens: Sequence[str], blocks: str, spacing: float, options: 
         [float("inf") if o is None else o.multiplier for o in opening],
         [float("inf") if o is None else o.multiplier for o in slip], last.joint,
         -1e3 * float(found.shift_dead[plate, 2]), -1e3 * float(found.shift_live[plate, 2]),
-    )  # fmt: skip
+    )

@@ -196,7 +196,7 @@ _COLUMNS = (
     "source", "specimens", "variant", "sense", "method", "unit", "value", "low", "high", "range is", "bound", "status",
     "mechanism", "estimate", "estimate of", "references", "reference low", "reference high", "ratio low",
     "ratio high", "DEM is",
-)  # fmt: skip
+)
 
 
 def write_csv(found: Found, path: str | Path) -> None:
@@ -218,7 +218,7 @@ def write_csv(found: Found, path: str | Path) -> None:
                 "; ".join(dict.fromkeys(r.label for r in references)),
                 *map(_number, ends), *map(_number, ratio_span(case, row)),
                 dem_verdict(result) if row.method == DEM else "",
-            ])  # fmt: skip
+            ])
     write_table(path, {c: "column unit" if c in own_unit else "-" for c in _COLUMNS}, lines)
 
 

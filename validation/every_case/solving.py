@@ -68,7 +68,7 @@ def solve_cases(
 def _solve_all(
     wanted: Sequence[Case], methods: Sequence[str], thorough: bool, store: str | Path | None, workers: int,
     say: Progress,
-) -> dict[Case, SideBySide]:  # fmt: skip
+) -> dict[Case, SideBySide]:
     if workers != 1:
         if store is None:
             raise InputError("several workers hand their answers over in a store: give a folder")
@@ -109,7 +109,7 @@ def _solve(case: Case, methods: Sequence[str], thorough: bool, store: str | Path
         return compare(
             case.test.assembly(), case.test.loads(case.direction), names, store=store, proven=settings.proven,
             progress=lambda line: say(f"{title}: {line}"), title=title, **options,
-        )  # fmt: skip
+        )
 
     left_out = {m: why for m, why in case.test.recipe.shown.left_out.items() if m in methods}
     result = ask([m for m in methods if m not in left_out], whole=thorough)

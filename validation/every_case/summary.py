@@ -69,4 +69,4 @@ def _cells(rows: list[Row]) -> list[str]:
         f"{first.source} {names_of(names)}", value, span(min(references), max(references)) + unit,
         f"{first.predicted:.4g}{unit}" if known else first.status, first.flow_rule,
         span(min(ratios), max(ratios), ".2f") if known else "-",
-    ]  # fmt: skip
+    ]

@@ -83,7 +83,7 @@ def main():
             pavia.specimen, layouts.catalogue(DRAWN), [target for _, target in pairs.values()], progress=say,
             store=option("--store", "pavia"), workers=int(option("--workers", 1)),
             time_limit=float(option("--time-limit", "inf")), **settings,
-        )  # fmt: skip
+        )
         for row in catalogue:  # the size study, by limit analysis
             for name, scale in (("half", 0.5), ("double", 2.0)):
                 wall, loads = pavia.specimen(**{c: row[c] for c in layouts.LAYOUTS}, block_scale=scale)
@@ -119,7 +119,7 @@ def main():
             describe=(*layouts.LAYOUTS, "blocks", "associative", *sizes),
         ),
         encoding="utf-8",
-    )  # fmt: skip
+    )
 
 
 if __name__ == "__main__":

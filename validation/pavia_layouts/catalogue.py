@@ -88,7 +88,7 @@ def compute_layouts(
     low, high = window
     in_turn = zip_longest(*(
         [k for k in by_size if low <= screened.rows[k][ASSOCIATIVE] / target <= high] for target in targets
-    ))  # fmt: skip
+    ))
     near = list(dict.fromkeys(k for turn in in_turn for k in turn if k is not None))
     if not near:
         return Table(())
@@ -127,4 +127,4 @@ def _by_dem(build: Build, options: Mapping[str, Any], deadline: float, *, psi: f
     return {
         "low": low, "high": high, "multiplier": 0.5 * (low + high), "status": found.status,
         "steps": found.details.get("steps", 0),
-    }  # fmt: skip
+    }

@@ -34,7 +34,7 @@ def layout_search(search: LayoutSearch, *, title: str | None = None, ax: Axes | 
     first, second = (search.catalogue[c].astype(float) for c in search.columns)
     published = np.array(list(search.pairs.values()), dtype=float)
     ax.plot(first, second, "o", color="#b9b9b9", markersize=2.6, markeredgewidth=0, zorder=1, gid="catalogue",
-            label=f"catalogue, {len(search.catalogue)} layouts")  # fmt: skip
+            label=f"catalogue, {len(search.catalogue)} layouts")
     ratio = published[:, 0] / published[:, 1]
     for k, (name, (x, y)) in enumerate(search.pairs.items()):
         colour, marker = style.SERIES[k % len(style.SERIES)], _MARKERS[k % len(_MARKERS)]
@@ -43,18 +43,18 @@ def layout_search(search: LayoutSearch, *, title: str | None = None, ax: Axes | 
         ax.add_patch(
             Rectangle((x - half[0], y - half[1]), *(2.0 * half), fill=False, edgecolor=colour, linewidth=0.7, zorder=2,
                       gid="tolerance")
-        )  # fmt: skip
+        )
         label = f"{name}: {len(numbers)} layout{'s' if len(numbers) != 1 else ''}"
         ax.plot(first[numbers], second[numbers], marker, color=colour, markersize=4.6, linestyle="none",
-                markeredgecolor="white", markeredgewidth=0.3, zorder=3, gid="compatible", label=label)  # fmt: skip
+                markeredgecolor="white", markeredgewidth=0.3, zorder=3, gid="compatible", label=label)
         ax.plot([x], [y], "x", color=style.BLACK, markersize=5.5, markeredgewidth=1.1, zorder=4, gid="published")
         # outside the band of the pairs: above it for a small ratio, below it for a large one
         left = ratio[k] <= np.median(ratio)
         ax.annotate(name, (x, y) + half * ((-1, 1) if left else (1, -1)), (-2, 0) if left else (2, 0),
                     textcoords="offset points", ha="right" if left else "left", va="center", fontsize=style._SMALL,
-                    color=colour, zorder=5)  # fmt: skip
+                    color=colour, zorder=5)
     ax.plot([], [], "x", color=style.BLACK, markersize=5.5, markeredgewidth=1.1, linestyle="none",
-            label=f"published, box ± {100 * search.tolerance:g} %")  # fmt: skip
+            label=f"published, box ± {100 * search.tolerance:g} %")
     low, high = published.min(axis=0), published.max(axis=0)
     margin = 0.12 * (high - low) + 1.5 * search.tolerance * high
     ax.set_xlim(low[0] - margin[0], high[0] + margin[0])

@@ -60,7 +60,7 @@ def catalogue(number: int | None = None, *, seed: int = 1, most_blocks: int = 20
     """
     every: list[dict[str, Any]] = [dict(zip(LAYOUTS, values, strict=True)) for values in product(*LAYOUTS.values())]
     small = [x for x in every if x["courses"] * (x["facade_units"] + x["return_walls"] * x["return_units"])
-             <= most_blocks]  # fmt: skip
+             <= most_blocks]
     order = np.random.default_rng(seed).permutation(len(small))
     return [small[k] for k in order[:number]]
 

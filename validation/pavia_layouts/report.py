@@ -62,12 +62,12 @@ def _controls(search: LayoutSearch) -> list[str]:
     rows = [
         {"pairs": "published", "fitted": f"{sum(n > 0 for n in own)} of {len(own)}",
          "layouts per pair": sum(own) / len(own), "chance, were they alike": None}
-    ]  # fmt: skip
+    ]
     rows += [
         {"pairs": f"permuted: {c.admitted}", "fitted": f"{c.fitted} of {c.pairs}", "layouts per pair": c.layouts,
          "chance, were they alike": c.chance}
         for c in search.controls
-    ]  # fmt: skip
+    ]
     note = "The chance is that of Fisher's exact test, one-sided. The last control decides."
     return _markdown(Table(tuple(rows), {}, (note,)))
 
@@ -78,7 +78,7 @@ def _findings(found: Sequence[Finding]) -> list[str]:
          "over the whole set": {"open": f"on both sides of {f.about:g}, or unknown for a layout: no conclusion",
                                 "no layout": "no layout"}.get(f.side, f"{f.side} {f.about:g}")}
         for f in found
-    )  # fmt: skip
+    )
     settled = [f for f in found if f.side in ("below", "above")]
     sides = {side: sum(f.side == side for f in settled) for side in ("below", "above")}
     told = f"Below {found[0].about:g} over the whole set of {sides['below']}, above of {sides['above']}, of "

@@ -108,7 +108,7 @@ class LayoutSearch(ReadOnly):
             ),
             {"smallest misfit": "%"},
             (f"of {len(self.catalogue)} layouts, both values within {100 * self.tolerance:g} %; layouts {INFERRED}",),
-        )  # fmt: skip
+        )
 
     def over_sets(
         self, quantity: Callable[[Mapping[str, Any], str], float], *, about: float = 1.0
@@ -202,7 +202,7 @@ def search_layouts(
     return LayoutSearch(
         dict(pairs), catalogue, columns, tolerance, compatible,
         {name: float(misfit[k, k]) for k, name in enumerate(pairs)}, controls, informative, verdict,
-    )  # fmt: skip
+    )
 
 
 def _control(label: str, number: NDArray[np.intp], admitted: NDArray[np.bool_]) -> Control:

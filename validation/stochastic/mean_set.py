@@ -35,7 +35,7 @@ class Case:
 
 
 def _case(group: str, name: str, joint: dict[str, Any] | None = None, push: dict[str, Any] | None = None,
-          **options: Any) -> Case:  # fmt: skip
+          **options: Any) -> Case:
     return Case(group, name, options, joint or {}, push or {})
 
 
@@ -62,7 +62,7 @@ CASES = (
     _case("ks / kn", "1", ks=KN),
     _case("bricks", "E = 70 GPa", young_modulus=70e9),
     _case("bricks", "strain and bend (simply deformable)", push={"blocks": "simply deformable"}),
-)  # fmt: skip
+)
 
 
 def wall_of(case: Case, nudge: int = 0) -> Assembly:
@@ -81,7 +81,7 @@ def one(number: int, nudge: int) -> dict[str, Any]:
         "ultimate": top.load, "at": top.displacement, "crack": float("nan") if crack is None else crack.load,
         "stiffness": curve.stiffness(), "kinetic": float(curve.errors["kinetic"][: top.index + 1].max()),
         "mode": curve.mode_at(top.index).name, "residual": curve.residual,
-    }  # fmt: skip
+    }
 
 
 def compute(store: Path, progress: Callable[[str], object] | None = None, workers: int = 1) -> study.Table:

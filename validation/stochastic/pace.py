@@ -94,7 +94,7 @@ def table(path: Path = STORED) -> list[list[str]]:
     """The kept lines as a table of the page."""
     kept = parsed(path.read_text(encoding="utf-8"), path.name)
     shown = [["workers", "runs", "processor [s]", "a run [s]", "wall [s]", "runs a minute", "load of the machine",
-              "peaks to the bit"]]  # fmt: skip
+              "peaks to the bit"]]
     for cells in kept.rows:
         r = dict(zip(kept.header, cells, strict=True))
         runs, wall, processor = int(r["runs"]), float(r["wall"]), float(r["processor"])
@@ -102,7 +102,7 @@ def table(path: Path = STORED) -> list[list[str]]:
         shown.append([
             way, f"{runs}", f"{processor:.0f}", f"{processor / runs:.2f}", f"{wall:.0f}", f"{60 * runs / wall:.0f}",
             r["load"], "the same" if r["same"] == "1" else "others",
-        ])  # fmt: skip
+        ])
     return shown
 
 

@@ -49,13 +49,13 @@ def page(tables: Tables) -> str:
         "floor": spread_of(tables["floor"]), "third": spread_of(tables["floor-third"]), "judged": judged(tables),
         "repeated": REPEATED, "alone": f"{ALONE:g}", "symmetry": symmetry(tables), "time": TIME,
         "repeats": REPEATS, "slower": slower(tables),
-    }  # fmt: skip
+    }
     parts = {
         "ratios": ratios(tables), "cells": cells(tables), "laws": laws(tables),
         "mean set": mean_set(tables["mean-set"]), "floor": floors(tables), "cracks": cracks(tables),
         "modes": modes(tables), "convergence": convergence(tables),
         "pace": pace.table(),
-    }  # fmt: skip
+    }
     found = {name: markdown(lines) for name, lines in parts.items()}
     return filled(TEXT.format(**words), {**found, "readings": readings_page.section(readings_page.read())})
 

@@ -34,14 +34,14 @@ def non_associative(wall: Assembly, loads: Loads) -> dict[str, Any]:
 
 RUNS: Mapping[str, tuple[Callable[[Assembly, Loads], dict[str, Any]], float]] = {
     "associative": (associative, 1.0), "non-associative": (non_associative, 0.5),
-}  # fmt: skip
+}
 """Flow rule, and the part of the draws that it is worked out for: the search at psi = 0 takes seconds a draw."""
 
 
 def compute(
     store: Path, samples: int = 60, progress: Callable[[str], object] | None = None, workers: int = 1,
     rules: tuple[str, ...] = tuple(RUNS),
-) -> dict[str, study.Table]:  # fmt: skip
+) -> dict[str, study.Table]:
     """Limit loads of the draws of set 4, by study, kept in files beside the runs."""
     out = {}
     for rule in rules:
@@ -51,5 +51,5 @@ def compute(
             out[name] = study.monte_carlo(
                 (PANEL.assembly(), unit_load), max(round(part * samples), 2), run=run, seed=1, scheme="random",
                 store=store / f"{name}.jsonl", progress=progress, workers=workers, **draws(NUMBER, kind == "spatial"),
-            )  # fmt: skip
+            )
     return out

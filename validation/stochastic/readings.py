@@ -28,7 +28,7 @@ KEPT = (0.0, 0.1, 0.25, 0.5)
 """Shares of the cohesion that failed joints keep."""
 SHARING = ("two draws a joint", "one draw a joint", "one draw for all")
 PLAN = ((4, 10, ""), (4, 20, ""), (4, 40, ""), (3, 20, ""), (4, 10, AGAIN), (3, 10, AGAIN), (4, 60, ""), (3, 40, ""),
-        (4, 80, ""), (4, 120, ""), (3, 80, ""), (3, 120, ""))  # fmt: skip
+        (4, 80, ""), (4, 120, ""), (3, 80, ""), (3, 120, ""))
 """Set, runs a cell, and whether they are the nudged ones, in the order in which they are worth most."""
 MOVED = 0.05e-3
 """Opening or slip from which a place counts as moved [m]."""
@@ -65,7 +65,7 @@ def groups(wall: Assembly) -> dict[str, Array]:
         "between soldiers": first & other, "soldier at pier": (first != other) & ~level,
         "heads above": above & ~level, "beds above": above & level & ~over_piers,
         "beds over piers": above & level & over_piers, "beds of piers": ~above & level,
-    }  # fmt: skip
+    }
 
 
 def told(curve: dem.PushCurve) -> dict[str, Any]:
@@ -87,7 +87,7 @@ def told(curve: dem.PushCurve) -> dict[str, Any]:
         out[f"{name}: part"] = float(volume[which].sum()) / total
     every = slice(None, None, 3)
     out["curve"] = [[round(v, 8) for v in curve.displacement[every].tolist()],
-                    [round(v, 1) for v in curve.load[every].tolist()]]  # fmt: skip
+                    [round(v, 1) for v in curve.load[every].tolist()]]
     return out
 
 
@@ -98,12 +98,12 @@ def push(assembly: Assembly, loads: Any, kept: float = 0.0, nudge: float = 0.0) 
     wall = assembly.with_joints(lambda j: replace(
         j, cohesion=tiny * j.cohesion, tensile_strength=tiny * j.tensile_strength,
         residual_cohesion=kept * tiny * j.cohesion,
-    ))  # fmt: skip
+    ))
     try:
         curve = dem.push(
             wall, PANEL.drive(), to=TRAVEL, blocks="lumped", steps=STEPS, rate_check=False, samples=100, damping=BRAKE,
             sound=True, settle=dem.Settle(tolerance=1e-5, stop_when_moved=FALLEN, gently=2000), detect_every=None,
-        )  # fmt: skip
+        )
     except dem.UnsettledError as refused:
         moved = refused.history.shift
         if np.linalg.norm(moved[-1] - moved[0], axis=1).max() < 0.5 * FALLEN:
@@ -135,8 +135,8 @@ def compute(store: Path, progress: Callable[[str], object] | None = None) -> Non
                 if progress is not None:
                     progress(f"{name}{again}: {samples}")
                 run = partial(with_one_law_a_joint if shared == SHARING[1] else push, kept=kept,
-                              nudge=NUDGE if again else 0.0)  # fmt: skip
+                              nudge=NUDGE if again else 0.0)
                 study.monte_carlo(
                     wall, samples, run=run, seed=SEED, scheme="random", store=store / f"{name}{again}.jsonl",
                     **draws(number, shared != SHARING[2]),
-                )  # fmt: skip
+                )

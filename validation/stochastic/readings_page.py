@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 LINES, CURVES = (STORED.with_name(f"stochastic_{name}.csv") for name in ("readings", "fans"))
 PLACES = ("between soldiers", "heads above", "beds above", "beds over piers", "beds of piers", "soldier at pier")
 UNITS = {"set": "-", "drawn": "-", "keeps": "-", "again": "-", "sample": "-", "ultimate": "N", "at": "um", "left": "-",
-         "most": "-", **dict.fromkeys(PLACES, "um")}  # fmt: skip
+         "most": "-", **dict.fromkeys(PLACES, "um")}
 GRID = np.linspace(0.0, 1.5e-3, 31)
 FANS = tuple((4, sharing, kept) for sharing in SHARING[1:] for kept in (0.0, 0.1))
 ONE_SIDE = 0.6
@@ -64,7 +64,7 @@ def _line(row: dict[str, Any]) -> list[str]:
     first = (row[f"{p}: first at"] for p in PLACES)
     most = max(PLACES, key=lambda p: row[f"{p}: part"])
     return [f"{row['ultimate']:.1f}", f"{1e6 * row['at']:.0f}", f"{row['left']:.2f}", most,
-            *("" if v is None else f"{1e6 * v:.0f}" for v in first)]  # fmt: skip
+            *("" if v is None else f"{1e6 * v:.0f}" for v in first)]
 
 
 def read(path: Path = LINES) -> list[dict[str, str]]:
@@ -123,14 +123,14 @@ def against(
                   / math.hypot(100.0 * c.error, cov / math.sqrt(2.0 * RUNS_OF_PRINT)))
            for name, c, cov in (("spatial", a, cov_a), ("non-spatial", b, cov_b))},
         "shift": (shift, print_shift, abs(shift - print_shift) / of_shift),
-    }  # fmt: skip
+    }
 
 
 def table(lines: Sequence[dict[str, str]], number: int) -> list[list[str]]:
     """Every pair beside print."""
     own = cells(lines, number)
     out = [["failed joints keep", "drawn", "runs", "mean [kN]", "CoV [%]", "noise of a run [%]", "one for all: runs",
-            "mean [kN]", "CoV [%]", "shift of the mean [%]", "off by (standard errors)"]]  # fmt: skip
+            "mean [kN]", "CoV [%]", "shift of the mean [%]", "off by (standard errors)"]]
     for sharing, kept in own:
         if sharing == SHARING[2] or (SHARING[2], kept) not in own:
             continue
@@ -143,10 +143,10 @@ def table(lines: Sequence[dict[str, str]], number: int) -> list[list[str]]:
             both(100.0 * b.variation, 100.0 * b.error) + ("" if b.variation > b.error else ", not clear of noise"),
             both(found["shift"][0], 100.0 * math.hypot(a.mean_error, b.mean_error)),
             ", ".join(f"{away:.1f}" for _, _, away in found.values()),
-        ])  # fmt: skip
+        ])
     (mean_a, cov_a), (mean_b, cov_b) = (printed(number, k) for k in ("spatial", "non-spatial"))
     out.append(["printed", "", f"{RUNS_OF_PRINT}", f"{mean_a:.2f}", f"{cov_a:.1f}", "", f"{RUNS_OF_PRINT}",
-                f"{mean_b:.2f}", f"{cov_b:.1f}", f"{100.0 * (mean_a / mean_b - 1.0):+.1f}", ""])  # fmt: skip
+                f"{mean_b:.2f}", f"{cov_b:.1f}", f"{100.0 * (mean_a / mean_b - 1.0):+.1f}", ""])
     return out
 
 
@@ -161,14 +161,14 @@ def verdict(lines: Sequence[dict[str, str]], number: int = 4) -> str:
         s, k = min(pairs, key=lambda p: max(away for _, _, away in far[p].values()))
         nearest = ", ".join(f"{name} {ours:.1f} ({text:.1f})" for name, (ours, text, _) in far[s, k].items())
         return (f"**No pair meets both printed spreads and the shift.** Nearest is {s} with {k:g} c kept: {nearest}. "
-                f"The mean is {1e-3 * own[s, k].mean:.2f} kN for {level:.2f}.")  # fmt: skip
+                f"The mean is {1e-3 * own[s, k].mean:.2f} kN for {level:.2f}.")
     words = []
     for s, k in met:
         near = ", ".join(f"{name} {ours:.1f} ({text:.1f})" for name, (ours, text, _) in far[s, k].items())
         mean = f"mean {1e-3 * own[s, k].mean:.2f} ({level:.2f}) kN"
         worst, away = max(((name, v[2]) for name, v in far[s, k].items()), key=lambda v: v[1])
         words.append(f"- {s[0].upper()}{s[1:]} with {k:g} c kept: {near} %, {mean}. "
-                     f"The farthest is {worst}, by {away:.1f} standard errors.")  # fmt: skip
+                     f"The farthest is {worst}, by {away:.1f} standard errors.")
     many = "One pair meets" if len(met) == 1 else f"{len(met)} pairs meet"
     head = f"**{many} both printed spreads and the shift within two standard errors, of {len(pairs)}.**"
     return "\n\n".join([head, "\n".join(words)])
@@ -177,18 +177,18 @@ def verdict(lines: Sequence[dict[str, str]], number: int = 4) -> str:
 def breaks(lines: Sequence[dict[str, str]]) -> list[list[str]]:
     """How the panels of set 4 break, by side, corner and place."""
     out = [["failed joints keep", "drawn", "left, both, right [%]", "a soldier slides at a corner [%]",
-            "moves most at the peak [%]", "moves first [%]", "second [%]"]]  # fmt: skip
+            "moves most at the peak [%]", "moves first [%]", "second [%]"]]
     for (sharing, kept), cell in cells(lines, 4).items():
         rows = [r for r in cell.rows if r["left"]]
         side = np.array([float(r["left"]) for r in rows])
         sides = [(side >= ONE_SIDE).mean(), ((side < ONE_SIDE) & (side > 1.0 - ONE_SIDE)).mean(),
-                 (side <= 1.0 - ONE_SIDE).mean()]  # fmt: skip
+                 (side <= 1.0 - ONE_SIDE).mean()]
         corner = np.mean([bool(r[PLACES[-1]]) and float(r[PLACES[-1]]) <= float(r["at"]) for r in rows])
         order = [[p for _, p in sorted((float(r[p]), p) for p in PLACES if r[p])] for r in rows]
         out.append([
             f"{kept:g} c", sharing, ", ".join(f"{100 * v:.0f}" for v in sides), f"{100 * corner:.0f}",
             _counted([r["most"] for r in rows]), *(_counted([o[k] for o in order if len(o) > k]) for k in (0, 1)),
-        ])  # fmt: skip
+        ])
     return out
 
 
@@ -215,7 +215,7 @@ def _of_the_weakest(lines: Sequence[dict[str, str]]) -> str:
 
     return (f"- Where nothing is kept one panel decides: of {len(own)} runs with one draw a joint the spread is "
             f"{spread(peaks)} %, and {spread(np.sort(peaks)[1:])} without the weakest. The page's own {len(page)} runs "
-            f"have {spread(page)} %, their first {len(own)} {spread(page[: len(own)])}.")  # fmt: skip
+            f"have {spread(page)} %, their first {len(own)} {spread(page[: len(own)])}.")
 
 
 def section(lines: Sequence[dict[str, str]]) -> list[str]:
@@ -249,7 +249,7 @@ def section(lines: Sequence[dict[str, str]]) -> list[str]:
         "- The five shares of the paper are in a figure that is not at hand, so that they cannot be compared.", "",
         "### Fans of curves", "",
         "![curves of set 4 with nothing and a tenth of the cohesion kept](stochastic-fans.png)", "",
-    ]  # fmt: skip
+    ]
 
 
 def fans() -> Figure:

@@ -20,7 +20,7 @@ STORED = Path(__file__).parents[2] / "examples" / "stored" / "stochastic_panels.
 NUMBERS = {
     "ultimate": "N", "load": "kN", "at": "m", "crack": "N", "failure": "N", "residual": "N", "stiffness": "N/m",
     "kinetic": "-", "lone": "-", "lone at end": "-", "far": "N",
-}  # fmt: skip
+}
 """What is kept of a run with its unit: "load" is that of perfect plasticity, "far" the peak within the first travel."""
 WORDS = ("mode", "mode at peak", "crack in")
 

@@ -17,14 +17,14 @@ NAMES = {
     "young modulus": ("young_modulus", 1e6), "poisson ratio": ("poisson_ratio", 1.0),
     "normal stiffness": ("normal_stiffness", 1e9), "friction angle": ("friction_angle_deg", 1.0),
     "cohesion": ("cohesion", 1e6), "tensile strength": ("tensile_strength", 1e6),
-}  # fmt: skip
+}
 MEAN = {keyword: unit * published.properties()[name].mean for name, (keyword, unit) in NAMES.items()}
 """Of the properties in SI units, by the names of the joints and bricks."""
 PANEL = lm.experiments.load("brick-panels-opening", "S1", dilation_deg=0.0).with_options(
     young_modulus=MEAN["young_modulus"], poisson_ratio=MEAN["poisson_ratio"], kn=MEAN["normal_stiffness"],
     ks=MEAN["normal_stiffness"] / published.STIFFNESS_RATIO, friction_deg=MEAN["friction_angle_deg"],
     cohesion=MEAN["cohesion"], tensile_strength=MEAN["tensile_strength"],
-)  # fmt: skip
+)
 DIGIT = 1e-7
 """Opening and slip are kept as whole numbers of this [m]."""
 FALLEN = 5e-3
@@ -40,7 +40,7 @@ def pushed(assembly, travel=TRAVEL, speed=1.0, damping=BRAKE, blocks="lumped"):
             assembly, PANEL.drive(), to=travel, blocks=blocks, steps=round(STEPS * travel / TRAVEL / speed),
             rate_check=False, samples=400, damping=damping,
             settle=dem.Settle(tolerance=1e-5, stop_when_moved=FALLEN),
-        )  # fmt: skip
+        )
     except dem.UnsettledError as refused:
         moved = refused.history.shift
         if np.linalg.norm(moved[-1] - moved[0], axis=1).max() < 0.5 * FALLEN:
@@ -65,7 +65,7 @@ def told(curve):
         "widths": [None if c is None else c.load for c in map(curve.first_crack, WIDTHS)],
         "mode at peak": curve.mode_at(top.index).name, "residual": curve.residual, "stiffness": curve.stiffness(),
         "kinetic": float(curve.errors["kinetic"][: top.index + 1].max()), "end": curve.status,
-    }  # fmt: skip
+    }
     for name, index in (("peak", top.index), ("fallen", None if fallen is None else fallen.index), ("end", -1)):
         if index is not None:
             for what in ("opening", "slip"):
@@ -104,7 +104,7 @@ def nudged_push(assembly, loads):
             tensile_strength=tiny * i.joint.tensile_strength,
         ))
         for i in assembly.interfaces
-    ]  # fmt: skip
+    ]
     return told(pushed(assembly.with_interfaces(changed)))
 
 

@@ -34,7 +34,7 @@ def jobs(runs: int) -> Iterator[Job]:
     pairs = [(number, kind) for number in (1, 4, 3, 2) for kind in ("spatial", "non-spatial")]
 
     def cells(samples: int, run: Callable[..., Any] = push, tail: str = "", numbers: tuple[int, ...] = (1, 2, 3, 4),
-              linked: bool = True, model: Any = wall) -> Iterator[Job]:  # fmt: skip
+              linked: bool = True, model: Any = wall) -> Iterator[Job]:
         for number, kind in pairs:
             if number in numbers:
                 yield Job(f"set{number}-{kind}{tail}", model, run, samples, draws(number, kind == "spatial", linked))
@@ -63,6 +63,6 @@ def compute(runs: int, store: Path, progress: Callable[[str], object] | None = N
         study.monte_carlo(
             job.model, job.samples, run=job.run, seed=FLOOR_SEED if job.name.startswith("floor") else SEED,
             scheme="random", store=store / f"{job.name}.jsonl", progress=progress, workers=workers, **job.drawn,
-        )  # fmt: skip
+        )
     mean_set.compute(store, progress, workers)
     plastic.compute(store, progress=progress, workers=workers)

@@ -52,7 +52,7 @@ def cells(tables: Tables) -> list[list[str]]:
         lines.append([
             f"{number} {kind}", f"{int(own.n[-1])}", both(value, value * own.mean_error[-1], 2), f"{mean:.2f}",
             both(spread, spread * own.variation_error[-1]), f"{variation:.1f}",
-        ])  # fmt: skip
+        ])
     return lines
 
 
@@ -69,7 +69,7 @@ def ratios(tables: Tables) -> list[list[str]]:
             f"{number}", ratio_without_noise(tables, number), both(ratio, error, 2), f"{cov_a / cov_b:.2f}",
             both(100 * shift, 100 * math.hypot(a.mean_error[-1], b.mean_error[-1])),
             f"{100 * (mean_a / mean_b - 1.0):+.1f}",
-        ])  # fmt: skip
+        ])
     return lines
 
 
@@ -120,7 +120,7 @@ def slowed(tables: Tables, number: int, kind: str) -> Array | None:
 def floors(tables: Tables) -> list[list[str]]:
     """What a single run is worth: noise, and what a third of the speed changes."""
     lines = [["set", "CoV [%]", "noise of a run [%]", "pairs", "CoV without it [%]", "a third of the speed [%]",
-              "runs"]]  # fmt: skip
+              "runs"]]
     for number, kind in CELLS:
         found, own = noise(tables, number, kind), study.running(tables[name_of(number, kind)], "ultimate")
         if found is None:
@@ -134,7 +134,7 @@ def floors(tables: Tables) -> list[list[str]]:
         left = f"{100 * math.sqrt(spread**2 - value**2):.1f}" if spread > value else "none"
         lines.append([
             f"{number} {kind}", f"{100 * spread:.1f}", both(100 * value, 100 * error), f"{pairs}", left, text, runs,
-        ])  # fmt: skip
+        ])
     return lines
 
 
@@ -150,7 +150,7 @@ def correlation(table: study.Table) -> tuple[float, float, float, int]:
 def cracks(tables: Tables) -> list[list[str]]:
     """First crack beside failure."""
     lines = [["set", "first crack [kN]", "CoV [%]", "under own weight", "rank correlation with the peak",
-              "95 % interval"]]  # fmt: skip
+              "95 % interval"]]
     for number, kind in CELLS:
         table = tables[name_of(number, kind)]
         own = study.running(table, "crack")
@@ -161,7 +161,7 @@ def cracks(tables: Tables) -> list[list[str]]:
         lines.append([
             f"{number} {kind}", both(value, value * own.mean_error[-1], 2), f"{100 * own.variation[-1]:.0f}",
             f"{100 * known.mean():.0f} %" if len(known) else "", f"{rank:.2f}", f"{low:.2f} to {high:.2f}",
-        ])  # fmt: skip
+        ])
     return lines
 
 
@@ -179,11 +179,11 @@ def _percent(share: float) -> str:
 def modes(tables: Tables) -> list[list[str]]:
     """Modes by rule at the peak and at the end, and how many runs break asymmetrically."""
     lines = [["set", "mode at the peak", "mode at the end", "runs", "movement without mirror image",
-              "asymmetric runs"]]  # fmt: skip
+              "asymmetric runs"]]
     for number, kind in CELLS:
         table = study.Table(tuple(
             r for r in tables[name_of(number, kind)] if math.isfinite(r["lone"]) or r["mode"] == OWN_WEIGHT
-        ))  # fmt: skip
+        ))
         if len(table) < 2:
             continue
         words = [
@@ -198,7 +198,7 @@ def modes(tables: Tables) -> list[list[str]]:
             f"{number} {kind}", *words, f"{len(lone)}",
             f"{np.mean(lone):.2f} (5 to 95 %: {np.quantile(lone, 0.05):.2f} to {np.quantile(lone, 0.95):.2f})",
             f"{100 * many.statistic:.0f} % ({100 * ends.low:.0f} to {100 * ends.high:.0f})",
-        ])  # fmt: skip
+        ])
     return lines
 
 
@@ -230,7 +230,7 @@ def mean_set(table: study.Table) -> list[list[str]]:
         lines.append([
             case.group, case.name, f"{peaks.mean() / 1e3:.2f}{spread}", f"{len(rows)}", f"{1e3 * at.mean():.2f}",
             f"{crack.mean() / 1e3:.2f}" if np.isfinite(crack).all() else "-", rows[0]["mode"] or "-",
-        ])  # fmt: skip
+        ])
     return lines
 
 
@@ -247,7 +247,7 @@ LAWS = (
 def laws(tables: Tables) -> list[list[str]]:
     """Set 4 under every law: mean, spread, their ratio, and how far a peak follows the brittle one of the same draw."""
     lines = [["joints", "runs", "mean spatial [kN]", "non-spatial", "CoV spatial [%]", "non-spatial", "ratio of CoV",
-              "shift of mean [%]", "rank with the brittle peak, spatial", "non-spatial"]]  # fmt: skip
+              "shift of mean [%]", "rank with the brittle peak, spatial", "non-spatial"]]
     for words, form, column, unit in LAWS:
         own = [tables.get(form.format(kind)) for kind in KINDS]
         if any(t is None or len(t) < 3 for t in own):
@@ -265,10 +265,10 @@ def laws(tables: Tables) -> list[list[str]]:
             words, f"{int(a.n[-1])} and {int(b.n[-1])}", f"{unit * a.mean[-1]:.2f}", f"{unit * b.mean[-1]:.2f}",
             *(both(100 * r.variation[-1], 100 * r.variation[-1] * r.variation_error[-1]) for r in (a, b)),
             both(ratio, error, 2), f"{100 * (a.mean[-1] / b.mean[-1] - 1):+.1f}", *ranks,
-        ])  # fmt: skip
+        ])
     (mean_a, cov_a), (mean_b, cov_b) = (printed(4, k) for k in KINDS)
     lines.append(["published", "300 and 300", f"{mean_a:.2f}", f"{mean_b:.2f}", f"{cov_a:.1f}", f"{cov_b:.1f}",
-                  f"{cov_a / cov_b:.2f}", f"{100 * (mean_a / mean_b - 1):+.1f}", "", ""])  # fmt: skip
+                  f"{cov_a / cov_b:.2f}", f"{100 * (mean_a / mean_b - 1):+.1f}", "", ""])
     return lines
 
 
@@ -278,7 +278,7 @@ def figure(tables: Tables) -> Figure:
 
     drawn, axes = plt.subplots(2, 2, figsize=(11.0, 7.4))
     kn = {kind: study.Table(tuple({k: r[k] / 1e3 for k in ("ultimate", "crack")} for r in tables[name_of(1, kind)]))
-          for kind in KINDS}  # fmt: skip
+          for kind in KINDS}
     tests = [float(lm.experiments.load("brick-panels-opening", f"S{k}").measured["failure load"]) for k in range(1, 5)]
     figures.histogram(kn, "ultimate", label="ultimate load [kN]", measured=tests, title="Set 1", ax=axes[0, 0])
     for ax, kind in zip(axes[1], KINDS, strict=True):

@@ -45,7 +45,7 @@ MODE_UNITS = {"run": "-", "method": "-", "frequency": "Hz", "damping": "-", "sha
 RUN_UNITS = {
     "run": "-", "closed": "Hz", "tangent": "Hz", "points": "-", "open": "-", "broken": "-", "moved": "mm",
     "left": "mm", "seconds": "s",
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ def before(case: Case, progress: Callable[[str], None]) -> tuple[dem.History, fl
     calm = dem.Settle(damping=dem.Damping(local=0.8), tolerance=1e-6, max_steps=40_000)
     state = dem.simulate(
         wall, calm, loads=test.loads(), mode="dynamic", contact_points=POINTS, detect_every=None, joint_options=joints,
-    )  # fmt: skip
+    )
     top = murano.control_block(test)
     stood = state.shift[-1, top, 1]
     if case.pushed:
@@ -180,7 +180,7 @@ def run(case: Case, progress: Callable[[str], None]) -> tuple[Run, dict[str, Fou
         lm.modes(wall, 4, contact_points=POINTS).frequency, found[TANGENT].frequency, len(damage),
         int((force <= 1e-9 * force.max()).sum()), int((damage > 0.5).sum()), 1e3 * float(moved.max()), left,
         time.process_time() - begun,
-    )  # fmt: skip
+    )
     return kept, found
 
 
@@ -191,7 +191,7 @@ def write(kept: Mapping[str, tuple[Run, Mapping[str, Found]]]) -> None:
         [name, method, f"{f:.5g}", "" if np.isnan(d) else f"{d:.4g}", _cell(s)]
         for name, (_, modes) in kept.items() for method, found in sorted(modes.items())
         for f, d, s in zip(*found, strict=True)
-    ]  # fmt: skip
+    ]
     write_table(MODES, MODE_UNITS, lines)
 
 

@@ -25,11 +25,11 @@ FRICTION_ANGLE_DEG: Mapping[str, float] = {"DS": 10.0, "REGW": 33.0}
 PRINTED_FACTOR: Mapping[tuple[str, str], float] = {
     ("DS", "A"): 0.09, ("DS", "B"): 0.302, ("DS", "D"): 0.083,
     ("REGW", "A"): 0.231, ("REGW", "B"): 0.391, ("REGW", "D"): 0.270,
-}  # fmt: skip
+}
 PRINTED_LOAD: Mapping[tuple[str, str], float] = {
     ("DS", "A"): 2.01e3, ("DS", "B"): 3.38e3, ("DS", "D"): 0.97e3,
     ("REGW", "A"): 5.16e3, ("REGW", "B"): 7.46e3, ("REGW", "D"): 1.45e3,
-}  # fmt: skip
+}
 
 HINGE: Mapping[str, int] = {"hinge_courses": 4}
 CRACK = math.tan(math.radians(13.0))
@@ -110,7 +110,7 @@ def murano_facade(wall: str) -> Facade:
         length=2.25, thickness=0.30, courses=6, course_height=0.225, staggering=0.144,
         unit_weight=DENSITY * GRAVITY_OF_TABLE, friction=math.tan(math.radians(FRICTION_ANGLE_DEG[wall])),
         side_walls=2, overload=load, side_overload=load,
-    )  # fmt: skip
+    )
 
 
 def line_load() -> float:

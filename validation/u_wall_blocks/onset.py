@@ -40,7 +40,7 @@ STORED = Path(__file__).with_name("onset.csv")
 UNITS = {
     "blocks": "-", "points": "-", "pulled": "kN", "opens": "kN", "slips": "kN",
     **{f"{what} at {load:g} kN": "-" for load in (0.0, *LOADS) for what in ("open", "slid")}, "seconds": "s",
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def first_loads(at_rest: Forces, per_kn: Forces, law: PointLaw) -> Array:
     found = []
     for criterion, strength in (
         (OPENING, law._replace(tension=np.zeros_like(law.tension))), (OPENING, law), (SLIP, law)
-    ):  # fmt: skip
+    ):
         low, high = point_range(criterion, strength, dead, live)
         # a point that is beyond its strength at rest has no range with 0 in it
         found.append(np.where((low >= 0.0) | (high <= 0.0), 0.0, high).min())
@@ -126,7 +126,7 @@ def in_the_dem(case: Case) -> tuple[list[Forces], Array, Array]:
         history = dem.simulate(
             wall, [dem.Ramp(to=load, steps=4000), calm], loads=test.loads(), start=states[-1], sample=1000,
             detect_every=None,
-        )  # fmt: skip
+        )
         states.append(history.state)
     points = states[0].points
     interface = np.repeat(states[0].interface, np.diff(states[0].joints.start))
@@ -199,7 +199,7 @@ def write(kept: Mapping[str, Onset]) -> None:
 def table(kept: Mapping[str, Onset]) -> list[str]:
     """Loads of the first points and counts of those that have failed."""
     rows = [["blocks", "first pulled [kN]", "first opens [kN]", "first slips [kN]", "points", "open, slid at rest",
-             *(f"at {load:g} kN" for load in LOADS)]]  # fmt: skip
+             *(f"at {load:g} kN" for load in LOADS)]]
     for name, o in kept.items():
         pairs = [f"{o.counts[k]}, {o.counts[k + 1]}" for k in range(0, len(o.counts), 2)]
         rows.append([name, *(f"{v:.1f}" for v in (o.pulled, o.opens, o.slips)), str(o.points), *pairs])

@@ -207,13 +207,13 @@ def sections() -> str:
     text = TEXT.format(
         first=FIRST, channels=channels, damping=identification.DAMPING,
         points=f"{pushed.POINTS[0]} x {pushed.POINTS[1]} points a joint", apart=places.APART,
-    )  # fmt: skip
+    )
     return filled(text, {
         "identified": identified(runs, modes), "found": FOUND.splitlines(), "mac": criteria(modes),
         "places": places_of_damage(places.read()), "mac-words": MAC_WORDS.splitlines(), "pushed": pushes(pushed.read()),
         "pushed-words": PUSHED_WORDS.splitlines(), "mechanisms": table_10(), "onset": onset.table(onset.read()),
         "onset-words": ONSET_WORDS.splitlines(),
-    })  # fmt: skip
+    })
 
 
 def paired(found: Found, state: Found) -> list[tuple[int, float] | None]:
@@ -277,14 +277,14 @@ def pushes(kept: Mapping[str, pushed.Pushed]) -> list[str]:
     """Table of pushes with other joints."""
     rows = [["blocks", "stiffness [kN/mm]", "light damage [kN, mm]", "peak [kN, mm]",
              "at " + ", ".join(f"{u:g}" for u in pushed.AT) + " mm [kN]", "at the end", "not at rest",
-             "limit analysis [kN]"]]  # fmt: skip
+             "limit analysis [kN]"]]
     for name, p in kept.items():
         rows.append([
             name, f"{p.stiffness:.4g}", f"{p.light[0]:.1f}, {p.light[1]:.2g}", f"{p.peak[0]:.1f}, {p.peak[1]:.2g}",
             "-" if np.isnan(p.at).all() else ", ".join("-" if np.isnan(v) else f"{v:.1f}" for v in p.at),
             f"{p.mechanism}, {p.end:.2g} mm", "at rest" if np.isnan(p.rate) else f"{p.rate:.1%}",
             f"{p.limit:.1f}" + ("" if np.isnan(p.hull) else f"; hull {p.hull:.1f}"),
-        ])  # fmt: skip
+        ])
     return markdown(rows)
 
 
@@ -298,7 +298,7 @@ SAID = {
         ("steps in the facade", "yes, left", "yes", "yes", "yes"),
         ("a low bed joint", "yes, the second", "-", "-", "-"),
     ),
-}  # fmt: skip
+}
 """Places of damage in the source's words (sections 2, 6.1 and 6.2): test, 3DEC, micro-model, macro-model."""
 
 
@@ -331,11 +331,11 @@ def places_of_damage(kept: Mapping[str, places.Places]) -> list[str]:
 def table_10() -> list[str]:
     """Table of mechanisms A, B and D."""
     rows = [["wall", "mechanism", "factor, printed", "at stated inputs", "at the optimum", "load, printed [kN]",
-             "at stated inputs", "at the optimum"]]  # fmt: skip
+             "at stated inputs", "at the optimum"]]
     for r in murano_table_10.table_10():
         weight = murano_table_10.murano_facade(r.wall).weight
         rows.append([
             r.wall, r.mechanism, f"{r.printed_factor:g}", f"{r.as_stated:.3f}", f"{r.recomputed:.3f}",
             f"{r.printed_load / 1e3:.2f}", f"{r.as_stated * weight / 1e3:.2f}", f"{r.recomputed * weight / 1e3:.2f}",
-        ])  # fmt: skip
+        ])
     return markdown(rows)

@@ -22,7 +22,7 @@ APART = 1.0
 CASES = tuple(c for c in pushed.CASES if c.name in ("DS", "REGW, lost at once", "REGW, lost by opening alone"))
 STORED = Path(__file__).with_name("places.csv")
 UNITS = {"push": "-", "side walls, left": "mm", "side walls, right": "mm", "top at mid-span": "mm",
-         "steps, left": "mm", "steps, right": "mm", "bed 1": "mm", "bed 2": "mm", "bed 3": "mm"}  # fmt: skip
+         "steps, left": "mm", "steps, right": "mm", "bed 1": "mm", "bed 2": "mm", "bed 3": "mm"}
 
 
 class Places(NamedTuple):

@@ -60,7 +60,7 @@ UNITS = {
     "push": "-", "stiffness": "kN/mm", "light load": "kN", "light displacement": "mm", "peak": "kN", "there": "mm",
     **{f"at {u:g} mm": "kN" for u in AT}, "half-way": "kN", "last": "kN", "rate": "-", "end": "mm", "sides": "-",
     "foot": "-", "limit": "kN", "hull": "kN", "seconds": "s",
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ CASES = (
     Case("DS step 1, lost over an energy", "DS", FIRST, ENERGIES, to=10.0, steps=LONG),
     Case("DS step 1, nothing lost", "DS", {"residual": "full", **FIRST}, to=10.0, steps=LONG),
     Case("DS step 1, nothing lost; ground a joint", "DS", {"residual": "full", **JOINT, **FIRST}, to=10.0, steps=LONG),
-)  # fmt: skip
+)
 
 
 class Pushed(NamedTuple):
@@ -189,7 +189,7 @@ def model(case: Case) -> tuple[Any, Assembly]:
             lambda j: replace(j, normal_stiffness=case.heads * j.normal_stiffness,
                               shear_stiffness=case.heads * j.shear_stiffness),
             kinds=("head",),
-        )  # fmt: skip
+        )
     return test, wall
 
 
@@ -258,7 +258,7 @@ def run(case: Case, progress: Callable[[str], None] | None = None) -> Pushed:
         stiffness, light, (float(even[k]), float(u[k])), tuple(at[:-1]), at[-1], float(even[-1]), rate, float(u[-1]),
         float(moved[sides].mean() / moved[top]), float(moved[low].mean() / moved[top]), limit,
         around if above_apex(wall.arrays).any() else float("nan"), time.process_time() - begun,
-    )  # fmt: skip
+    )
 
 
 def driven(
@@ -339,7 +339,7 @@ def write(pushes: Mapping[str, Pushed]) -> None:
         numbers = (
             p.stiffness, *p.light, *p.peak, *p.at, p.half, p.last, p.rate, p.end, p.sides, p.foot, p.limit, p.hull,
             p.seconds,
-        )  # fmt: skip
+        )
         lines.append([name, *("" if np.isnan(v) else f"{v:.5g}" for v in numbers)])
     write_table(STORED, UNITS, lines)
 

@@ -46,7 +46,7 @@ STORED = Path(__file__).with_name("cost.csv")
 UNITS = {
     "size": "m", "bricks": "-", "unknowns": "-", "law": "s", "stiffness": "s", "factor": "s", "solution": "s",
     "memory": "MB", "modes": "s", "sparse factor": "s",
-}  # fmt: skip
+}
 SIZES = (0.15, 0.10, 0.0675, 0.045)
 LARGEST = 6000
 """Bricks up to which modes and, beside, the sparse factor are measured: that takes the square of their number."""
@@ -139,7 +139,7 @@ def steps() -> dict[str, float]:
 def table() -> list[str]:
     """Seconds of an iteration and what it is made of, memory, modes."""
     head = ["bricks", "unknowns", "law [s]", "stiffness [s]", "factor [s]", "solution [s]", "iteration [s]",
-            "memory [MB]", "three modes [s]", "sparse factor [s]", "over the factor"]  # fmt: skip
+            "memory [MB]", "three modes [s]", "sparse factor [s]", "over the factor"]
     out = [head]
     for _size, bricks, unknowns, law, stiffness, factor, solution, memory, modes, sparse in read():
         parts = [law, stiffness, factor, solution, law + stiffness + factor + solution]

@@ -58,7 +58,7 @@ def section(
 def chords(solids: Mapping[str, Curve | None], stones: Mapping[str, Curve], rigid: Curve, regw: float) -> list[str]:
     """Table of stiffness and load over the printed chords."""
     rows = [["model", "chord to [mm]", "stiffness printed [kN/mm]", "here", "over the printed",
-             "0.98 of its end, printed [kN]", "here", "over the printed"]]  # fmt: skip
+             "0.98 of its end, printed [kN]", "here", "over the printed"]]
     for family, sets, curves in (("macro", "final", solids), ("micro", "micro", stones)):
         for wall in ("DS", "REGW"):
             curve = curves[f"{wall} {sets}"]
@@ -80,4 +80,4 @@ def chord(curve: Curve, stiffness: float, load: float, to: float) -> list[str]:
     end = float(np.interp(1e-3 * to, curve.displacement, curve.load)) / 1e3
     here = end / to
     return [f"{to:g}", f"{stiffness:g}", f"{here:.2f}", f"{here / stiffness:.2f}", f"{load:g}", f"{LOST * end:.2f}",
-            f"{LOST * end / load:.2f}"]  # fmt: skip
+            f"{LOST * end / load:.2f}"]

@@ -73,7 +73,7 @@ def one_crack(model: Continuum, test: Experiment) -> Continuum:
     """
     span, depth, height, back = (
         float(test.parameters[k]) for k in ("span", "thickness", "height", "return length")
-    )  # fmt: skip
+    )
     masonry = model.materials[0]
     none = dict.fromkeys(("tensile_strength", *FRACTURE))
     boxes = [Box(np.zeros(3), np.array([span, depth, height]))]
@@ -85,7 +85,7 @@ def one_crack(model: Continuum, test: Experiment) -> Continuum:
     solid = Continuum.from_boxes(boxes, (masonry, masonry), size=size)
     volume = solid.discretisation.volume.sum(axis=1)[solid.mesh.material == 1]
     weak = {"tensile_strength": masonry.tensile_strength,
-            "tensile_energy": masonry.tensile_energy * float(np.cbrt(volume).mean()) / LAYER}  # fmt: skip
+            "tensile_energy": masonry.tensile_energy * float(np.cbrt(volume).mean()) / LAYER}
     materials = replace(masonry, **none), replace(masonry, **(none | weak))
     return macro.loaded(replace(solid, materials=materials), test)
 
@@ -147,7 +147,7 @@ A load in proportion to mass is not what the source describes. Cracks that contr
 26.0 kN. Twice the roof load gives 30.0 kN.
 """
 STIFFER = {k: 900.0 / 847.0 for k in (
-    "young_modulus", "tensile_strength", "compressive_strength", "compressive_energy")} | {"density": 0.93}  # fmt: skip
+    "young_modulus", "tensile_strength", "compressive_strength", "compressive_energy")} | {"density": 0.93}
 """One of the three moduli of the source's Table 8, equations 9 to 11, and what its frequencies ask for then."""
 WALLS = {"REGW": ("final", 5e-5, 3e-3), "DS": ("step 1", 1e-4, 5e-3)}
 """Properties, steps and end of the push [m] of the walls whose peaks are printed as loads of brittle cracking."""
@@ -251,7 +251,7 @@ def make(names: Sequence[str], progress: Callable[[str], object]) -> None:
 def table() -> list[str]:
     """Elastic stiffness and first peaks of every kept reading, over those of the first."""
     rows = [["reading", "stiffness of REGW [kN/mm]", "over the first", "first peak of REGW [kN, mm]", "over the first",
-             "first peak of DS, step 1 [kN, mm]", "over the first"]]  # fmt: skip
+             "first peak of DS, step 1 [kN, mm]", "over the first"]]
     kept = read()
     first = READINGS[0].name
     for r in READINGS:
@@ -262,7 +262,7 @@ def table() -> list[str]:
         for wall in WALLS:
             q = kept.get((r.name, wall))
             row += ["-", "-"] if q is None else [
-                f"{q.load:.2f}, {q.displacement:.2f}", f"{q.load / kept[first, wall].load:.2f}"]  # fmt: skip
+                f"{q.load:.2f}, {q.displacement:.2f}", f"{q.load / kept[first, wall].load:.2f}"]
         rows.append(row)
     return markdown(rows)
 

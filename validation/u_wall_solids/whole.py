@@ -17,7 +17,7 @@ STORED = Path(__file__).with_name("whole.csv")
 UNITS = {
     "size": "m", "bricks": "-", "stiffness": "kN/mm", "peak": "kN", "there": "mm", "end": "kN", "at": "mm",
     "jumps": "-", "iterations": "-", "in jumps": "-", "residual": "-", "energy": "-", "seconds": "s",
-}  # fmt: skip
+}
 FAR = 6e-3
 """Displacement up to which the wall is pushed [m]."""
 
@@ -44,7 +44,7 @@ def make(size: float, progress: Callable[[str], object], folder: Path | None = N
     curve = start if start is not None and FAR - done < 1e-9 else push(
         model, control=(macro.control_point(test), (0.0, -1.0, 0.0)), to=FAR, first=2e-5, largest=FAR / 25.0,
         start=start, checkpoint=file, progress=say,
-    )  # fmt: skip
+    )
     jumps = [n for n in curve.nodes if n.jump]
     assert curve.energy is not None
     row = [
@@ -52,7 +52,7 @@ def make(size: float, progress: Callable[[str], object], folder: Path | None = N
         1e3 * curve.peak.displacement, float(curve.load[-1]) / 1e3, 1e3 * float(curve.displacement[-1]), len(jumps),
         sum(n.iterations for n in curve.nodes), sum(n.iterations for n in jumps), float(curve.residual.max()),
         float(np.abs(curve.energy.error).max()), spent + time.process_time() - begun,
-    ]  # fmt: skip
+    ]
     rows = sorted([*(r for r in read() if r[0] != size), row], reverse=True)
     write_table(STORED, UNITS, [[f"{v:.5g}" for v in r] for r in rows])
 
@@ -68,11 +68,11 @@ def read() -> list[list[float]]:
 def table() -> list[str]:
     """Peak, end, jumps, balance and seconds by the size of the bricks."""
     out = [["bricks", "stiffness [kN/mm]", "peak [kN, mm]", "at the end", "jumps", "iterations, in jumps", "residual",
-            "energy left over", "seconds"]]  # fmt: skip
+            "energy left over", "seconds"]]
     for size, bricks, stiffness, peak, there, end, at, jumps, iterations, inside, residual, energy, seconds in read():
         out.append([
             f"{size:.2f} m, {bricks:.0f}", f"{stiffness:.2f}", f"{peak:.2f}, {there:.2f}",
             f"{end:.2f} kN at {at:.2f} mm", f"{jumps:.0f}",
             f"{iterations:.0f}, {inside:.0f}", f"{residual:.0e}", f"{energy:.1%}", f"{seconds:.0f}",
-        ])  # fmt: skip
+        ])
     return markdown(out)

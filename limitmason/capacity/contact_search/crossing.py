@@ -122,7 +122,7 @@ def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> 
     return Crossings(
         (p, q), _places(shapes, p, q, (met.shares[0][use], met.shares[1][use])), met.gap[use], met.inside[use],
         (met.along[0][use], met.along[1][use]),
-    )  # fmt: skip
+    )
 
 
 def _places(shapes: Shapes, p: Index, q: Index, shares: tuple[Array, Array]) -> tuple[Array, Array]:
@@ -256,7 +256,7 @@ def as_near(shapes: Shapes, found: Crossings, before: Pose, now: Pose) -> Near:
     return Near(
         n + p * n + q, np.where(first, shapes.corner_face[q], shapes.corner_face[p]), found.gap, found.inside,
         np.where(first, owner[p], owner[q]), np.where(first[:, None], *found.place),
-    )  # fmt: skip
+    )
 
 
 def with_crossings(shapes: Shapes, c: PathContacts) -> tuple[Shapes, PathContacts]:

@@ -168,7 +168,7 @@ def shapes_of(
         assembly, face_block, np.array(place), np.array(normal), np.array(side), np.array(reach), corner_face,
         corner_place, np.searchsorted(face_block, blocks), np.searchsorted(face_block[corner_face], blocks),
         OVERSHOOT * size, NEAR * size, spread, np.empty(0, np.int64), firm, inset,
-    )  # fmt: skip
+    )
     near = together(shapes, at_rest(assembly.n_blocks), -shapes.near)
     named = _named(shapes, contacts, near)
     known, code = shapes.code(named.corner, named.face), shapes.code(near.corner, near.face)

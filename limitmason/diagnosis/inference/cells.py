@@ -27,7 +27,7 @@ def column_slices(d: int, k: int) -> dict[str, slice]:
     ``z_sides``, their changes before and after; ``flat``, the least squared change along an axis that counts.
     """
     widths = {"index": d, "low": d, "high": d, "cross": 2 * d, "gram": 4 * d * d, "squares": 1, "half": 1, "z": k,
-              "z_sides": 2 * k, "flat": d}  # fmt: skip
+              "z_sides": 2 * k, "flat": d}
     ends = np.cumsum([0, *widths.values()]).tolist()
     return {name: slice(a, b) for name, a, b in zip(widths, ends, ends[1:], strict=False)}
 
@@ -256,7 +256,7 @@ def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: Around, inn
             for j in range(d)
         ]
         for i in range(d)
-    ]  # fmt: skip
+    ]
     z_step = np.where(after[first:], z_sides[1], z_sides[0])
     move = descend(*_normal(side, slope, z_step, off, per, looked.flat), low, high)
     off = off - move[first:] * z_step
@@ -272,7 +272,7 @@ def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: Around, inn
 
 def _cell(
     grids: Sequence[Cells], owner: Index, column: Index, at: Around, inner: Sequence[Array]
-) -> CellSums:  # fmt: skip
+) -> CellSums:
     """What a step needs, by inner products where these are enough."""
     d, k = grids[0].d, grids[0].k
     tables, nodes, products = [], [], list(inner)
@@ -302,7 +302,7 @@ def _cell(
 
 def _normal(
     gram: Rows, slope: Row, z_step: Array, off: Array, per: Array | None, flat: Array
-) -> tuple[list[list[Array]], list[Array]]:  # fmt: skip
+) -> tuple[list[list[Array]], list[Array]]:
     """Normal equations of a linear step.
 
     Along an axis without effect on the data nothing pulls.

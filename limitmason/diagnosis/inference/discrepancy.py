@@ -252,7 +252,7 @@ class Rivals:
         plain: dict[str, Sequence[Any]] = {
             k: v for k, v in self.design.columns.items()
             if not k.endswith(inner) and k not in (*own, *(ROWS if alone else ("specimen",)))
-        }  # fmt: skip
+        }
         return self._acting(self._effects(measured=alone), dependences(plain, alone=alone), LEVERS)
 
     @cached_property
@@ -274,7 +274,7 @@ class Rivals:
 
     def _acting(
         self, effects: Mapping[str, np.ndarray], ways: Mapping[str, list[np.ndarray]], amplitudes: Sequence[float]
-    ) -> Discrepancy:  # fmt: skip
+    ) -> Discrepancy:
         """Effects, scaled to a mean square of one, times unknown factors that depend on columns."""
         along, factors = [], []
         for name, effect in effects.items():
@@ -361,7 +361,7 @@ class Rivals:
     ) -> np.ndarray:
         """The same for several causes fitted to the same data, shape (causes, b); biases are weighed once."""
         evidence = {own: self.of(names).evidence(y, self.design.like, replicate)
-                    for own, names in {self.design.own(n): n for n in listed}.items()}  # fmt: skip
+                    for own, names in {self.design.own(n): n for n in listed}.items()}
         return np.array([f.loglik - evidence[self.design.own(n)] for n, f in zip(listed, fitted, strict=True)])
 
     def parts(self, names: Names, fit: BestFit) -> list[np.ndarray]:

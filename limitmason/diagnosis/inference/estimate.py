@@ -59,7 +59,7 @@ def estimate(design: Design, tested: Tested, y: np.ndarray, draws: Draws) -> dic
 
 def _interval(
     design: Design, grid: Grid, axis: int, y: np.ndarray, size: float, best: float, limit: float
-) -> tuple[float, float]:  # fmt: skip
+) -> tuple[float, float]:
     profile = np.array([float(design.fit(g, y).loglik[0]) for g in grid.without_axis(axis)])
     nodes = grid.sizes[axis]
     root = np.sqrt(2.0 * np.maximum(best - profile, 0.0))

@@ -69,7 +69,7 @@ class Likelihood:
 
     def loglik(
         self, loss: Any, penalty: Array | float, count: Array | float, replicate: Array | float = 1.0
-    ) -> Any:  # fmt: skip
+    ) -> Any:
         """Log-likelihood up to a constant that is the same for every model of the same data.
 
         Parameters
@@ -95,7 +95,7 @@ class Likelihood:
 
     def variance(
         self, loss: Array | float, count: Array | float, replicate: Array | float = 1.0, spent: float = 0.0
-    ) -> Array:  # fmt: skip
+    ) -> Array:
         """Noise variance in stated units: 1 when known, else the estimate with ``spent`` parameters taken off."""
         if self.kind == "known":
             return np.ones_like(np.asarray(loss, dtype=float))
@@ -188,7 +188,7 @@ class Data:
 
 def fit(
     grid: Grid, y: Array, z: Array, like: Likelihood, replicate: Array | float = 1.0, weights: Array | None = None
-) -> BestFit:  # fmt: skip
+) -> BestFit:
     """Best fit of one model to each data set.
 
     See :func:`fits`.
@@ -232,7 +232,7 @@ def fits(
     if len(parts) == 1:
         return parts[0]
     return [BestFit(*map(np.concatenate, zip(*(vars(f).values() for f in found), strict=True)))
-            for found in zip(*parts, strict=True)]  # fmt: skip
+            for found in zip(*parts, strict=True)]
 
 
 def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[BestFit]:
@@ -313,7 +313,7 @@ class _Found:
 
 def _step(
     grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner: Sequence[Array] = ()
-) -> _Found:  # fmt: skip
+) -> _Found:
     """One linear step from a node of the grid that each data set is fitted by."""
     known = data.like.kind == "known"
     at = Around(data.y, data.z, data.squares, None if known else data.per, None if data.plain else data.used)

@@ -82,12 +82,12 @@ class Judge:
                 self.design, self.known(sd), rivals.of_each,
                 lambda name, effect, *found: self._beside_margin((name,), sd, effect, *found), self.seed,
                 floor=rule.margin, agreed=rule.agreed, share=rule.missing, each=rule.each,
-            )  # fmt: skip
+            )
         return self._missing[sd]
 
     def _beside_margin(
         self, names: Names, sd: float, effect: np.ndarray, loglik: float, y: np.ndarray, kinds: Sequence[Evidence]
-    ) -> bool:  # fmt: skip
+    ) -> bool:
         """Whether the conditions of a name hold beside its margin, those that need no draws."""
         rivals = self.rivals(sd)
         _, beyond, asked = self._nearest_lever(rivals, names, effect, loglik, y)
@@ -101,7 +101,7 @@ class Judge:
 
     def _nearest_lever(
         self, rivals: Rivals, names: Names, effect: np.ndarray, loglik: float, data: np.ndarray
-    ) -> tuple[str, float, float]:  # fmt: skip
+    ) -> tuple[str, float, float]:
         """The nearest lever with another dependence, the log-likelihood over it, and that which is asked."""
         like, levers, rival, beyond, asked = self.design.like, rivals.levers(names), "", np.inf, LEVER
         if levers.along:
@@ -135,7 +135,7 @@ class Judge:
 
     def decide(
         self, y: np.ndarray, draws: Draws, pairs: bool, shared: Sequence[str] | None, renewed: Renewed
-    ) -> Judged:  # fmt: skip
+    ) -> Judged:
         """The verdict on one data set, noise shared as its residuals say.
 
         Parameters
@@ -350,7 +350,7 @@ def dosed(slope: float, error: float) -> bool:
 
 def dose_of(
     discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, data: np.ndarray, sd: float
-) -> tuple[float, float]:  # fmt: skip
+) -> tuple[float, float]:
     """Share of the fitted effect along the contrast that no bias takes away, and its standard error."""
     contrast = discrepancy.weighted(discrepancy.best(effect / sd, Likelihood()), effect)
     reach = float(contrast @ effect)

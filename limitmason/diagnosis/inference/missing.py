@@ -58,7 +58,7 @@ class Missing:
 def leave_each_out(
     design: Design, known: Design, excess: Excess, rest: Rest, seed: int, *,
     floor: float, agreed: float, share: float, each: float,
-) -> Missing:  # fmt: skip
+) -> Missing:
     """Plant every cause of the list at visible sizes, take it off, and see which name fits and by how much.
 
     Parameters
@@ -101,7 +101,7 @@ def leave_each_out(
         kinds = by_kind(design, effect, y[row], y[row], fit.residuals[row], float(np.mean(ratio)))
         held[int(row)], both[row] = (effect, kinds), agree(kinds)
     margins, less = (_margins(names, best[some], wrong[some], len(y), least, share, each)
-                     for some, least in ((alone, floor), (both, agreed)))  # fmt: skip
+                     for some, least in ((alone, floor), (both, agreed)))
     limit, lower = (np.array([m[n] for n in names]) for m in (margins, less))
     passing = np.flatnonzero(alone & (wrong >= np.where(both, lower[best], limit[best])))
     named = [rest(names[best[k]], held[k][0], float(gains[best[k], k]), y[k], held[k][1]) for k in map(int, passing)]

@@ -190,7 +190,7 @@ class Noise:
         if not isinstance(self.sd, tuple):
             return self
         sd, misread = (None if v is None else tuple(s for s, keep in zip(v, chosen, strict=True) if keep)
-                       for v in (self.sd, self.misread))  # fmt: skip
+                       for v in (self.sd, self.misread))
         return Noise(sd, self.dof, by_row=self.by_row, misread=misread)
 
     def __str__(self) -> str:

@@ -143,7 +143,7 @@ class NextTests:
         if len(self.worth) > 1:
             best = min(self.worth, key=lambda q: self.worth[q])
             others = [f"more than {MANY} tests of {q}" if w > MANY else f"{w:.0f} of {q}"
-                      for q, w in self.worth.items() if q != best]  # fmt: skip
+                      for q, w in self.worth.items() if q != best]
             out.append(f"one test of {best} is worth {', '.join(others)}")
         return out
 
@@ -318,13 +318,13 @@ def worth_in_tests(
     if target <= sum(min(float(total.min()), cap) for total in sums):
         return {}  # the pairs are apart as they are
     return {q: float(next((t for t in range(1, MANY + 1) if reached(row, t) >= target), np.inf))
-            for q, row in best.items()}  # fmt: skip
+            for q, row in best.items()}
 
 
 def tests_that_identify(
     discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, tested: int, k: int,
     price: np.ndarray,
-) -> tuple[list[int], float, float, np.ndarray]:  # fmt: skip
+) -> tuple[list[int], float, float, np.ndarray]:
     """Greedy choice of specimens after which an effect, without noise, most exceeds every model discrepancy.
 
     Each step adds the specimen that raises min over the biases of f' (S + J J')^-1 f / 2 + log det(S + J J') / 2 most.

@@ -17,7 +17,7 @@ from limitmason.diagnosis.inference.trends import is_numeric, one_of_each, same
 CIRCUMSTANCES = {
     "batch": ("batch",), "day": ("day", "session"),
     "set-up": ("operator", "sensor", "laboratory", "rig", "setup", "set-up", "set up"),
-}  # fmt: skip
+}
 SHARES = tuple(0.05 * i for i in range(19))  # of the variance: 0 to 0.9
 MOST = 0.9  # of the variance, over all columns
 SWEEPS = 3
@@ -47,7 +47,7 @@ class Shares:
 
 def estimated_shares(
     design: Design, y: np.ndarray, shared: Sequence[str] | None = None, *, price: float | None = None
-) -> Shares:  # fmt: skip
+) -> Shares:
     """Shares with the largest likelihood of the residuals, at the baseline or beside what explains the data best.
 
     With r the data from the explanation, G its change with the size of each cause, J the change of the baseline per

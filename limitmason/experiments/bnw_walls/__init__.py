@@ -36,7 +36,7 @@ OPTIONS = read_options(NAME)
 ASSUMED: Mapping[str, Any] = {
     "kn": 30e9, "ks": 12e9, "poisson_ratio": 0.15, "unit_friction_deg": 35.0, "unit_tension": 0.2e6,
     "unit_cracks": False,
-}  # fmt: skip
+}
 """Taken for units that deform where no option says otherwise; none of it is in the sources at hand."""
 
 CRACK_STIFFNESS = 2e11, 1e11
@@ -118,7 +118,7 @@ def unit_material(test: Experiment) -> Material:
         young_modulus=o["young_modulus"], poisson_ratio=o["poisson_ratio"], tensile_strength=o["unit_tension"],
         friction_angle_deg=o["unit_friction_deg"], name="hollow clay unit",
         cohesion=strength / (2.0 * np.tan(np.deg2rad(45.0 + 0.5 * o["unit_friction_deg"]))),
-    )  # fmt: skip
+    )
 
 
 def assembly(test: Experiment) -> Assembly:
@@ -131,7 +131,7 @@ def assembly(test: Experiment) -> Assembly:
     joint = Joint.from_friction_coefficient(
         o["friction"], dilatancy_angle_deg=o["dilatancy_deg"], cohesion=o["cohesion"], name="mortar joint",
         normal_stiffness=stiff["kn"], shear_stiffness=stiff["ks"], **crushing,
-    )  # fmt: skip
+    )
     unit = unit_material(test) if deform else None
     crack = None
     if unit is not None and o["unit_cracks"]:
@@ -139,7 +139,7 @@ def assembly(test: Experiment) -> Assembly:
             float(unit.friction_angle_deg or 0.0), cohesion=float(unit.cohesion or 0.0), residual_cohesion=0.0,
             tensile_strength=float(unit.tensile_strength or 0.0), residual_tensile_strength=0.0,
             normal_stiffness=CRACK_STIFFNESS[0], shear_stiffness=CRACK_STIFFNESS[1], name="crack in a unit",
-        )  # fmt: skip
+        )
     courses = int(p["courses"])
     # as many whole units as fit: each model unit takes half of the joints beside it and is longer than the unit
     per_course = int(float(p["length"]) / (float(p["unit length"]) / 1e3))
@@ -176,7 +176,7 @@ def curve(test: Experiment) -> Curve:
         np.array([1e-2 * d * height for d in drifts]), np.array([0.0, force, force]),
         displacement_unit="mm", load_unit="kN",
         label=f"{test.specimen}, bilinear of the measured envelope", source=str(test.source),
-    )  # fmt: skip
+    )
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:

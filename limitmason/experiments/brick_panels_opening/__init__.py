@@ -70,7 +70,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         own = {
             "friction angle": "friction", "cohesion": "cohesion", "tensile strength": "tension",
             "dilation angle": "dilation", "normal stiffness": "kn", "shear stiffness": "ks",
-        }  # fmt: skip
+        }
         measured = {}
         published = table.quantities(
             row,
@@ -142,7 +142,7 @@ def joint(test: Experiment) -> Joint:
         normal_stiffness=value("kn", "normal stiffness", 1e9), shear_stiffness=value("ks", "shear stiffness", 1e9),
         residual_cohesion=0.0, residual_tensile_strength=0.0, lost_by=LostBy(o["loss"]),
         fracture_energy_tension=o["fracture_energy"], name="mortar",
-    )  # fmt: skip
+    )
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
@@ -182,7 +182,7 @@ def curve(test: Experiment) -> Curve:
     return Curve(
         u, f, displacement_unit="mm", load_unit="kN", label=f"{test.specimen}, published", source=str(test.source),
         references=papers_of(NAME),
-    )  # fmt: skip
+    )
 
 
 RECIPE = Recipe(specimens, load, assembly, loads, curve, drive=drive)

@@ -69,5 +69,5 @@ def panel(
         length=2.0 * outline.pier + span, courses=outline.below + 3 + outline.above, unit=UNIT, joint=joint,
         start=start, density=brick.density or 2000.0, spreader=(UNIT[0], UNIT[1]),
         openings=[soldiers],
-    )  # fmt: skip
+    )
     return found.with_material(brick)

@@ -110,7 +110,7 @@ def assembly(test: Experiment) -> Assembly:
     pieces = cut_bond(
         length, width, float(p["block length"]) / 1e3 * o["block_scale"], float(p["block height"]) / 1e3
         * o["block_scale"], float(np.deg2rad(p["orientation"])), o["bond_shift"],
-    )  # fmt: skip
+    )
     bar = o["bar_width"]
     bars = [
         box((side * 0.5 * span - 0.5 * bar, y, -0.5 * width), (side * 0.5 * span + 0.5 * bar, y + _DEEP, 0.5 * width))
@@ -131,7 +131,7 @@ def assembly(test: Experiment) -> Assembly:
     mortar = Joint(
         float(p["friction angle"]), dilatancy_angle_deg=o["dilatancy_deg"], cohesion=float(p["cohesion"]) * 1e6,
         tensile_strength=float(p["tensile strength"]) * 1e6, name="mortar joint", **stiffness, **brittle,
-    )  # fmt: skip
+    )
     # a narrow bar would sink in by more than the wallette bends
     hard = {k: _HARD * v for k, v in stiffness.items()}
     pin, roller = Joint(float(p["friction angle"]), name="pin", **hard), Joint(0.0, name="roller", **hard)

@@ -61,7 +61,7 @@ def measured_curve(specimen: str) -> Curve:
         np.array([float(r["displacement"]) for r in own]), np.array([float(r["force"]) for r in own]),
         displacement_unit=units["displacement"], load_unit=units["force"], label=specimen,
         source=str(read_source(NAME)), references=papers_of(NAME),
-    )  # fmt: skip
+    )
 
 
 def curve(test: Experiment) -> Curve:
@@ -116,7 +116,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     measured = table.quantities(row, names["measured"])
     targets = [TargetValue(f"Vmax{s}", "measured", None, s) for s in "+-" if f"Vmax{s}" in measured]
     failure = [w for w, c in (("flexural", "F"), ("rocking", "R"), ("sliding", "SL"), ("toe crushing", "TC"))
-               if row[f"failure_{c}"] == "1"]  # fmt: skip
+               if row[f"failure_{c}"] == "1"]
     return Experiment(
         source=read_source(NAME),
         specimen=specimen,

@@ -57,7 +57,7 @@ MODELS: Mapping[str, Mapping[str, Any]] = {
         "cracks": "diagonal strength", "crack_factor": 1.6,
     },
     "pushover": {"cracks": "diagonal strength", "energy_share": 1.0, "rotation": "as tested"},
-}  # fmt: skip
+}
 """Options of the block models.
 
 *first*: every strength at its printed value, plastic without end. *laws*: the bond's tension is gone once a joint has
@@ -115,7 +115,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         option_table=OPTIONS,
         row=row,
         no_model="" if has_shear_span(row) else f"wall {specimen} has {row['H0_over_H']!r} for its shear span",
-    )  # fmt: skip
+    )
 
 
 def units_per_course(row: Any) -> tuple[float, str]:
@@ -126,7 +126,7 @@ def units_per_course(row: Any) -> tuple[float, str]:
     if abs(change) < 0.05:
         return units, f"a unit with its joint is {change:+.1%} of the printed length."
     return units, (f"the units do not fit the wall: {printed:.2f} of them, rounded to whole halves, which makes a unit "
-                   f"{change:+.1%} of the printed length.")  # fmt: skip
+                   f"{change:+.1%} of the printed length.")
 
 
 def value(test: Experiment, name: str) -> float:
@@ -140,7 +140,7 @@ def assembly(test: Experiment) -> Assembly:
     o, row = test.options, test.row
     if value(test, "sigma0") >= value(test, "fc"):
         raise InputError(f"{test.name}: the load sigma0 = {value(test, 'sigma0'):g} MPa is above fc = "
-                         f"{value(test, 'fc'):g} MPa; the wall crushes under it")  # fmt: skip
+                         f"{value(test, 'fc'):g} MPa; the wall crushes under it")
     units, courses = units_per_course(row)[0], int(row["courses"])
     if o["coarse"] != 1:
         units = max(1.0, round(2.0 * units / o["coarse"]) / 2.0)
@@ -153,7 +153,7 @@ def assembly(test: Experiment) -> Assembly:
         joints={"head": elastic(test, head_joint(test), 0.5 * unit[0], "mortar")}, density=DENSITY,
         top_beam=BEAM_HEIGHT, staggering=None if o["overlap"] == 0.5 else o["overlap"] * unit[0],
         beam_density=0.0, unit_cracks=cracks,
-    )  # fmt: skip
+    )
     if o["rotation"] == "as tested" and shear_span(test) == HELD:
         wall = replace(wall, supports=(*wall.supports, Support(BEAM, dofs=("ry",))))
     return signed(wall, test)
@@ -217,7 +217,7 @@ def crack_joint(test: Experiment) -> Joint:
         laws = 30.0, cohesion, min(ft, cohesion / math.tan(math.radians(30.0)))
     phi, cohesion, tension = laws
     return Joint(phi, o["dilatancy_deg"], o["crack_share"] * cohesion, o["crack_share"] * tension,
-                 compressive_strength=strength, name="crack in a unit")  # fmt: skip
+                 compressive_strength=strength, name="crack in a unit")
 
 
 def _mortar(test: Experiment, share: float, friction: float) -> Joint:
@@ -226,7 +226,7 @@ def _mortar(test: Experiment, share: float, friction: float) -> Joint:
         friction * value(test, "mu"), dilatancy_angle_deg=o["dilatancy_deg"] if friction else 0.0,
         cohesion=o["cohesion_share"] * fv0, tensile_strength=o["tension_share"] * fv0,
         compressive_strength=1e6 * value(test, "fc"), name="mortar joint" if share else "dry joint",
-    )  # fmt: skip
+    )
 
 
 def shear_span(test: Experiment) -> float:
@@ -257,7 +257,7 @@ def drive(test: Experiment) -> Drive:
     if shear_span(test) == HELD and test.options["rotation"] == "as tested":
         return Drive({BEAM: {"x": 1.0, "ry": 0.0}})
     raise InputError(f"{test.name} is no cantilever: push it by its loads (H0 / H = {shear_span(test):g}), or, of 0.5, "
-                     "with rotation='as tested'")  # fmt: skip
+                     "with rotation='as tested'")
 
 
 def curve(test: Experiment) -> Curve:
@@ -272,7 +272,7 @@ def curve(test: Experiment) -> Curve:
     return Curve(
         drift[order], force[order], displacement_unit="%", load_unit="kN", label=f"wall {test.specimen}",
         source=str(test.source),
-    )  # fmt: skip
+    )
 
 
 RECIPE = Recipe(specimens, load, assembly, loads, curve, read_shown(NAME), drive, page="docs/measured-walls.md")

@@ -23,13 +23,13 @@ SPREAD: Mapping[tuple[str, str], float] = {
     ("fb", TESTED): 0.1, ("fb", ASSUMED): 0.35,
     ("ft", TESTED): 0.2, ("ft", ASSUMED): 0.4,
     ("sigma0", TESTED): 0.03,
-}  # fmt: skip
+}
 """Standard deviation of the logarithm of an input; judged, nowhere printed. fv0 and mu are means of a few triplets."""
 
 FRICTION: Mapping[str, tuple[float, float]] = {
     "HC": (0.66, 0.33), "SB-C": (0.60, 0.20), "SB-CS": (0.45, 0.20), "AAC": (0.50, 0.20), "CS": (0.45, 0.20),
     "LAC": (0.50, 0.25),
-}  # fmt: skip
+}
 """Median and spread of the friction that is missing: of the campaigns of this table that state it, one value each.
 
 HC: 9 campaigns with 12 values; SB-C: 4; SB-CS: 1; AAC: 1. CS is taken as SB-CS, LAC lies between: judged.

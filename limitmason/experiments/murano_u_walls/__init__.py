@@ -80,7 +80,7 @@ def load(specimen: str, **options: Any) -> Experiment:
             "header_positions": (2, 3, 4), "return_length": (0.85, 1.0, 1.15),
         },
         row=row,
-    )  # fmt: skip
+    )
 
 
 def assembly(test: Experiment) -> Assembly:
@@ -97,18 +97,18 @@ def assembly(test: Experiment) -> Assembly:
         tensile_strength=float(p["tensile strength"]) * 1e6, normal_stiffness=float(p["normal stiffness"]) * 1e9,
         shear_stiffness=float(p["shear stiffness"]) * 1e9, name="mortar joint" if mortar else "dry joint",
         **(after if mortar else {}),
-    )  # fmt: skip
+    )
     ground = joint
     if o["ground"] == "bonded":
         ground = replace(
             joint, cohesion=_BONDED, tensile_strength=_BONDED, residual_cohesion=None, residual_tensile_strength=None,
             name="bonded to the ground",
-        )  # fmt: skip
+        )
     elif o["ground"] in ("no tension", "dry"):
         ground = replace(
             joint, tensile_strength=0.0, residual_cohesion=None, residual_tensile_strength=None,
             cohesion=0.0 if o["ground"] == "dry" else joint.cohesion, name=f"ground, {o['ground']}",
-        )  # fmt: skip
+        )
     leaf = float(p["leaf"])
     wall = running_wall(
         length=float(p["span"]),

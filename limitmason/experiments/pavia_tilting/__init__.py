@@ -97,7 +97,7 @@ def specimen(
         float(given["friction angle"]), dilatancy_angle_deg=dilatancy_angle_deg, name="marble on marble",
         normal_stiffness=float(given["normal stiffness"]) * 1e9,
         shear_stiffness=float(given["tangential stiffness"]) * 1e9,
-    )  # fmt: skip
+    )
     built = wall(
         length=facade_units * length,
         courses=round(rows),
@@ -112,7 +112,7 @@ def specimen(
     assumed = {
         "facade_units": float(facade_units), "courses": int(courses), "return_walls": int(return_walls),
         "return_units": float(return_units), "corner": corner, "first_through": first_through, "sense": sense,
-    }  # fmt: skip
+    }
     recipe = {**built.recipe, "source": NAME, "specimen": "layout assumed, not measured", "options": assumed}
     built = replace(built, recipe=recipe)
     return built, Loads.horizontal(built, SENSES[sense])

@@ -21,7 +21,7 @@ RUNS = 300
 _SYMBOLS = {
     "E": "young modulus", "nu": "poisson ratio", "kn": "normal stiffness", "ks": "shear stiffness",
     "phi": "friction angle", "c": "cohesion", "ft": "tensile strength",
-}  # fmt: skip
+}
 
 STIFFNESS_RATIO = 2.32
 """kn / ks, equation 2 [-]."""
@@ -95,7 +95,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         parameters=given, measured={}, published=published, recomputed={}, assumptions=(),
         targets=(TargetValue("mean ultimate load", "published", "non-associative"),),
         multiplier_to_measured=Quantity(1.0, "kN"), recipe=RECIPE, row=row, no_model=NO_MODEL,
-    )  # fmt: skip
+    )
 
 
 RECIPE = Recipe(specimens, load)

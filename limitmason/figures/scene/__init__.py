@@ -298,7 +298,7 @@ def _joints(model: Assembly) -> dict[str, Any]:
     return {
         "corners": _text(x.corners), "normals": _text(x.normal),
         "a": x.block_a.tolist(), "b": x.block_b.tolist(), "count": np.diff(x.corner_start).tolist(),
-    }  # fmt: skip
+    }
 
 
 def _forces(model: Assembly, answer: Prediction | None) -> dict[str, Any]:

@@ -68,7 +68,7 @@ class Iterate(NamedTuple):
         return Iterate(
             self.x + primal * by.x, self.multiplier + primal * by.multiplier, self.slack + primal * by.slack,
             self.y + dual * by.y, self.s + dual * by.s, self.z + dual * by.z,
-        )  # fmt: skip
+        )
 
     @property
     def complementarity(self) -> float:

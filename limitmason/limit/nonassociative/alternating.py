@@ -38,7 +38,7 @@ class ConePrograms:
 def alternate(
     programs: ConePrograms, state: ForceState, *, theta: float = 0.0, steps: int = 60, tolerance: float = 1e-10,
     deadline: float = np.inf,
-) -> ForceState | None:  # fmt: skip
+) -> ForceState | None:
     """Alternate on theta lambda + gap, which never rises.
 
     The state that violates the law least, or the last one.
@@ -99,7 +99,7 @@ def complying_forces(
 def lower(
     programs: ConePrograms, state: ForceState, *, thetas: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1, 0.3),
     steps: int = 25, tolerance: float = 1e-8, deadline: float = np.inf,
-) -> ForceState:  # fmt: skip
+) -> ForceState:
     """Push an exact state down: alternate with theta > 0, return to the law with theta = 0, keep what is lower.
 
     Parameters

@@ -155,7 +155,7 @@ def solve_nonassociative(
         upper.provenance, flow_rule=str(FlowRule.NON_ASSOCIATIVE), seed=seed,
         solver="clarabel" if problem.plane is None else "clarabel, HiGHS",
         search=search if isinstance(search, str) else "given",
-    )  # fmt: skip
+    )
     if law is None:
         # psi = phi: the two laws are one and the associative certificate, with its gap, says more
         provenance["flow_rule"] = str(FlowRule.ASSOCIATIVE)
@@ -169,7 +169,7 @@ def solve_nonassociative(
         problem, law, effort, proof_seconds if proving else 0.0, deadline, verbose,
         (low, _scaled_upper(problem, upper)), seed=seed, accuracy=accuracy,
         progress=_told(progress, problem.live_scale),
-    )  # fmt: skip
+    )
     details = _details(problem, found, low, upper.collapse_multiplier, proof)
     state, status = found.best, SOLVED
     if state is None and found.nearest is not None and violation(ordered, found.nearest).worst <= LOOSE:
@@ -213,11 +213,11 @@ def _without_state(
         return replace(
             upper, method=METHOD, provenance=provenance, details=details, warnings=(*upper.warnings, reason),
             flow_rule=FlowRule.NON_ASSOCIATIVE,
-        )  # fmt: skip
+        )
     return Prediction(
         METHOD, float("nan"), Bound(BoundKind.NONE), NOT_CONVERGED, provenance=provenance, details=details,
         warnings=(reason,), flow_rule=FlowRule.NON_ASSOCIATIVE, **contact_facts(problem),
-    )  # fmt: skip
+    )
 
 
 def _bound_alone(problem: Problem, upper: Prediction, details: dict, provenance: dict) -> Prediction:
@@ -228,7 +228,7 @@ def _bound_alone(problem: Problem, upper: Prediction, details: dict, provenance:
     prediction = replace(
         upper, method=METHOD, status=TIME_ENDED, bound=Bound(BoundKind.UPPER, words), details=details,
         provenance=provenance, flow_rule=FlowRule.NON_ASSOCIATIVE, certificate=None, warnings=(),
-    )  # fmt: skip
+    )
     certificate = certify(problem.assembly, problem.loads, prediction)
     prediction = replace(prediction, certificate=certificate)
     return replace(prediction, warnings=tuple(_warnings(problem, prediction, certificate)))
@@ -294,7 +294,7 @@ def _at_small_dilatancy(
             proof = prove_smallest(
                 PlanePrograms(little), best, limits, force_bound=FORCE_BOUND, time_limit=PROOF_SECONDS["quick"],
                 widenings=WIDENINGS,
-            )  # fmt: skip
+            )
             best = proof.state if proof.proven else None
     return float("nan") if best is None else best.multiplier * problem.live_scale
 
@@ -344,7 +344,7 @@ def _proof_details(problem: Problem, proof: Extreme) -> dict:
 def _prediction(
     problem: Problem, law: JointLaw, state: ForceState, status: Status, details: dict, provenance: dict,
     search: str | Effort,
-) -> Prediction:  # fmt: skip
+) -> Prediction:
     assembly, points = problem.assembly, problem.points
     force = problem.forces(true_forces(law, state))
     resultants = resultants_from_points(assembly, points.position, points.interface, points.area, force)
@@ -366,7 +366,7 @@ def _prediction(
     return Prediction(
         METHOD, value, bound, status, mechanism, resultants, None, (), provenance, details, FlowRule.NON_ASSOCIATIVE,
         range=certified, **contact_facts(problem),
-    )  # fmt: skip
+    )
 
 
 def _kind_of_bound(details: dict, search: str | Effort) -> tuple[BoundKind, str]:

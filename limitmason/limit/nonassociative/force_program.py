@@ -40,7 +40,7 @@ class ForceProgram:
         self, law: JointLaw, *, slope: Array | None = None, opening: Flags | None = None, sliding: Flags | None = None,
         direction: Array | None = None, closing: Flags | None = None, tolerance: float = TOLERANCE,
         deadline: float = np.inf,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Set the rows up: equations, orthant and cones."""
         m, c = len(law.tan_phi), law.components
         self.law, self.deadline, n = law, deadline, c * m
@@ -49,7 +49,7 @@ class ForceProgram:
         normal = c * np.arange(m)
         one = sparse.eye_array(n + 1, format="csr")
         equal = [sparse.hstack([law.matrix, sparse.csc_array(law.live[:, None])]), one[normal[opening]],
-                 one[normal[closing]]]  # fmt: skip
+                 one[normal[closing]]]
         right = [-law.dead, np.zeros(int(opening.sum())), law.crushing[closing]]
         s = np.flatnonzero(sliding)
         for k, along in enumerate(() if direction is None else direction[s].T):

@@ -95,7 +95,7 @@ def joint_law(problem: Problem) -> JointLaw:
         problem.matrix, problem.dead - problem.matrix @ corner, problem.live, law.tan_phi, law.tan_psi,
         tension, law.cohesion, law.crushing, problem.components, float(np.abs(problem.live).sum()),
         float(np.sqrt((~problem.assembly.fixed).sum())),
-    )  # fmt: skip
+    )
 
 
 def split(law: JointLaw, vector: Array) -> tuple[Array, Array, Array]:
@@ -142,7 +142,7 @@ def violation(law: JointLaw, state: ForceState) -> Violation:
     return Violation(
         float(np.abs(rest).max(initial=0.0) / law.total), excess(law, state.force), float(short.max(initial=0.0)),
         float(power.sum() / law.total),
-    )  # fmt: skip
+    )
 
 
 def exact(state: ForceState | None, law: JointLaw, tolerance: float) -> TypeGuard[ForceState]:

@@ -71,7 +71,7 @@ def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit
     slack = sparse.vstack([
         sparse.hstack([eye, void, nothing, nothing]), sparse.hstack([mu, -eye, nothing, cohesion]),
         sparse.hstack([mu, eye, nothing, cohesion]), sparse.csr_array(ends),
-    ])  # fmt: skip
+    ])
     # conditions on y: p, z+, z- >= 0 and live . v > 0, with z- = e_t + z+
     plus = sparse.hstack([sparse.csr_array((g, n)), sparse.eye_array(g)])
     minus = sparse.hstack([programs.tangent.T.tocsr()[first], sparse.eye_array(g)])
@@ -114,4 +114,4 @@ def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit
     return LiftedBound(
         value - float(residual @ np.abs(primal)), value, float(residual.max(initial=0.0)), status, rows, columns,
         time.perf_counter() - began,
-    )  # fmt: skip
+    )

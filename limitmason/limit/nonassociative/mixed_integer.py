@@ -50,7 +50,7 @@ class Proof(NamedTuple):
 def make_model(
     cost: Array, matrix: sparse.sparray, row_low: Array, row_high: Array, low: Array, high: Array, *,
     integer: Array | None = None, maximise: bool = False,
-) -> highspy.Highs:  # fmt: skip
+) -> highspy.Highs:
     """HiGHS model of row_low <= matrix x <= row_high, low <= x <= high."""
     model = highspy.Highs()
     model.setOptionValue("output_flag", False)
@@ -125,7 +125,7 @@ class BoundedProgram:
         model = make_model(
             np.zeros(2 * m + 1), sparse.vstack([p.balance, cone]), np.concatenate([p.load, np.full(2 * m, -INF)]),
             np.concatenate([p.load, bound]), low, high,
-        )  # fmt: skip
+        )
         # the range of every force and slack over all admissible forces, by a linear program each
         unit = np.eye(2 * m + 1)[:m]
         normal, normal_low = _maxima(model, unit), np.maximum(_maxima(model, unit, smallest=True), 0.0)
@@ -149,7 +149,7 @@ class BoundedProgram:
             np.concatenate([np.zeros(g + m), [1.0, -INF]]),
             np.concatenate([np.zeros(g), np.full(m, INF), [1.0, self.high]]),
             np.concatenate([-velocity, np.zeros(2 * g)]), np.concatenate([velocity, top]),
-        )  # fmt: skip
+        )
         rate = np.hstack([p.tangent.T.toarray()[self.first], np.zeros((g, 2 * g))])
         slip = np.array([_maxima(model, -rate), _maxima(model, rate)])
         opening = _maxima(model, self.opening.toarray())
@@ -220,7 +220,7 @@ class BoundedProgram:
             ("z+", limits.slip[0]), ("z-", limits.slip[1]), ("slide+", limits.slip[0] > ACTIVE),
             ("slide-", limits.slip[1] > ACTIVE),
             ("open", (limits.opening > ACTIVE) & (limits.normal_low <= ACTIVE)),
-        ):  # fmt: skip
+        ):
             low[at[name]], high[at[name]] = 0.0, top
         integer = np.zeros(ends[-1], dtype=bool)
         integer[at["open"].start :] = True
@@ -229,7 +229,7 @@ class BoundedProgram:
         model = make_model(
             cost, sparse.vstack(rows), np.concatenate(row_low), np.concatenate(row_high), low, high, integer=integer,
             maximise=maximise,
-        )  # fmt: skip
+        )
         return model, at
 
     def _values(self, state: ForceState, at: dict[str, slice]) -> Array:
@@ -248,7 +248,7 @@ class BoundedProgram:
     def solve(
         self, start: ForceState | None, *, largest: bool = False, time_limit: float = 60.0, gap: float = 1e-6,
         verbose: bool = False,
-    ) -> Proof:  # fmt: skip
+    ) -> Proof:
         """Smallest, or largest, multiplier of an admissible state within the bounds.
 
         Parameters
@@ -263,7 +263,7 @@ class BoundedProgram:
         for option, value in (
             ("time_limit", float(time_limit)), ("mip_rel_gap", gap), ("mip_abs_gap", gap),
             ("mip_feasibility_tolerance", 1e-8), ("primal_feasibility_tolerance", 1e-9),
-        ):  # fmt: skip
+        ):
             model.setOptionValue(option, value)
         model.setOptionValue("output_flag", verbose)
         if start is not None:

@@ -48,7 +48,7 @@ class Numbering(NamedTuple):
             matrix=matrix, dead=_rounded(self.sign * law.dead[self.row]), live=live, tan_phi=law.tan_phi[p],
             tan_psi=law.tan_psi[p], tension=_rounded(law.tension[p]), cohesion=_rounded(law.cohesion[p]),
             crushing=_rounded(law.crushing[p]), live_size=math.fsum(np.abs(live)),
-        )  # fmt: skip
+        )
 
     def back(self, law: JointLaw, state: ForceState) -> ForceState:
         """A state of the reordered law as a state of ``law``, the problem's own."""

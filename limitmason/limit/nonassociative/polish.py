@@ -151,7 +151,7 @@ class PlanePrograms:
         answer = linprog(
             cost, rest, np.zeros(rest.shape[0]), equal, right, np.column_stack([low, high]), method="highs-ds",
             options=self._options,
-        )  # fmt: skip
+        )
         return None if answer.x is None or answer.status != 0 else answer.x[:n]
 
 

@@ -62,7 +62,7 @@ def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
 def search_and_prove(
     problem: Problem, law: JointLaw, effort: Effort, seconds: float, deadline: float, verbose: bool,
     bracket: tuple[float, float], **options: Any,
-) -> tuple[Numbering, JointLaw, SearchOutcome, Extreme | None]:  # fmt: skip
+) -> tuple[Numbering, JointLaw, SearchOutcome, Extreme | None]:
     """Search the smallest multiplier, and prove it where there is time for a proof.
 
     With such time a quick search comes first, then the proof. The rest of the search follows if the proof is not
@@ -94,7 +94,7 @@ def search_and_prove(
         PlanePrograms(ordered), found.best, velocity_limits(problem)[order.row], low=bracket[0], top=bracket[1],
         force_bound=FORCE_BOUND, time_limit=max(min(seconds, deadline - time.perf_counter()), 0.0),
         tolerance=size * PROOF_TOLERANCE, widenings=WIDENINGS, verbose=verbose,
-    )  # fmt: skip
+    )
     off = np.inf if proof.state is None else violation(ordered, proof.state).worst
     certified = np.nan if proof.state is None else proof.state.multiplier
     trial = Trial(f"proof, {proof.method}", np.nan, 0, certified, off, proof.seconds, certified)
@@ -139,7 +139,7 @@ def _in_order_of_geometry(
             trial = Trial(
                 "associative state, which slides nowhere", np.nan, 0, associative.multiplier,
                 violation(ordered, associative).worst, time.perf_counter() - since, associative.multiplier,
-            )  # fmt: skip
+            )
             if options["progress"] is not None:
                 options["progress"](trial)
         # of two orders the first has half of the time

@@ -108,7 +108,7 @@ class Polisher:
     def __init__(
         self, law: JointLaw, accuracy: float, *, descents: int = 0, random: np.random.Generator | None = None,
         deadline: float = np.inf,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.law, self.accuracy, self.descents, self.random, self.deadline = law, accuracy, descents, random, deadline
         self.cones = ConePrograms(law, deadline)
         self.plane = PlanePrograms(law) if law.components == 2 else None
@@ -155,7 +155,7 @@ def search_smallest(
     law: JointLaw, start: Array, *, effort: Effort = EFFORTS["standard"], seed: int = 0, accuracy: float = 1e-8,
     deadline: float = np.inf, floor: float = -np.inf, known: ForceState | None = None,
     progress: Callable[[Trial], None] | None = None,
-) -> SearchOutcome:  # fmt: skip
+) -> SearchOutcome:
     """Smallest certified multiplier over variants of the sequential scheme, random starts and pushes.
 
     The first trial is made whatever the time; the search ends early where its lowest state meets ``floor``.
@@ -192,7 +192,7 @@ def search_smallest(
         trial = Trial(
             strategy, raw, run.steps if run else 0, np.nan if good is None else good.multiplier, off,
             time.perf_counter() - since, np.nan if best is None else best.multiplier,
-        )  # fmt: skip
+        )
         trials.append(trial)
         reached(min(len(trials) / planned, 1.0))
         if progress is not None:

@@ -41,7 +41,7 @@ class SchemeRun(NamedTuple):
 def run_sequence(
     law: JointLaw, start: Array, variant: SchemeSettings | None = None, *, max_steps: int = 40, tolerance: float = 1e-6,
     restarts: int = 6, patience: int = 8, deadline: float = np.inf,
-) -> SchemeRun:  # fmt: skip
+) -> SchemeRun:
     """Sequence of cone programs that tends to a state of the non-associative law.
 
     Step k maximises lambda with |T| <= c_k + (tan psi - a tan phi) N',

@@ -67,7 +67,7 @@ def prove_smallest(
     programs: PlanePrograms, found: ForceState | None, limits: Array, *, low: float = 0.0, top: float = np.inf,
     velocity_bound: float = 20.0, force_bound: float = 20.0, time_limit: float = 60.0, tolerance: float = 1e-5,
     widenings: int = 0, verbose: bool = False,
-) -> Extreme:  # fmt: skip
+) -> Extreme:
     """Radenkovic's bound, the lifted program, the mixed-integer program, until one meets the lowest state.
 
     Parameters

@@ -65,7 +65,7 @@ def with_cells(assembly: Assembly, points: ContactPoints, cells: Cells) -> Conta
         np.concatenate([area, [a for a, _ in size]])[order],
         np.stack([x.normal[interface], x.tangent_1[interface], x.tangent_2[interface]], axis=1),
         x.block_a[interface], x.block_b[interface],
-    )  # fmt: skip
+    )
 
 
 def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> Cells:

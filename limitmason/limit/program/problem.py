@@ -111,7 +111,7 @@ class Problem(NamedTuple):
         return self._replace(
             loads=replace(self.loads, dead=self.loads.dead + added), dead=self.dead + multipliers @ self.free,
             cases=NO_CASES, free=self.free[:0],
-        )  # fmt: skip
+        )
 
     def dual(self, twists: Array) -> Array:
         """Inverse of :meth:`twists`."""
@@ -204,7 +204,7 @@ def make_problem(
         assembly, loads, points, plane, contact_model, matrix, dead / scale, live * live_scale / scale, row, row_radius,
         float(scale), float(live_scale), law, block, np.ones(points.count), np.ones(len(row)),
         float(np.sqrt((~assembly.fixed).sum())), cells, cases, free_rows,
-    )  # fmt: skip
+    )
 
 
 def _refuse_endless_ties(assembly: Assembly, load: float) -> None:

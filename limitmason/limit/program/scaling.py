@@ -80,4 +80,4 @@ def balanced(problem: Problem) -> Problem:
         live_scale=problem.live_scale / most, row_radius=problem.row_radius * row, row_unit=problem.row_unit * row,
         point_scale=problem.point_scale * lighter, size=1.0, law=problem.law.in_units_of(lighter),
         stress_block=problem.stress_block.in_units_of(lighter[problem.stress_block.ends[:, 0]]),
-    )  # fmt: skip
+    )

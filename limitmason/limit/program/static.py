@@ -57,7 +57,7 @@ def solver_settings(tolerance: float, *, max_iterations: int = 200, verbose: boo
 def solve_static(
     problem: Problem, cones: Cones, *, tolerance: float = 1e-10, max_iterations: int = 200, verbose: bool = False,
     direction: Array | None = None, within: Array | None = None,
-) -> Solution:  # fmt: skip
+) -> Solution:
     """Maximise lambda subject to matrix f + dead + lambda live + u free = 0 and f within the cones.
 
     The multipliers of the equilibrium rows are the velocities of the collapse mechanism.
@@ -75,7 +75,7 @@ def solve_static(
     bottom = sparse.hstack([-cones.matrix, sparse.csc_array((cones.matrix.shape[0], k))])
     limits = sparse.csc_array((0, n + k)) if within is None else sparse.hstack(
         [sparse.csc_array((2 * k, n)), sparse.vstack([sparse.eye_array(k), -sparse.eye_array(k)])]
-    )  # fmt: skip
+    )
     matrix = sparse.csc_matrix(sparse.vstack([top, limits, bottom]))
     bound = np.concatenate([-problem.dead, [] if within is None else np.tile(within, 2), cones.constant])
     objective = np.zeros(n + k)
@@ -132,7 +132,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
             sparse.csc_matrix(sparse.vstack([rows, -sparse.eye_array(k)])),
             np.concatenate([-problem.dead[loaded], np.zeros(k)]),
             [clarabel.ZeroConeT(len(loaded)), clarabel.NonnegativeConeT(k)], solver_settings(tolerance),
-        ).solve()  # fmt: skip
+        ).solve()
         if str(answer.status) == "Solved":
             force = np.zeros(problem.matrix.shape[1])
             force[columns] = answer.x
@@ -143,7 +143,7 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     answer = clarabel.DefaultSolver(
         sparse.csc_matrix((n, n)), np.zeros(n), sparse.csc_matrix(sparse.vstack([problem.matrix, -cones.matrix])),
         np.concatenate([-problem.dead, cones.constant]), _kinds(r, cones), solver_settings(tolerance),
-    ).solve()  # fmt: skip
+    ).solve()
     status = str(answer.status)
     seconds = time.perf_counter() - start
     if status in ("Solved", "AlmostSolved"):
@@ -250,6 +250,6 @@ def opening_motion(problem: Problem) -> tuple[Array | None, float]:
     answer = clarabel.DefaultSolver(
         sparse.csc_matrix(sparse.eye_array(r)), np.zeros(r), sparse.csc_matrix(rows), bound, kinds,
         solver_settings(1e-6),
-    ).solve()  # fmt: skip
+    ).solve()
     seconds = time.perf_counter() - start
     return (np.array(answer.x) if str(answer.status) in ("Solved", "AlmostSolved") else None), seconds

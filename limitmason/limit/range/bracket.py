@@ -75,4 +75,4 @@ def inside(joint: Joint) -> Joint:
     return replace(
         joint, friction_angle_deg=joint.dilatancy_angle_deg, cohesion=float(law.cohesion[0]),
         tensile_strength=float(law.tension[0]),
-    )  # fmt: skip
+    )

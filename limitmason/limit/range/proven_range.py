@@ -214,7 +214,7 @@ def proven_range(
         lowest = prove_smallest(
             programs, found, velocity_limits(problem), low=radenkovic_lower(law), top=top,
             velocity_bound=velocity_bound, force_bound=force_bound, time_limit=time_limit, tolerance=tolerance,
-        )  # fmt: skip
+        )
         found = lowest.state
     if found is None:
         none = lowest is not None and lowest.none
@@ -236,7 +236,7 @@ def proven_range(
         ends[name] = RangeEnd(
             end.state.multiplier * scale, end.bound * scale, end.proven, end.method, end.velocity_bounded,
             end.velocity_share, end.force_bounded, end.nodes, time.perf_counter() - since,
-        )  # fmt: skip
+        )
     low, high = (ends[name].value if name in ends else float("nan") for name in ENDS)
     seconds = time.perf_counter() - began
     return ProvenRange(low, high, ends, upper.collapse_multiplier, velocity_bound, force_bound, seconds)
@@ -245,7 +245,7 @@ def proven_range(
 def _largest(
     programs: PlanePrograms, found: ForceState, top: float, limits: Array, force: float, time_limit: float,
     tolerance: float,
-) -> Extreme:  # fmt: skip
+) -> Extreme:
     """The associative value where a known mechanism admits it, else the mixed-integer program."""
     answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
     best = found if answer is None else ForceState(answer.multiplier, answer.force, found.velocity, "largest")
