@@ -106,8 +106,8 @@ def pushover(
         (:func:`limitmason.mechanics.lumped_units.with_lumped_units`); "simply deformable", blocks that strain and bend,
         the shapes of :func:`dem.push`'s; "ritz", elastic bodies in polynomials, condensed to their joint points
         (:func:`limitmason.deformable.polynomial_block`). Blocks without a material, and held ones, stay rigid
-    stress : of blocks that deform: "plane stress" (the default of a plane problem), "plane strain", or "solid", which
-        takes a plane problem in space too
+    stress : of blocks that deform: "plane stress", the default of a problem in one plane; "plane strain"; or "solid"
+        in space, the default of all others
     contact_model, grid : as in :func:`limitmason.mechanics.contact_points.contact_points`; "grid" where a grid is
         given; the model of ``initial`` where this is given (its ``grid`` is to be repeated). Else what the joints need:
 

@@ -19,7 +19,7 @@ from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.mechanics.joint_shapes import BlockShapes, at_joints, shapes_of
 from limitmason.mechanics.lumped_units import with_lumped_units
-from limitmason.mechanics.plane import Plane, find_plane
+from limitmason.mechanics.plane import Plane, find_plane, two_planes
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -98,7 +98,8 @@ def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str | None) 
             raise InputError(f"stress={stress!r} is for blocks that deform; {blocks} ones have no stress")
         return plane, SOLID
     if stress is None:
-        return plane, SOLID if plane is None else PLANE_STRESS
+        in_space = plane is None or two_planes(assembly, loads)
+        return (None, SOLID) if in_space else (plane, PLANE_STRESS)
     choice("stress", stress, STATES)
     if stress == SOLID:
         return None, SOLID

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from limitmason.arrays import Array, Flags
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
-__all__ = ["Plane", "find_plane"]
+__all__ = ["Plane", "find_plane", "two_planes"]
 
 
 class Plane(NamedTuple):
@@ -43,10 +44,22 @@ def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) ->
     -----
     A wall of square piers under its weight alone is symmetric about two planes: of these the one nearest to x-z.
     """
+    return next(_planes(assembly, loads, driven), None)
+
+
+def two_planes(assembly: Assembly, loads: Loads) -> bool:
+    """Whether the problem lies in two planes at once, as a square pier under vertical loads does.
+
+    A plane state of stress of its blocks would then hang on which of the two is taken.
+    """
+    return len(list(_planes(assembly, loads, None))) > 1
+
+
+def _planes(assembly: Assembly, loads: Loads, driven: Array | None) -> Iterator[Plane]:
     x = assembly.arrays
     active = ~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])
     if not active.any() or (np.diff(x.corner_start)[active] != 4).any():
-        return None
+        return
     free = ~assembly.fixed
     wrench = np.concatenate([loads.dead[free], loads.live[free]])
     size = max(np.abs(wrench[:, :3]).max(initial=0.0), 1e-300)
@@ -58,7 +71,7 @@ def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) ->
     # singular values: those of vectors.T @ vectors would be the squares, whose rounding hides a plane that is turned
     _, singular, axes = np.linalg.svd(vectors, full_matrices=False)  # at least three rows: a joint, dead and live load
     if singular[2] > 1e-8 * singular[0]:
-        return None
+        return
     candidates = [axes[2]]
     if singular[1] <= 1e-6 * singular[0]:  # every normal and force is parallel: any of the two edge directions may do
         e = edge[0] / np.linalg.norm(edge[0])
@@ -86,8 +99,7 @@ def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) ->
             z = np.array([0.0, 0.0, 1.0])
             first = np.cross(p, z) if abs(p[2]) < 0.9 else np.array([1.0, 0.0, 0.0]) - p[0] * p
             first /= np.linalg.norm(first)
-            return Plane(first, np.cross(first, p), p, level)
-    return None
+            yield Plane(first, np.cross(first, p), p, level)
 
 
 def _in_plane(driven: Array | None) -> Array:

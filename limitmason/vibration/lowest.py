@@ -15,7 +15,7 @@ from limitmason.errors import NotApplicable, NotConverged
 from limitmason.vibration.system import VibratingSystem
 
 _GUARD = 4  # vectors beside those wanted
-_DEPTH = 4  # products with the inverse between two restarts
+_DEPTH = 4  # times a block: vectors of the space between two restarts
 _EXACT = 1e-11  # of an eigenvector under the inverse: its eigenvalue is better than that
 _GOOD = 1e-4  # enough where rounding does not let it come nearer
 _RESTARTS = 60
@@ -123,21 +123,19 @@ def _found(
     """Eigenvalues and vectors of as many as the block has, of which the lowest ``count`` converged."""
     m = system.mass
     x, best, idle = block, np.inf, 0
+    most = min(_DEPTH * block.shape[1], len(block))
     for _ in range(_RESTARTS):
-        basis = [_orthonormal(x, m)]
-        images = []
-        for depth in range(_DEPTH):
-            images.append(solve(m @ basis[-1]))
-            if depth == _DEPTH - 1:
-                break
-            new, known = images[-1], np.hstack(basis)
+        space = new = _orthonormal(x, m)
+        image = solve(m @ new)
+        # after a restart a product brings few new vectors: counted by depth the space would shrink
+        while space.shape[1] < most:
+            new = image[:, -new.shape[1] :]
             for _ in range(2):
-                new = new - known @ (known.T @ (m @ new))
-            new = _orthonormal(new, m)
-            if not new.shape[1] or known.shape[1] + new.shape[1] > len(new):
+                new = new - space @ (space.T @ (m @ new))
+            new = _orthonormal(new, m)[:, : most - space.shape[1]]
+            if not new.shape[1]:
                 break
-            basis.append(new)
-        space, image = np.hstack(basis), np.hstack(images)
+            space, image = np.hstack([space, new]), np.hstack([image, solve(m @ new)])
         reduced = space.T @ (m @ image)
         inverse, mix = eigh(0.5 * (reduced + reduced.T))
         order = np.argsort(-inverse)[: max(block.shape[1], count)]

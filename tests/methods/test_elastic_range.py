@@ -365,3 +365,19 @@ def test_driven_slowly_it_fails_first_where_superposition_says(blocks):
     )
     assert curve.settlement == pytest.approx(-found.shift_dead[k, 2], rel=1e-3)
     assert curve.first_failure.load == pytest.approx(1e3 * found.high.multiplier, rel=0.01)
+
+
+@pytest.mark.parametrize("blocks", ["simply deformable", "ritz"])
+def test_a_pier_under_vertical_loads_lies_in_two_planes_and_deforms_as_a_solid(blocks):
+    """Plane stress about either of its planes is another answer, so none of them is taken unasked."""
+    base, pier = box((-1.0, -1.0, -0.2), (1.0, 1.0, 0.0)), box((-0.6, -1.0, 0.0), (0.6, 1.0, 0.9))
+    lengths = []
+    for turn in rotation_matrices(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.5 * np.pi], [0.3, -1.1, 0.7]])):
+        wall = lm.Assembly.from_polyhedra(
+            [[(s.vertices @ turn.T, s.faces)] for s in (base, pier)], names=["ground", "pier"], fixed=["ground"],
+            density=2000.0, joint=lm.Joint(30.0, normal_stiffness=5e9, shear_stiffness=2e9),
+        ).with_material(lm.Material(4e9, 0.25))
+        force = np.zeros((2, 6))
+        force[1, :3] = turn @ [0.0, 0.0, -3e4]
+        lengths.append(np.linalg.norm(lm.elastic_range(wall, lm.Loads(force, force), blocks=blocks).shift_dead[1]))
+    assert lengths == pytest.approx([lengths[0]] * 3, rel=1e-9)

@@ -5,12 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import eigh
+from scipy.sparse import csc_array
 
 import limitmason as lm
 from limitmason.continuum import Box, Continuum
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.vibration import ModalTest
+from limitmason.vibration.lowest import lowest
+from limitmason.vibration.system import VibratingSystem
 
 JOINT = lm.Joint(40.0, normal_stiffness=1e9, shear_stiffness=1e9)
 
@@ -52,6 +55,18 @@ def test_modes_are_those_of_all_eigenvalues(count):
     assert found.below == int((exact < exact[count - 1] * (1.0 + 1e-6)).sum())
     cut = found.below > count
     assert any(f"count={found.below}" in w for w in found.warnings) == cut
+
+
+@pytest.mark.parametrize("gap", [1e-3, 1e-4, 1e-5])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_the_last_mode_may_be_one_of_a_close_group(gap, seed):
+    """Nine eigenvalues from the twelfth on nearly agree: the space must not shrink while they are told apart."""
+    value = np.concatenate([np.arange(1.0, 12.0), 12.0 * (1.0 + gap * np.arange(9)), 14.0 + np.arange(196)])
+    axes = np.linalg.qr(np.random.default_rng(seed).standard_normal((216, 216)))[0]
+    system = VibratingSystem(csc_array((axes * value) @ axes.T), csc_array(np.eye(216)), *[None] * 4)
+    found = lowest(system, 12)
+    assert found.value == pytest.approx(value[:12], rel=1e-10)
+    assert found.below == 12
 
 
 def test_turned_and_renumbered_piers_have_the_same_repetitions():
