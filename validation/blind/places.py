@@ -15,7 +15,7 @@ from limitmason.diagnosis.inference.plan import distances
 from limitmason.diagnosis.rehearse import binomial_interval
 
 from . import campaigns
-from .kinds import SEED, SETS, found_words, outcome
+from .kinds import SEED, SETS, found_words, outcome, stated
 from .kinds_designs import CAUSES, VISIBLE, Trials
 
 TIE = 1e-6  # relative: kinds that feel an effect alike, as a reading of all forces does, are either the right one
@@ -58,13 +58,12 @@ def judged(design, kind, k, seed):
     values, name, listed = made
     found = design.judged(values, rng, listed)
     y, apart = design.design.whiten(values), kinds_apart(design, values)
-    stated = found.verdict.rehearsed
     return {
         "k": k, "planted": name, "said": outcome(found, None),
         "d2": design.seen(values), "apart": min(float(distances(y, design.design.singles[c.name])[0]) for c in listed),
         "kind": apart[max(found.by_kind, key=lambda e: e.misfit).kind] >= (1.0 - TIE) * max(apart.values()),
         "column": found.covariate in OWN.get(name, ()),
-        "stated": None if stated is None or not stated.trials else stated.rate,
+        "stated": stated(found),
     }
 
 
@@ -82,8 +81,8 @@ def row(name, kind, records):
     unexplained = [r for r in clear if r["said"] == "unexplained"]
     placed = sum(r["kind"] or r["column"] for r in unexplained)
     wrong = sum(r["said"] == "identified wrongly" for r in records)
-    stated = [r["stated"] for r in records if r["stated"] is not None]
-    told = f"{100.0 * np.mean(stated):.1f} %" if stated else "-"
+    rates = [r["stated"] for r in records if r["stated"] is not None]
+    told = f"{100.0 * np.mean(rates):.1f} %" if rates else "-"
     alone = sum(r["said"] == "behaves like another" for r in records)
     sets = sum(r["said"] in SETS for r in records)
     return (
