@@ -28,7 +28,7 @@ from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE
 from limitmason.mechanics.contact_points import extents, on_few_points
 from limitmason.mechanics.lumped_units import with_lumped_units
-from limitmason.mechanics.plane import Plane, find_plane
+from limitmason.mechanics.plane import Plane, find_plane, two_planes
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
 
@@ -65,7 +65,8 @@ class BlockStructure(DrivenStructure):
         loads = loads if loads is not None else Loads.weight(model)
         self.loads = Loads(loads.dead, np.zeros_like(loads.dead), loads.name)
         plane, strains = _plane(model, self.loads, self.unit), chosen.blocks == SIMPLY_DEFORMABLE
-        stress = chosen.stress or (PLANE_STRESS if strains and plane is not None else SOLID)
+        flat = strains and plane is not None and not two_planes(model, self.loads, self.unit)
+        stress = chosen.stress or (PLANE_STRESS if flat else SOLID)
         grid = chosen.contact_points
         if grid is None and not np.isfinite(model.arrays.compressive_strength).any():
             grid = default_spacing(model)

@@ -118,8 +118,9 @@ def make_state(
     points, joints, interface, laws, warnings = make_joints(assembly, loads.dead, contacts, options)
     ties, said = make_ties(assembly, options.stiffness_factor)
     warnings = (*warnings, *said)
-    if contact_model == "grid" and grid == DEFAULT_POINTS:
-        warnings += on_few_points(assembly, "give contact_model='lobatto' and contact_points=(15, 15)")
+    coarse = contact_model == "grid" and grid == DEFAULT_POINTS
+    finer = "give contact_model='lobatto' and contact_points=(15, 15)"
+    warnings += on_few_points(assembly, finer, None if coarse else contacts)
     stiffness = block_stiffness(points, joints, n, ties=ties)
     moves = np.ones(6, dtype=bool)
     if plane is not None:

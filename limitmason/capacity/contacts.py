@@ -23,6 +23,7 @@ from limitmason.mechanics.contact_points import (
     Grid,
     chosen_grid,
     contact_points,
+    on_few_points,
     weakening,
 )
 from limitmason.mechanics.law import PointLaw, Softening
@@ -68,6 +69,8 @@ def points_of_path(
     points = contact_points(assembly, contact_model=contact_model, grid=chosen, plane=plane, elastic=True)
     if not points.count:
         raise InputError("no joint touches a free block: there is nothing that could carry a load")
+    if not warnings:
+        warnings = on_few_points(assembly, "leave contact_model and grid out for what the joints need", points)
     return points, warnings
 
 

@@ -41,7 +41,7 @@ class Thrust:
 
     def __str__(self) -> str:
         """Both ends with the direction."""
-        d = ", ".join(f"{v:.4g}" for v in self.direction)
+        d = ", ".join(f"{v:.4g}" for v in self.direction.round(9) + 0.0)
         return f"thrust {self.least:.6g} N to {self.greatest:.6g} N along ({d})"
 
 

@@ -155,6 +155,9 @@ def contact_points(
     )
 
 
+_ENOUGH = 5  # points on a side of a joint that crushes or loses strength
+
+
 def chosen_grid(contact_model: str, grid: Chosen | None) -> Chosen | Grid:
     """The grid of contact points that an analysis uses.
 
@@ -178,13 +181,24 @@ def weakening(assembly: Assembly) -> Flags:
     return np.isfinite(assembly.arrays.compressive_strength) | softens
 
 
-def on_few_points(assembly: Assembly, remedy: str) -> tuple[str, ...]:
-    """A warning of joints that crush or lose strength on few points, for engines whose default is a coarse grid."""
-    if not weakening(assembly).any():
+def on_few_points(assembly: Assembly, remedy: str, points: ContactPoints | None = None) -> tuple[str, ...]:
+    """A warning of joints that crush or lose strength on few points.
+
+    Parameters
+    ----------
+    points : those chosen, of which a side of such a joint may have five or more; None for a default that is coarse
+    """
+    weak = weakening(assembly)
+    if points is not None:
+        number = np.bincount(points.interface, minlength=len(weak))[: len(weak)]
+        weak &= (number > 0) & (number < _ENOUGH ** (points.components - 1))
+    if not weak.any():
         return ()
+    whose = "of the default" if points is None else "given"
     return (
-        "joints crush or lose strength at the few contact points of the default: the first crack, and what a crushing "
-        f"section bears, may be a quarter too high with 4 points on a side and twice too high with 3; {remedy}",
+        f"joints crush or lose strength at the few contact points {whose}: the first crack, and what a crushing "
+        "section bears, may be a quarter too high with 4 points on a side, twice with 3 "
+        f"and three times with 2; {remedy}",
     )
 
 
@@ -240,6 +254,12 @@ def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> In
     else:
         span = extents(x, np.cross(plane.normal, x.normal))
         spans = np.concatenate([span, np.zeros_like(span)], axis=1)
+    longest = spans.max(initial=0.0)
+    if spacing >= 2.0 and spacing > longest:
+        raise InputError(
+            f"grid={spacing!r} is a spacing of points [m], more than the longest joint, {longest:.3g} m: give two "
+            "numbers of points, grid=(5, 5), or a smaller spacing"
+        )
     return np.maximum(np.ceil(spans / spacing - 1e-6).astype(np.intp) + 1, 2)
 
 

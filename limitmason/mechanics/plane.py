@@ -47,12 +47,12 @@ def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) ->
     return next(_planes(assembly, loads, driven), None)
 
 
-def two_planes(assembly: Assembly, loads: Loads) -> bool:
+def two_planes(assembly: Assembly, loads: Loads, driven: Array | None = None) -> bool:
     """Whether the problem lies in two planes at once, as a square pier under vertical loads does.
 
     A plane state of stress of its blocks would then hang on which of the two is taken.
     """
-    return len(list(_planes(assembly, loads, None))) > 1
+    return len(list(_planes(assembly, loads, driven))) > 1
 
 
 def _planes(assembly: Assembly, loads: Loads, driven: Array | None) -> Iterator[Plane]:

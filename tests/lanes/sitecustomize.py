@@ -37,7 +37,7 @@ def _move_blocks(module):
     def moved(solid, name):
         pieces, frame = read(solid, name), sys._getframe(1)
         while frame is not None:
-            if frame.f_globals["__name__"].startswith("limitmason.formats."):
+            if frame.f_globals.get("__name__", "").startswith("limitmason.formats."):
                 return pieces  # what was written is read back as it is
             frame = frame.f_back
         # by its name: the same model made twice, in another order or in another process is the same

@@ -207,6 +207,21 @@ def test_modes_about_a_plane_path_say_what_they_leave_out():
     assert lm.modes(fine, 1).frequency[0] == pytest.approx(lowest, rel=0.03)
 
 
+def test_few_points_that_are_given_are_told_of_where_joints_lose_strength():
+    wall = block({"cohesion": 8e5, "tensile_strength": 2e5, **BRITTLE, **STIFF})
+    loads = lm.Loads.horizontal(wall)
+    for few in ({"contact_model": "vertices"}, {"grid": (3, 3)}, {"grid": 0.25}):
+        told = lm.pushover(wall, loads, to=1e-6, **few).warnings
+        assert any("few contact points given" in w for w in told), few
+    assert any("few contact points given" in w for w in dem.make_state(wall, loads, contact_points=(2, 2)).warnings)
+    assert not any("few" in w for w in lm.pushover(wall, loads, to=1e-6, grid=(9, 5)).warnings)
+
+
+def test_a_spacing_that_was_meant_as_a_number_of_points_is_refused():
+    with pytest.raises(InputError, match=r"spacing of points \[m\], more than the longest joint, 0.3 m"):
+        lm.pushover(block(STIFF), lm.Loads.horizontal(block(STIFF)), grid=5)
+
+
 def test_distinct_elements_say_that_their_default_points_are_few():
     wall = block({"cohesion": 8e5, "tensile_strength": 2e5, **BRITTLE, **STIFF})
     loads = lm.Loads.horizontal(wall)
