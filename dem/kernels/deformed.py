@@ -14,10 +14,11 @@ import numpy as np
 from dem.kernels.arrays import LAW, Array, BlockModes, BlockStep, Joints, Points, RigidBodies
 from dem.kernels.compiled import kernel
 from dem.kernels.joint_law import Numbers
-from dem.kernels.kinematics import Axes, third_axis
+from dem.kernels.kinematics import Axes, relative_motion, third_axis
 from dem.kernels.local_damping import brake_of
-from dem.kernels.sums import joint_sums
+from dem.kernels.sums import held_sums, yielding_sums
 
+NOTHING = (0.0,) * 16
 PLANE_MODES, SPACE_MODES = 9, 21  # shapes of a block: known to the compiler, which unrolls its loops
 
 
@@ -100,17 +101,23 @@ def strained_sums(
     a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
     u = slopes(face_motion(modes.side_a, j, modes.value, a, space))
     v = turned_slopes(face_motion(modes.side_b, j, modes.value, b, space), g, space)
-    rates = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    if joints.law[j, LAW.dash] != 0.0:
+    e, z = less(v, u), third_axis(g)
+    d_all = d[0] + e[0], d[1] + e[1], d[2] + e[2]
+    g_all = g[0] + e[3], g[1] + e[4], g[2] + e[5], g[3] + e[6], g[4] + e[7], g[5] + e[8]
+    brakes, out = joints.law[j, LAW.dash] != 0.0 and dt > 0.0, NOTHING
+    if not brakes:
+        out = held_sums(j, points, joints, d_all, g_all, z, None, None, True, None)
+    if brakes or out[15] != 0.0:
+        motion = relative_motion(j, joints, bodies, axes, ra, rb)
         rates = less(
             turned_slopes(face_motion(modes.side_b, j, modes.rate, b, space), g, space),
             slopes(face_motion(modes.side_a, j, modes.rate, a, space)),
         )
-    e, z = less(v, u), third_axis(g)
-    f1, f2, f3, s1, s2, s3, t1, t2, t3, u1, u2, u3, work, lost, broken = joint_sums(
-        j, points, joints, bodies, axes, (d[0] + e[0], d[1] + e[1], d[2] + e[2]),
-        (g[0] + e[3], g[1] + e[4], g[2] + e[5], g[3] + e[6], g[4] + e[7], g[5] + e[8]), z, (ra, rb), rates, dt, True,
-    )
+        if brakes:
+            out = held_sums(j, points, joints, d_all, g_all, z, motion, rates, True, True)
+        if out[15] != 0.0:
+            out = yielding_sums(j, points, joints, d_all, g_all, z, motion, rates, dt, True)
+    f1, f2, f3, s1, s2, s3, t1, t2, t3, u1, u2, u3, work, lost, broken, beyond = out
     load_shapes(modes.contact, a, modes.side_a, j, -1.0, (f1, f2, f3), (s1, s2, s3), (t1, t2, t3), space)
     load_shapes(
         modes.contact, b, modes.side_b, j, 1.0, turned_back(f1, f2, f3, g), turned_back(s1, s2, s3, g),
@@ -123,7 +130,7 @@ def strained_sums(
     return (
         f1, f2, f3, d2 * f3 - d3 * f2 + x2 * s3 - x3 * s2 + y2 * t3 - y3 * t2 + z[1] * u3 - z[2] * u2,
         d3 * f1 - d1 * f3 + x3 * s1 - x1 * s3 + y3 * t1 - y1 * t3 + z[2] * u1 - z[0] * u3,
-        d1 * f2 - d2 * f1 + x1 * s2 - x2 * s1 + y1 * t2 - y2 * t1 + z[0] * u2 - z[1] * u1, work, lost, broken,
+        d1 * f2 - d2 * f1 + x1 * s2 - x2 * s1 + y1 * t2 - y2 * t1 + z[0] * u2 - z[1] * u1, work, lost, broken, beyond,
     )
 
 

@@ -48,7 +48,7 @@ def _crossing_forces(points: Points, joints: Joints, bodies: RigidBodies, dt: fl
         dashpot = law[j, LAW.dash] if dt > 0.0 else 0.0, r1, r2, r3, per_dt
         a1, a2 = points.slip_1[k] - dt * r1, points.slip_2[k] - dt * r2
         q1, q2, q3, points.slip_1[k], points.slip_2[k], points.lift[k], _, rubbed, raised, braked, _ = return_map(
-            w, 0.0, 0.0, a1, a2, old, 0.0, peak, None, dashpot, True
+            w, 0.0, 0.0, a1, a2, old, 0.0, peak, None, dashpot, True, (dt * r1, dt * r2, dt * r3)
         )
         da = points.area[k]
         q = (q1 * da, q2 * da, q3 * da)
@@ -109,10 +109,10 @@ def _joint_forces(
         a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
         axes, d, g, ra, rb = kinematics(j, joints, bodies)
         if modes is None:
-            sums = joint_sums(j, points, joints, bodies, axes, d, g, third_axis(g), (ra, rb), None, dt, None)
+            sums = joint_sums(j, points, joints, bodies, axes, d, g, third_axis(g), (ra, rb), dt)
         else:
             sums = strained_sums(j, points, joints, bodies, modes, space, axes, d, g, ra, rb, dt)
-        f1, f2, f3, m1, m2, m3, rubbed, braked, broken = sums
+        f1, f2, f3, m1, m2, m3, rubbed, braked, broken, _ = sums
         friction += rubbed
         viscous += braked * dt
         fracture += broken

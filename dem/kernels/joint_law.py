@@ -155,33 +155,73 @@ def _weakened(
     return h, mu, dil, c, ft, ft + h * softening.secant
 
 
+@kernel(forceinline=True)
+def within(
+    w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float,
+    peak: Peak, softening: SofteningRow | None, dashpot: Numbers | None,
+) -> Numbers:
+    """Stress at a point that is well within its strength, power of its dashpots [W/m2], and 1 where it is not, else 0.
+
+    Arguments as in :func:`return_map`, which gives these numbers for such a point; no root and no division.
+    """
+    kn, ks = peak.kn, peak.ks
+    mu, _, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)
+    # tension that has softened falls straight to nothing: not by the stiffness
+    drawn = ft if softening is None else ft * (softening.secant * damage == 0.0)
+    q1, q2, n0 = ks * (slip_1 - e1), ks * (slip_2 - e2), kn * (lift - w)
+    n, braked = n0, 0.0
+    if dashpot is not None:
+        dash, r1, r2, r3, _ = dashpot
+        # dashpots: none in an open joint, and no pull beyond the strength
+        z = dash if n0 > -ft else 0.0
+        q1, q2 = q1 - z * ks * r1, q2 - z * ks * r2
+        z3 = max(-z * kn * r3, -ft - n0)
+        n = n0 + z3
+        braked = z * ks * (r1 * r1 + r2 * r2) - z3 * r3
+    bears = max(c + mu * n, 0.0)
+    holds = (n0 > -drawn) & (n0 < kn * peak.crushing) & (q1 * q1 + q2 * q2 < WITHIN * bears * bears)
+    return q1, q2, n, braked, 0.0 if holds else 1.0
+
+
 @kernel(inline="always")
-def _released(
-    kn: float, ks: float, n0: float, spring: float, trial: float, old: Numbers, new: Numbers, grows: bool
-) -> float:
-    """Energy that damage releases at an opening and slip [J/m2]: stored under the strength before less under the new.
+def _held(peak: Peak, spring: Numbers) -> float:
+    """Elastic energy of the springs of a point [J/m2]; ``spring`` as in :func:`_lost`."""
+    n0, _, t1, t2, ft, reach = spring
+    pressed = max(n0, 0.0)
+    sheared = 0.5 * (t1 * t1 + t2 * t2) * (1.0 / peak.ks)
+    return 0.5 * pressed * pressed / peak.kn + sheared + stored(max(-n0, 0.0), ft, reach, peak.kn)
+
+
+@kernel(inline="always")
+def _lost(peak: Peak, old: Numbers, now: Numbers, slid: Numbers, moved: Numbers, grows: bool) -> Numbers:
+    """What springs lose in a step by friction, by plastic opening (its negative) and by damage [J/m2].
+
+    Central differences give the blocks F(n) (x(n+1) - x(n-1)) / 2. Summed by parts that is, for every step, the mean of
+    the forces at its two ends times its displacement. Of springs it is the change of their energy. So friction is the
+    mean of old and new shear times the slip, and damage releases what is left of that work.
 
     Parameters
     ----------
-    n0, spring, trial : normal stress of the elastic opening and of its spring, shear stress of the elastic slip [Pa]
-    old, new : tan(phi), c, ft, and where ft unloads, before the step and after it
+    old, now : of springs before and after the step: stress of the elastic opening if it were a spring, N, t1, t2, ft,
+        and where ft unloads [Pa]
+    slid : plastic slip against t1 and t2, and plastic opening, of the step [m]
+    moved : as in :func:`return_map`
     grows : whether damage does
     """
-    pull = max(-n0, 0.0)
-    mu, c, ft, reach = old
-    left_mu, left_c, left_ft, left_reach = new
-    bears = c + mu * tension(n0, ft, reach)
-    drop = min(trial, max(bears, 0.0)) - max(left_c + left_mu * spring, 0.0)
-    drop = max(drop, 0.0) if grows else 0.0
-    return stored(pull, ft, reach, kn) - stored(pull, left_ft, left_reach, kn) + 0.5 * drop * drop * (1.0 / ks)
+    n, t1, t2 = 0.5 * (old[1] + now[1]), 0.5 * (old[2] + now[2]), 0.5 * (old[3] + now[3])
+    rubbed, raised, broken = t1 * slid[0] + t2 * slid[1], n * slid[2], 0.0
+    if grows:
+        given = t1 * moved[0] + t2 * moved[1] + n * moved[2]
+        broken = _held(peak, old) - given - _held(peak, now) - (rubbed - raised)
+    return rubbed, raised, broken
 
 
 @kernel(forceinline=True)
 def return_map(
     w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float,
-    peak: Peak, softening: SofteningRow | None, dashpot: Numbers | None, dilates: bool,
+    peak: Peak, softening: SofteningRow | None, dashpot: Numbers | None, dilates: bool, moved: Numbers,
 ) -> Numbers:
-    """Stress at a point at the end of a step, and its plastic state after it.
+    """Stress at a point at the end of a step, its plastic state after it, and what it lost.
 
     A dashpot lies beside the spring and both in line with the slider (Kelvin and Voigt's element, then Coulomb's): the
     law limits what spring and dashpot carry together, |T| <= c + tan(phi) N with the N of both, and the dashpot feels
@@ -195,6 +235,7 @@ def return_map(
     softening : of :func:`softening_of`, or None for a law that keeps its peak values
     dashpot : None, or dashpot over stiffness [s], velocity of b against a along t1, t2, n [m/s] and 1 / dt [1/s]
     dilates : whether the joint dilates or crushes; else the plastic opening stays, a quarter less work
+    moved : e1, e2, w less what they were before the step [m]
 
     Returns
     -------
@@ -203,6 +244,11 @@ def return_map(
     rubbed, raised : work of the friction over the slip, and of N over the plastic opening, which it loses [J/m2]
     braked : power of the dashpots [W/m2]
     broken : what damage releases [J/m2]
+
+    Notes
+    -----
+    Losses close the balance of energy to second order in the step where a contact opens or closes, and to first order
+    in what its dashpot takes then: its force before a step is taken for that after it. Else the balance is exact.
     """
     kn, ks, fc, highest = peak.kn, peak.ks, peak.crushing, peak.lift
     a1, a2 = slip_1 - e1, slip_2 - e2
@@ -259,21 +305,22 @@ def return_map(
     else:
         n = max(n0, -ft) if softening is None else tension(n0, ft, reach)
     spring = n
+    # what it bore before the step; a point that was open sheared nothing
+    n_old = kn * (lift - w + moved[2])
+    bore = max(n_old, -held) if softening is None else tension(n_old, held, reached)
+    k_old = ks if before_c + before_mu * bore > 0.0 else 0.0
+    t1_old, t2_old = k_old * (a1 + moved[0]), k_old * (a2 + moved[1])
     if dashpot is not None:
         # no pull beyond the strength
         z3 = max(z * kn * ((new - lift) * per_dt - r3), -ft - spring)
         n = spring + z3
     cap = max(c + mu * n, 0.0)
     ratio = min(cap / max(total, 1e-300), 1.0)
-    # the normal stress that the slip's opening works against is that of spring and dashpot
-    raised = n * (new - lift) if dilates else 0.0
     if dashpot is None:
-        rubbed = cap * ((1.0 - ratio) * total * inv_ks)
         g1, g2 = (1.0 - ratio) * a1, (1.0 - ratio) * a2
         q1, q2 = ks * ratio * a1, ks * ratio * a2
         braked = 0.0
     else:
-        rubbed = cap * ((1.0 - ratio) * total * inv_ks / stiffer)
         back = (1.0 - ratio) / (ks * stiffer)
         g1, g2 = back * b1, back * b2
         q1, q2 = ratio * b1, ratio * b2
@@ -285,9 +332,11 @@ def return_map(
         # dilation ends with the slip, where that turns, passes its start or the farthest too
         after = np.sqrt(new_1 * new_1 + new_2 * new_2)
         new = min(lift + short + dil * (min(after, farthest) - min(before, farthest)), most)
-    if softening is None:
-        return q1, q2, n, new_1, new_2, new, damage, rubbed, raised, braked, 0.0
-    broken = _released(
-        kn, ks, n0, spring, trial, (before_mu, before_c, held, reached), (mu, c, ft, reach), h > damage
+    rubbed, raised, broken = _lost(
+        peak, (n_old, bore, t1_old, t2_old, held, reached), (kn * (new - w), spring, ks * (a1 - g1), ks * (a2 - g2), ft,
+        reach), (g1, g2, new - lift), moved, h > damage,
     )
+    # dashpots as they are now
+    rubbed += (q1 - ks * (a1 - g1)) * g1 + (q2 - ks * (a2 - g2)) * g2
+    raised += (n - spring) * (new - lift)
     return q1, q2, n, new_1, new_2, new, h, rubbed, raised, braked, broken

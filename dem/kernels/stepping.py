@@ -132,7 +132,7 @@ def _accelerate(
 
     Parameters
     ----------
-    past : net force and moment of the step before, shape (6,)
+    past : net force and moment of the step before, shape (6,); moments of the damping are written there
     damping : work of the damping so far [J]
     """
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
@@ -154,9 +154,10 @@ def _accelerate(
         else:
             f = net[i, 3 + k]
             w = float(spin[i, k])
-            brake = brake_of(local, drifts, f, past[3 + k], w)
-            ang[i, k] = (ang[i, k] * keep + (f - brake) * kick) * lag
-            damping += brake * w * dt
+            brake, before = brake_of(local, drifts, f, past[3 + k], w), float(ang[i, k])
+            ang[i, k] = (before * keep + (f - brake) * kick) * lag
+            # its work waits for the spin at the end of the step
+            past[3 + k] = brake + viscosity * 0.5 * (before + ang[i, k])
     return damping, moving
 
 
@@ -235,8 +236,6 @@ def advance(
             for k in range(3):
                 if held[i, 3 + k]:
                     new[k] = _driven(acting, step, i, 3 + k)
-                else:
-                    damping += viscosity * dt * ang[i, k] * new[k]
                 spin[i, k] = new[k]
                 mean_v, mean_w = 0.5 * (old[k] + vel[i, k]), 0.5 * (old[3 + k] + new[k])
                 applied += (force[k] * mean_v + force[3 + k] * mean_w) * dt
@@ -247,6 +246,7 @@ def advance(
                 if held[i, 3 + k]:
                     support -= net[i, 3 + k] * mean_w * dt
                 else:
+                    damping += past[3 + k] * mean_w * dt
                     kinetic += 0.5 * ang[i, k] * new[k]
                 bodies.shift[i, k] += dt * vel[i, k]
             if new[0] != 0.0 or new[1] != 0.0 or new[2] != 0.0:

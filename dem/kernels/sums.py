@@ -5,14 +5,24 @@ import numpy as np
 from dem.kernels.added import has_added
 from dem.kernels.arrays import LAW, Joints, Points, RigidBodies
 from dem.kernels.compiled import kernel
-from dem.kernels.joint_law import Numbers, Peak, SofteningRow, peak_of, plain_peak_of, return_map, softening_of
+from dem.kernels.joint_law import (
+    Numbers,
+    Peak,
+    SofteningRow,
+    peak_of,
+    plain_peak_of,
+    return_map,
+    softening_of,
+    within,
+)
 from dem.kernels.kinematics import Axes, relative_motion
 
 
 @kernel(forceinline=True)
 def point_sums(
     points: Points, p0: int, p1: int, d: Numbers, g: Numbers, z: Numbers, peak: Peak, softening: SofteningRow | None,
-    motion: Numbers | None, rates: Numbers | None, strained: bool | None, dilates: bool,
+    dt: float, dash: float | None, motion: Numbers | None, rates: Numbers | None, strained: bool | None,
+    dilates: bool | None,
 ) -> Numbers:
     """Forces, moments and losses of a joint's points; what is None is left out of the loop by the compiler.
 
@@ -20,24 +30,28 @@ def point_sums(
     ----------
     d, g, z : b's point stands at d + X + G X + z gap, X = (s, t, 0), in joint axes; g = (G11, G12, ... G32), and z is
         b's normal: it stood along a's when the joint was made, and a gap turns with its block
-    peak, softening, dilates : see :func:`dem.kernels.joint_law.return_map`; ``dilates`` is a constant of each call
-    motion : dash, 1 / dt, and velocity of b's joint origin against a's [m/s] and of its rotation [rad/s]; or None
+    peak, softening, dilates : see :func:`dem.kernels.joint_law.return_map`; ``dilates`` is a constant of each call, and
+        None where all points are taken to be within their strength: nothing of them is changed
+    dash : dashpot over stiffness [s]; or None
+    motion : velocity of b's joint origin against a's [m/s] and of its rotation [rad/s]; or None
     rates : of what the faces' strains add to that velocity, as d and g (9); or None
     strained : None between rigid blocks
 
     Returns
     -------
     forces (t1, t2, n), then between rigid blocks the moments about block a's joint origin (3), else the sums of s f,
-    t f and gap f (9); plastic work, power of dashpots, energy of fracture
+    t f and gap f (9); plastic work, power of dashpots, energy of fracture; number of points that are not within their
+    strength where they are taken to be
     """
     s, t, area, gap, damage = points.s, points.t, points.area, points.gap, points.damage
     slip_1, slip_2, lift = points.slip_1, points.slip_2, points.lift
     d1, d2, d3 = d
     g11, g12, g21, g22, g31, g32 = g
     z1, z2, z3 = z
+    per_dt = 1.0 / dt if dt > 0.0 else 0.0
     # sums over the points of stress times area: forces f and moments m; or with the arms s, t and gap, of which blocks
     # that strain make both their moments and what does work on their shapes
-    f1 = f2 = f3 = m1 = m2 = m3 = work = lost = broken = 0.0
+    f1 = f2 = f3 = m1 = m2 = m3 = work = lost = broken = beyond = 0.0
     s1 = s2 = s3 = t1 = t2 = t3 = u1 = u2 = u3 = 0.0
     # unsigned: no index from the end to allow for, so that the loop over part of the arrays vectorises without views
     for k in range(np.uint64(p0), np.uint64(p1)):
@@ -46,11 +60,9 @@ def point_sums(
         e1 = d1 + g11 * x + g12 * y + z1 * far
         e2 = d2 + g21 * x + g22 * y + z2 * far
         w = d3 + g31 * x + g32 * y + z3 * far
-        if motion is None:
-            dashpot = None
-        else:
+        if motion is not None:
             # velocity of b against a at the point
-            dash, per_dt, v1, v2, v3, o1, o2, o3 = motion
+            v1, v2, v3, o1, o2, o3 = motion
             r1 = v1 + o2 * w - o3 * (y + e2)
             r2 = v2 + o3 * (x + e1) - o1 * w
             r3 = v3 + o1 * (y + e2) - o2 * (x + e1)
@@ -58,24 +70,34 @@ def point_sums(
                 r1 += rates[0] + rates[3] * x + rates[4] * y
                 r2 += rates[1] + rates[5] * x + rates[6] * y
                 r3 += rates[2] + rates[7] * x + rates[8] * y
+        if dash is None:
+            dashpot = None
+        else:
             dashpot = dash, r1, r2, r3, per_dt
         if softening is None:
             h = 0.0
         else:
             h = damage[k]
-        q1, q2, q3, slip_1[k], slip_2[k], new, h, rubbed, raised, braked, released = return_map(
-            w, e1, e2, slip_1[k], slip_2[k], lift[k], h, peak, softening, dashpot, dilates
-        )
         da = area[k]
-        if dilates:
-            lift[k] = new
-            work -= da * raised
-        if softening is not None:
-            damage[k] = h
-            broken += da * released
-        if motion is not None:
+        if dilates is None:
+            q1, q2, q3, braked, out = within(
+                w, e1, e2, slip_1[k], slip_2[k], lift[k], h, peak, softening, dashpot
+            )
+            beyond += out
+        else:
+            q1, q2, q3, slip_1[k], slip_2[k], new, h, rubbed, raised, braked, released = return_map(
+                w, e1, e2, slip_1[k], slip_2[k], lift[k], h, peak, softening, dashpot, dilates,
+                (dt * r1, dt * r2, dt * r3),
+            )
+            if dilates:
+                lift[k] = new
+                work -= da * raised
+            if softening is not None:
+                damage[k] = h
+                broken += da * released
+            work += da * rubbed
+        if dash is not None:
             lost += da * braked
-        work += da * rubbed
         q1, q2, q3 = q1 * da, q2 * da, q3 * da
         f1 += q1
         f2 += q2
@@ -97,49 +119,89 @@ def point_sums(
             u2 += far * q2
             u3 += far * q3
     if strained is None:
-        return f1, f2, f3, m1, m2, m3, work, lost, broken
-    return f1, f2, f3, s1, s2, s3, t1, t2, t3, u1, u2, u3, work, lost, broken
+        return f1, f2, f3, m1, m2, m3, work, lost, broken, beyond
+    return f1, f2, f3, s1, s2, s3, t1, t2, t3, u1, u2, u3, work, lost, broken, beyond
+
+
+@kernel(inline="always")
+def held_sums(
+    j: int, points: Points, joints: Joints, d: Numbers, g: Numbers, z: Numbers, motion: Numbers | None,
+    rates: Numbers | None, strained: bool | None, dashes: bool | None,
+) -> Numbers:
+    """Sums of joint j where all of its points are within their strength: no root, no division, nothing is written.
+
+    ``dashes`` is None where it has no dashpots, and then ``motion`` and ``rates`` are; see :func:`point_sums`.
+    """
+    p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
+    if dashes is not None:
+        dash = law[j, LAW.dash]
+        out = point_sums(
+            points, p0, p1, d, g, z, peak_of(law, j), softening_of(law, j), 0.0, dash, motion, rates, strained, None
+        )
+    elif has_added(law, j):
+        out = point_sums(
+            points, p0, p1, d, g, z, peak_of(law, j), softening_of(law, j), 0.0, None, None, None, strained, None
+        )
+    elif law[j, LAW.by_opening] == 0.0:
+        out = point_sums(points, p0, p1, d, g, z, plain_peak_of(law, j), None, 0.0, None, None, None, strained, None)
+    else:
+        out = point_sums(
+            points, p0, p1, d, g, z, plain_peak_of(law, j), softening_of(law, j), 0.0, None, None, None, strained, None
+        )
+    return out
+
+
+@kernel(inline="always")
+def yielding_sums(
+    j: int, points: Points, joints: Joints, d: Numbers, g: Numbers, z: Numbers, motion: Numbers, rates: Numbers | None,
+    dt: float, strained: bool | None,
+) -> Numbers:
+    """Sums of joint j, whose points yield, by the least law it needs: else the loop over them takes twice the time.
+
+    Parameters
+    ----------
+    d, g, z, motion, rates, strained : see :func:`point_sums`
+    dt : [s]; 0 for forces in a position, where nothing moves that could be braked or rub
+    """
+    p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
+    plain = law[j, LAW.dash] == 0.0 and not has_added(law, j)
+    # without dilation and crushing the lift stays
+    lifts = law[j, LAW.tan_psi] != 0.0 or law[j, LAW.crushing] != np.inf
+    if plain and law[j, LAW.by_opening] == 0.0:
+        peak = plain_peak_of(law, j)
+        if lifts:
+            out = point_sums(points, p0, p1, d, g, z, peak, None, dt, None, motion, rates, strained, True)
+        else:
+            out = point_sums(points, p0, p1, d, g, z, peak, None, dt, None, motion, rates, strained, False)
+    elif plain:
+        peak, fall = plain_peak_of(law, j), softening_of(law, j)
+        if lifts or law[j, LAW.rest_tan_psi] != 0.0:
+            out = point_sums(points, p0, p1, d, g, z, peak, fall, dt, None, motion, rates, strained, True)
+        else:
+            out = point_sums(points, p0, p1, d, g, z, peak, fall, dt, None, motion, rates, strained, False)
+    else:
+        worn, fall, dash = peak_of(law, j), softening_of(law, j), law[j, LAW.dash] if dt > 0.0 else 0.0
+        if lifts or law[j, LAW.rest_tan_psi] != 0.0:
+            out = point_sums(points, p0, p1, d, g, z, worn, fall, dt, dash, motion, rates, strained, True)
+        else:
+            out = point_sums(points, p0, p1, d, g, z, worn, fall, dt, dash, motion, rates, strained, False)
+    return out
 
 
 @kernel(inline="always")
 def joint_sums(
     j: int, points: Points, joints: Joints, bodies: RigidBodies, axes: Axes, d: Numbers, g: Numbers, z: Numbers,
-    arms: tuple[Numbers, Numbers], rates: Numbers | None, dt: float, strained: bool | None,
+    arms: tuple[Numbers, Numbers], dt: float,
 ) -> Numbers:
-    """Sums of joint j by the least law it needs: without what it has not, the loop over its points takes half the time.
-
-    Parameters
-    ----------
-    axes, d, g, arms : see :func:`dem.kernels.kinematics.kinematics`
-    z, rates, strained : see :func:`point_sums`
-    dt : [s]; 0 for forces in a position, where nothing moves that could be braked
-    """
-    p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
-    plain = law[j, LAW.dash] == 0.0 and not has_added(law, j)
-    # without dilation and crushing the lift stays
-    if plain and law[j, LAW.by_opening] == 0.0:
-        if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
-            out = point_sums(points, p0, p1, d, g, z, plain_peak_of(law, j), None, None, None, strained, False)
-        else:
-            out = point_sums(points, p0, p1, d, g, z, plain_peak_of(law, j), None, None, None, strained, True)
-    elif plain:
-        if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.rest_tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
-            out = point_sums(
-                points, p0, p1, d, g, z, plain_peak_of(law, j), softening_of(law, j), None, None, strained, False
-            )
-        else:
-            out = point_sums(
-                points, p0, p1, d, g, z, plain_peak_of(law, j), softening_of(law, j), None, None, strained, True
-            )
-    else:
+    """Sums of joint j between rigid blocks; arguments as in :func:`yielding_sums` and ``kinematics``."""
+    brakes = joints.law[j, LAW.dash] != 0.0 and dt > 0.0
+    if brakes:
         motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])
-        dash = law[j, LAW.dash] if dt > 0.0 else 0.0, 1.0 / dt if dt > 0.0 else 0.0
-        if law[j, LAW.tan_psi] == 0.0 and law[j, LAW.rest_tan_psi] == 0.0 and law[j, LAW.crushing] == np.inf:
-            out = point_sums(
-                points, p0, p1, d, g, z, peak_of(law, j), softening_of(law, j), dash + motion, rates, strained, False
-            )
-        else:
-            out = point_sums(
-                points, p0, p1, d, g, z, peak_of(law, j), softening_of(law, j), dash + motion, rates, strained, True
-            )
+        out = held_sums(j, points, joints, d, g, z, motion, None, None, True)
+    else:
+        out = held_sums(j, points, joints, d, g, z, None, None, None, None)
+    if out[9] != 0.0:
+        if not brakes:
+            motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])
+        out = yielding_sums(j, points, joints, d, g, z, motion, None, dt, None)
     return out

@@ -69,6 +69,8 @@ class SideContacts(NamedTuple):
     slip: Array  # plastic, (m,)
     lift: Array  # (m,)
     damage: Array  # (m,)
+    opening: Array  # in the last step [m], (m,)
+    along: Array  # slip in the last step, elastic and plastic [m], (m,)
 
 
 class Rigid(NamedTuple):

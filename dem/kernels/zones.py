@@ -233,15 +233,17 @@ def joint_forces(nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array,
         i, j, along, at, tx, ty, opening, slip = met(k, nodes, sides, contacts)
         contacts.segment[k] = at
         row = contacts.joint[k]
+        moved = slip - contacts.along[k], 0.0, opening - contacts.opening[k]
+        contacts.along[k], contacts.opening[k] = slip, opening
         if soft:
             t, _, n, contacts.slip[k], _, contacts.lift[k], contacts.damage[k], rubbed, raised, _, broken = return_map(
                 opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], contacts.damage[k],
-                peak_of(law, row), softening_of(law, row), None, True,
+                peak_of(law, row), softening_of(law, row), None, True, moved,
             )
         else:
             t, _, n, contacts.slip[k], _, contacts.lift[k], _, rubbed, raised, _, broken = return_map(
                 opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], 0.0, plain_peak_of(law, row), None, None,
-                True,
+                True, moved,
             )
         area = contacts.area[k]
         rubbed_all += area * (rubbed - raised)

@@ -84,7 +84,7 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
         gap[k] = -((on_b - o) @ np.array([t[1], -t[0]]))
     zero = np.zeros(m)
     contacts = SideContacts(
-        row.ravel().astype(np.int64), side, segment, arc, node, share, areas, gap, zero, zero.copy(), zero.copy()
+        row.ravel().astype(np.int64), side, segment, arc, node, share, areas, gap, *(zero.copy() for _ in range(5))
     )
     return contacts, interfaces.astype(np.int64)
 

@@ -17,7 +17,7 @@ from limitmason.storage.files import read_archive, write_archive
 _MOVING: Mapping[str, tuple[str, ...]] = {
     "nodes": ("shift", "velocity", "mass", "load", "force", "before", "held"),
     "zones": ("spent", "relief", "amplitude", "flag", "plastic"),
-    "contacts": ("segment", "slip", "lift", "damage"),
+    "contacts": ("segment", "slip", "lift", "damage", "opening", "along"),
     "rigid": ("shift", "velocity", "mass", "load", "held", "drive", "before", "net", "total"),
 }
 """Arrays that change, or that a solver of eigenvalues has made: of these a file holds what the model has."""

@@ -42,11 +42,14 @@ def along(joint: lm.Joint, opening=None, slip=None, pressure=None, **options) ->
     given = slip if opening is None else opening
     zero = np.zeros(len(given))
     s1 = s2 = lift = damage = rubbed = broken = 0.0
+    before = None
     out = []
     for k, e in enumerate(zero if slip is None else slip):
         w = lift - pressure / peak.kn if opening is None else opening[k]
+        moved = (0.0, 0.0, 0.0) if before is None else (e - before[0], 0.0, w - before[1])
+        before = e, w
         t, _, n, s1, s2, lift, damage, rub, raised, _, released = return_map(
-            w, e, 0.0, s1, s2, lift, damage, peak, fall, (0.0, 0.0, 0.0, 0.0, 0.0), True
+            w, e, 0.0, s1, s2, lift, damage, peak, fall, (0.0, 0.0, 0.0, 0.0, 0.0), True, moved
         )
         rubbed, broken = rubbed + rub - raised, broken + released
         out.append((n, t, lift, damage, rubbed, broken))

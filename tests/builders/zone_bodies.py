@@ -35,7 +35,7 @@ class ZoneBody:
         none, no = np.zeros(0), np.zeros(0, np.int64)
         self.sides = arrays.Sides(np.zeros(2, np.int64), np.zeros(1, np.int64), np.zeros(2))
         self.contacts = arrays.SideContacts(
-            no, no, no, none, np.zeros((0, 2), np.int64), none, none, none, none, none, none
+            no, no, no, none, np.zeros((0, 2), np.int64), *[none] * 8
         )
         b = np.zeros((0, 3))
         self.rigid = arrays.Rigid(np.zeros((0, 2)), b, b, b, b, np.zeros((0, 3), bool), b, b, b, b, no)
