@@ -26,8 +26,9 @@ from limitmason.display.text_table import markdown as markdown_lines
 from limitmason.experiments.modern_walls import MODELS, NAME, specimens
 from limitmason.experiments.modern_walls.inputs import complete, inputs_of
 from limitmason.experiments.registry import load as load_wall
-from limitmason.storage.csv_table import write_table
+from limitmason.storage.csv_table import parsed, write_table
 from validation.measured_walls_text import TEXT
+from validation.wall_acceptance import asked, by_hand
 from validation.wall_causes import HELD, STIFFNESS, responses, stiffness
 from validation.wall_curves import read_record
 from validation.wall_curves_text import sections
@@ -272,20 +273,23 @@ def worst(walls: Sequence[Measured], found: list[WallPrediction], number: int = 
     return [m.wall for m in order], markdown(head, lines)
 
 
-def write_blind(found: Mapping[str, list[WallPrediction]]) -> None:
-    """Predictions of the walls whose responses are kept back."""
+def write_blind(found: Mapping[str, list[WallPrediction]]) -> int:
+    """Predictions of the walls whose responses are kept back, and how many; the same ones keep version and date."""
     rows = []
+    kept = {tuple(r[:6]): r for r in parsed(BLIND.read_text(encoding="utf-8"), BLIND.name).rows}
     for wall in specimens():
         if ROWS[wall]["responses"] == "given":
             continue
         for method in ("formulas", "first", "extended"):
             p = next(p for p in found[method] if p.wall == wall)
             forces = (f"{v:.1f}" for v in (p.force, *p.interval))
-            rows.append([wall, method, *forces, p.mode, VERSION, date.today().isoformat()])
+            row = wall, method, *forces, p.mode
+            rows.append(kept.get(row, [*row, VERSION, date.today().isoformat()]))
     units = dict.fromkeys(("wall", "model"), "-") | dict.fromkeys(("V_kN", "V_low_kN", "V_high_kN"), "kN")
     note = ("Walls of modern-walls whose responses are kept back, predicted without them; V is the mean of both "
             "senses, low and high hold 90 %.")
     write_table(BLIND, units | dict.fromkeys(("mode", "version", "date"), "-"), rows, note)
+    return len(rows)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -317,9 +321,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     by_loop = modes_by_loop(whole, causes, loop.chosen)
     carry, wrong = carriers(whole, loop, by_loop)
     far, worst_table = worst(all_walls, found["extended"])
-    curves = read_record()
+    curves, pushes = read_record(), read_record("dem")
+    formulas_loop = left_out(factored(four, np.array([m.force for m in whole])), [m.campaign for m in whole]).logs
     parts = {
-        "[curves]": "\n".join(sections(curves)),
+        "[asked]": asked(whole, all_walls, loop, formulas_loop, by_loop.modes, found, curves, pushes, ABOVE,
+                         write_blind(found)),
+        "[hand]": by_hand(), "[curves]": "\n".join(sections(curves, pushes)),
         "[ladder]": table, "[chosen]": chosen, "[modes]": modes(whole, found, by_loop, four),
         "[carriers]": carry, "[wrong]": wrong, "[coverage]": coverage(all_walls, found),
         "[impossible]": impossible(all_walls), "[doubtful]": doubtful(all_walls),
@@ -331,7 +338,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         text = text.replace(mark, part)
     (o.out / "measured-walls.md").write_text(text, encoding="utf-8")
     print(text)
-    write_blind(found)
     scatter_figure({k: found[k] for k in ("formulas", "first", "extended")}, all_walls, o.out / "measured-walls.png")
     worst_walls(far, {p.wall: p for p in found["extended"]}, o.out / "measured-walls-worst.png")
     envelopes(curves, o.out / "measured-walls-envelopes.png")

@@ -46,7 +46,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     command.add_argument("series", metavar="SERIES", help="a packaged series with a page of its own")
     command.add_argument("walls", nargs="*", metavar="WALL", help="only these walls; default: all")
     command.add_argument("--method", required=True, metavar="METHOD",
-                         help="formulas, first or extended (block models), non-associative, or pushover")
+                         help="formulas, first, extended or non-associative (blocks), pushover, dem (a dozen walls)")
     command.add_argument("--store", type=writable, metavar="FILE", help="keep answers here and go on after a kill")
     command.add_argument("--workers", type=int, default=1, help="processes, one wall each")
     command.add_argument("--no-interval", action="store_true", help="do not move the inputs: a seventh of the time")

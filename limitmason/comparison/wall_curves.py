@@ -1,10 +1,11 @@
-"""Capacity curves of measured walls whose joints and units lose their strength, and what gave way on the way."""
+"""Curves of measured walls whose joints and units lose their strength, by the path or the DEM, and what gave way."""
 
 from __future__ import annotations
 
 import math
 import time
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,10 +13,13 @@ from limitmason.capacity.analysis import pushover
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.steps import Steps
-from limitmason.comparison.wall_modes import mode_inside, motions
+from limitmason.comparison.wall_modes import mode_of_shares, motions
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.experiments.modern_walls import BEAM, units_per_course
+from limitmason.experiments.modern_walls import BEAM, THIN, units_per_course
 from limitmason.experiments.record import Experiment
+from limitmason.geometry.rotation import rotation_vectors
+from limitmason.methods import DEM, get_method
+from limitmason.model.assembly import Assembly
 
 POINTS = 3, 2
 """Contact points of Lobatto's rule along a joint, and across it where a wall is followed in space."""
@@ -33,6 +37,10 @@ UNITS = 100
 """Most units of a wall that is followed as it is built: of others, larger units of the same shape stand for them."""
 
 BROKEN = 0.5  # damage from which on a point has given way
+FALLEN = 0.9  # share of the largest force to which it has fallen just after the peak
+ELASTIC = 0.1  # share of the largest force at which what is elastic is read
+INNER = 0.5  # share of the motion of the top that the inside has of a wall that does not rock
+SAMPLES = 100  # of a push by the DEM
 
 
 class WallCurve(NamedTuple):
@@ -40,10 +48,10 @@ class WallCurve(NamedTuple):
 
     ``slid`` and ``slips``, the largest slip of a bed joint and that of all, ``apart`` and ``past``, vertical planes
     that moved apart and past each other, are those of :func:`limitmason.comparison.wall_modes.motions` since the dead
-    load, over the motion of the top. ``cracked`` is the share of the cracks across units that have given way.
-    ``inside`` is the mode by what gave way up to the end. ``coarse`` is the number of units along a course, and up,
-    that one block stands for, ``points`` the number of contact points. ``status`` says how the path ended, or why there
-    is none.
+    load, over the motion of the top. ``cracked`` is the share of the cracks across units that have given way; of the
+    DEM, that has reached its strength. ``coarse`` is the number of units along a course, and up, that one block stands
+    for, ``points`` the number of contact points. ``rate`` is the difference of the DEM's peaks at two speeds.
+    ``status`` says how the path ended, or why there is none.
     """
 
     wall: str
@@ -54,7 +62,6 @@ class WallCurve(NamedTuple):
     apart: list[float]
     past: list[float]
     cracked: list[float]
-    inside: str
     coarse: int
     points: int
     steps: int
@@ -62,35 +69,68 @@ class WallCurve(NamedTuple):
     status: str
     warnings: list[str]
     seconds: float
+    rate: float = math.nan
 
     @property
     def peak(self) -> float:
         """Largest force [kN]."""
         return max(self.force)
 
+    @property
+    def mode(self) -> str:
+        """F, S, SL or G by the inelastic motion just after the peak, see :meth:`inelastic`.
 
-def wall_curve(test: Experiment, *, to: float = FURTHEST, tries: int = TRIES) -> WallCurve:
+        F where bed joints that slip and vertical planes that move apart have less than half of the motion of the top.
+        Else the largest of them names it, as in :func:`limitmason.comparison.wall_modes.mode_of_shares`.
+        """
+        slips, slid, apart, past = self.inelastic(self.just_after)
+        return "F" if slips + apart < INNER else mode_of_shares(slid, apart, past)
+
+    @property
+    def just_after(self) -> int:
+        """First sample after the peak at which the force has fallen to 0.9 of it; the last where it never does."""
+        force = np.array(self.force)
+        top = int(force.argmax())
+        below = np.flatnonzero(force[top:] <= FALLEN * force[top])
+        return top + int(below[0]) if len(below) else len(force) - 1
+
+    def inelastic(self, sample: int) -> list[float]:
+        """slips, slid, apart and past at a sample over the motion of the top [-], all less what is elastic.
+
+        Elastic is what goes with the force, at the ratio of the first sample that has a tenth of the largest.
+        """
+        force, top = np.array(self.force), np.array(self.drift)
+        first = int(np.argmax(force >= ELASTIC * force.max()))
+
+        def since(motion: np.ndarray) -> float:
+            return float(motion[sample] - motion[first] * force[sample] / force[first])
+
+        return [since(np.array(v) * top) / since(top) for v in (self.slips, self.slid, self.apart, self.past)]
+
+
+def wall_curve(test: Experiment, *, to: float = FURTHEST, tries: int = TRIES, by: str = "pushover") -> WallCurve:
     """Push a wall by its beam, and say what gave way.
 
     Parameters
     ----------
     to : drift [-]
-    tries : of a step, after which the curve ends where it is
+    tries : of a step of the path, after which the curve ends where it is
+    by : "pushover", the equilibrium path, or "dem", the distinct element method at two speeds
 
     Notes
     -----
     Walls of more than ``UNITS`` units are followed with larger ones, which lose their strength more suddenly: the
     energy is one of area. Largest force and drift are those of one monotonic push. Cycles take more, and crushing does
-    not go on to spall.
+    not go on to spall. The DEM pushes cantilevers and walls whose two ends are held; others are refused by name.
     """
     begun = time.process_time()
     if test.options["coarse"] == 1:
         test = test.with_options(coarse=coarseness(test))
     try:
-        curve = pushed(test, to, tries)
+        found = driven(test, to) if by == DEM else described(test, pushed(test, to, tries))
     except (InputError, NotApplicable, NotConverged) as refusal:
-        return WallCurve(test.specimen, [], [], [], [], [], [], [], "", 0, 0, 0, 0, str(refusal), [], 0.0)
-    return described(test, curve, time.process_time() - begun)
+        return WallCurve(test.specimen, [], [], [], [], [], [], [], 0, 0, 0, 0, str(refusal), [], 0.0)
+    return found._replace(seconds=time.process_time() - begun)
 
 
 def coarseness(test: Experiment) -> int:
@@ -107,23 +147,55 @@ def pushed(test: Experiment, to: float, tries: int) -> PushoverCurve:
     )
 
 
-def described(test: Experiment, curve: PushoverCurve, seconds: float) -> WallCurve:
+def described(test: Experiment, curve: PushoverCurve) -> WallCurve:
     """A path as what is kept of it."""
     assert curve.generations is not None
     wall, first = curve.structure.assembly, curve.nodes[0].pose
     crack = np.array([i.kind == "crack" for i in wall.interfaces] + [False])  # the last is of points without a joint
-    moved, broken = [], []
+    broken = []
     for node in curve.nodes:
-        sideways, apart, past = motions(wall, motion_between(first, node.pose)[:, :6])
-        moved.append((sideways.max(), sideways.sum(), apart, past))
         own = crack[curve.generations.structures[node.generation].points.interface]
         damage = np.broadcast_to(np.asarray(node.history.damage), own.shape)
         broken.append(float(np.mean(damage[own] >= BROKEN)) if own.any() else 0.0)
-    parts: list[list[float]] = np.array(moved).T.tolist()
     drift = 100.0 * np.asarray(curve.displacement) / float(test.row["H"])
+    slid, slips, apart, past = shares(wall, [motion_between(first, node.pose)[:, :6] for node in curve.nodes])
     return WallCurve(
-        test.specimen, drift.tolist(), np.asarray(curve.multiplier).tolist(), parts[0], parts[1], parts[2], parts[3],
-        broken, mode_inside(wall, motion_between(first, curve.nodes[-1].pose)[:, :6]), int(test.options["coarse"]),
-        curve.structure.points.count, curve.cost.steps, curve.cost.iterations, str(curve.status),
-        list(curve.warnings), seconds,
+        test.specimen, drift.tolist(), np.asarray(curve.multiplier).tolist(), slid, slips, apart, past, broken,
+        int(test.options["coarse"]), curve.structure.points.count, curve.cost.steps, curve.cost.iterations,
+        str(curve.status), list(curve.warnings), 0.0,
     )
+
+
+def driven(test: Experiment, to: float) -> WallCurve:
+    """The wall driven by the DEM, at rest under its dead load before.
+
+    Raises
+    ------
+    InputError
+        For a wall that is neither a cantilever nor held at both ends.
+    """
+    drive = get_method(DEM).drive
+    assert drive is not None
+    test = test.with_options(beam_height=THIN)
+    wall, height = test.assembly(), float(test.row["H"])
+    curve: Any = drive(wall, test.drive(), to=to * height, loads=test.loads(), samples=SAMPLES)
+    states = [(shift, rotation_vectors(turn)) for shift, turn in map(curve.moved, range(len(curve.load)))]
+    moved = [np.hstack([shift - states[0][0], turn - states[0][1]]) for shift, turn in states]
+    crack = [i.kind == "crack" for i in wall.interfaces]
+    broken = [float(np.mean(np.nan_to_num(v[crack]))) if any(crack) else 0.0 for v in curve.failed]
+    drift = 100.0 * np.asarray(curve.displacement) / height
+    ended = "reached" if drift[-1] > 99.0 * to else "stopped"
+    slid, slips, apart, past = shares(wall, moved)
+    return WallCurve(
+        test.specimen, drift.tolist(), (1e-3 * np.asarray(curve.load)).tolist(), slid, slips, apart, past, broken,
+        int(test.options["coarse"]), 0, curve.steps, 0, ended, list(curve.warnings), 0.0, float(curve.rate_error),
+    )
+
+
+def shares(wall: Assembly, moved: Sequence[np.ndarray]) -> list[list[float]]:
+    """slid, slips, apart and past of every sample, by the motions of its blocks since the dead load."""
+    found = []
+    for motion in moved:
+        sideways, apart, past = motions(wall, motion)
+        found.append((sideways.max(), sideways.sum(), apart, past))
+    return np.array(found).T.tolist()

@@ -25,7 +25,12 @@ def mode_inside(assembly: Assembly, twists: ArrayLike) -> str:
     planes without moving apart; S for the rest.
     """
     sideways, apart, past = motions(assembly, twists)
-    if sideways.max() > 0.5:
+    return mode_of_shares(sideways.max(), apart, past)
+
+
+def mode_of_shares(slid: float, apart: float, past: float) -> str:
+    """The same by the largest slip of a bed joint and the motions of vertical planes, over that of the top [-]."""
+    if slid > 0.5:
         return "SL"
     return "G" if past > 0.4 and apart < 0.3 * past else "S"
 

@@ -1,10 +1,10 @@
-"""Capacity curves of measured walls: statics of rocking and sliding, what gave way, refusals."""
+"""Curves of measured walls: statics of rocking and sliding by path and DEM, what gave way, refusals."""
 
 import numpy as np
 import pytest
 
 from limitmason import experiments
-from limitmason.comparison.wall_curves import wall_curve
+from limitmason.comparison.wall_curves import WallCurve, wall_curve
 from limitmason.experiments.modern_walls import MODELS
 
 NAME = "modern-walls"
@@ -20,25 +20,61 @@ def weight(row):
     return 1e-3 * 9.80665 * 1000.0 * length * height * t
 
 
-def test_wall_that_sticks_rocks_up_to_its_rigid_bound():
-    test = load("110", mu=5.0, fv0=0.0, coarse=2)
-    found = wall_curve(test, to=0.02)
+def curve_of(drift, force, slips, slid, apart, past):
+    """A curve of given motions [%], from the start."""
+    parts = [[0.0, *(v / u for v, u in zip(p, drift, strict=True))] for p in (slid, slips, apart, past)]
+    return WallCurve("", [0.0, *drift], [0.0, *force], *parts, [0.0] * (len(drift) + 1), 1, 0, 0, 0, "", [], 0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("by", ["pushover", "dem"])
+@pytest.mark.parametrize("wall", ["110", "112"])  # both ends held; a cantilever
+def test_wall_that_sticks_rocks_up_to_its_rigid_bound(wall, by):
+    test = load(wall, mu=5.0, fv0=0.0, coarse=2)
+    found = wall_curve(test, to=0.02, by=by)
     length, height, t, fc = (float(test.row[k]) for k in ("L", "H", "t", "fc"))
     axial = 1e3 * float(test.row["sigma0"]) * length * t + np.array([0.0, weight(test.row)])
-    bound = float((axial * length * (1.0 - axial / (1e3 * fc * length * t))).sum()) / (2.0 * height)
+    ends = axial * length * (1.0 - axial / (1e3 * fc * length * t)) / (2.0 * height)
+    bound = float(ends.sum() if test.row["H0_over_H"] == "0.5" else ends[1])
     # a toe of three points by Lobatto's rule crushes a little early, and the wall leans by its drift
     assert 0.94 * bound < found.peak < bound
-    assert max(found.slips[-1], found.apart[-1], found.past[-1]) < 0.02
-    assert found.status == "reached"
+    if by == "pushover":
+        assert max(found.slips[-1], found.apart[-1], found.past[-1]) < 0.02
+    assert (found.status, found.mode) == ("reached", "F")
 
 
-def test_wall_without_cohesion_slides_by_coulomb():
+@pytest.mark.slow
+@pytest.mark.parametrize("by", ["pushover", "dem"])
+def test_wall_without_cohesion_slides_by_coulomb(by):
     test = load("146", mu=0.05, fv0=0.0, sigma0=0.3, coarse=3)
-    found = wall_curve(test, to=0.003)
+    found = wall_curve(test, to=0.003, by=by)
     axial = 300.0 * float(test.row["L"]) * float(test.row["t"])
     # the joint under the beam bears the least: it slides alone
     assert found.force[-1] == pytest.approx(0.05 * axial, rel=1e-3)
-    assert (found.inside, found.slid[-1] > 0.9) == ("SL", True)
+    assert (found.mode, found.slid[-1] > 0.9) == ("SL", True)
+
+
+def test_mode_is_read_just_after_the_peak_from_what_is_not_elastic():
+    # slip of 0.04 goes with the force of 10 and back with it; what comes after the force has fallen does not count
+    drift, force = [0.1, 1.0, 1.2, 3.0], [1.0, 10.0, 9.0, 5.0]
+    elastic = [0.04, 0.4, 0.36, 0.2]
+    for inner, end in ((0.05, "F"), (0.25, "S")):
+        slips = [0.04, 0.4, 0.36 + inner, 2.6]
+        found = curve_of(drift, force, slips, [0.5 * v for v in slips], [0.0] * 4, [0.0] * 4)
+        assert found.just_after == 3
+        # elastic drift 0.9 of 1.2 at a force of 9
+        assert found.inelastic(3)[0] == pytest.approx(inner / 0.3)
+        assert found.mode == end
+    late = np.array([0.0, 0.0, 0.3, 0.3])
+    slid = curve_of(drift, force, elastic + 0.7 * late, elastic + 0.6 * late, 0.0 * late, 0.0 * late)
+    gaping = curve_of(drift, force, elastic + 0.5 * late, elastic, 0.1 * late, 0.6 * late)
+    assert (slid.mode, gaping.mode) == ("SL", "G")
+
+
+def test_dem_refuses_a_wall_whose_zero_moment_lies_above_it_by_name():
+    found = wall_curve(load("120"), by="dem")
+    assert "no cantilever" in found.status
+    assert found.force == []
 
 
 def test_wall_that_crushes_under_its_load_is_named_and_has_no_curve():

@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
+from wall_curves import WALLS, dozen
 from wall_loop import difference, factored, first_mode, left_out, scatter, threshold_left_out
+
+from limitmason.comparison.wall_ladder import DOZEN
 
 
 def test_scatter_of_known_numbers():
@@ -58,3 +61,10 @@ def test_threshold_is_chosen_without_the_campaign_that_it_serves():
     assert found.modes == ["F", "S", "F", "S", "S", "S"]
     assert 0.6 < found.thresholds["A"] < 0.92
     assert 0.7 < found.thresholds["C"] < 0.92
+
+
+def test_dozen_of_the_dem_is_that_of_its_rule():
+    chosen = dozen()
+    assert tuple(chosen) == DOZEN
+    assert len({WALLS[w]["campaign"] for w in chosen}) >= 7
+    assert all(WALLS[w]["responses"] == "given" for w in chosen)
