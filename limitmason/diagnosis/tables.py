@@ -45,7 +45,7 @@ class CauseTables:
         self.aside: dict[Cause, str] = {}
         self._base: Tabulation | None = None
         self._singles: dict[Cause, Tabulation] = {}
-        self._pairs: dict[frozenset[Cause], Tabulation] = {}
+        self._true: dict[frozenset[Cause], Tabulation] = {}
         self._true_pairs: set[frozenset[Cause]] = set()
 
     def base(self) -> Tabulation:
@@ -106,11 +106,12 @@ class CauseTables:
 
     def pair(self, first: Cause, second: Cause) -> Tabulation:
         """Table of two causes, by the simulator or from their own effects as ``pair_tables`` says."""
-        key = frozenset((first, second))
-        if key not in self._pairs:
-            exact = self.pair_tables == "exact" or key in self._true_pairs
-            self._pairs[key] = self.tabulator.pair(self.single(first), self.single(second), self.base(), exact=exact)
-        return self._pairs[key]
+        key, alone = frozenset((first, second)), (self.single(first), self.single(second), self.base())
+        if self.pair_tables != "exact" and key not in self._true_pairs:
+            return self.tabulator.pair(*alone, exact=False)  # a sum, which a thousand numbers make too large to keep
+        if key not in self._true:
+            self._true[key] = self.tabulator.pair(*alone, exact=True)
+        return self._true[key]
 
     def design(self, causes: tuple[Cause, ...], noise: Noise, scale: np.ndarray, columns: Mapping) -> Design:
         """Everything that the rule needs of a list of causes under a statement of the noise.
@@ -155,7 +156,6 @@ class CauseTables:
             errors = [self.tabulator.pair_error(table, at, z) for at in (tested.sizes, half)]
             if max(errors) > PAIR_ERROR:
                 self._true_pairs.add(key)
-                del self._pairs[key]
                 design.forget_pair(names)
                 replaced = True
         return replaced

@@ -57,7 +57,8 @@ class Cells:
         order = (*range(first, self.d), *range(first))
         self.count = int(np.prod(self.shape, dtype=int))
         self.number = np.arange(self.count).reshape(self.shape).transpose(order).ravel()
-        self.nodes = values.reshape(-1, n)[self.number]
+        nodes = values.reshape(-1, n)
+        self.nodes = nodes[self.number] if self.k and first else nodes  # no copy where the order stays
         index = np.array(np.unravel_index(self.number, self.shape)) if self.d else np.zeros((0, 1), dtype=int)
         lengths = [self.shape[a] for a in order]
         self.stride = np.zeros(self.d, dtype=int)
@@ -95,24 +96,28 @@ class Cells:
         self.table = np.concatenate([rows[name] for name in self.columns], axis=1)
         self.filled = np.zeros(self.count, dtype=bool)
 
-    @cached_property
-    def ranks(self) -> np.ndarray:
-        """What values, measured inputs and one are multiplied by to rank the nodes where the noise is known."""
-        return self._below_nodes([*self["z"].T, -self["half"][:, 0]])
+    def products(self, y: Array, beside: Array, known: bool) -> Array:
+        """What nodes are ranked by, shape (b, g), the largest first: y F - |F|^2 / 2, with + z Z - |Z|^2 / 2 if known.
 
-    @cached_property
-    def losses(self) -> np.ndarray:
-        """What values and one are multiplied by to rank the nodes by their sums of squares."""
-        return self._below_nodes([-0.5 * self["squares"][:, 0]])
-
-    def _below_nodes(self, rows: Sequence[np.ndarray]) -> np.ndarray:
-        """Node values side by side with some rows below them, shape (n and the number of rows, g)."""
-        n = self.nodes.shape[1]
-        out = np.empty((n + len(rows), self.count))
-        out[:n] = self.nodes.T
-        for i, row in enumerate(rows, start=n):
-            out[i] = row
+        Parameters
+        ----------
+        y : values, shape (b, n)
+        beside : data of the measured inputs where the noise is known, and ones, shape (b, k + 1 or 1)
+        known : whether the noise is
+        """
+        out = y @ self.nodes.T
+        out += beside @ (self.ranks if known else self.losses)
         return out
+
+    @cached_property
+    def ranks(self) -> Array:
+        """What measured inputs and one are multiplied by to rank the nodes where the noise is known."""
+        return np.concatenate([self["z"].T, -self["half"].T])
+
+    @cached_property
+    def losses(self) -> Array:
+        """What one is multiplied by to rank the nodes by their sums of squares."""
+        return -0.5 * self["squares"].T
 
     def _norms(self) -> np.ndarray:
         """Size of the change to the node before and after along every axis, shape (g, 2 d)."""

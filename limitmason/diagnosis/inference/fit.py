@@ -157,10 +157,10 @@ class Data:
         return cast(Array, np.einsum("bn,bn->b", self.y, self.y))
 
     @cached_property
-    def wide(self) -> Array:
-        """What the nodes are ranked by, in one product: values, nuisance data where the noise is known, and ones."""
+    def beside(self) -> Array:
+        """What nodes are ranked by beside the values: nuisance data where the noise is known, and ones."""
         one = np.ones((len(self.y), 1))
-        return np.concatenate([self.y, self.z, one] if self.like.kind == "known" else [self.y, one], axis=1)
+        return np.concatenate([self.z, one], axis=1) if self.like.kind == "known" else one
 
     @cached_property
     def count(self) -> Array:
@@ -280,7 +280,7 @@ def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None, Array]:
         ranks = data.loglik(loss, penalty)
         return np.argmax(ranks, axis=1), None, ranks
     known, rows = like.kind == "known", np.arange(len(y))
-    products = data.wide @ (cells.ranks if known else cells.losses)
+    products = cells.products(y, data.beside, known)
     if known:
         column = products.argmax(axis=1)
     else:  # the best sizes for each value of the inputs, then the best of those: only they need a logarithm
