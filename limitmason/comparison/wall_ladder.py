@@ -88,6 +88,7 @@ def predict_walls(
     store: str | Path | None = None,
     spread: bool = True,
     workers: int = 1,
+    executor: Any = None,
     options: Mapping[str, Any] | None = None,
     progress: Callable[[str], object] | None = None,
 ) -> list[WallPrediction]:
@@ -101,7 +102,7 @@ def predict_walls(
     walls : their numbers; all where omitted, by the DEM those of ``DOZEN``
     store : file that keeps every answer; the same call goes on after a kill
     spread : move every input by its standard deviation, one by one, for the interval: six runs more
-    workers : processes of joblib
+    workers, executor : as for :func:`limitmason.study.sweep`: processes of joblib, or a dask client
     options : of the assembly, over those of the model
     progress : called with a line per wall, with the time that is left
 
@@ -124,7 +125,7 @@ def predict_walls(
     keys = {(name, method, of): name for name in names}
     jobs = {k: {"wall": n, "method": method, "options": chosen, "spread": spread} for k, n in keys.items()}
     missing, begun = sum(k not in memo for k in keys), time.perf_counter()
-    for done, (key, row) in enumerate(memo.map(predict_wall, jobs, workers=workers), 1):
+    for done, (key, row) in enumerate(memo.map(predict_wall, jobs, workers=workers, executor=executor), 1):
         reached(done / max(missing, 1), f"wall {key[0]}")
         if progress is not None:
             left = (time.perf_counter() - begun) / done * (missing - done)
@@ -154,7 +155,8 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
                 if name not in _UNUSED.get(test.options["cracks"] if method != "formulas" else method, ())
             ]
             row["spread"] = float(np.linalg.norm(np.log(np.array(moved) / row["force"])))
-        row["status"] = "solved" if test.row["head_joints"] else "solved; head joints unknown, taken as not filled"
+        known = method == "formulas" or test.row["head_joints"]  # no formula asks for them
+        row["status"] = "solved" if known else "solved; head joints unknown, taken as not filled"
     except (InputError, NotApplicable, NotConverged) as refusal:
         row["status"] = str(refusal)
     return {**row, "seconds": time.process_time() - begun}

@@ -1,5 +1,7 @@
 """The ladder of models on measured walls: resumed as it was, intervals, modes by what gave way, refusals."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -25,6 +27,9 @@ def test_answers_are_kept_and_read_back(tmp_path):
     again = predict_walls("formulas", ["22", "189"], store=store)
     assert again[0] == first  # its seconds too: it was read
     assert len(store.read_text().splitlines()) == 3
+    with ThreadPoolExecutor(1) as executor:
+        elsewhere = predict_walls("formulas", ["22", "189"], executor=executor)
+    assert [p.force for p in elsewhere] == [p.force for p in again]
     assert set(MODEL_SPREAD) == set(LADDER)
 
 
@@ -32,6 +37,8 @@ def test_wall_without_shear_span_is_named_and_unknown_methods_are_refused():
     (found,) = predict_walls("formulas", ["97"])
     assert np.isnan(found.force)
     assert found.status == "wall 97 has '/' for its shear span"
+    formulas, blocks = (predict_walls(m, ["98"], spread=False)[0].status for m in ("formulas", "first"))
+    assert (formulas, blocks) == ("solved", "solved; head joints unknown, taken as not filled")
     with pytest.raises(InputError, match="method must be one of 'formulas', 'first'"):
         predict_walls("formula")
     with pytest.raises(InputError, match="no specimen '199'"):
