@@ -362,7 +362,7 @@ def _envelopes(curves: Mapping[str, WallCurve], pushes: Mapping[str, WallCurve])
         "divided by its largest force.", "",
         *markdown([*envelope_lines(curves), *envelope_lines(pushes, "DEM")[1:]]), "",
         "Three of six reach their peak at half to six tenths of the measured drift. They slide on one bed joint once",
-        "its cohesion is gone, and keep more than eight tenths of the force. The tests cracked diagonally and kept four to",
-        "seven tenths.", "",
+        "its cohesion is gone, and keep more than eight tenths of the force. The tests cracked diagonally and kept",
+        "four to seven tenths.", "",
         "![envelopes](measured-walls-envelopes.png)", "",
     ])
