@@ -168,7 +168,7 @@ class _Path:
         """The state at the end of a step, by ever more costly ways the more often it failed."""
         self.advance = min(self.advance, self.longest, self.bound)
         move = left if left < 1.2 * self.advance else self.advance
-        guess = extrapolated(system, self.nodes, self.begin, self.sense * move)
+        guess = extrapolated(system, [*self.nodes[self.begin : -1], last], self.sense * move)
         patient = self.failures >= (_PATIENT if stepping.descent_first(system) else 2)
         target = last.control + self.sense * move
         new = stepping.step(system, last, target, guess, self.ratio, patient=patient)

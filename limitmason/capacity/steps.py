@@ -53,10 +53,13 @@ class Steps:
                 raise InputError(f"steps: {name} must be a positive number, got {value!r}")
 
 
-def extrapolated(system: System, nodes: list[Node], begin: int, move: float) -> tuple[Pose, float] | None:
-    """Pose and multiplier by the last increment, or by the elastic tangent at the start."""
+def extrapolated(system: System, nodes: list[Node], move: float) -> tuple[Pose, float] | None:
+    """Pose and multiplier by the last increment; by the elastic tangent at the start and where bonds just broke.
+
+    The last node is the one that the step begins from, with its contacts found anew.
+    """
     last = nodes[-1]
-    if len(nodes) - begin >= 2 and last.broken is None:
+    if len(nodes) >= 2 and last.broken is None:
         before = nodes[-2]
         share = move / (last.control - before.control)
         pose = moved(last.pose, share * motion_between(before.pose, last.pose))

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from referee.engines import ENGINES
 
 import dem
 import limitmason as lm
@@ -393,3 +394,20 @@ def test_a_joint_that_loses_nothing_follows_the_plastic_path():
     hard = lm.pushover(plain, loads, to=5e-5)
     assert certified(soft)
     assert soft.multiplier[-1] == pytest.approx(hard.multiplier[-1], rel=1e-9)
+
+
+@pytest.mark.slow
+def test_bonds_that_break_where_contacts_were_just_found_anew_do_not_end_a_path_by_an_error():
+    """The step after the break starts from the points that are there now; no load lies above the plastic one."""
+    wall, loads = ENGINES["pushover"].model(91, 41).build()
+    free = ~wall.fixed
+    volume = wall.arrays.volume[free]
+    density = np.median(wall.weights[free] / volume)
+    scale = np.median(np.cbrt(volume)) * density
+    plastic = lm.Joint(33.0, cohesion=4.5 * scale, tensile_strength=3.0 * scale, normal_stiffness=1e4 * density,
+                       shear_stiffness=5e3 * density)
+    brittle = replace(plastic, residual_cohesion=0.0, residual_tensile_strength=0.0)
+    path = lm.pushover(replace(wall, interfaces=tuple(replace(i, joint=brittle) for i in wall.interfaces)), loads)
+    assert path.status == "limit point passed"
+    glued = replace(wall, interfaces=tuple(replace(i, joint=plastic) for i in wall.interfaces))
+    assert path.peak.load < lm.limit_analysis(glued, loads).collapse_multiplier
