@@ -308,7 +308,10 @@ def test_small_steps_come_to_the_same_as_the_softening_kernel(by_opening, by_sli
     for e1, e2, w in np.column_stack([0.9 * s, 0.4 * s, -0.3 + opens * np.sin(4.0 * s)]):
         found = return_map(law, old, np.array([[w, e1, e2]]))
         old = found.history
-        dem = point_sums(points, 0, 1, (e1, e2, w), (0.0,) * 6, (0.0, 0.0, 1.0), *joint, None, None, None, False)
+        still = (0.0,) * 6
+        dem = point_sums(
+            points, 0, 1, (e1, e2, w), still, (0.0, 0.0, 1.0), *joint, 0.0, None, still, None, None, False
+        )
         stress.append(np.abs(found.stress[0] - [dem[2], dem[0], dem[1]]).max())
         damage.append(abs(float(old.damage[0]) - float(points.damage[0])))
     assert float(old.damage[0]) > 0.5
