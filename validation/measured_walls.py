@@ -23,7 +23,7 @@ import mechanisms
 from limitmason.comparison.wall_ladder import MODEL_SPREAD, ROCKS, WallPrediction, predict_walls
 from limitmason.constants import VERSION
 from limitmason.display.text_table import markdown as markdown_lines
-from limitmason.experiments.modern_walls import MODELS, NAME, specimens
+from limitmason.experiments.modern_walls import MODELS, NAME, specimens, units_per_course
 from limitmason.experiments.modern_walls.inputs import complete, inputs_of
 from limitmason.experiments.registry import load as load_wall
 from limitmason.storage.csv_table import parsed, write_table
@@ -48,6 +48,7 @@ from validation.wall_tests import RESPONSES, ROWS, Measured, measured_walls, rig
 Array = NDArray[np.float64]
 ABOVE = ("22", "24")  # walls above the rigid bound which the acceptance is asked with and without
 BLIND = Path(__file__).with_name("blind_walls.csv")
+FEW_UNITS = 100  # of a wall that is analysed without dilatancy
 TWO_SENSES, STIFFER = 1.4, 1.3  # ratios from which on a row is listed as doubtful
 RIGID_ERROR = 1.1  # measured force over the rigid bound from which on a row is listed
 
@@ -241,6 +242,27 @@ def without_them(walls: Sequence[Measured], found: Mapping[str, list[WallPredict
     return markdown(["model", "walls", "median", "sd of ln", "90 %"], lines)
 
 
+def small(walls: Sequence[Measured]) -> list[str]:
+    """Walls that are analysed without dilatancy too: those of few units."""
+    return [m.wall for m in walls if units_per_course(ROWS[m.wall])[0] * int(ROWS[m.wall]["courses"]) <= FEW_UNITS]
+
+
+def without_dilatancy(walls: Sequence[Measured], extended: list[WallPrediction], without: list[WallPrediction]) -> str:
+    """The extended model with and without dilatancy on the same walls."""
+    own = [m for m in walls if m.wall in {p.wall for p in without}]
+    ratio = np.exp(logs(without, own) - logs(extended, own))
+    lines = []
+    for name, found in (("extended", extended), ("the same without dilatancy", without)):
+        s = scatter(logs(found, own))
+        lines.append([name, str(s.number), f"{s.median:.2f}", f"{s.deviation:.3f}", f"{s.nine:.2f}"])
+    table = markdown(["model", "walls", "median", "sd of ln", "90 %"], lines)
+    took = sum(p.seconds for p in without) / 60.0
+    return "\n".join([
+        table, "", f"Without dilatancy they carry {np.median(ratio):.2f} of what they carry with it, "
+        f"{ratio.min():.2f} to {ratio.max():.2f}.", f"That took {took:.1f} min of processor time.",
+    ])
+
+
 def carriers(walls: Sequence[Measured], loop: LeftOut, by_loop: ThresholdsLeftOut, number: int = 12) -> tuple[str, str]:
     """Walls that carry most of the scatter of the extended model, campaigns left out; walls whose mode is wrong."""
     share = (loop.logs - loop.logs.mean()) ** 2
@@ -330,6 +352,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "[ladder]": table, "[chosen]": chosen, "[modes]": modes(whole, found, by_loop, four),
         "[carriers]": carry, "[wrong]": wrong, "[coverage]": coverage(all_walls, found),
         "[impossible]": impossible(all_walls), "[doubtful]": doubtful(all_walls),
+        "[dilatancy]": without_dilatancy(
+            whole, found["extended"], solved("non-associative", small(whole), "dilatancy", spread=False)
+        ),
         "[without]": without_them(all_walls, found), "[worst]": worst_table,
         "[model]": ", ".join(f"{k} {v}" for k, v in MODELS["extended"].items()),
         "[rocks]": f"{ROCKS:g}", "[spread]": ", ".join(f"{k} {v:g}" for k, v in MODEL_SPREAD.items()),

@@ -120,7 +120,7 @@ def _cost(found: Mapping[str, Mapping[str, WallPrediction]], curves: Mapping[str
         ["cost: formulas and associative analysis of all 198", "<= 5 min on two cores",
          f"{took['formulas'] + took['first']:.1f} min of one core", _met(took["formulas"] + took["first"] <= 10.0)],
         ["cost: non-associative analysis of all 198", "<= 30 min on two cores",
-         "not run over all: solid brick walls take minutes each", "not measured"],
+         "not run over all: solid brick walls take minutes each; smaller ones below", "not measured"],
         ["cost: intervals", "<= 30 draws, <= 2 h", f"6 moved inputs a wall, {took['extended']:.1f} min of one core",
          _met(took["extended"] <= 240.0)],
         ["cost: curves of the 73 complete walls", "<= 1.5 h",
