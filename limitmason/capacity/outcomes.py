@@ -22,9 +22,6 @@ class PathEnd(StrEnum):
 
 
 REACHED, PASSED, OVERTURNED, STOPPED, PLATEAU, OPENED, CANNOT_STAND = PathEnd
-LEVEL, LASTING = 1e-6, 6  # a plateau: so little change, of the largest load, over so many samples
-PLAIN = 0.01  # of the median block size: displacement of a plateau, over however many samples
-DROP = 0.002  # fall below a limit point after which it is passed, of its load
 BELOW = 0.02  # of the median block size: displacement over which a load below its limit point has passed it
 
 

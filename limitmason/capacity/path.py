@@ -10,18 +10,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from limitmason.arrays import Array
 from limitmason.capacity import breaking, stepping
 from limitmason.capacity.generations import Generations
+from limitmason.capacity.limit_point import DROP, LEVEL, plateau
 from limitmason.capacity.outcomes import (
     BELOW,
-    DROP,
-    LASTING,
-    LEVEL,
     OPENED,
     OVERTURNED,
     PASSED,
-    PLAIN,
     PLATEAU,
     REACHED,
     STOPPED,
@@ -377,15 +373,6 @@ class _Path:
         reached(None if self.to is None else (new.control - began) / (self.to - began), line)
         return None
 
-    def _slides_on(self, loads: Array) -> bool:
-        """Whether the load has stayed the same over samples enough, or over a part of a block."""
-        size, way = self.generations.systems[0].size, np.array([n.control for n in self.nodes[self.begin :]])
-        other = np.flatnonzero(np.abs(loads - loads[-1]) > LEVEL * np.abs(loads).max())
-        first = int(other[-1]) + 1 if len(other) else 0
-        count, slid = len(loads) - first, abs(way - way[-1])
-        some = count >= LASTING and slid[-LASTING] > self.steps.first * self.generations.systems[0].length
-        return bool(some or (count >= 3 and slid[first] > PLAIN * size))
-
     def _handed(self, a: Try) -> float:
         """What contacts found anew at the last sample took off the load [-]: its fall that the new tangent leaves."""
         before = self.nodes[-1]
@@ -411,7 +398,8 @@ class _Path:
         beyond = abs(new.control - top.control) > BELOW * system.size
         if self.to is None and passed and not softens and beyond:
             return PASSED
-        if self.to is None and not passed and self._slides_on(np.array(loads)):
+        way, first = np.array([n.control for n in self.nodes[self.begin :]]), self.generations.systems[0]
+        if self.to is None and not passed and plateau(np.array(loads), way, first.size, first.length) is not None:
             return PLATEAU
         # blocks that come down on each other through gaps may ask for a push the other way before they carry
         far = abs(new.control - self.origin.control) > _OVER * system.size

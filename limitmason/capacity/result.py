@@ -15,7 +15,7 @@ from limitmason.arrays import Array, Index
 from limitmason.capacity.certificate import StepCertificate, Structure, strength, tensions
 from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
-from limitmason.capacity.outcomes import DROP, LASTING, LEVEL, PLAIN
+from limitmason.capacity.limit_point import first_limit_point
 from limitmason.capacity.stepping import Node, handed_over
 from limitmason.deformable.levels import RIGID
 from limitmason.errors import InputError, NotApplicable
@@ -106,20 +106,10 @@ class PushoverCurve(Curve):
         not risen above it while the displacement doubled; or where it is below at the end of the curve. Shallower and
         shorter dips hang on the steps. It is None while the load rises.
         """
-        load, way, top = self.load, np.abs(self.displacement - self.displacement[0]), 0
-        lacks, largest = handed_over(1.0, self.nodes), float(np.abs(load).max())
-        for k in range(1, len(self)):
-            if load[k] > load[top] + LEVEL * largest:
-                top = k
-            elif load[k] + lacks[k] < load[top] - DROP * abs(load[top]) or way[k] > 2.0 * way[top] > 0.0:
-                return self.point(top)
-        if load[-1] < load[top] - LEVEL * largest:
-            return self.point(top)
-        first = int(np.argmax(load >= load[-1] - LEVEL * largest))
-        lasts = len(self) - first >= LASTING or (
-            len(self) - first >= 3 and way[-1] - way[first] > PLAIN * self.structure.size
-        )
-        return self.point(first) if lasts else None
+        assert self.generations is not None
+        lacks, length = handed_over(1.0, self.nodes), self.generations.systems[0].length
+        found = first_limit_point(self.load, self.displacement, lacks * self.unit, self.structure.size, length)
+        return None if found is None else self.point(found)
 
     @property
     def cost(self) -> Cost:

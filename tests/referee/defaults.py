@@ -17,6 +17,7 @@ from .engine import REFUSED, Engine, number
 from .engines import ENGINES
 from .laws import Answer
 from .model import Model, Quantity
+from .paths import first_reached
 from .statics import Statics
 
 PAGE = Path(__file__).parents[2] / "docs" / "limits.md"
@@ -28,6 +29,7 @@ class Call:
     """A public call: what is read, the engine whose structures it gets, how it is asked, and what refines it.
 
     ``ask`` gives the value and all that the answer says of itself; ``told`` finds in it that it may be off.
+    ``each`` are the words of the values that have rows of their own.
     """
 
     title: str
@@ -36,6 +38,7 @@ class Call:
     refined: dict
     words: str
     told: str = "(?!)"
+    each: tuple[str, ...] = ("",)
 
 
 Asked = tuple[float | np.ndarray, str]
@@ -80,7 +83,8 @@ def _path(model: Model, finer: int = 1, **options) -> Asked:
     d, names = Steps(), ("first", "largest", "smooth", "peak", "energy", "opening", "sliding")
     steps = Steps(**{k: getattr(d, k) / finer for k in names}, most=d.most * finer) if finer > 1 else None
     got = lm.pushover(*model.build(), steps=steps, **options)
-    return np.nan if got.first_limit_point is None else got.peak.load, " ".join(got.warnings)
+    first = np.nan if got.first_limit_point is None else got.first_limit_point.load
+    return np.array([got.peak.load, first, first_reached(got)[1]]), " ".join(got.warnings)
 
 
 def _collapse(model: Model, **options) -> Asked:
@@ -112,6 +116,7 @@ def _simulate(model: Model, tolerance: float = 1e-6, steps: int = 4000, gently: 
     return float(np.abs(found.shift[-1]).max()), " ".join((found.status, *found.warnings))
 
 
+OF_A_PATH = ", largest load", ", first limit load", ", displacement at which 98 % of it is reached"
 FINE = {"contact_model": "grid", "grid": (9, 9)}
 CALLS = {
     "limit": Call("`lm.limit_analysis`, multiplier", "dem push", _limit, FINE, "grid of 9 x 9 points"),
@@ -122,14 +127,15 @@ CALLS = {
     "modes simply deformable": Call('`lm.modes(blocks="simply deformable")`, the same', "modes",
                         lambda m, **o: _modes(m, **{"blocks": "simply deformable", **o}), {"blocks": "ritz"},
                         '`blocks="ritz"`', "hardly stiffer"),
-    "path": Call("`lm.pushover`, largest load", "pushover", _path, {"finer": 4}, "all steps 4 times finer",
-                 "was not reached|found anew the load fell"),
-    "path points": Call("`lm.pushover`, largest load", "pushover", _path,
+    "path": Call("`lm.pushover`", "pushover", _path, {"finer": 4}, "all steps 4 times finer",
+                 "was not reached|found anew the load fell", OF_A_PATH),
+    "path points": Call("`lm.pushover`", "pushover", _path,
                         {"contact_model": "lobatto", "grid": (9, 9)}, "9 x 9 Lobatto points",
-                        "would bear about|joints could bear|was not reached"),
+                        "would bear about|joints could bear|was not reached", OF_A_PATH),
     "path simply deformable": Call(
-        '`lm.pushover(blocks="simply deformable")`, largest load', "pushover simply deformable",
+        '`lm.pushover(blocks="simply deformable")`', "pushover simply deformable",
         lambda m, **o: _path(m, blocks="simply deformable", **o), {"finer": 4}, "all steps 4 times finer",
+        each=OF_A_PATH,
     ),
     "collapse": Call("`dem.collapse`, multiplier", "dem collapse", _collapse,
                      {"contact_points": (16, 32), "error_budget": ()}, "16 x 32 points",
@@ -143,8 +149,10 @@ CALLS = {
 }
 
 
-def difference(call: Call, seed: int, case: int) -> tuple[float, bool] | None:
-    """Largest difference of default and refined answer over the refined one [-], and whether the default says so.
+def difference(call: Call, seed: int, case: int) -> tuple[list[float], bool] | None:
+    """Differences of default and refined answer over the refined one [-], and whether the default says so.
+
+    The largest, or that of every value that has a row.
 
     None where there is no such answer.
     """
@@ -160,11 +168,13 @@ def difference(call: Call, seed: int, case: int) -> tuple[float, bool] | None:
     if "plain" not in found or REFUSED in found:
         return None
     plain, fine = found["plain"].value, found["fine"].value
-    off = float(np.max(np.abs(plain - fine) / np.maximum(np.abs(fine), 1e-300)))
-    return (off, re.search(call.told, words[-1]) is not None) if np.isfinite(off) else None
+    off = np.abs(plain - fine) / np.maximum(np.abs(fine), 1e-300)
+    if not np.isfinite(off).all():
+        return None
+    return (off if len(call.each) > 1 else off.max(keepdims=True)).tolist(), re.search(call.told, words[-1]) is not None
 
 
-def measure(name: str, cases: int, seed: int, out: Path) -> list[tuple[float, bool]]:
+def measure(name: str, cases: int, seed: int, out: Path) -> list[tuple[list[float], bool]]:
     """Differences of one call and whether they were told, kept line by line."""
     out.mkdir(parents=True, exist_ok=True)
     record = out / f"defaults-{name.replace(' ', '-')}-{seed}.jsonl"
@@ -183,16 +193,16 @@ BEYOND = 0.02
 """Difference from which an answer must say that it may be off [-]."""
 
 
-def table(found: dict[str, list[tuple[float, bool]]]) -> str:
+def table(found: dict[str, list[tuple[list[float], bool]]]) -> str:
     """The table in Markdown."""
     head = "| call | refined | structures | median | 90 % | worst | beyond 2 % | of them silent |\n" + 8 * "|---" + "|"
     rows = []
     for name, pairs in found.items():
-        off, told = np.array([o for o, _ in pairs]), np.array([t for _, t in pairs], dtype=bool)
-        if len(off):
+        call, told = CALLS[name], np.array([t for _, t in pairs], dtype=bool)
+        for words, off in zip(call.each, np.array([o for o, _ in pairs]).reshape(len(pairs), -1).T, strict=True):
             far = off > BEYOND
             rows.append(
-                f"| {CALLS[name].title} | {CALLS[name].words} | {len(off)} | {np.median(off):.2%} "
+                f"| {call.title}{words} | {call.words} | {len(off)} | {np.median(off):.2%} "
                 f"| {np.quantile(off, 0.9):.2%} | {off.max():.2%} | {far.sum()} | {(far & ~told).sum()} |"
             )
     return "\n".join([BEGIN, head, *rows, END])
