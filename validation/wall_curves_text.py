@@ -324,7 +324,7 @@ MODES_TEXT = (
     "",
     "- The gate, 85 %, is not reached by curves. Limit analysis names 83 to 85 %, formulas 68 to 75 %.",
     "- Eight walls printed S slide on one bed joint after the peak, seven of them on the one under the beam. Held",
-    "  there, they slide on the next one, at a peak 0 to 4 % larger: it is no matter of the rig.",
+    "  there, they slide all the same, at a peak 0 to 4 % larger: it is no matter of the rig.",
     "- 137 to 139, printed S, rock to 0.4 % and lose nothing. Their forces are 0.94 to 1.20 of those measured.",
     "- Walls printed H-FS rock up to the peak and crack after it: which comes first hangs on where it is read.",
     "- Vertical planes that slide past each other count as no shear here. Counted as distortion, past H / L, 25 of 53",
