@@ -100,7 +100,8 @@ class Observation:
             raise InputError(f"{self._called} is {self.value!r}; a logarithmic scale takes positive finite values")
         if self.scatter is not None and not (np.isfinite(self.scatter) and self.scatter > 0.0):
             raise InputError(f"{self._called}: the scatter must be a positive number, got {self.scatter!r}")
-
+        if self.scatter is not None and self.link == "log" and self.scatter >= 1.0:
+            raise InputError(f"{self._called}: scatter is relative, 0.05 is 5 %; got {self.scatter!r}")
         if self.seen and not (self.value in (0.0, 1.0) or np.isnan(self.value)):
             raise InputError(f"{self._called} is {self.value!r}; it takes 1 (seen), 0 (not seen) or NaN")
         if self.seen and not (self.scatter is not None and self.scatter < 0.5):

@@ -403,3 +403,9 @@ def test_three_numbers_with_two_causes_are_called_scatter_only_together_with_wha
     # nine deviations in one number are no noise as stated: the report says what follows if the statement holds
     assert "If the noise is as stated, the simulation is wrong" in report
     assert "3 numbers cannot tell" in report
+
+
+def test_a_scatter_in_per_cent_is_refused():
+    with pytest.raises(InputError, match=r"scatter is relative, 0\.05 is 5 %; got 5"):
+        Observation("a", "peak", 4.0, 5.0)
+    assert Observation("a", "peak", 4.0, 5.0, link="identity").scatter == 5.0
