@@ -46,7 +46,7 @@ def sampled(curve, every):
         last, target = made.begun(nodes[k]), nodes[k + 1].control
         system = made.systems[last.generation]
         ratio = float(np.abs(system.live).sum())
-        guess = extrapolated(system, list(nodes[: k + 1]), 0, target - last.control)
+        guess = extrapolated(system, [*nodes[:k], last], target - last.control)
         own, _ = seconds(lambda s=system, n=last, t=target, g=guess, r=ratio: stepping.step(s, n, t, g, r))
         at = system.evaluate(last.pose, last.history, last.multiplier)
         elastic = trial(system.law, last.history, at.contact.displacement) * system.bodies.area[:, None]

@@ -17,6 +17,7 @@ specimen, under "modal test", as ``limitmason.diagnosis.simulate.several`` takes
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -75,6 +76,9 @@ def folder_arguments(
         if not (folder / name).exists():
             more = ", or a model that predicts" if name == PREDICTED else ""
             raise InputError(f"{folder} lacks {name}{more}; `limitmason diagnose --template DIR` writes an example")
+    read = (*FILES, CURVES, SENSORS)
+    if others := sorted(f.name for f in folder.glob("*.csv") if f.name not in read):
+        warnings.warn(f"{folder}: not read: {', '.join(others)}; a folder holds {', '.join(read)}", stacklevel=3)
     specimens = read_measured(folder / SPECIMENS)
     names = [str(v) for v in specimens.column("specimen")]
     if twice := next((n for i, n in enumerate(names) if n in names[:i]), None):

@@ -306,6 +306,10 @@ def test_a_folder_of_files_becomes_a_study_and_the_example_says_what_was_planted
     with pytest.raises(InputError, match="lacks predicted.csv"):
         Study.from_folder(folder)
     ones = dict.fromkeys(SCATTER, 1.0)
+    (folder / "curve.csv").write_text("specimen,load,displacement\n")
+    with pytest.warns(UserWarning, match="not read: curve.csv; a folder holds specimens.csv"):
+        Study.from_folder(folder, model=lambda s: ones)
+    (folder / "curve.csv").unlink()
     other = Study.from_folder(folder, model=lambda s: ones, causes=[SOFT])
     assert other.baseline() == pytest.approx(1.0)
     text = (folder / "measured.csv").read_text()
