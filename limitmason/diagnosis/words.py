@@ -110,6 +110,8 @@ def not_two_kinds(held: Identification) -> str:
     shown = [k.kind for k in held.kinds if k.shows]
     if absent := [k.kind for k in held.kinds if k.absent]:
         return f"it should show in {enumerated(absent)} and does not"
+    if held.alone:
+        return "one specimen alone was tested, and what is peculiar to it could change all its values alike"
     if len(shown) > 1:
         return f"the sizes that {enumerated(shown)} ask for do not agree"
     only = f"only {shown[0]} shows it" if shown else "no kind of data shows it by itself"

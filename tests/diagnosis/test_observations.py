@@ -1,6 +1,7 @@
 """Several numbers per specimen: laws of scale, noise and missing values, and names that need two kinds of evidence."""
 
 import dataclasses
+import shutil
 
 import numpy as np
 import pytest
@@ -302,6 +303,13 @@ def test_a_folder_of_files_becomes_a_study_and_the_example_says_what_was_planted
     assert found.estimates["gain"].low < 1.2 < found.estimates["gain"].high
     record = found.record()
     assert [k["kind"] for k in record["by kind"]] == ["force", "deformation", "vibration"]
+    for name in ("specimens.csv", "measured.csv", "predicted.csv"):
+        lines = [line for line in (folder / name).read_text().splitlines() if line.strip()]
+        (tmp_path / name).write_text("\n".join([x for x in lines if "stack" not in x or x.startswith("stack 1,")]))
+    shutil.copy(folder / "quantities.csv", tmp_path)
+    one = Study.from_folder(tmp_path, shared=()).diagnose()  # what is peculiar to it changes force and stiffness alike
+    assert (one.kind, one.identified) == ("behaves like", False)
+    assert "one specimen alone was tested" in one.record()["headline"]
     (folder / "predicted.csv").unlink()
     with pytest.raises(InputError, match="lacks predicted.csv"):
         Study.from_folder(folder)

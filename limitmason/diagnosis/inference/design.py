@@ -108,6 +108,11 @@ class Design:
         return frozenset(name for name, column in self.columns.items() if is_numeric(column))
 
     @cached_property
+    def alone(self) -> bool:
+        """Whether all values are of one specimen."""
+        return len(set(self.columns.get("specimen", range(self.n)))) < 2
+
+    @cached_property
     def of_kind(self) -> tuple[np.ndarray, ...]:
         """Rows of each kind of evidence, boolean, shape (n,)."""
         kinds = np.array(self.kinds or ("",) * self.n)

@@ -95,9 +95,13 @@ class Judge:
         return beyond >= asked and dosed(slope, error) and self._by_kinds(names, kinds)
 
     def _by_kinds(self, names: Names, kinds: Sequence[Evidence]) -> bool:
-        """Whether two kinds of data show one size of a cause, or its dose along a measured column does."""
+        """Whether two kinds of data show one size of a cause, or its dose along a measured column does.
+
+        Two kinds of one specimen are no evidence: what is peculiar to it may change both alike.
+        """
         doses = any(c in self.design.numeric for c in self.design.own(names))
-        return len(names) == 1 and (agree(kinds) or (doses and not any(k.absent for k in kinds)))
+        together = agree(kinds) and not self.design.alone
+        return len(names) == 1 and (together or (doses and not any(k.absent for k in kinds)))
 
     def _nearest_lever(
         self, rivals: Rivals, names: Names, effect: np.ndarray, loglik: float, data: np.ndarray
@@ -305,6 +309,7 @@ class Judge:
             kinds=kinds,
             rival=rival,
             rival_excess=beyond,
+            alone=design.alone,
         )
 
     def _second_gains(self, verdict: Verdict, names: Names, y: np.ndarray) -> float:

@@ -122,6 +122,7 @@ class Identification:
     structure : share of these draws whose residuals show as much of a model discrepancy as those of the data
     kinds : what each kind of data shows of it
     rival, rival_excess : the nearest listed lever with another dependence, and the log-likelihood over its evidence
+    alone : whether all values are of one specimen
     """
 
     names: Names
@@ -140,6 +141,7 @@ class Identification:
     kinds: tuple[Evidence, ...] = ()
     rival: str = ""
     rival_excess: float = float("inf")
+    alone: bool = False
 
     @property
     def distinct(self) -> bool:
