@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,6 +31,8 @@ wall whose joints and units lose their strength, *dem* the same wall driven by t
 DOZEN = "124", "189", "110", "113", "137", "142", "144", "145", "12", "168", "25", "170"
 """Walls that the DEM drives where none are named: by number of units, a wall whose campaign and first printed mode no
 smaller one has, of those with all inputs and a response; ``validation.wall_curves`` chooses them."""
+USUAL: Mapping[str, Sequence[str]] = {"dem": DOZEN}
+"""Walls of a method where none are named and not all are meant."""
 
 ROCKS = 0.86
 """Share of the force at which a wall rocks in one piece from which on it is said to rock (F); **fitted** to modes."""
@@ -118,8 +120,7 @@ def predict_walls(
     taken as independent. Wall 97 has no shear span: its status says so.
     """
     choice("method", method, LADDER)
-    usual = DOZEN if method == "dem" else registry.specimens(NAME)
-    names = list(usual if walls is None else walls)
+    names = list(USUAL.get(method, registry.specimens(NAME)) if walls is None else walls)
     chosen = {} if method == "formulas" else {**MODELS.get(method, MODELS["extended"]), **(options or {})}
     memo = Memo(store, kind=dict)
     of = fingerprint(method, dict(chosen), spread)
