@@ -1,6 +1,7 @@
 """Driven structures: closed forms of stiffness, first failure, peak and residual; speeds, cycles, resuming, errors."""
 
 import math
+import os
 
 import numpy as np
 import pytest
@@ -431,5 +432,6 @@ def test_the_slowest_swing_takes_as_many_steps_in_any_units():
 
     steps = swing(1.0, 1.0, 1.0)
     for units in ((1e3, 1e-3, 1.0), (1e-3, 1.0, 1.0), (1.0, 1e3, 1e3), (1e-4, 1.0, 1e-2)):
-        # the lane of rounding moves a block by 1e-12 m, which is 1e-8 of the smallest
-        assert swing(*units) == pytest.approx(steps, rel=max(1e-9, 1e-12 / units[0]))
+        # the lane of rounding moves blocks by 1e-12 m, of which the smallest is .02 high
+        moved = 1e-12 / (0.02 * units[0]) if "LIMITMASON_JITTER" in os.environ else 0.0
+        assert swing(*units) == pytest.approx(steps, rel=1e-9 + moved)
