@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import bdtr, bdtrc, chdtrc
@@ -102,6 +103,17 @@ class ConfidenceSet:
     def drawn(self, names: Names, fit: BestFit, rows: slice | None = None) -> Drawn:
         """Data drawn from a fitted explanation, as many as the rule takes where no rows are named."""
         return self.design.drawn(names, fit, self.draws, rows or slice(0, self.count))
+
+    @cached_property
+    def _errors_along(self) -> np.ndarray:
+        """Errors of the draws along the trends."""
+        return self.design.trends.along(self.draws.errors[: self.count])
+
+    def _trend_drawn(self, names: Names, fit: BestFit) -> Callable[[slice, BestFit], np.ndarray]:
+        """The statistic of trends in what is left of data drawn from a fit, by their rows and the fits to them."""
+        trend, sd = self.design.trend_of(names), self.design.noise_of(names, fit)
+        at = self.design.trends.along(self.design.predicted(names, fit)[0])
+        return lambda rows, again: trend(at + sd * self._errors_along[rows], again)
 
     def fitted(self, y: np.ndarray) -> tuple[BestFit, dict[Names, BestFit]]:
         """Fits of the baseline and of every cause of the list."""
@@ -252,15 +264,17 @@ class ConfidenceSet:
 
     def _gated(self, null: BestFit, singles: Mapping[Names, BestFit]) -> tuple[Tally, float]:
         """Statistics of the gate counted among data drawn from the baseline, and the critical gain."""
-        rule, observed = self.rule, self._statistics(null, list(singles.values()), np.ones(1))
+        rule, shape = self.rule, self.design.trends.statistic(null.residuals)
+        observed = self._statistics(null, list(singles.values()), np.ones(1), shape)
         thresholds = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter, "guard": rule.guard}
         tally = Tally({k: float(v[0]) for k, v in observed.items()}, thresholds)
         gains: list[np.ndarray] = []
+        trend = self._trend_drawn((), null)
 
         def draw(rows: slice) -> dict[str, np.ndarray]:
             y, z, replicate = self.drawn((), null, rows)
-            again = self.design.fits(list(singles), y, z, replicate)
-            drawn = self._statistics(self.design.fit((), y, z, replicate), again, replicate)
+            base, *again = self.design.fits([(), *singles], y, z, replicate)
+            drawn = self._statistics(base, again, replicate, trend(rows, base))
             gains.append(drawn["gain"])
             return drawn
 
@@ -277,10 +291,12 @@ class ConfidenceSet:
         add_draws(tally, draw, enough, self.count, min(GATE_DRAWS, self.count))
         return tally, float(np.quantile(np.concatenate(gains), 1.0 - rule.gain))
 
-    def _statistics(self, null: BestFit, singles: Sequence[BestFit], replicate: np.ndarray) -> dict[str, np.ndarray]:
-        """Statistics of the gate for fits of the baseline and of every cause."""
+    def _statistics(
+        self, null: BestFit, singles: Sequence[BestFit], replicate: np.ndarray, shape: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Statistics of the gate for fits of the baseline and of every cause, that of trends given."""
         best = np.max([f.loglik for f in singles], axis=0)
-        out = {"gain": best - null.loglik, **self._residuals(null, replicate)}
+        out = {"gain": best - null.loglik, **self._residuals(null, replicate, shape)}
         if "scatter" in out:
             total = np.min([f.loss + f.penalty for f in singles], axis=0)
             least = 1e-12  # keeps the ratio finite for data that a model fits exactly
@@ -288,9 +304,9 @@ class ConfidenceSet:
             out["guard"] = 0.5 * self.design.n * np.log(ratio)
         return out
 
-    def _residuals(self, fit: BestFit, replicate: np.ndarray) -> dict[str, np.ndarray]:
+    def _residuals(self, fit: BestFit, replicate: np.ndarray, shape: np.ndarray) -> dict[str, np.ndarray]:
         """Trend of the residuals of fits, and their scatter where it can be held against a stated noise."""
-        out = {"shape": self.design.trends.statistic(fit.residuals)}
+        out = {"shape": shape}
         if self.design.like.scale_known:
             out["scatter"] = self._scatter(fit.loss + fit.penalty, replicate)
         return out
@@ -312,11 +328,13 @@ class ConfidenceSet:
     def _residual_tally(self, names: Names, fit: BestFit) -> Tally:
         """Trend and scatter of the residuals under the explanation's own fit."""
         thresholds = {"shape": self.rule.kept_shape, "scatter": self.rule.kept_scatter}
-        tally = Tally({k: float(v[0]) for k, v in self._residuals(fit, np.ones(1)).items()}, thresholds)
+        observed = self._residuals(fit, np.ones(1), self.design.trends.statistic(fit.residuals))
+        tally, trend = Tally({k: float(v[0]) for k, v in observed.items()}, thresholds), self._trend_drawn(names, fit)
 
         def draw(rows: slice) -> dict[str, np.ndarray]:
             y, z, replicate = self.drawn(names, fit, rows)
-            return self._residuals(self.design.fit(names, y, z, replicate), replicate)
+            again = self.design.fits([names], y, z, replicate)[0]
+            return self._residuals(again, replicate, trend(rows, again))
 
         def enough(t: Tally) -> bool:
             done = [t.settled(name) for name in t.observed]

@@ -197,6 +197,15 @@ class Design:
         z = np.zeros((len(np.atleast_2d(y)), self.inputs)) if z is None else z
         return fits([model if isinstance(model, Grid) else self.grid(model)], y, z, self.like, replicate, weights)[0]
 
+    def trend_of(self, names: Names) -> Callable[[np.ndarray, BestFit], np.ndarray]:
+        """The statistic of trends in what fits of an explanation leave, by data along the trends and these fits.
+
+        No residual of a data set is formed: of a thousand numbers some hundred directions are wanted.
+        """
+        grid = self.grid(names)
+        short = Grid(grid.sizes, grid.z, self.trends.along(grid.values))
+        return lambda along, fit: self.trends.statistic_of(along - short.values_from(fit.node, fit.position), fit.loss)
+
     def predicted(self, names: Names, fit: BestFit) -> np.ndarray:
         """Whitened predictions of fits of an explanation, shape (b, n)."""
         return self.grid(names).values_from(fit.node, fit.position)

@@ -24,6 +24,7 @@ WALK = 3  # cells that a fit may go on beyond that of the best node
 EDGE = 0.5 - 1e-9  # of a cell: a step that ends beyond it goes on
 BETTER = 1e-9  # log-likelihood by which the next cell must be better
 BLOCK = 400_000  # inner products held at a time: they stay in the processor's cache
+MANY = 200  # values of a data set, above which a copy of them costs more than fitting grids together saves
 CHUNK = 2_000_000  # entries of a work array of the fits by residuals
 
 
@@ -217,11 +218,11 @@ def fits(
     y, z = np.atleast_2d(y), np.atleast_2d(z)
     data = Data(y, z, like, np.broadcast_to(np.asarray(replicate, dtype=float), (len(y),)), weights)
     step = max(1, (BLOCK if data.plain else CHUNK) // max(1, *(len(g.nodes) for g in grids)))
-    step = max(1, min(step, CHUNK // max(1, len(grids) * y.shape[1])))
+    step = max(1, min(step, CHUNK // max(1, y.shape[1] * (len(grids) if y.shape[1] <= MANY else 1))))
     # small arrays are cheaper by the dozen: grids of as many axes go together
     alike: dict[int, list[int]] = {}
     for i, grid in enumerate(grids):
-        alike.setdefault(len(grid.shape) if data.plain else i, []).append(i)
+        alike.setdefault(len(grid.shape) if data.plain and y.shape[1] <= MANY else -i, []).append(i)
     parts = []
     for start in range(0, max(len(y), 1), step):
         some = data.some(slice(start, start + step))
@@ -239,7 +240,8 @@ def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[BestFit]
     """Fits of one block of data sets."""
     b, many = len(data.y), len(grids)
     starts = [_best_node(g.cells, data) for g in grids]
-    every, owner = data.some(np.tile(np.arange(b), many)), np.repeat(np.arange(many), b)
+    every = data if many == 1 else data.some(np.tile(np.arange(b), many))
+    owner = np.repeat(np.arange(many), b)
     inner = [s[1] for s in starts if s[1] is not None]
     column = np.concatenate([s[0] for s in starts])
     found = _step(grids, every, owner, column, inner)

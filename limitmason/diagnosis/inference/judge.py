@@ -361,5 +361,5 @@ def dose_of(
     reach = float(contrast @ effect)
     if reach <= 0.0:
         return 0.0, float("inf")
-    spread = np.eye(len(slopes)) + slopes @ slopes.T
-    return float(contrast @ data) / reach, sd * float(np.sqrt(contrast @ spread @ contrast)) / reach
+    spread = float(contrast @ contrast + np.square(contrast @ slopes).sum())  # of noise and measured inputs
+    return float(contrast @ data) / reach, sd * float(np.sqrt(spread)) / reach

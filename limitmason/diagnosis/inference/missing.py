@@ -80,9 +80,9 @@ def leave_each_out(
     y = np.concatenate(parts)
     hidden = np.repeat(np.arange(len(names)), count)
     replicate = np.tile(chances.replicate * float(np.mean(ratio)) ** 2, len(names))
-    fits = design.fits(design.listed, y, None, replicate, residuals=True)
-    gains = np.array([f.loglik for f in fits])
-    good = np.array([_adequate(design, f) for f in fits])
+    fits = design.fits(design.listed, y, None, replicate)
+    gains, along = np.array([f.loglik for f in fits]), design.trends.along(y)
+    good = np.array([_adequate(design, name, f, along) for name, f in zip(design.listed, fits, strict=True)])
     over = excess(design.listed, fits, y, replicate)
     rows = np.arange(len(y))
     own = over[hidden, rows]
@@ -98,7 +98,8 @@ def leave_each_out(
     for row in np.flatnonzero(alone & (wrong >= min(floor, agreed))):
         fit, grid = fits[best[row]], design.singles[names[best[row]]]
         effect = grid.effect(design.null, fit.node[[row]], fit.position[[row]])
-        kinds = by_kind(design, effect, y[row], y[row], fit.residuals[row], float(np.mean(ratio)))
+        left = y[row] - grid.values_from(fit.node[[row]], fit.position[[row]])[0]
+        kinds = by_kind(design, effect, y[row], y[row], left, float(np.mean(ratio)))
         held[int(row)], both[row] = (effect, kinds), agree(kinds)
     margins, less = (_margins(names, best[some], wrong[some], len(y), least, share, each)
                      for some, least in ((alone, floor), (both, agreed)))
@@ -144,9 +145,9 @@ def _planted(design: Design, known: Design, cause: Listed, chances: Draws, ratio
     return out
 
 
-def _adequate(design: Design, fit: BestFit) -> np.ndarray:
-    """Whether neither scatter nor trend speaks against fits, by nominal tail probabilities."""
-    good = design.trends.statistic(fit.residuals) <= np.log(max(len(design.trends), 1) / TREND)
+def _adequate(design: Design, names: Names, fit: BestFit, along: np.ndarray) -> np.ndarray:
+    """Whether neither scatter nor trend speaks against fits to data, by nominal tail probabilities."""
+    good = design.trend_of(names)(along, fit) <= np.log(max(len(design.trends), 1) / TREND)
     if design.like.quadratic:
         good &= chdtrc(design.n + design.inputs, fit.loss + fit.penalty) >= FIT
     return good

@@ -87,7 +87,7 @@ class Trends:
                 bends = kind != "quadratic" or k == 2 * len(apart)
                 if k and self.n - means.shape[1] - k >= 2 and bends:
                     self.trends.append(Trend(name, kind, basis, means))
-        self._stack = np.concatenate([s.basis for s in self.trends], axis=1) if self.trends else np.zeros((self.n, 0))
+        self._turn = np.concatenate([*self._means, *(s.basis for s in self.trends)], axis=1)
         self._starts = np.cumsum([0] + [s.basis.shape[1] for s in self.trends])
 
     def __len__(self) -> int:
@@ -95,24 +95,50 @@ class Trends:
 
     def tails(self, residuals: np.ndarray) -> np.ndarray:
         """Tail probability of each trend's F, shape (b, number of trends)."""
-        ratios, k, free = self._ratios(np.atleast_2d(residuals))
+        residuals = np.atleast_2d(residuals)
+        ratios, k, free = self._ratios(residuals @ self._turn, np.einsum("bn,bn->b", residuals, residuals))
         return np.maximum(fdtrc(k[None], free[None], ratios), FLOOR)
 
-    def _ratios(self, residuals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """F of each trend, shape (b, number of trends), and its degrees of freedom."""
+    def along(self, values: np.ndarray) -> np.ndarray:
+        """All that the statistic wants of values beside their squares: their parts along means and trends.
+
+        Where these are as many as the values, it is the values themselves. Shape (..., the fewer of the two).
+        """
+        return values @ self._turn if self._turn.shape[1] < self.n else values
+
+    def _ratios(self, turned: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """F of each trend, shape (b, number of trends), and its degrees of freedom.
+
+        Parameters
+        ----------
+        turned : parts of the residuals along means and trends
+        whole : sum of their squares, shape (b,)
+        """
         k = np.diff(self._starts).astype(float)
         free = self.n - k - np.array([t.means.shape[1] for t in self.trends])
         if not self.trends:
-            return np.ones((len(residuals), 0)), k, free
-        whole = np.einsum("bn,bn->b", residuals, residuals)
-        lost = {id(m): whole - ((residuals @ m) ** 2).sum(axis=1) for m in self._means}
+            return np.ones((len(whole), 0)), k, free
+        squares, ends = turned**2, np.cumsum([0, *(m.shape[1] for m in self._means)])
+        lost = {id(m): whole - squares[:, a:b].sum(axis=1)
+                for m, a, b in zip(self._means, ends, ends[1:], strict=False)}
         total = np.array([lost[id(t.means)] for t in self.trends]).T
-        along = np.add.reduceat((residuals @ self._stack) ** 2, self._starts[:-1], axis=1)
+        along = np.add.reduceat(squares[:, ends[-1] :], self._starts[:-1], axis=1)
         return (along / k) / (np.maximum(total - along, 1e-12 * whole[:, None] + FLOOR) / free), k, free
 
     def statistic(self, residuals: np.ndarray) -> np.ndarray:
         """Best trend of each data set, -log of its tail probability, shape (b,), or zeros without covariates."""
-        ratios, k, free = self._ratios(np.atleast_2d(residuals))
+        residuals = np.atleast_2d(residuals)
+        return self.statistic_of(self.along(residuals), np.einsum("bn,bn->b", residuals, residuals))
+
+    def statistic_of(self, along: np.ndarray, whole: np.ndarray) -> np.ndarray:
+        """The same of residuals that are not formed.
+
+        Parameters
+        ----------
+        along : what :meth:`along` makes of them
+        whole : sum of their squares, shape (b,)
+        """
+        ratios, k, free = self._ratios(along if self._turn.shape[1] < self.n else along @ self._turn, whole)
         tails = np.ones(len(ratios))
         for count, rest in dict.fromkeys(zip(k, free, strict=True)):  # the largest F of equal freedom: least tail
             largest = ratios[:, (k == count) & (free == rest)].max(axis=1)
