@@ -1,18 +1,22 @@
-"""An example run as shipped, from another folder: its checks, what it prints and draws beside what is stored."""
+"""An example or page run as shipped, from another folder: its checks, its text and pictures beside what is stored."""
 
 import runpy
 import sys
 from pathlib import Path
 
+import page_blocks
 import stored_output
 from PIL import Image
 from site_sources import STORED
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 LONG = (
+    "axles_on_an_arch",
     "bnw_zoned_walls",
     "brick_panel",
     "corner_walls_out_of_plane",
+    "diagnose_brick_panels",
+    "diagnose_ferris_tin_loi",
     "diagnose_minho",
     "diagnose_murano",
     "dilatancy_and_block_size",
@@ -20,14 +24,20 @@ LONG = (
     "four_point_bending",
     "minho_cracking_stone",
     "minho_pushover",
+    "minho_shear_walls",
     "murano_pushover",
     "own_cause",
+    "rocking_column",
     "rondelet_contact_points",
     "three_theories_one_wall",
     "tilt_test",
+    "u_wall_as_a_solid",
     "vaults_and_domes",
 )
 """Examples of four seconds of processor time and more, which the lane of the pages runs."""
+
+LONG_PAGES = ("3_tilt_test", "5_a_diagnosis", "6_an_arch_bridge", "7_modes")
+"""The same of tutorials."""
 
 
 def run_example(name, check, tmp_path, monkeypatch, capsys):
@@ -49,3 +59,18 @@ def run_example(name, check, tmp_path, monkeypatch, capsys):
     for figure in sorted(tmp_path.glob("*.png")):
         unlike = stored_output.unlikeness(stored_output.reduced(figure), Image.open(kept / figure.name))
         assert unlike < stored_output.ALIKE, (figure.name, unlike, stale)
+
+
+def run_page(page, tmp_path, monkeypatch):
+    """Run the code of a page, and compare what it prints and draws with what the page shows."""
+    text = page.read_text(encoding="utf-8")
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    printed = page_blocks.run(text, tmp_path)
+    for block, out in zip(page_blocks.blocks(text), printed, strict=True):
+        assert out == (block.shown or ""), block.code
+    for picture in page_blocks.pictures(text):
+        assert (tmp_path / picture).stat().st_size > 5_000
+        kept = page.parent / "images" / picture
+        assert kept.stat().st_size > 2_000
+        if stored_output.made_here():
+            assert stored_output.unlikeness(Image.open(tmp_path / picture), Image.open(kept)) < stored_output.ALIKE

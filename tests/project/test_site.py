@@ -12,8 +12,7 @@ from pathlib import Path
 import page_blocks
 import pytest
 import site_sources
-import stored_output
-from PIL import Image
+from example_runs import LONG_PAGES, run_page
 
 ROOT = Path(__file__).resolve().parents[2]
 SITE = ROOT / "docs" / "site"
@@ -31,19 +30,17 @@ def test_there_are_eight_tutorials_with_topics_time_and_files_on_top():
             assert re.search(rf"^\| {word} \| .{{4,}} \|$", top, flags=re.MULTILINE), (page.name, word)
 
 
-@pytest.mark.parametrize("page", WITH_CODE, ids=lambda p: p.stem)
+@pytest.mark.parametrize("page", [p for p in WITH_CODE if p.stem not in LONG_PAGES], ids=lambda p: p.stem)
 def test_code_blocks_print_and_draw_what_the_page_shows(page, tmp_path, monkeypatch):
-    text = page.read_text(encoding="utf-8")
-    monkeypatch.setattr(sys, "path", list(sys.path))
-    printed = page_blocks.run(text, tmp_path)
-    for block, out in zip(page_blocks.blocks(text), printed, strict=True):
-        assert out == (block.shown or ""), block.code
-    for picture in page_blocks.pictures(text):
-        assert (tmp_path / picture).stat().st_size > 5_000
-        kept = page.parent / "images" / picture
-        assert kept.stat().st_size > 2_000
-        if stored_output.made_here():
-            assert stored_output.unlikeness(Image.open(tmp_path / picture), Image.open(kept)) < stored_output.ALIKE
+    run_page(page, tmp_path, monkeypatch)
+
+
+def test_pages_that_another_lane_runs_have_code_that_is_python():
+    long = [p for p in WITH_CODE if p.stem in LONG_PAGES]
+    assert len(long) == len(LONG_PAGES)
+    for page in long:
+        for block in page_blocks.blocks(page.read_text(encoding="utf-8")):
+            compile(block.code, page.name, "exec")
 
 
 def test_no_output_is_shown_that_belongs_to_no_code():
