@@ -60,10 +60,9 @@ def settlement_analysis(
     Returns
     -------
     Prediction
-        ``reaction`` is R, what mechanism and forces prove of it, and whether the structure stands without it
-        (R <= 0 within 1e-6 of the weight); else it moves with the support by the mechanism returned. "cannot stand"
-        means that no reaction keeps
-        it in equilibrium: already unstable. "unbounded": the support cannot move that way. R is NaN then.
+        ``reaction`` is R, what mechanism and forces prove of it, and whether the structure stands without it: whether
+        zero lies between R and the greatest reaction, within 1e-6 of the weight. "cannot stand" means that no reaction
+        keeps it in equilibrium: already unstable. "unbounded": the support cannot move that way. R is NaN then.
         ``collapse_multiplier`` is NaN: no load is multiplied here. The two multipliers of the certificate are -R over
         the total dead load. ``structure`` is the model that was solved, without joints between held blocks: the ground
         bears both sides of them, and their friction must not hold what settles.
@@ -74,12 +73,36 @@ def settlement_analysis(
         When a block is not held along the motion, a list is empty, names a block twice or one that is not wholly
         held, and for loads with a live part.
     """
-    named = f"along {direction}" if isinstance(direction, str) else "by the given motion"
+    found, zero = least_reaction(assembly, support, direction, loads, options)
+    least = found.reaction
+    if least is None or not least.least < -zero:
+        return found
+    # below zero it pulls: that is a structure which needs nothing only where it may also push
+    motion = _motion_of(direction)
+    back = SupportMotion(*(tuple(-v for v in part) for part in (motion.translation, motion.rotation)), motion.about)
+    other, _ = least_reaction(assembly, support, back, loads, options)
+    needs_none = other.status == UNBOUNDED or (other.reaction is not None and other.reaction.least <= zero)
+    return replace(found, reaction=least._replace(stands_without=needs_none))
+
+
+def _motion_of(direction: str | SupportMotion) -> SupportMotion:
     if isinstance(direction, str) and direction in _DIRECTIONS:
-        direction = SupportMotion(tuple(_DIRECTIONS[direction]))
+        return SupportMotion(tuple(_DIRECTIONS[direction]))
     if not isinstance(direction, SupportMotion):
         axes = ", ".join(sorted(_DIRECTIONS))
         raise InputError(f"direction must be one of {axes} or lm.SupportMotion((x, y, z)), got {direction!r}")
+    return direction
+
+
+def least_reaction(
+    assembly: Assembly, support: Group, direction: str | SupportMotion, loads: Loads | None, options: dict[str, Any]
+) -> tuple[Prediction, float]:
+    """Answer of :func:`settlement_analysis` as far as one program gives it, and the reaction that counts as zero [N].
+
+    ``stands_without`` is right only for a least reaction that is not below zero.
+    """
+    named = f"along {direction}" if isinstance(direction, str) else "by the given motion"
+    direction = _motion_of(direction)
     if options.get("flow_rule", "associative") != "associative":
         raise InputError("settlement analysis knows the associative flow rule only: its multipliers may be negative")
     moved = group_of(assembly, support)
@@ -135,7 +158,7 @@ def settlement_analysis(
     return replace(
         prediction, mechanism=mechanism, method=settling.name, details=details, reaction=reaction,
         collapse_multiplier=float("nan"), warnings=warnings,
-    )
+    ), 1e-6 * total
 
 
 def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, in_plane: bool) -> Array:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from limitmason.answers.results import UNBOUNDED, Prediction
 from limitmason.arrays import Array
 from limitmason.errors import InputError
-from limitmason.limit.settlement import guides_across, largest_multiplier, settlement_analysis
+from limitmason.limit.settlement import guides_across, largest_multiplier, least_reaction
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_vector
 from limitmason.model.load import Loads
@@ -113,7 +113,7 @@ def thrust(
         else:
             assert support is not None
             motion = SupportMotion(tuple(sense * d))
-            state = settlement_analysis(assembly, support, direction=motion, loads=loads, **options)
+            state, _ = least_reaction(assembly, support, motion, loads, options)
             assert state.reaction is not None
             value = sense * state.reaction.least
         value = 0.0 if abs(value) < 1e-9 * np.abs(loads.dead).max() else value

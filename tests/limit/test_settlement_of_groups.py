@@ -37,6 +37,20 @@ def test_a_support_that_carries_nothing_has_no_reaction():
     assert lm.settlement_analysis(wall, 1).reaction.least == 0.0
 
 
+def test_a_support_that_must_push_is_needed_though_its_least_reaction_is_negative():
+    """A beam of 2 m between edges .2 and 1.8: 0.8 W / 1.8 to W / 1.8 on the right post, friction either way along x."""
+    posts = [box((0, 0, -0.2), (0.2, 0.5, 0)), box((1.8, 0, -0.2), (2, 0.5, 0))]
+    made = lm.Assembly.from_polyhedra([*posts, box((0, 0, 0), (2, 0.5, 0.2))], joint=JOINT, fixed=[0, 1])
+    weight = made.weights[2]
+    for direction, least, needless in (
+        ("-z", 0.8 / 1.8, False), ("+z", -1.0 / 1.8, False), ("+x", -0.5 * JOINT.tan_phi, True),
+        (lm.SupportMotion((0, 0, 2)), -2.0 / 1.8, False),
+    ):
+        found = lm.settlement_analysis(made, 1, direction=direction).reaction
+        assert found.least == pytest.approx(least * weight, rel=1e-6)
+        assert found.stands_without is needless
+
+
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
 def test_a_strip_of_blocks_settles_as_one_block_of_its_length(scale):
     """A beam of 4 m on a strip of four blocks: turns about the edge of what stays at x, R (4 - x) = W (2 - x)."""
