@@ -118,8 +118,8 @@ class Range(NamedTuple):
 class Reaction(NamedTuple):
     """Least reaction of a support that gives way [N], or [N m] of one that turns; NaN where there is none.
 
-    ``by_mechanism`` and ``by_forces`` are what these prove of it, ``stands_without`` whether the structure needs none: a
-    least reaction below zero may still be a force that it cannot do without, the other way.
+    ``by_mechanism`` and ``by_forces`` are what these prove of it, ``stands_without`` whether the structure needs none.
+    A least reaction below zero may still be a force that it cannot do without, the other way.
     """
 
     least: float = math.nan

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
-from limitmason.checks import finite
+from limitmason.checks import choice, finite
 from limitmason.codes.spectra import LARGEST_AG, FloorSpectrum, GroundSpectrum, RecordSpectrum
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
@@ -142,10 +142,11 @@ def assess(
 
     Parameters
     ----------
-    assembly, loads : the mechanism's structure; the live load is what the multiplier scales, P its size on each block
+    assembly, loads : the mechanism's structure; the live load is what the multiplier scales, P its size on each block:
+        the weight of all free blocks turned along the push, or that with what they bear
     spectrum : of the ground, of a floor, or of a record; or one for each of "SLD", "SLV" and "SLC", by name
     prediction : with the mechanism; associative limit analysis by default
-    curve : capacity curve, alpha over displacement, to where alpha is zero
+    curve : capacity curve, alpha over displacement [m], to where alpha is zero
     control : whose displacement the curve has, as for ``lm.pushover``: "live", or (block, "x")
     confidence_factor : FC, 1.35, 1.20 or 1.00 by the level of knowledge
 
@@ -158,7 +159,8 @@ def assess(
     Raises
     ------
     InputError
-        For a structure without a mechanism, a curve that does not come back to zero, and an unknown control.
+        For a structure without a mechanism, a live load that is not the weight, a curve that does not come back to zero
+        or has other units, and an unknown control.
 
     Notes
     -----
@@ -170,6 +172,9 @@ def assess(
     spectra = _spectra(spectrum)
     if not isinstance(curve, Curve | None):
         raise InputError(f"curve must be a Curve, of lm.pushover for example, got {type(curve).__name__}")
+    _check_weights(assembly, loads)
+    if curve is not None:
+        _check_units(curve)
     found = limit_analysis(assembly, loads) if prediction is None else prediction
     if found.mechanism is None or not found.collapse_multiplier > 0.0:
         raise InputError(f"there is no mechanism to assess: {found.method!r} ended {found.status!r}")
@@ -177,22 +182,23 @@ def assess(
     if len(twists) != assembly.n_blocks:
         raise InputError(f"prediction: it is of {len(twists)} blocks, the assembly has {assembly.n_blocks}")
     weight = np.linalg.norm(loads.live[:, :3], axis=1)
-    push = np.divide(loads.live[:, :3], weight[:, None], out=np.zeros_like(twists[:, :3]), where=weight[:, None] > 0.0)
-    moved = (push * twists[:, :3]).sum(axis=1)
+    power = (loads.live * twists).sum(axis=1)  # moments too: a load off the centroid moves as its own point does
+    moved = np.divide(power, weight, out=np.zeros_like(power), where=weight > 0.0)
     if isinstance(control, str):
         if control != "live":
             raise InputError(f"control must be 'live' or (block, 'x'), got {control!r}")
         at_control = float(weight[~assembly.fixed] @ moved[~assembly.fixed] / weight[~assembly.fixed].sum())
     else:
-        axis = "xyz".find(control[1])
-        if axis < 0 or len(control[1]) != 1:
-            raise InputError(f"control: the axis must be 'x', 'y' or 'z', got {control[1]!r}")
-        at_control = float(abs(twists[assembly.block_index(control[0]), axis]))
+        if not isinstance(control, tuple | list) or len(control) != 2:
+            raise InputError(f"control must be 'live' or (block, 'x'), got {control!r}")
+        choice("control: the axis", control[1], ("x", "y", "z"))
+        at_control = float(abs(twists[assembly.block_index(control[0]), "xyz".index(control[1])]))
     if not abs(at_control) > 1e-9 * np.abs(moved).max():
         raise InputError(f"control {control!r} does not move in the mechanism")
     chain = bodies_of(assembly, twists)
     alpha = None if curve is None else curve.load / float(getattr(curve, "unit", 1.0))
-    path = None if curve is None else (curve.displacement, np.asarray(alpha))
+    # a control that moves against its axis has a curve below zero
+    path = None if curve is None else (np.sign(curve.displacement[-1]) * curve.displacement, np.asarray(alpha))
     readings = []
     for groups in (chain, [[i] for body in chain for i in body]):
         p = np.array([weight[g].sum() for g in groups])
@@ -204,6 +210,27 @@ def assess(
         float(found.collapse_multiplier), readings[0], readings[1], confidence_factor, assembly, loads, found, spectra,
         None if path is None else Curve(*path, load_unit="-"), _warnings(twists, readings),
     )
+
+
+def _check_weights(assembly: Assembly, loads: Loads) -> None:
+    """Refuse live loads of which the multiplier is no acceleration over g."""
+    free = ~assembly.fixed
+    live, own = np.linalg.norm(loads.live[free, :3], axis=1).sum(), assembly.weights[free].sum()
+    borne = np.maximum(-loads.dead[free, 2], assembly.weights[free]).sum()
+    if not 0.999 * own <= live <= 1.001 * borne:
+        raise InputError(
+            f"loads: the multiplier is an acceleration over g only where the live load is the weight of the blocks, "
+            f"or that with what they bear; it is {live / own:.4g} of their weight. Make it by Loads.horizontal"
+        )
+
+
+def _check_units(curve: Curve) -> None:
+    """Refuse a curve that is not alpha over metres."""
+    if curve.displacement_unit != "m" or (curve.load_unit != "-" and not hasattr(curve, "unit")):
+        raise InputError(
+            f"curve: it is in {curve.load_unit} over {curve.displacement_unit}; alpha has load_unit='-', over m: "
+            "curve.in_units('m', metres per unit, '-', 1 / the weight that is pushed)"
+        )
 
 
 def _spectra(spectrum: Spectrum | Mapping[str, Spectrum]) -> dict[str, Spectrum]:

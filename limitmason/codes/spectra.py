@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.checks import finite, instance
+from limitmason.checks import finite, instance, numbers, positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.model.response_spectrum import STEPS, largest_displacements, refined
@@ -88,7 +88,7 @@ class GroundSpectrum:
         return top * min(1.0, tc / period, tc * td / period**2)
 
     def displacement(self, period: float, damping: float = 0.05) -> float:
-        """SDe(T) = Se(T) (T / 2 pi)^2 [m]."""
+        """SDe(T) = Se(T) (T / 2 pi)^2 [m], beyond T_E of 3.2.3.2.3 too, where the code lets it fall."""
         return self.acceleration(period, damping) * (period / (2.0 * math.pi)) ** 2
 
 
@@ -116,6 +116,9 @@ class FloorSpectrum:
         """Check the modes."""
         instance("ground", self.ground, GroundSpectrum)
         damping_factor(self.damping)
+        for name in ("periods", "factors"):
+            values = np.atleast_1d(numbers(f"floor spectrum: {name}", getattr(self, name))).tolist()
+            object.__setattr__(self, name, tuple(finite(f"floor spectrum: {name}", v) for v in values))
         if not self.periods or len(self.periods) != len(self.factors) or not min(self.periods) > 0.0:
             raise InputError("floor spectrum: give a period above 0 and a factor for every mode")
 
@@ -143,11 +146,11 @@ class FloorSpectrum:
         return max(math.sqrt(total), own)
 
     def displacement(self, period: float, damping: float = 0.05) -> float:
-        """SeZ(T) (T / 2 pi)^2, beyond b T_1 not below its value there, C8.7.1.12 [m]."""
-        edge = 1.1 * max(self.periods)
-        return max(
-            self.acceleration(t, damping) * (t / (2.0 * math.pi)) ** 2 for t in {period, min(period, edge)}
-        )
+        """SeZ(T) (T / 2 pi)^2, beyond b T_1 not below SeZ(T_1) (b T_1 / 2 pi)^2, C8.7.1.12 [m]."""
+        first = max(self.periods)
+        edge = 1.1 * first
+        own = self.acceleration(period, damping) * (period / (2.0 * math.pi)) ** 2
+        return own if period <= edge else max(own, self.acceleration(first, damping) * (edge / (2.0 * math.pi)) ** 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,8 +175,10 @@ class RecordSpectrum:
     def __post_init__(self) -> None:
         """Take the peak where none is given."""
         samples = np.asarray(self.record, dtype=float)
-        if samples.ndim != 1 or len(samples) < 2 or not np.isfinite(samples).all() or not self.sample_step > 0.0:
-            raise InputError("record: give two or more finite samples and a positive sample_step")
+        if samples.ndim != 1 or len(samples) < 2 or not np.isfinite(samples).all() or not samples.any():
+            raise InputError("record: give two or more finite samples, not all zero")
+        for name in ("sample_step", "least"):
+            positive(f"record: {name}", getattr(self, name), "s")
         object.__setattr__(self, "record", samples)
         if not self.ag:
             object.__setattr__(self, "ag", float(np.abs(samples).max()) / GRAVITY)

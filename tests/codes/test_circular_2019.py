@@ -95,6 +95,41 @@ def test_a_curve_of_any_control_gives_the_same_displacement():
         lm.assess(made, loads, SITE, control=(0, "x"))
 
 
+def test_a_curve_of_a_control_that_moves_against_its_axis_is_read_by_its_size():
+    made, _ = wall(2)
+    top, (d, alpha) = made.blocks[2].name, overturning()
+    back = lm.Loads.horizontal(made, (-1, 0, 0))
+    for sense in (1.0, -1.0):
+        curve = lm.Curve(sense * 0.75 * d, alpha, load_unit="-")
+        found = lm.assess(made, back, SITE, curve=curve, control=(top, "x"), confidence_factor=1.0)
+        assert found.bodies.d0 == pytest.approx(0.1489, abs=6e-5)
+        assert found.bodies.ag["SLV"] == pytest.approx(0.2372, abs=6e-5)
+
+
+def test_a_multiplier_that_is_no_acceleration_over_g_is_refused():
+    """Half the weight pushed would double what is reached; newtons would be read as alpha, millimetres as metres."""
+    made, loads = wall(2)
+    with pytest.raises(InputError, match=r"it is 0\.5 of their weight. Make it by Loads\.horizontal"):
+        lm.assess(made, loads.scaled(live=0.5), SITE)
+    with pytest.raises(InputError, match="is an acceleration over g only where"):
+        lm.assess(made, lm.Loads.weight(made).with_point_load(made, 2, (100.0, 0, 0)), SITE)
+    d, alpha = overturning()
+    newton, top = made.weights[1:].sum(), {"control": "live", "confidence_factor": 1.0}
+    with pytest.raises(InputError, match="curve: it is in N over m"):
+        lm.assess(made, loads, SITE, curve=lm.Curve(0.5 * d, newton * alpha), **top)
+    with pytest.raises(InputError, match="curve: it is in - over mm"):
+        lm.assess(made, loads, SITE, curve=lm.Curve(500.0 * d, alpha, "mm", "-"), **top)
+    in_alpha = lm.Curve(0.5 * d, newton * alpha).in_units("m", 1.0, "-", 1.0 / newton)
+    assert lm.assess(made, loads, SITE, curve=in_alpha, **top).bodies.d0 == pytest.approx(0.1489, abs=6e-5)
+    # what a block bears may shake with it: a mass Q on its top, W b / 2 + Q b over W h / 2 + Q h about the toe
+    one, both = wall(1)[0], np.array([0.0, 0.0, -1e4])
+    laden = lm.Loads.horizontal(one).with_point_load(one, 1, both, at=(0.5 * THICK, 0.5, HEIGHT), case="dead")
+    laden = laden.with_point_load(one, 1, (1e4, 0, 0), at=(0.5 * THICK, 0.5, HEIGHT))
+    w = one.weights[1]
+    wanted = (w + 1e4) * 0.5 * THICK / (w * 0.5 * HEIGHT + 1e4 * HEIGHT)
+    assert lm.assess(one, laden, SITE, confidence_factor=1.0).bodies.a0 == pytest.approx(wanted * GRAVITY, rel=1e-6)
+
+
 def test_capacity_that_is_lost_at_once_ends_the_mechanism_of_slv():
     d, alpha = overturning()
     tied = alpha + np.where(d < 0.05, 0.3, 0.0)
@@ -113,6 +148,12 @@ def test_damping_is_a_fraction_in_one_equation_and_per_cent_in_the_next():
     # far above its period the floor is still, not below the ground
     assert floor.acceleration(3.0) >= SITE.acceleration(3.0)
     assert floor.displacement(2.0) >= floor.acceleration(0.33) * (0.33 / (2 * math.pi)) ** 2
+    both = FloorSpectrum(SITE, np.array([0.3, 0.1]), np.array([1.2, -0.3]))
+    still = both.acceleration(0.3, 0.08) * (1.1 * 0.3 / (2 * math.pi)) ** 2  # C8.7.1.12: at T_1, not at b T_1
+    assert both.displacement(0.5, 0.08) == pytest.approx(still, rel=1e-12)
+    for factors, words in ((1.2, "a factor for every mode"), ([math.nan, 1.0], "factors must be a finite number")):
+        with pytest.raises(InputError, match=words):
+            FloorSpectrum(SITE, [0.3, 0.1], factors)
     for damping in (5.0, 0.0):
         with pytest.raises(InputError, match="damping is a fraction"):
             FloorSpectrum(SITE, [0.3], [1.2], damping=damping)
@@ -212,5 +253,9 @@ def test_spectra_that_make_no_sense_are_refused_by_name(spectrum, message):
         lm.assess(*wall(1), SITE, confidence_factor="LC1")
     with pytest.raises(InputError, match="ground spectrum: ag must be a finite number"):
         GroundSpectrum("0.15", 2.45, 0.28)
+    with pytest.raises(InputError, match="record: least must be positive"):
+        RecordSpectrum([0.0, 1.0, 0.0], 0.01, least=0.0)
+    with pytest.raises(InputError, match=r"control must be 'live' or \(block, 'x'\), got 3"):
+        lm.assess(*wall(1), SITE, control=3)
     with pytest.raises(InputError, match="ground must be a GroundSpectrum"):
         FloorSpectrum(0.15, [0.3], [1.2])
