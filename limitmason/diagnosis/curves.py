@@ -6,6 +6,7 @@ Neighbouring points of a curve share their errors (gap, slack, drift of a sensor
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,7 +24,8 @@ def features(specimen: Any, curve: Curve, *, load: float, displacement: float) -
 
     The stiffness is that between 10 and 40 % of the peak, over a difference of displacements d: its relative error is
     :math:`\sqrt{2 l^2 + 2 (e / d)^2}` by the errors l and e of the columns. The drift at the peak is known no better
-    than half the range in which the load is within 2 l of the peak.
+    than half the range in which the load is within 2 l of the peak. What is known no better than itself is left out,
+    with a warning.
 
     Parameters
     ----------
@@ -47,7 +49,10 @@ def features(specimen: Any, curve: Curve, *, load: float, displacement: float) -
     if top.displacement > 0.0:
         spread = float(np.hypot(displacement, 0.5 * np.ptp(near))) / top.displacement
         rows["drift at peak"] = (spread, curve.displacement_unit)
-    return [Observation(specimen, q, found[q], *said) for q, said in rows.items() if found[q] > 0.0]
+    if vague := [q for q, (scatter, _) in rows.items() if scatter >= 1.0]:
+        said = f"{', '.join(vague)} of specimen {specimen}: left out, its error is as large as itself"
+        warnings.warn(said, stacklevel=2)
+    return [Observation(specimen, q, found[q], *rows[q]) for q in rows if found[q] > 0.0 and q not in vague]
 
 
 def points(

@@ -80,9 +80,7 @@ def folder_arguments(
     if others := sorted(f.name for f in folder.glob("*.csv") if f.name not in read):
         warnings.warn(f"{folder}: not read: {', '.join(others)}; a folder holds {', '.join(read)}", stacklevel=3)
     specimens = read_measured(folder / SPECIMENS)
-    names = [str(v) for v in specimens.column("specimen")]
-    if twice := next((n for i, n in enumerate(names) if n in names[:i]), None):
-        raise InputError(f"{specimens.name}: specimen {twice!r} is there twice")
+    names = _once(specimens, "specimen")
     rows = [{**row, "specimen": name} for row, name in zip(specimens.rows, names, strict=True)]
     measured = read_measured(folder / MEASURED, blanks=True)
     about = read_measured(folder / QUANTITIES)
@@ -118,10 +116,19 @@ def folder_arguments(
     }
 
 
+def _once(table: MeasuredTable, column: str) -> list[str]:
+    """Names in a column, none of which may be there twice."""
+    names = [str(v) for v in table.column(column)]
+    if twice := next((n for i, n in enumerate(names) if n in names[:i]), None):
+        raise InputError(f"{table.name}: {column} {twice!r} is there twice")
+    return names
+
+
 def _quantities(table: MeasuredTable, measured: MeasuredTable) -> dict[str, dict[str, Any]]:
     """What is said of every quantity, by its name."""
     out: dict[str, dict[str, Any]] = {}
     table.column("scatter", "the error of each quantity")
+    _once(table, "quantity")
     for line, row in zip(table.lines, table.rows, strict=True):
         quantity = str(row.get("quantity", ""))
         if quantity not in (*measured.columns, LOAD, DISPLACEMENT, MODE):
@@ -205,6 +212,7 @@ def _values(
         if table.units[quantity] != measured.units[quantity]:
             given, wanted = table.units[quantity], measured.units[quantity]
             raise InputError(f"{table.name}: column {quantity!r} is in {given!r}, measured in {wanted!r}: use one unit")
+    _once(table, "specimen")
     out = {str(row["specimen"]): {q: float(row[q]) for q in quantities} for row in table.rows}
     if missing := [n for n in names if n not in out]:
         raise InputError(f"{table.name} has no row for specimen {missing[0]!r}")

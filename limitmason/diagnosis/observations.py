@@ -95,7 +95,10 @@ class Observation:
         object.__setattr__(self, "kind", EvidenceKind(self.kind or guessed))
         link = SEEN if _begins(self.quantity, FLAGS) else "identity" if _begins(self.quantity, SIGNED) else "log"
         object.__setattr__(self, "link", self.link or link)
-        object.__setattr__(self, "value", float(self.value))
+        try:
+            object.__setattr__(self, "value", float(self.value))
+        except (TypeError, ValueError):
+            raise InputError(f"{self._called} is {self.value!r}; a number is needed, NaN where it is missing") from None
         if np.isinf(self.value) or (self.link == "log" and self.value <= 0.0):
             raise InputError(f"{self._called} is {self.value!r}; a logarithmic scale takes positive finite values")
         if self.scatter is not None and not (np.isfinite(self.scatter) and self.scatter > 0.0):
@@ -261,7 +264,12 @@ class Rows:
 
     def with_values(self, values: Any) -> Rows:
         """These rows with other values, one per row."""
-        out = np.array(values, dtype=float)
+        try:
+            out = np.array(values, dtype=float)
+        except (TypeError, ValueError):
+            raise InputError(
+                "measured takes numbers, or rows of Observation alone; limitmason.diagnosis.curves.features makes rows "
+                "of a curve, Observation.of_modes of modes") from None
         if out.shape != (len(self),):
             what = "number" if self.several else "specimen"
             raise InputError(f"measured must have one value per {what} ({len(self)}), got shape {out.shape}")

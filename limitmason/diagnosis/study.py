@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from limitmason.causes.cause import Cause, check_causes
 from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.gain import folds_of
-from limitmason.diagnosis.inference.grid import Tabulation
+from limitmason.diagnosis.inference.grid import Tabulation, at_measured
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.noise import DRAWS, Draws, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusable
@@ -26,6 +27,8 @@ from limitmason.diagnosis.suggest import suggest
 from limitmason.diagnosis.tables import ASSUMED_NOISE, PoolGrids
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
+
+FAR_OFF = 20.0  # measured over predicted, or the reverse, beyond which a unit is asked about
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -168,6 +171,7 @@ class Study(Statement):
         causes = self.tables.computable(asked)
         judge = self._judge(causes, rule or Rule())
         design = judge.design
+        self._say_if_far_off()
         reached(None, "verdict")
         chances = Draws.make([seed, self.n], self.n, design.inputs, design.noise, draws)
         y = design.whiten(self.measured)
@@ -200,7 +204,17 @@ class Study(Statement):
         )
         return checked_by_group(answer)
 
-    def log_likelihood(self, sizes: Mapping[Cause, float], z: Iterable[float] = ()) -> float:
+    def _say_if_far_off(self) -> None:
+        """Warn of a quantity that is measured many times larger or smaller than predicted: a unit, as a rule."""
+        assert self.measured is not None, "a verdict has measured values"
+        apart = linked(self.measured, self.rows.log) - at_measured(self.tables.base())
+        for quantity in dict.fromkeys(self.rows.quantities):
+            mine = self.rows.log & np.array([q == quantity for q in self.rows.quantities])
+            if mine.any() and abs(ratio := float(np.median(apart[mine]))) > np.log(FAR_OFF):
+                warnings.warn(f"{quantity}: measured is {np.exp(ratio):.3g} times predicted; are both in one unit?",
+                              stacklevel=4)
+
+    def log_likelihood(self, sizes: Mapping[Cause, float] | Sequence[float], z: Iterable[float] = ()) -> float:
         """Log-likelihood of the measured values with causes at given sizes.
 
         A sampler of posteriors takes it.
@@ -211,18 +225,26 @@ class Study(Statement):
 
         Parameters
         ----------
-        sizes : of each cause
+        sizes : of each cause, by cause; or numbers, as a sampler walks: of every cause of the study in its order, then
+            the measured inputs as in ``z``
         z : measured inputs in standard deviations from their values, which are their prior; none is the values
 
         Raises
         ------
         InputError
-            Without measured values, or where the noise is not stated.
+            Without measured values, where the noise is not stated, or for another number of numbers.
 
         >>> study.log_likelihood({causes.gain(): 1.1})  # doctest: +SKIP
         """
         if self.measured is None or self.noise.kind == "unknown":
             raise InputError("a likelihood needs measured values and a stated noise")
+        if not isinstance(sizes, Mapping):
+            theta, names = np.atleast_1d(sizes).tolist(), [c.name for c in self.causes] + list(self.tabulator.free)
+            if len(theta) != len(names):
+                raise InputError(f"{len(theta)} numbers are given, these are to be sampled: {', '.join(names)}")
+            sizes, z = dict(zip(self.causes, theta, strict=False)), (*theta[len(self.causes) :], *z)
+        elif other := [c for c in sizes if not isinstance(c, Cause)]:
+            raise InputError(f"sizes are told by cause, not by {other[0]!r}")
         z = tuple(z)
         r = (linked(self.measured, self.rows.log) - self.tables.between(sizes, z)) / self.scale
         if not np.isfinite(r).all():

@@ -17,8 +17,8 @@ from limitmason.diagnosis.inference.plan import (
     chance_of_verdict,
     choose_tests,
     confusable,
+    equivalent_tests,
     tests_that_identify,
-    worth_in_tests,
 )
 from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.inference.verdict import Tested
@@ -71,7 +71,7 @@ def suggest(
     return replace(
         found, pairs=tuple((" + ".join(a), " + ".join(b)) for a, b in pairs), before=float(before.min()),
         after=float(after.min()), chance=(chance_of_verdict(before, pairs), chance_of_verdict(after, pairs)),
-        worth=worth_in_tests(*apart(truths, grids, pairs), there.rows.quantities),
+        worth=equivalent_tests(*apart(truths, grids, pairs), there.rows.quantities),
     )
 
 

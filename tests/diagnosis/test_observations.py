@@ -230,6 +230,32 @@ def test_numbers_that_cannot_be_are_refused_by_name():
             Observation(**{"specimen": 0, "quantity": "peak", "value": 1.0} | wrong)
 
 
+def test_a_unit_that_is_off_a_name_that_is_there_twice_and_what_is_no_number_are_told(tmp_path):
+    folder = write_folder(tmp_path / "data")
+    text = {name: (folder / name).read_text() for name in ("predicted.csv", "quantities.csv")}
+    for name, again in (("predicted.csv", "stack 1,5,9,17\n"), ("quantities.csv", "peak,0.5,force,log\n")):
+        (folder / name).write_text(text[name] + again)
+        with pytest.raises(InputError, match="'(stack 1|peak)' is there twice"):
+            Study.from_folder(folder)
+        (folder / name).write_text(text[name])
+    made = Study.from_folder(folder, shared=())
+    factor = np.where([q == "stiffness" for q in made.rows.quantities], 1e3, 1.0)
+    with pytest.warns(UserWarning, match=r"^stiffness: measured is 1.16e\+03 times predicted; are both in one unit"):
+        made.with_measured(made.measured * factor).diagnose(draws=99)
+    u = np.linspace(0.0, 1.0, 11)
+    for wrong in (None, "3,5"):
+        with pytest.raises(InputError, match="a number is needed, NaN where it is missing"):
+            Observation(0, "peak", wrong, 0.05)
+    flat = lm.Curve(u, np.minimum(10.0 * u, 1.0))
+    for listed in ([flat], [{"peak": 1.0}], [Observation(0, "peak", 1.0, 0.1), 2.0]):
+        with pytest.raises(InputError, match="features makes rows of a curve"):
+            Study([{}] * len(listed), lambda s: 1.0, listed)
+    level = lm.Curve(u, np.where(u > 0.0, 1.0 + 1e-3 * (u < 0.15), 0.0))
+    with pytest.warns(UserWarning, match="drift at peak of specimen A: left out"):
+        rows = curves.features("A", level, load=0.05, displacement=0.01)
+    assert "drift at peak" not in {o.quantity for o in rows}
+
+
 def test_next_tests_say_what_to_measure():
     made = several_kinds(observed(ROUNDING, 0.012, only=("peak", "stiffness")))
     tests = made.plan([ROUNDING, SOFT], specimens()[:4], k=3)
@@ -360,7 +386,11 @@ def test_the_likelihood_for_a_sampler_is_the_normal_one_and_effects_add_up():
         r = (values - a - b * x - (1.0 + 0.5 * z) * x**2) / sd
         exact = -0.5 * (r**2).sum() - np.log(sd).sum() - 0.5 * z**2
         assert made.log_likelihood({slope: b, lift: a}, (z,)) == pytest.approx(exact, rel=1e-9)
+        assert made.replace(causes=(slope, lift)).log_likelihood(np.array([b, a, z])) == pytest.approx(exact, rel=1e-9)
     assert made.log_likelihood({slope: 30.0}) == float("-inf")
+    for wrong, words in (([0.0, 1.0], "2 numbers are given, these are to be sampled: c"), ({"b": 0.0}, "not by 'b'")):
+        with pytest.raises(InputError, match=words):
+            made.log_likelihood(wrong)
     with pytest.raises(InputError, match="stated noise"):
         study(data(ROUNDING, 0.018), Noise.unknown()).log_likelihood({ROUNDING: 0.0})
 

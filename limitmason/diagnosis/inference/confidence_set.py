@@ -167,13 +167,13 @@ class ConfidenceSet:
         correlation = (1.0 - PLAUSIBLE) * design.correlation + PLAUSIBLE * groups
         p = dict(ConfidenceSet(design.sharing(correlation), self.draws, rule).gate(y).p)
         if "scatter" in verdict.p:
-            p["scatter"] = self._scatter_within(verdict.null, groups)
+            p["scatter"] = self._scatter_within_groups(verdict.null, groups)
         limits = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter}
         holds = any(verdict.p[k] < v and p[k] < v for k, v in limits.items() if k in verdict.p)
         doubt = Doubt(names, unstated, {k: p[k] for k in limits if k in p}, holds)
         return replace(verdict, doubt=doubt, kind=verdict.kind if holds else VerdictKind.NONE)
 
-    def _scatter_within(self, null: BestFit, groups: np.ndarray) -> float:
+    def _scatter_within_groups(self, null: BestFit, groups: np.ndarray) -> float:
         """Share of draws that scatter about the means of the groups as much as the data do."""
         y, z, replicate = self.drawn((), null)
         inside = np.eye(self.design.n) - groups / groups.sum(axis=1)

@@ -298,7 +298,7 @@ def chance_of_verdict(d2: np.ndarray, pairs: Sequence[tuple[Names, Names]]) -> f
     return float(np.mean(ndtr(np.sqrt(list(nearest.values())) - REJECTED)))
 
 
-def worth_in_tests(
+def equivalent_tests(
     sums: Sequence[np.ndarray], adds: Sequence[np.ndarray], quantities: Sequence[str], cap: float = CLEAR
 ) -> dict[str, float]:
     """How many tests of each quantity bring what one of the best quantity does, in the sum over pairs of min(d2, cap).
