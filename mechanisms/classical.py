@@ -9,7 +9,7 @@ import numpy as np
 
 from limitmason.answers.results import Bound, BoundKind, Prediction
 from limitmason.arrays import Array, Flags
-from limitmason.checks import choice, not_negative, positive
+from limitmason.checks import choice, count, not_negative, positive
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -161,8 +161,7 @@ def stack(*, width: float, course_height: float, courses: int, friction: float) 
     -----
     Exact. Source: docs/mechanisms.md, section 8.
     """
-    if courses < 1:
-        raise InputError(f"courses must be at least 1, got {courses!r}")
+    courses = count("courses", courses)
     whole = rigid_block(width=width, height=courses * course_height, friction=friction)
     details = {"rocking": [width / (j * course_height) for j in range(1, courses + 1)], "sliding": friction}
     return answer(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.answers.results import Bound, BoundKind, Prediction
+from limitmason.checks import count, not_negative, positive
 from limitmason.errors import NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -128,7 +129,9 @@ def sloping_crack_limit(friction: float, slope: float, courses: int | None = Non
     friction, slope : f and v/h [-]
     courses : n
     """
-    f = friction if courses is None else friction * (1.0 - 1.0 / courses**2)
+    f, slope = not_negative("friction", friction), positive("slope", slope)
+    if courses is not None:
+        f *= 1.0 - 1.0 / count("courses", courses) ** 2
     if f >= slope:
         return 0.5 * slope, slope
     return math.sqrt(f * slope) - 0.5 * f, math.sqrt(f * slope)

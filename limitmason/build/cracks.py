@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import instance
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.geometry.splitting import split_polygon, split_solid
@@ -51,6 +52,9 @@ def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane],
         For a plane that misses its block, or cuts off less than a millionth of it; a block that is held, by name; and
         a tie that is fastened to a block that is cut.
     """
+    if not isinstance(planes, Mapping):
+        raise InputError(f"planes must read {{'block': (point, normal)}}, got {type(planes).__name__}")
+    instance("joint", joint, Joint)
     numbers = {assembly.block_index(block): (block, plane) for block, plane in planes.items()}
     if len(numbers) != len(planes):
         raise InputError("planes name a block twice, by its name and by its number")

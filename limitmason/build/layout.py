@@ -68,6 +68,7 @@ def layout(
     Source of the notation: layouts of the walls of Ferris and Tin-Loi (2001), Int. J. Mech. Sci. 43, 209-224.
     `recipe["staggering"]` is measured: the smallest overlap of successive rows.
     """
+    rows = rows if isinstance(rows, str) else list(rows)
     if isinstance(rows, str) or len(rows) == 0:
         raise InputError("rows must be a sequence of rows, bottom first")
     values = [float(v) for v in unit] if isinstance(unit, (tuple, list)) else unit
@@ -154,7 +155,7 @@ def _read(row: Row, number: int) -> list[float]:
     """Widths of a row, a negative one for a gap [m]; refuses what holds no block."""
     try:
         tokens = [float(token) for token in row.split()] if isinstance(row, str) else list(row)
-    except ValueError:
+    except (TypeError, ValueError):
         raise InputError(f"rows[{number}] must be numbers with spaces between, got {row!r}") from None
     widths = [finite(f"rows[{number}]", token) for token in tokens]
     if any(width == 0.0 for width in widths):

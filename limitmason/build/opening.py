@@ -112,6 +112,8 @@ def place_openings(
         Naming the opening: outside the facade, into a return, over another opening, or leaving a slice thinner than a
         tenth of a course.
     """
+    if isinstance(openings, Opening | Mapping):
+        raise InputError("openings must be a list: write openings=[...] for one")
     placed: list[Placed] = []
     height = levels[-1]
     for number, given in enumerate(openings):

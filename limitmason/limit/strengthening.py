@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from limitmason.answers.results import CANNOT_STAND, Prediction
-from limitmason.checks import finite, several
+from limitmason.checks import count, finite, several
 from limitmason.errors import InputError, NotConverged
 from limitmason.limit.analysis import limit_analysis
 from limitmason.model.assembly import Assembly
@@ -140,9 +140,7 @@ def strengthen(
         raise InputError("strengthen: give at least one candidate and one load case")
     if len(ties) < len(candidates):
         raise InputError("candidates: two ties have the same name")
-    most = len(ties) if most is None else most
-    if most < 1:
-        raise InputError(f"most must be 1 or more, got {most!r}")
+    most = len(ties) if most is None else count("most", most)
 
     def solved(names: Sequence[str]) -> list[tuple[float, Prediction]]:
         made = assembly.with_ties([*assembly.ties, *(ties[n] for n in names)])

@@ -16,6 +16,7 @@ from limitmason.checks import choice, finite, numbers, positive
 from limitmason.constants import GRAVITY
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
+from limitmason.model.input import read_vector
 from limitmason.model.response_spectrum import ResponseSpectrum
 from limitmason.model.stages import Stage
 from limitmason.storage.csv_table import separator, split
@@ -67,7 +68,7 @@ class BaseMotion(Displayed, Stage):
         if record.ndim != 1 and record.shape[1:] != (3,):
             raise InputError(f"BaseMotion: acceleration must have shape (k,) or (k, 3), got {record.shape}")
         positive("BaseMotion: sample_step", self.sample_step)
-        if not np.linalg.norm(self.direction) > 0.0:
+        if not np.linalg.norm(read_vector("BaseMotion: direction", self.direction)) > 0.0:
             raise InputError("BaseMotion: direction must not be zero")
         if record.ndim == 2 and tuple(self.direction) != BaseMotion.direction:
             raise InputError("BaseMotion: three components along x, y and z take no direction; leave it out")

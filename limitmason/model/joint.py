@@ -114,7 +114,8 @@ class Joint:
                     raise InputError(f"{label}: {field.name} must be one of {known}, got {value!r}")
                 object.__setattr__(self, field.name, choices(value))
                 continue
-            if isinstance(value, bool) or (not isinstance(value, (int, float)) and not hasattr(value, "__float__")):
+            single = isinstance(value, (int, float)) or (hasattr(value, "__float__") and getattr(value, "size", 1) == 1)
+            if isinstance(value, bool) or not single:
                 raise InputError(f"{label}: {field.name} must be a number, got {value!r}")
             if math.isnan(float(value)):
                 raise InputError(f"{label}: {field.name} is NaN")
@@ -134,6 +135,8 @@ class Joint:
         if self.residual_friction_angle_deg is not None and self.residual_friction_angle_deg >= 90.0:
             raise InputError(f"{label}: residual_friction_angle_deg must be below 90 degrees")
         self._check_energies(label)
+        if not isinstance(self.terms, tuple | list):
+            raise InputError(f"{label}: terms must be a list of terms of the law, got {self.terms!r}; for none ()")
         object.__setattr__(self, "terms", tuple(self.terms))
         names = [name_of(term) for term in self.terms]
         if len(set(names)) < len(names):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
-from limitmason.checks import choice, finite
+from limitmason.checks import choice, finite, not_negative, numbers
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_planes
 from limitmason.model.backfill import backfill_wrenches
@@ -183,7 +183,7 @@ class Loads(ReadOnly):
         case : "live" (scaled by the multiplier) or "dead"
         """
         i = assembly.block_index(block)
-        f = np.asarray(force, dtype=float)
+        f = numbers(f"force on block {block!r}", force)
         if f.shape != (3,) or not (np.abs(f) < LARGEST).all():
             raise InputError(f"force on block {block!r} must be three finite numbers below {LARGEST:g}, got {force!r}")
         arm = np.zeros(3) if at is None else read_vector("at", at) - assembly.centroids[i]
@@ -327,9 +327,8 @@ class Loads(ReadOnly):
         force : downwards [N], >= 0
         block : the loading beam, a block named "beam" by default (``build.wall(..., top_beam=...)`` makes one)
         """
-        if not force >= 0.0:
-            raise InputError(f"precompression force must be >= 0 N, got {force!r}")
-        return self.with_point_load(assembly, block, (0.0, 0.0, -force), case="dead")
+        down = not_negative("precompression force", force)
+        return self.with_point_load(assembly, block, (0.0, 0.0, -down), case="dead")
 
     def with_body_force(
         self,

@@ -1,5 +1,8 @@
 """The smallest non-associative multiplier of small plane structures: found, proven, and checked by brute force."""
 
+import subprocess
+import sys
+
 import highspy
 import numpy as np
 import pytest
@@ -216,3 +219,13 @@ def test_verbose_lets_the_solvers_speak(capfd):
     out = capfd.readouterr().out
     assert "Clarabel" in out
     assert "HiGHS" in out
+
+
+def test_the_solver_writes_nothing_where_answers_go():
+    """HiGHS 1.16 prints a banner once a process, when the first model is made."""
+    code = (
+        "import numpy as np; from limitmason.limit.nonassociative.mixed_integer import make_model;"
+        "one = np.ones(1); make_model(one, np.ones((1, 1)), one, one, one, one).run()"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ended.stdout == ""

@@ -108,5 +108,5 @@ def test_candidates_that_make_no_choice_are_refused():
         lm.strengthen(model, loads, [])
     with pytest.raises(InputError, match="the same name"):
         lm.strengthen(model, loads, [ties[0], ties[0]])
-    with pytest.raises(InputError, match="most must be 1"):
+    with pytest.raises(InputError, match="most must be a whole number"):
         lm.strengthen(model, loads, ties, most=0)

@@ -18,6 +18,7 @@ NAN = float("nan")
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
 PATH = "path must be the name of a file, got (None|3|5)$"
 SITE = lm.codes.GroundSpectrum(0.15, 2.45, 0.28)
+TIE = lm.Tie(1, W.centroids[1], None, (0.0, 0.0, -0.1), yield_force=1.0)
 UNIT = {"unit": (0.4, 0.2, 0.2), "joint": J}
 
 
@@ -100,6 +101,18 @@ WRONG = {
     "several of nothing": (lambda _: several(BUILD, {})({}), r"name a method, \{'peak': 'limit'\}"),
     "several by a list": (lambda _: several(BUILD, ["limit"]), "answers must read {'peak': 'limit'}"),
     "several, swapped": (lambda _: several({"peak": "limit"}, BUILD), "build must be a function"),
+    "no law of a crack": (lambda _: lm.build.with_potential_cracks(W, {}, 40), "joint must be a Joint, got 40"),
+    "cracks in a list": (lambda _: lm.build.with_potential_cracks(W, [3], J), r"planes must read {'block': \(point"),
+    "angles": (lambda _: lm.Joint(np.array([33.0, 30.0])), "friction_angle_deg must be a number"),
+    "no terms": (lambda _: lm.Joint(33.0, terms=None), r"terms must be a list of terms of the law, got None"),
+    "way of the ground": (lambda _: dem.BaseMotion([0, 1], direction=(1, 0)), "direction must be three finite numbers"),
+    "force as text": (lambda _: L.with_point_load(W, 1, "5 kN"), "force on block 1 must be numbers, got '5 kN'"),
+    "jack as text": (lambda _: L.with_precompression(W, "5 kN", block=1), "precompression force must be a finite"),
+    "one opening": (lambda _: lm.build.wall(length=2, courses=4, openings={"x": 1}, **UNIT), "openings must be a list"),
+    "no row": (lambda _: lm.build.layout([None], **UNIT), r"rows\[0\] must be numbers with spaces between"),
+    "half a course": (lambda _: lm.mechanisms.stack(width=1, course_height=1, courses=2.5, friction=1), "courses must"),
+    "no course": (lambda _: lm.mechanisms.sloping_crack_limit(0.6, 1.0, 0), "courses must be a whole number"),
+    "half a tie": (lambda _: lm.strengthen(W, L, [TIE], most=1.5), "most must be a whole number of at least 1"),
     "settlement of nothing": (lambda _: lm.settlement_analysis(W, None), "support"),
 }
 

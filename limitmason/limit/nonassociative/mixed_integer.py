@@ -47,13 +47,21 @@ class Proof(NamedTuple):
     infeasible: bool  # proven: no admissible state within the bounds
 
 
+class _SilentHighs(highspy.Highs):
+    """HiGHS that writes nothing: from 1.16 on its constructor prints a banner, before an option can be set."""
+
+    def enableCallbacks(self) -> None:
+        self.setOptionValue("output_flag", False)
+        super().enableCallbacks()
+
+
 def make_model(
     cost: Array, matrix: sparse.sparray, row_low: Array, row_high: Array, low: Array, high: Array, *,
     integer: Array | None = None, maximise: bool = False,
 ) -> highspy.Highs:
     """HiGHS model of row_low <= matrix x <= row_high, low <= x <= high."""
-    model = highspy.Highs()
-    model.setOptionValue("output_flag", False)
+    model = _SilentHighs()
+    model.setOptionValue("output_flag", False)  # where an older one enables no callbacks
     # not threads=1: HiGHS has one scheduler a process, and fails where its number of threads is not the one set before
     model.setOptionValue("parallel", "off")
     columns = sparse.csc_array(matrix)
