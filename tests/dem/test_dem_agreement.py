@@ -18,7 +18,7 @@ def associated(assembly):
     return assembly.with_joints(lm.Joint(phi, dilatancy_angle_deg=phi))
 
 
-def corner(courses=6, mu=0.65, length=0.4, height=0.2, t=0.2):
+def corner(courses=3, mu=0.65, length=0.4, height=0.2, t=0.2):
     """Two walls at a right angle, bonded at the corner."""
     boxes = []
     for k in range(courses):
@@ -93,46 +93,6 @@ def test_without_dilatancy_a_twisted_face_falls_from_the_corners_to_the_torsion_
     # the mean radius of 16 elastic points is within 0.1 % of the face's; trapezoid weights gave 0.35 % more
     assert values[0.0] == pytest.approx(0.3826, rel=0.01)
     assert max(values.values()) == pytest.approx(np.sqrt(0.5), rel=5e-3)
-
-
-@pytest.mark.slow
-def test_rondelet_wallette_reaches_the_associative_program_when_its_joints_are_stiff():
-    # at the published 14 GPa/m the column's blocks turn on their joints: 5 % lower, gone at ten times the stiffness
-    a = lm.experiments.load("rondelet-wallette", "toothed-odd-flush", dilatancy_deg=35.0).assembly()
-    loads = lm.Loads.horizontal(a, (0, 1, 0))
-    exact = lm.limit_analysis(a, loads, contact_model="grid", grid=(2, 8)).collapse_multiplier
-    errors = []
-    for factor in (0.1, 1.0, 10.0):
-        p = collapse(
-            a, loads, contact_points=(2, 8), tolerance=2e-3, joint_options=dem.JointOptions(stiffness_factor=factor)
-        )
-        errors.append(1.0 - p.collapse_multiplier / exact)
-    assert errors[0] > errors[1] > errors[2] > 0.0
-    assert errors[2] < 0.01
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("psi", "published"), [(35.0, 0.40), (0.0, 0.40 / 1.25)])
-def test_three_assumed_bonds_of_rondelets_wallette_lie_within_a_tenth_of_3dec_at_two_points_along(psi, published):
-    # the bond is not published, so three that stand are tried. 0.40 is printed for psi = phi; 0.32 follows from a
-    # difference "of the order of 25 %". Two points along a unit are too strong in torsion at psi = 0: the agreement
-    # there is one of this discretisation (examples/rondelet_contact_points.py: 0.254 at eight)
-    found, rigid = [], []
-    for bond in ("toothed-odd-flush", "toothed-even-flush", "toothed-odd-ragged"):
-        a = lm.experiments.load("rondelet-wallette", bond, dilatancy_deg=psi).assembly()
-        p = collapse(a, lm.Loads.horizontal(a, (0, 1, 0)), contact_points=(2, 8))
-        found.append(p.collapse_multiplier)
-        if psi:
-            program = lm.limit_analysis(a, lm.Loads.horizontal(a, (0, 1, 0)), contact_model="grid", grid=(2, 8))
-            rigid.append(program.collapse_multiplier)
-    assert found == [pytest.approx(published, rel=0.1)] * 3
-    if psi:
-        # associated: joints that bend stay below rigid ones of the same points, and one of them meets 0.40 as printed
-        # with two digits. The bending joints themselves lay within 3 % when eight points were 4 % too stiff in bending
-        assert all(value < most for value, most in zip(found, rigid, strict=True))
-        assert min(abs(value - published) for value in rigid) < 0.005
-    else:
-        assert min(abs(value / published - 1.0) for value in found) < 0.03
 
 
 @pytest.mark.parametrize("points", [(2, 2),

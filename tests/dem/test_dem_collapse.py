@@ -289,28 +289,13 @@ def test_cohesion_and_tension_carry_a_glued_block_to_its_brittle_moment():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("wall", "bracket"), [("wall-5", 1e-2), ("wall-6", 5e-2)])
-def test_ferris_tin_loi_walls_5_and_6_with_rounded_ends_agree_with_our_non_associative_value(wall, bracket):
-    # wall 6 read 5 % low while loads that settle after 60,000 to 170,000 steps were given up. Of a bracket its lower
-    # end counts, so a wide one does
-    a = lm.experiments.load("ferris-tin-loi-2001", wall, rounding=0.02).assembly()
+def test_ferris_tin_loi_wall_5_with_rounded_ends_agrees_with_our_non_associative_value():
+    a = lm.experiments.load("ferris-tin-loi-2001", "wall-5", rounding=0.02).assembly()
     loads = lm.Loads.horizontal(a)
     softer = dem.JointOptions(stiffness_factor=0.1)
-    p = collapse(a, loads, contact_points=(2, 2), joint_options=softer, tolerance=bracket)
+    p = collapse(a, loads, contact_points=(2, 2), joint_options=softer, tolerance=1e-2)
     exact = lm.limit_analysis(a, loads, "non-associative", search="quick").collapse_multiplier
     assert p.collapse_multiplier == pytest.approx(exact, rel=0.03)
-
-
-@pytest.mark.slow
-def test_a_load_refused_after_a_long_stride_is_tried_again_from_close_by():
-    # wall 6 read 0.265 at every dilatancy angle: refused from 0.2125, it stands when reached in small steps
-    a = lm.experiments.load("ferris-tin-loi-2001", "wall-6", rounding=0.02, dilatancy_deg=33.0).assembly()
-    p = collapse(
-        a, lm.Loads.horizontal(a), contact_points=(2, 2), first_increment=0.02, tolerance=1e-2,
-        damping=dem.Damping(0.8), joint_options=dem.JointOptions(stiffness_factor=0.1),
-    )
-    exact = lm.limit_analysis(a, lm.Loads.horizontal(a)).collapse_multiplier
-    assert 0.28 < p.collapse_multiplier < 1.001 * exact
 
 
 @pytest.mark.parametrize(
