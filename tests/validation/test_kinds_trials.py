@@ -1,5 +1,7 @@
 """Quick trials of kinds of data: a loose joint found among all; rules broken on purpose must fail."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from blind import kinds, kinds_designs
@@ -101,3 +103,17 @@ def test_points_of_curves_counted_as_independent_raise_alarms():
             out.append(study.diagnose(listed, seed=seed, draws=699, pairs=False))
     assert alarms(counted) <= FEW
     assert alarms(independent) > FEW
+
+
+def test_rows_of_the_page_stay_where_their_records_are_gone():
+    text = Path(kinds.__file__).with_name("kinds.md").read_text(encoding="utf-8")
+    there = kinds.lines_before(text)
+    order = [(name, label) for name, (_, labels, _) in kinds.designs(None).items() for label in labels]
+    assert kinds.INTRODUCTION + kinds.page(there, order) == text
+    key, wrong = ("one monument, 3 to 6 modes at 6 to 12 sensors", "nothing"), "identified wrongly"
+    records = [{"said": said, "planted": "a", "d2": None} for said in (wrong, "none")]
+    made = kinds.lines_of(*key, records, kinds.ALARMS)
+    again = kinds.page({**there, key: made}, order)
+    assert again.count(" | nothing | 2 | - | identified wrongly 50.0 %") == 1
+    assert f"- {key[0]}, nothing: a 1 of 2" in again
+    assert len(again.splitlines()) == len(kinds.page(there, order).splitlines()) + 1

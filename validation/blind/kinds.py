@@ -144,21 +144,32 @@ def gate_words(records, asked):
     return "; ".join(out) or "shown beside"
 
 
-def page(rows):
-    """The page of all records by design and class, each with what is asked."""
+def lines_of(name, label, records, asked):
+    """The row of the page of one design and class, and what is said below it of wrong names."""
+    d2 = [r["d2"] for r in records if r["d2"] is not None and label != "nothing"]
+    told = f"{np.median(d2):.0f}" if d2 else "-"
+    row = f"| {name} | {label} | {len(records)} | {told} | {found_words(records)} | {gate_words(records, asked)} |"
+    wrong = Counter(str(r["planted"]) for r in records if r["said"] == "identified wrongly")
+    every = Counter(str(r["planted"]) for r in records)
+    each = ", ".join(f"{e} {n} of {every[e]}" for e, n in wrong.most_common())
+    return row, f"- {name}, {label}: {each}" if wrong else ""
+
+
+def lines_before(text):
+    """Rows of a page by design and class, as :func:`lines_of` makes them; their records may be gone."""
+    rows = [line for line in text.splitlines() if line.startswith("| ") and not line.startswith("| design")]
+    keys = [tuple(line.split(" | ")[:2]) for line in rows]
+    notes = [line for line in text.splitlines() if line.startswith("- ")]
+    return {(name[2:], label): (row, next((n for n in notes if n.startswith(f"- {name[2:]}, {label}: ")), ""))
+            for row, (name, label) in zip(rows, keys, strict=True)}
+
+
+def page(made, order):
+    """The page of all rows by design and class, in an order."""
+    there = [made[key] for key in order if key in made]
     lines = ["| design | planted | sets | median d2 | found | asked |", "|---|---|---|---|---|---|"]
-    notes = []
-    for (name, label), (records, asked) in rows.items():
-        d2 = [r["d2"] for r in records if r["d2"] is not None and label != "nothing"]
-        told = f"{np.median(d2):.0f}" if d2 else "-"
-        lines.append(
-            f"| {name} | {label} | {len(records)} | {told} | {found_words(records)} | {gate_words(records, asked)} |"
-        )
-        wrong = Counter(str(r["planted"]) for r in records if r["said"] == "identified wrongly")
-        every = Counter(str(r["planted"]) for r in records)
-        if wrong:
-            each = ", ".join(f"{e} {n} of {every[e]}" for e, n in wrong.most_common())
-            notes.append(f"- {name}, {label}: {each}")
+    lines += [row for row, _ in there]
+    notes = [note for _, note in there if note]
     return "\n".join([*lines, "", "Identified wrongly, by what was planted:", "", *(notes or ["- none"])]) + "\n"
 
 
@@ -199,9 +210,12 @@ def main():
     parser.add_argument("--row", action="append", help="only these of the rows, by a part of their name")
     parser.add_argument("--seed", type=int, default=SEED, help="another for trials that thresholds are set on")
     parser.add_argument("--made", action="store_true", help="the page of the records that are there; runs nothing")
+    parser.add_argument("--beside", type=Path, default=None, help="page whose other rows stay: their records are gone")
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
-    kept, rows = {}, {}
+    kept = {}
+    made = lines_before(given.beside.read_text(encoding="utf-8")) if given.beside else {}
+    order = [(name, label) for name, (_, labels, _) in designs(given.cache).items() for label in labels]
     if given.records is not None and given.records.exists():
         for line in given.records.read_text(encoding="utf-8").splitlines():
             record = json.loads(line)
@@ -224,8 +238,8 @@ def main():
             if len(before) < sets and not given.made:
                 design = design or make()
                 before = trial(design, label, sets, [given.seed, number, list(PLANTED).index(label)], before, keep)
-            rows[name, label] = before, asked
-            given.out.write_text(INTRODUCTION + page(rows), encoding="utf-8")
+            made[name, label] = lines_of(name, label, before, asked)
+            given.out.write_text(INTRODUCTION + page(made, order), encoding="utf-8")
             print(f"{name}, {label}: {found_words(before)}", flush=True)
 
 
