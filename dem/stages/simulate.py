@@ -15,10 +15,10 @@ from dem.stages.history import History
 from dem.stages.recording import Recorder
 from dem.stages.resuming import RunStatus, check_continues, check_same_stages, stage_as_text
 from dem.stages.run import Progress, go
-from dem.stages.stage_checks import check_base_motions, check_gentle, prescribed
+from dem.stages.stage_checks import check_base_motions, check_gentle, check_numbers, prescribed
 from dem.stages.stage_run import StageRun
 from dem.stages.store import Store
-from limitmason.checks import positive, several
+from limitmason.checks import instance, numbers, positive, several
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.model_call import of_model
@@ -85,7 +85,7 @@ def simulate(
     """
     kept = Store(store) if isinstance(store, str | Path) else store
     if kept is not None:
-        kept.check_free()
+        instance("store", kept, Store, "or the name of a folder").check_free()
     run = prepared(
         assembly, stages, loads=loads, damping=damping, sample=sample, start=start, factors=factors,
         detect_every=detect_every, store=kept, **model,
@@ -133,6 +133,9 @@ def prepared(
     todo, chosen = list(several("stages", listed, Stage)), given(model, StateOptions, "simulate")
     if not todo:
         raise InputError("stages: give at least one, for example dem.Settle()")
+    check_numbers(todo)
+    if damping is not None:
+        instance("damping", damping, Damping)
     notes = check_base_motions(todo)
     if not isinstance(sample, int | np.integer):
         sample = positive("sample", sample, "s")
@@ -157,7 +160,7 @@ def prepared(
             raise InputError(f"the state to start from is {state.mode}, not {mode}")
         check_continues(assembly, state, loads, law)
     if factors is not None:
-        now = np.array(factors, dtype=float)
+        now = numbers("factors", factors)
         if now.shape != state.factors.shape:
             raise InputError(f"factors must be {len(state.factors)} numbers, got {factors!r}")
         state.factors = now

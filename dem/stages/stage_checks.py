@@ -5,10 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from limitmason.arrays import Array, Flags
+from limitmason.checks import instance, positive
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.model.base_motion import COAST, HOLD, BaseMotion
-from limitmason.model.stages import Drive, Settle, Stage, Tilt
+from limitmason.model.stages import Damping, Drive, Servo, Settle, Stage, Tilt
 
 SERVO_EVERY = 10
 """Steps between two corrections of a servo's velocity."""
@@ -41,6 +42,19 @@ def check_base_motions(stages: Sequence[Stage]) -> list[str]:
             f"with the ground at rest, unless the record says after={COAST!r}"
         )
     return notes
+
+
+def check_numbers(stages: Sequence[Stage]) -> None:
+    """Refuse lengths, dampings and servos of stages that are none, by stage and field."""
+    for number, stage in enumerate(stages):
+        name = f"{stage.name or f'stage {number} ({type(stage).__name__})'}: "
+        for field in ("steps", "duration", "stop_when_moved"):
+            if getattr(stage, field, None) is not None:
+                positive(name + field, getattr(stage, field))
+        if stage.damping is not None:
+            instance(f"{name}damping", stage.damping, Damping)
+        for block, servo in stage.servo.items():
+            instance(f"{name}servo of block {block!r}", servo, Servo)
 
 
 def check_gentle(stages: Sequence[Stage], loaded: bool) -> None:

@@ -79,7 +79,7 @@ def settlement_analysis(
         return found
     # below zero it pulls: that is a structure which needs nothing only where it may also push
     motion = _motion_of(direction)
-    back = SupportMotion(*(tuple(-v for v in part) for part in (motion.translation, motion.rotation)), motion.about)
+    back = SupportMotion([-v for v in motion.translation], [-v for v in motion.rotation], motion.about)
     other, _ = least_reaction(assembly, support, back, loads, options)
     needs_none = other.status == UNBOUNDED or (other.reaction is not None and other.reaction.least <= zero)
     return replace(found, reaction=least._replace(stands_without=needs_none))

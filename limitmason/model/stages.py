@@ -14,8 +14,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from limitmason.arrays import Array, Flags
+from limitmason.checks import not_negative
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
+from limitmason.model.input import read_vector
 from limitmason.model.support import DEGREES_OF_FREEDOM
 
 
@@ -124,6 +126,7 @@ class Settle(Stage):
 
     def __post_init__(self) -> None:
         """Check the range."""
+        not_negative("Settle: tolerance", self.tolerance)
         if not 0 <= self.gently < self.max_steps:
             raise InputError(f"Settle: gently must lie in 0 .. max_steps, got {self.gently!r} of {self.max_steps!r}")
 
@@ -177,7 +180,7 @@ class Tilt(Stage):
     def __post_init__(self) -> None:
         """Check angle and axis."""
         _finite("Tilt: to_deg", self.to_deg)
-        _finite("Tilt: axis", self.axis)
+        read_vector("Tilt: axis", self.axis)
 
 
 @dataclass(frozen=True)

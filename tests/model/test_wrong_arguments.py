@@ -19,6 +19,7 @@ SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
 PATH = "path must be the name of a file, got (None|3|5)$"
 SITE = lm.codes.GroundSpectrum(0.15, 2.45, 0.28)
 TIE = lm.Tie(1, W.centroids[1], None, (0.0, 0.0, -0.1), yield_force=1.0)
+HOLD = dem.Hold(3)
 UNIT = {"unit": (0.4, 0.2, 0.2), "joint": J}
 
 
@@ -109,6 +110,15 @@ WRONG = {
     "force as text": (lambda _: L.with_point_load(W, 1, "5 kN"), "force on block 1 must be numbers, got '5 kN'"),
     "jack as text": (lambda _: L.with_precompression(W, "5 kN", block=1), "precompression force must be a finite"),
     "one opening": (lambda _: lm.build.wall(length=2, courses=4, openings={"x": 1}, **UNIT), "openings must be a list"),
+    "damping by number": (lambda _: dem.simulate(W, HOLD, damping=0.5), "damping must be a Damping, got 0.5"),
+    "damping of a stage": (lambda _: dem.simulate(W, dem.Hold(3, damping=0.5)), r"stage 0 \(Hold\): damping must be"),
+    "steps as text": (lambda _: dem.simulate(W, dem.Hold("3")), r"stage 0 \(Hold\): steps must be a finite number"),
+    "servo by number": (lambda _: dem.simulate(W, dem.Hold(3, servo={1: 5e3})), "servo of block 1 must be a Servo"),
+    "moved as text": (lambda _: dem.simulate(W, dem.Hold(3, stop_when_moved="1mm")), "stop_when_moved must be"),
+    "tolerance below zero": (lambda _: dem.Settle(tolerance=-1.0), "Settle: tolerance must not be negative"),
+    "axis in the plane": (lambda _: dem.Tilt(5.0, steps=3, axis=(1, 0)), "Tilt: axis must be three finite numbers"),
+    "factors as text": (lambda _: dem.simulate(W, HOLD, factors="dead"), "factors must be numbers, got 'dead'"),
+    "store by number": (lambda _: dem.simulate(W, HOLD, store=3), "store must be a Store"),
     "no row": (lambda _: lm.build.layout([None], **UNIT), r"rows\[0\] must be numbers with spaces between"),
     "half a course": (lambda _: lm.mechanisms.stack(width=1, course_height=1, courses=2.5, friction=1), "courses must"),
     "no course": (lambda _: lm.mechanisms.sloping_crack_limit(0.6, 1.0, 0), "courses must be a whole number"),
