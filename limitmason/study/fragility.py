@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from limitmason.arrays import Array
+from limitmason.checks import numbers
 from limitmason.errors import InputError, NotConverged
 from limitmason.storage.frozen import ReadOnly
 from limitmason.study.table import Table
@@ -97,7 +98,7 @@ def fragility(table: Table, intensity: str, failed: str, *, level: float = 0.9) 
     """
     if not 0.0 < level < 1.0:
         raise InputError(f"level must lie between 0 and 1, got {level!r}")
-    x, y = (np.array([np.nan if v is None else v for v in table[c]], dtype=float) for c in (intensity, failed))
+    x, y = (numbers(f"column {c!r}", [np.nan if v is None else v for v in table[c]]) for c in (intensity, failed))
     kept = np.isfinite(x) & np.isfinite(y)
     if not np.isin(y[kept], (0.0, 1.0)).all():
         raise InputError(f"column {failed!r} must hold True and False, or 1 and 0")

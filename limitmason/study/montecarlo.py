@@ -15,7 +15,7 @@ from scipy.stats import qmc
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
-from limitmason.checks import choice
+from limitmason.checks import choice, count
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.methods import get_method
 from limitmason.model.assembly import Assembly
@@ -113,8 +113,7 @@ def monte_carlo(
     if stop is not None and scheme != "random":
         raise InputError('a stopping rule needs scheme="random": a Latin hypercube is one whole')
     choice("scheme", scheme, SCHEMES)
-    if samples < 1:
-        raise InputError(f"samples must be at least 1, got {samples!r}")
+    samples = count("samples", samples)
     shares = _stratified(len(names), samples, seed) if scheme == SCHEMES[0] else _independent(names, samples, seed)
     points = [{"sample": k, "shares": dict(zip(names, shares[k].tolist(), strict=True))} for k in range(samples)]
     drawn = RandomInputs(joints, blocks, ties, parameters, seed)
@@ -190,6 +189,10 @@ def _variables(
 ) -> tuple[list[str], dict[str, Random], dict[str, Random]]:
     """Names of what is drawn once per assembly, and both mappings checked."""
     joints, parameters = dict(joints or {}), dict(parameters or {})
+    if not callable(build):
+        pair = build if isinstance(build, tuple | list) and len(build) == 2 else (None, None)
+        if not isinstance(pair[0], Assembly) or not (callable(pair[1]) or isinstance(pair[1], Loads)):
+            raise InputError("build must be a pair (assembly, loads), or a function that returns one")
     if not joints and not parameters and not blocks:
         raise InputError("nothing is random: give joints={...}, blocks={...} or parameters={...}")
     check_joint_draws(joints)

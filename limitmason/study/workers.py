@@ -58,6 +58,8 @@ def run_points(
     if executor is not None:
         yield from _on_executor(function, jobs, _as_executor(executor))
         return
+    if workers == 0:
+        raise InputError("workers must be at least 1, or -1 for one per core, got 0")
     if workers < 1:
         from joblib import effective_n_jobs
 

@@ -19,6 +19,7 @@ SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
 PATH = "path must be the name of a file, got (None|3|5)$"
 SITE = lm.codes.GroundSpectrum(0.15, 2.45, 0.28)
 TIE = lm.Tie(1, W.centroids[1], None, (0.0, 0.0, -0.1), yield_force=1.0)
+DRAWN = lm.study.Random(lm.study.uniform(1.0, 2.0))
 HOLD = dem.Hold(3)
 UNIT = {"unit": (0.4, 0.2, 0.2), "joint": J}
 
@@ -97,6 +98,11 @@ WRONG = {
     "scene as a picture": (lambda a: lm.view(W, a, "wall.png"), "a scene is a page, its name ends in .html"),
     "template as a text": (lambda _: lm.formats.write_model_template("w.doc"), "ends in .json, a model, or in .svg"),
     "noise as text": (lambda _: Noise("5%"), "noise must be numbers, got '5%'"),
+    "no loads to draw": (lambda _: lm.study.monte_carlo(W, 3, joints={}), r"build must be a pair \(assembly, loads\)"),
+    "drawn, swapped": (lambda _: lm.study.sobol((L, W), 4, joints={}), r"build must be a pair \(assembly, loads\)"),
+    "samples as text": (lambda _: lm.study.monte_carlo((W, L), "9", joints={"cohesion": DRAWN}), "samples must be"),
+    "no workers": (lambda _: lm.study.sweep(abs, {"a": [1]}, workers=0), "workers must be at least 1"),
+    "words fail": (lambda _: lm.study.fragility(lm.study.sweep(dict, {"a": [1], "b": ["x"]}), "a", "b"), "column 'b'"),
     "one value to sweep": (lambda _: lm.study.sweep(abs, {"a": 3}), r"parameter 'a' must be a list of values, \[3\]"),
     "text to sweep": (lambda _: lm.study.sweep(abs, {"a": "bc"}), "parameter 'a' must be a list of values"),
     "several of nothing": (lambda _: several(BUILD, {})({}), r"name a method, \{'peak': 'limit'\}"),
