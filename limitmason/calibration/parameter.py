@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.checks import finite, numbers
+from limitmason.checks import finite, numbers, several
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly, frozen
 
@@ -79,12 +79,9 @@ class ParameterScale(ReadOnly):
     """
 
     def __init__(self, parameters: Sequence[Parameter]) -> None:
-        self.parameters = tuple(parameters)
+        self.parameters = several("parameters", parameters, Parameter)
         if not self.parameters:
             raise InputError("no parameters are given: there is nothing to fit")
-        for p in self.parameters:
-            if not isinstance(p, Parameter):
-                raise InputError(f"parameters must be Parameter(name, start, bounds), got {p!r}")
         self.names = tuple(p.name for p in self.parameters)
         if len(set(self.names)) < len(self.names):
             raise InputError(f"a parameter is given twice: {', '.join(self.names)}")

@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from limitmason.arrays import Array, Flags
+from limitmason.checks import instance
 from limitmason.figures import elevation, style
 from limitmason.figures.canvas import Canvas
 from limitmason.figures.painter import VIEWPOINT_DEG
@@ -53,6 +54,7 @@ def contact_report(
     Figure
         Axes in metres with equal aspect; ``savefig`` writes PNG, PDF or SVG.
     """
+    instance("model", model, Assembly)
     report = model.contact_report() if report is None else report
     canvas = Canvas(model, view, ax, viewpoint_deg=viewpoint_deg)
     page, plane, axes, width = canvas.page, canvas.plane, canvas.axes, canvas.width

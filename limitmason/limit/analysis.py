@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.answers.results import ALMOST_SOLVED, SOLVED, Prediction
+from limitmason.answers.results import ALMOST_SOLVED, SOLVED, Bound, BoundKind, Prediction
 from limitmason.checks import choice
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
@@ -165,8 +165,10 @@ def _with_grid_error(prediction: Prediction, coarser: Prediction) -> Prediction:
         f"crushing is checked point by point on a grid, which errs on the high side: half as many points give "
         f"{other:.6g} ({change:+.2%}), an indication of the error, not a bound; refine the grid until it stays"
     )
+    words = "estimate: associative law (psi = phi) at the points of a grid, which overstate faces that crush"
     return replace(
         prediction,
+        bound=Bound(BoundKind.ESTIMATE, words) if prediction.bound.kind is BoundKind.EXACT else prediction.bound,
         warnings=(*prediction.warnings, warning),
         details={**prediction.details, "coarser_grid_multiplier": other, "grid_error_estimate": change},
     )

@@ -26,7 +26,7 @@ from limitmason.answers.results import (
     Resultants,
 )
 from limitmason.arrays import Array
-from limitmason.checks import positive, several
+from limitmason.checks import numbers, positive, several
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError, NotConverged
 from limitmason.limit.associative import contact_facts
@@ -98,8 +98,8 @@ class LoadRegion(Displayed):
         It is True where forces carry them and False where a mechanism moves. Between the two sets it is None.
         Beyond ``within`` it is None too, where the cone does not reach.
         """
-        y = np.asarray(multipliers, dtype=float)
-        if y.shape != (len(self.names),):
+        y = numbers("multipliers", multipliers)
+        if y.shape != (len(self.names),) or not np.isfinite(y).all():
             raise InputError(f"multipliers: give one for each of {' and '.join(self.names)}, got {multipliers!r}")
         if any(p.twists is not None and p.normal @ y > p.offset for p in self.outside):
             return False

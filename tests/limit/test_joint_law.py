@@ -7,6 +7,7 @@ import pytest
 from walls import on_slab, stack
 
 import limitmason as lm
+from limitmason.answers.results import BoundKind
 from limitmason.geometry import box
 
 
@@ -51,6 +52,7 @@ def test_crushing_on_a_grid_comes_from_above_and_converges():
         # the error that the result states is not smaller than the true one
         assert prediction.details["grid_error_estimate"] >= 0.99 * errors[-1]
         assert any("half as many points" in w for w in prediction.warnings)
+        assert prediction.bound.kind is BoundKind.ESTIMATE  # it lies above the exact value
     assert all(e >= -1e-9 for e in errors)
     assert errors[-1] < 0.005
     assert errors[-1] < errors[0] / 8

@@ -20,6 +20,7 @@ PATH = "path must be the name of a file, got (None|3|5)$"
 SITE = lm.codes.GroundSpectrum(0.15, 2.45, 0.28)
 TIE = lm.Tie(1, W.centroids[1], None, (0.0, 0.0, -0.1), yield_force=1.0)
 DRAWN = lm.study.Random(lm.study.uniform(1.0, 2.0))
+ONE = lm.Parameter("x", 1.0, (0.5, 2.0))
 HOLD = dem.Hold(3)
 UNIT = {"unit": (0.4, 0.2, 0.2), "joint": J}
 
@@ -125,6 +126,8 @@ WRONG = {
     "axis in the plane": (lambda _: dem.Tilt(5.0, steps=3, axis=(1, 0)), "Tilt: axis must be three finite numbers"),
     "factors as text": (lambda _: dem.simulate(W, HOLD, factors="dead"), "factors must be numbers, got 'dead'"),
     "store by number": (lambda _: dem.simulate(W, HOLD, store=3), "store must be a Store"),
+    "one parameter": (lambda _: lm.calibrate(abs, {"a": lm.Target(1, 0.1)}, ONE), r"write \[parameter\]"),
+    "report for a model": (lambda _: lm.figures.contact_report(W.contact_report()), "model must be an Assembly"),
     "no row": (lambda _: lm.build.layout([None], **UNIT), r"rows\[0\] must be numbers with spaces between"),
     "half a course": (lambda _: lm.mechanisms.stack(width=1, course_height=1, courses=2.5, friction=1), "courses must"),
     "no course": (lambda _: lm.mechanisms.sloping_crack_limit(0.6, 1.0, 0), "courses must be a whole number"),
