@@ -1,4 +1,4 @@
-"""From state to state: Newton from the extrapolated increment, programs where it sticks, halving, viscous jumps."""
+"""From state to state: Newton from the extrapolated increment, other ways where it sticks, halving, viscous jumps."""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -7,11 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array, Index
-from limitmason.capacity import descent, newton
+from limitmason.capacity import descent, interior, newton
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory, trial
 from limitmason.capacity.program import solve_step
 from limitmason.capacity.system import Evaluated, System
+from limitmason.mechanics.law import BELOW_THE_APEX
 
 PROGRAMS = 7
 
@@ -94,7 +95,8 @@ def step(
     """The state at the control displacement ``target`` [m], or None where it is not found.
 
     Newton's method has the first word. What it leaves is solved by programs, and by descent where they find nothing;
-    from ``MANY`` points on, and where strength falls over a length, by descent, and by programs only if ``patient``.
+    from ``MANY`` points on, and where strength falls over a length, by :func:`_ways`, and by programs only if
+    ``patient``.
 
     Parameters
     ----------
@@ -102,14 +104,13 @@ def step(
     ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
     """
     start, load = guess if guess is not None else (node.pose, node.multiplier)
-    solved = None if guess is None else newton.solve(system, start, load, node.history, target)
-    if solved is not None:
-        return node_of(system, solved)
     early = descent_first(system)
-    if early:
-        solved = descent.solve(system, start, load, node.history, target)
-        if solved is not None or not patient:
-            return None if solved is None else node_of(system, solved)
+    for way in _ways(system, patient) if early else (newton.solve,):
+        solved = None if guess is None and way is newton.solve else way(system, start, load, node.history, target)
+        if solved is not None:
+            return node_of(system, solved)
+    if early and not patient:
+        return None
     found = by_programs(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio)
     if found is not None:
         return node_of(system, found[0], programs=found[1])
@@ -117,14 +118,31 @@ def step(
     return None if solved is None else node_of(system, solved)
 
 
+def _ways(system: System, patient: bool) -> tuple[Callable[..., newton.Solved | None], ...]:
+    """How a step of many points is looked for, in turn.
+
+    In plane an interior path finds nearly all that is there, by a quarter of the factorisations; in space it sticks
+    more often than descent does. It knows neither strengths that fall nor tension beyond the tip of the cone.
+    """
+    strength = system.law.strength
+    if _falls(system) or bool((strength.tension > (1.0 + BELOW_THE_APEX) * strength.apex).any()):
+        return newton.solve, descent.solve
+    if system.bodies.directions.shape[1] > 2:
+        return newton.solve, descent.solve, interior.solve
+    return (interior.solve, descent.solve) if patient else (interior.solve,)
+
+
 def descent_first(system: System) -> bool:
     """Whether a step is left to descent before any program is solved for it.
 
     Programs hold strengths as they are: where these fall over a length, their fixed point swings to and fro.
     """
+    return _falls(system) or len(system.bodies.area) >= MANY
+
+
+def _falls(system: System) -> bool:
     softening = system.law.softening
-    falls = softening is not None and any(bool((rate > 0.0).any()) for rate in softening.gradual)
-    return falls or len(system.bodies.area) >= MANY
+    return softening is not None and any(bool((rate > 0.0).any()) for rate in softening.gradual)
 
 
 def by_programs(

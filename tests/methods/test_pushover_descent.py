@@ -1,4 +1,4 @@
-"""Descent, the way of large models: the potential that it goes down, and the states it finds beside cone programs."""
+"""Descent and the interior path, the ways of large models, and the states they find beside cone programs."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments
-from limitmason.capacity import descent, stepping
+from limitmason.capacity import descent, interior, stepping
 from limitmason.capacity.contacts import first_contacts
 from limitmason.capacity.kinematics import at_rest, contact, geometric_stiffness, make_bodies, moved
 from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, trial
@@ -70,33 +70,55 @@ def test_the_geometric_stiffness_of_a_run_of_points_is_the_sum_of_theirs():
     assert geometric_stiffness(bodies, at, force, starts) == pytest.approx(summed, abs=1e-12)
 
 
-@pytest.mark.parametrize("psi, way, modulus", [
+@pytest.mark.parametrize("psi, to, modulus", [
     pytest.param(0.0, (1.0, 0.0, 0.0), None, marks=pytest.mark.slow),
         pytest.param(20.0, (1.0, 0.0, 0.0), None, marks=pytest.mark.slow), (0.0, (0.6, 0.8, 0.0), None),
     pytest.param(0.0, (1.0, 0.0, 0.0), 1e9, marks=pytest.mark.slow),
 ])
-def test_descent_and_programs_find_the_same_states(psi, way, modulus):
+def test_descent_interior_path_and_programs_find_the_same_states(psi, to, modulus):
     """Steps five times as long as those of the path; rigid blocks in plane and in space, and blocks that deform."""
     wall = lm.build.wall(length=0.8, courses=4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0, psi))
     options = {}
     if modulus is not None:
         wall = wall.with_material(lm.Material(young_modulus=modulus, poisson_ratio=0.2))
         options = {"blocks": "simply deformable"}
-    curve = lm.pushover(wall, lm.Loads.horizontal(wall, way), stiffness=1e10, contacts="first", **options)
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall, to), stiffness=1e10, contacts="first", **options)
     for k in range(1, curve.first_limit_point.index - 5):
         node, target = curve.nodes[k], curve.nodes[k + 5].control
         system = curve.generations.systems[0]
         ratio = float(np.abs(system.live).sum())
         start = node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio
         programs = stepping.by_programs(system, *start)[0]
-        found = descent.solve(system, node.pose, node.multiplier, node.history, target)
-        assert found.multiplier == pytest.approx(programs.multiplier, abs=1e-8)
-        assert found.state.force == pytest.approx(programs.state.force, abs=1e-5 * system.weight)
+        for way in (descent, interior) if to[1] == 0.0 else (descent,):
+            found = way.solve(system, node.pose, node.multiplier, node.history, target)
+            assert found.multiplier == pytest.approx(programs.multiplier, abs=1e-8)
+            assert found.state.force == pytest.approx(programs.state.force, abs=1e-5 * system.weight)
+
+
+@pytest.mark.parametrize("joint", [
+    lm.Joint(33.0), lm.Joint(33.0, 20.0), lm.Joint(33.0, cohesion=3e3, tensile_strength=2e3),
+    lm.Joint(33.0, compressive_strength=2e4),
+])
+def test_forces_of_the_interior_path_lie_inside_the_law_at_equal_products(joint):
+    """In a pose that opens, slides and presses points: complementarity of each limit has the value asked for."""
+    wall = lm.build.wall(length=0.8, courses=3, unit=(0.4, 0.2, 0.2), joint=joint)
+    system = lm.pushover(wall, lm.Loads.horizontal(wall), stiffness=1e8, to=1e-7).generations.systems[0]
+    own = np.random.default_rng(4).normal(size=system.order)
+    at = system.evaluate(system.advanced(system.at_rest(), 3.0 * own), system.virgin(), 0.0)
+    points = interior._Points(system, system.virgin())
+    x, law = points.inside(at, 0.7), points.strength
+    shear = np.linalg.norm(x.cone[:, 1:], axis=1)
+    assert (law.excess(x.normal, shear)[~law.crushes] < 0.0).all()
+    assert x.spare * x.given == pytest.approx(np.full(len(x.spare), 0.7))
+    assert np.einsum("mc,mc->m", x.cone, x.slid) == pytest.approx(np.full(len(shear), 0.7), rel=1e-6)
+    # slip along the shear, against it, and the elastic law without limits takes what is left
+    assert x.cone[:, :1] * x.slid[:, 1:] == pytest.approx(-x.slid[:, :1] * x.cone[:, 1:], rel=1e-9, abs=1e-12)
+    assert points.linearised(at, x).elastic[:, 1:] == pytest.approx(0.0, abs=1e-6)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name, minimum", [("wall-2", 0.563), ("wall-4", 0.264)])
-def test_a_path_by_descent_alone_ends_at_the_published_minimum(name, minimum, monkeypatch):
+def test_a_path_without_programs_ends_at_the_published_minimum(name, minimum, monkeypatch):
     """As from 500 points on; the certificate of every step is as strict."""
     monkeypatch.setattr(stepping, "MANY", 0)
     test = experiments.load("ferris-tin-loi-2001", name, dilatancy_deg=0.0)

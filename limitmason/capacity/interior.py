@@ -1,0 +1,275 @@
+"""A step by an interior path: forces, slips and openings stay inside the law, and come to its edge last.
+
+Whatever a point may do is a product that ends at nothing: spare tension times opening, spare crushing strength times
+crushing, and (a, T) o (p, d) of the cone of friction, a = c + tan(phi) N its radius, p the size of the slip d. On the
+way each product has the same value, which Newton's method brings down with equilibrium (primal and dual at once, a
+predictor and a corrector for one factorisation). No set of points that stick, slide or open is chosen before the end,
+so that many may change in one step. The rule of flow is the true one: tan(psi) p lifts, friction is not frozen.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from limitmason.arrays import Array, Index
+from limitmason.capacity import newton
+from limitmason.capacity.kinematics import Pose
+from limitmason.capacity.point_law import PlasticHistory, trial
+from limitmason.capacity.system import Evaluated, System
+
+ITERATIONS = 60
+
+FIRST = 10.0
+"""Product at the start, block weights times elastic lengths: less finds fewer steps, more takes longer [-]."""
+
+_NEAR = 0.3  # block weights: unbalance of the true law from which Newton on it is tried
+_NEARER = 0.3  # of the unbalance of the last try: from which it is tried again
+_AGAIN = 6  # iterations after which it is tried again all the same
+_FINISH = 5  # full steps of such a try
+_INSIDE = 0.995  # of the way to the edge of the law, the longest step
+_STUCK, _OVER = 0.15, 3  # shares of so many last steps together below which it leads nowhere
+_BISECTIONS = 50
+
+
+class Inner(NamedTuple):
+    """State inside the law, in mean block weights and elastic lengths; or a step from it.
+
+    ``normal`` is (m,); ``cone`` (a, T), (m, c), the slack of friction and the shear; ``slid`` (p, d), (m, c), size and
+    sense of the slip; ``spare``, ``given`` strength left against opening and crushing and what opened and crushed.
+    """
+
+    normal: Array
+    cone: Array
+    slid: Array
+    spare: Array
+    given: Array
+
+    def onward(self, step: "Inner", share: float) -> "Inner":
+        """The state after a share of a step."""
+        return Inner(*(x + share * dx for x, dx in zip(self, step, strict=True)))
+
+    def farthest(self, step: "Inner") -> float:
+        """Share of a step that leads to the edge of the law."""
+        ways = (self.spare, step.spare), (self.given, step.given)
+        return min(
+            *(float((-x[dx < 0.0] / dx[dx < 0.0]).min(initial=np.inf)) for x, dx in ways),
+            _leaves(self.cone, step.cone), _leaves(self.slid, step.slid),
+        )
+
+    def product(self) -> float:
+        """Mean product."""
+        own = float(self.spare @ self.given + (self.cone * self.slid).sum())
+        return own / (len(self.spare) + len(self.normal))
+
+
+class _Linear(NamedTuple):
+    """Equations of the points at a state, linearised: what is eliminated, and what they lack."""
+
+    inverse: Array  # of the product with (a, T), (m, c, c)
+    across: Array  # d(slid) / d(a, T)
+    tangent: Array  # d(force) / d(displacement), (m, c, c)
+    elastic: Array  # displacements that the elastic law lacks, (m, c)
+    cone: Array  # lack of a
+    spare: Array
+
+
+class _Points:
+    """The law of all points in mean block weights and elastic lengths, from a history on."""
+
+    def __init__(self, system: System, old: PlasticHistory) -> None:
+        self.system, self.old = system, old
+        law, area = system.law, system.bodies.area
+        self.strength = law.strength_at(old.damage).over(area).in_units_of(system.weight)
+        c = system.bodies.directions.shape[1]
+        stiff = np.column_stack([law.kn, *[law.ks] * (c - 1)]) * area[:, None]
+        self.stiff: Array = stiff * (system.length / system.weight)
+        s, every = self.strength, np.arange(len(area))
+        crushes = np.flatnonzero(s.crushes)
+        # spare strength is bound + sign N
+        self.row: Index = np.concatenate([every, crushes])
+        self.sign = np.where(np.arange(len(self.row)) < len(area), 1.0, -1.0)
+        self.bound = np.concatenate([s.tension, s.crushing[crushes]])
+        one = np.ones((len(area), c - 1))
+        self.by_friction = np.column_stack([s.tan_phi, one])
+        self.by_dilation = np.column_stack([s.tan_psi, one])
+
+    def elastic(self, at: Evaluated) -> Array:
+        """Forces without limits in a pose, (m, c)."""
+        x = trial(self.system.law, self.old, at.contact.displacement)
+        return x * (self.system.bodies.area / self.system.weight)[:, None]
+
+    def inside(self, at: Evaluated, product: float) -> Inner:
+        """The state of a pose in which every product has a value, lifted as by the true law."""
+        tried, s, kn, ks = self.elastic(at), self.strength, self.stiff[:, 0], self.stiff[:, 1]
+        lift = (at.returned.history.lift - self.old.lift) / self.system.length
+        free = self.bound + self.sign * (tried[:, 0] + kn * lift)[self.row]
+        root = np.sqrt(free**2 + 4.0 * product * kn[self.row])
+        spare = np.where(free > 0.0, 0.5 * (free + root), 2.0 * product * kn[self.row] / (root - free))
+        normal = spare[: len(kn)] - s.tension
+        most = np.maximum(s.shear_strength(normal), 1e-3 * np.sqrt(product))
+        size = np.linalg.norm(tried[:, 1:], axis=1)
+        low, high = np.zeros(len(kn)), np.minimum(most, size)
+        for _ in range(_BISECTIONS):
+            held = 0.5 * (low + high)
+            less = held * (1.0 + ks * product / np.maximum(most**2 - held**2, 1e-300)) < size
+            low, high = np.where(less, held, low), np.where(less, high, held)
+        shear = tried[:, 1:] * (low / np.maximum(size, 1e-300))[:, None]
+        slip = product * most / np.maximum(most**2 - low**2, 1e-300)
+        slid = np.column_stack([slip, -shear * (slip / most)[:, None]])
+        return Inner(normal, np.column_stack([most, shear]), slid, spare, product / spare)
+
+    def linearised(self, at: Evaluated, x: Inner) -> _Linear:
+        """The equations of the points, the motions of blocks left over."""
+        s, m = self.strength, len(x.normal)
+        lifted = s.tan_psi * x.slid[:, 0] + np.bincount(self.row, self.sign * x.given, m)
+        force = np.column_stack([x.normal, x.cone[:, 1:]])
+        lack = (force - self.elastic(at)) / self.stiff - np.column_stack([lifted, x.slid[:, 1:]])
+        inverse = _inverse(x.cone)
+        across = inverse @ _arrow(x.slid)
+        soft = self.by_dilation[:, :, None] * across * self.by_friction[:, None, :]
+        for k in range(soft.shape[1]):
+            soft[:, k, k] += 1.0 / self.stiff[:, k]
+        soft[:, 0, 0] += np.bincount(self.row, x.given / x.spare, m)
+        return _Linear(
+            inverse, across, np.linalg.inv(soft), lack, x.cone[:, 0] - s.shear_strength(x.normal),
+            x.spare - self.bound - self.sign * x.normal[self.row],
+        )
+
+    def freed(self, x: Inner, a: _Linear, aim: float, second: Inner | None) -> tuple[Array, Array, Array]:
+        """Steps of forces, slips and gaps in a pose that is held, to products of ``aim`` less those of a first step."""
+        pairs, cones = aim - x.spare * x.given, -_product(x.cone, x.slid)
+        cones[:, 0] += aim
+        if second is not None:
+            pairs, cones = pairs - second.spare * second.given, cones - _product(second.cone, second.slid)
+        slid = np.einsum("mij,mj->mi", a.inverse, cones + x.slid * a.cone[:, None])
+        given = (pairs + x.given * a.spare) / x.spare
+        lacks = self.by_dilation * slid - a.elastic
+        lacks[:, 0] += np.bincount(self.row, self.sign * given, len(x.normal))
+        return np.einsum("mij,mj->mi", a.tangent, lacks), slid, given
+
+    def step(self, x: Inner, a: _Linear, freed: tuple[Array, Array, Array], displaced: Array) -> Inner:
+        """The step of the points that goes with displacements, (m, c)."""
+        force = freed[0] - np.einsum("mij,mj->mi", a.tangent, displaced)
+        normal = force[:, 0]
+        cone = np.column_stack([self.strength.tan_phi * normal - a.cone, force[:, 1:]])
+        slid = freed[1] - np.einsum("mij,mj->mi", a.across, self.by_friction * force)
+        pressed = self.sign * normal[self.row]
+        return Inner(normal, cone, slid, pressed - a.spare, freed[2] - x.given / x.spare * pressed)
+
+
+def solve(
+    system: System, pose: Pose, multiplier: float, old: PlasticHistory, target: float | None, *,
+    viscosity: float = 0.0, origin: Array | None = None,
+) -> newton.Solved | None:
+    """The state at a control displacement from a guess, or None where it is not found.
+
+    Parameters
+    ----------
+    pose, multiplier, old, target, viscosity, origin : as in :func:`limitmason.capacity.newton.solve`
+
+    Notes
+    -----
+    What is found is in equilibrium by the true law, or is not returned: Newton's method on it has the last word.
+    Strengths are those of ``old``, ties take the force of the pose that they are in.
+    """
+    prescribed = "multiplier" if target is None else "control"
+    done = np.zeros(system.order) if origin is None else origin.copy()
+    now, points, shares = system.evaluate(pose, old, multiplier), _Points(system, old), [1.0] * _OVER
+    x = points.inside(now, FIRST)
+    anew = 1
+    tried_at, tried = np.inf, -_AGAIN
+    for k in range(ITERATIONS):
+        unbalance = float(np.abs(now.residual - viscosity * done).max(initial=0.0))
+        stuck = sum(shares[-_OVER:]) < _STUCK
+        if stuck and anew:  # where the way turns back it is begun anew from the middle
+            anew -= 1
+            x, shares, stuck = points.inside(now, FIRST), [1.0] * _OVER, False
+        last = k + 1 == ITERATIONS or stuck
+        again = unbalance < _NEARER * tried_at or k - tried >= _AGAIN
+        if unbalance < _NEAR and (again or last):
+            tried_at, tried = unbalance, k
+            found = newton.solve(
+                system, now.pose, multiplier, old, target, viscosity=viscosity, origin=done, iterations=_FINISH,
+                shares=newton.FULL,
+            )
+            if found is not None:
+                return found._replace(iterations=found.iterations + k)
+        if last or not np.isfinite(unbalance):
+            return None
+        missing = 0.0 if target is None else (target - system.controlled(now.pose)) / system.length
+        try:
+            a = points.linearised(now, x)
+            stiff = a.tangent * (system.weight / system.length / system.bodies.area)[:, None, None]
+            force = np.column_stack([x.normal, x.cone[:, 1:]])
+            factors = system.bordered(
+                now._replace(returned=now.returned._replace(tangent=stiff), force=force * system.weight), prescribed,
+                viscosity,
+            )
+        except (RuntimeError, np.linalg.LinAlgError):  # exactly singular
+            return None
+        step: Inner | None = None
+        product, aim = x.product(), 0.0
+        for _ in ("predictor", "corrector"):
+            freed = points.freed(x, a, aim, step)
+            pushed = (force + freed[0]) * system.weight
+            rest = system.unbalanced(now.pose, now.wrenches, pushed, now.pulled, multiplier) - viscosity * done
+            motion = factors.solve(np.append(-rest, missing))
+            if not np.isfinite(motion).all():
+                return None
+            step = points.step(x, a, freed, system.relative(now, motion[:-1])[0] / system.length)
+            if aim == 0.0:
+                left = x.onward(step, min(1.0, x.farthest(step))).product() / product
+                aim = product * float(np.clip(left, 0.05, 1.0)) ** 3
+        assert step is not None
+        share = min(1.0, _INSIDE * x.farthest(step))
+        shares.append(share)
+        x = x.onward(step, share)
+        multiplier += share * float(motion[-1])
+        done += share * motion[:-1]
+        now = system.evaluate(system.advanced(now.pose, share * motion[:-1]), old, multiplier)
+    return None
+
+
+def _arrow(x: Array) -> Array:
+    """Matrix of the product of the cone with a vector (x0, x...), shape (m, c, c)."""
+    a = x[:, :1, None] * np.eye(x.shape[1])
+    a[:, 0, 1:] = a[:, 1:, 0] = x[:, 1:]
+    return np.asarray(a)
+
+
+def _inverse(x: Array) -> Array:
+    """Inverse of :func:`_arrow`."""
+    first, rest = x[:, 0], x[:, 1:]
+    inside = _inside(x)
+    a = np.empty((*x.shape, x.shape[1]))
+    a[:, 0, 0] = first / inside
+    a[:, 0, 1:] = a[:, 1:, 0] = -rest / inside[:, None]
+    a[:, 1:, 1:] = rest[:, :, None] * rest[:, None, :] / (first * inside)[:, None, None]
+    for k in range(1, x.shape[1]):
+        a[:, k, k] += 1.0 / first
+    return a
+
+
+def _inside(x: Array) -> Array:
+    """x0^2 - |x|^2, without the rounding of its difference."""
+    size = np.linalg.norm(x[:, 1:], axis=1)
+    return np.asarray((x[:, 0] - size) * (x[:, 0] + size))
+
+
+def _product(x: Array, y: Array) -> Array:
+    """Product of the cone, (x . y, x0 y + y0 x)."""
+    return np.column_stack([np.einsum("mc,mc->m", x, y), x[:, :1] * y[:, 1:] + y[:, :1] * x[:, 1:]])
+
+
+def _leaves(x: Array, step: Array) -> float:
+    """Share of a step at which the first of some vectors leaves the cone x0 > |x|, infinite where none does."""
+    a = _inside(step)
+    b = x[:, 0] * step[:, 0] - np.einsum("mc,mc->m", x[:, 1:], step[:, 1:])
+    c = np.maximum(_inside(x), 0.0)
+    root = np.sqrt(np.maximum(b * b - a * c, 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(b < 0.0, c / (root - b), np.where(a < 0.0, (-b - root) / a, np.inf))
+    leaves = (b * b >= a * c) & (share >= 0.0)
+    falls = step[:, 0] < 0.0
+    first = float(share[leaves].min(initial=np.inf))
+    return min(first, float((-x[falls, 0] / step[falls, 0]).min(initial=np.inf)))
