@@ -19,8 +19,9 @@ import numpy as np
 import dem
 import limitmason as lm
 from dem.contact.detection import redetect
-from dem.contact.near import Pieces, near_margin
+from dem.contact.near import near_margin
 from dem.model.holding import run
+from dem.model.pieces import Pieces
 from limitmason.model.stages import Damping
 
 THICKNESS, COURSE = 0.25, 0.2

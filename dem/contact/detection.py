@@ -1,34 +1,34 @@
 """Contacts in large displacement: outworn joints are cut anew, new pairs join, old slip and dilation are inherited."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from dem.contact.inheritance import close_setbacks, deformed, inherit, keep_energy
+from dem.contact.inheritance import close_setbacks, inherit, keep_energy
 from dem.contact.internal_edges import FLAT, Bearings, moved_together
 from dem.contact.meeting import PiecesMeet, area_of, least_area, on_faces_that_go_on
-from dem.contact.near import ALWAYS, SMALL, Neighbours, Pieces, placed
-from dem.contact.new_joints import Fresh, assemble, crossing_joint, face_joint
+from dem.contact.near import ALWAYS, SMALL, Neighbours, placed
+from dem.contact.new_joints import Fresh, assemble, cut
+from dem.contact.outworn import (
+    PIVOT_SLIP,
+    PIVOT_TURN,
+    SLIP_FRACTION,
+    TURN_LIMIT,
+    among,
+    largest_slip,
+    outworn_joints,
+    slip_allowed,
+    spacing_of,
+    turned_since,
+)
 from dem.kernels import APART, CROSSING, E_DAMPING, FACES, Joints, NearPairs
 from dem.kernels.arrays import Index
-from dem.model.edge_points import note_slid, pivots_on_a
+from dem.model.edge_points import note_slid
+from dem.model.pieces import Pieces
 from dem.model.stable_step import points_of
-from dem.model.state import DYNAMIC, PointForces, State
+from dem.model.state import DYNAMIC, State
 from limitmason.arrays import Array, Flags
 from limitmason.model import Assembly
-
-SLIP_FRACTION = 0.25
-"""A joint is cut anew when it has slipped this fraction of its point spacing since it was made [-]."""
-
-TURN_LIMIT = np.deg2rad(3.0)
-"""Turn of its blocks since it was made from which a joint is cut anew where they touch elsewhere [rad]."""
-
-PIVOT_TURN = np.deg2rad(0.05)
-"""Turn from which a joint that slid and pivots on an edge of a is cut anew with b as its base [rad]."""
-
-PIVOT_SLIP = 5e-4
-"""Slip from which it is, over the root of its area: the arm of what bears is wrong by the slip [-]."""
 
 STIFF_TURN = 1e-3
 """Turn since a joint was made up to which a block's stiffness is that of then, to some thousandths [rad].
@@ -59,9 +59,9 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     crossing that carries nothing is looked for anew each time, so that what touches first is what the joint is made
     for. New pairs take the law of a joint of one of their blocks without cohesion and tension: they were never bonded.
     A new joint starts with the shear force and the dilation of the nearest old point of its pair, or of the joint whose
-    face goes on in its own (:mod:`dem.internal_edges`), and never with more elastic energy than these had: the gaps of
-    pressed points are widened where it would, and narrow again as the points open; shear is let go. What contacts found
-    anew no longer store is counted as artificial damping.
+    face goes on in its own (:mod:`dem.internal_edges`), and with the elastic energy that these had, as far as that does
+    not press harder, never with more: see :func:`dem.contact.inheritance.keep_energy`. What contacts found anew no
+    longer store is counted as artificial damping.
 
     A pair is looked at again when its blocks have moved or turned against each other by as much as it takes for a joint
     of theirs to be outworn, and at most by half the margin: up to there the contacts that it has are all there are.
@@ -74,29 +74,30 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     """
     around = Neighbours.of(assembly, state, pieces, margin, state.near)
     code, own = np.sort(around.near.blocks, axis=1) @ (assembly.n_blocks, 1), _codes(state.joints, assembly.n_blocks)
-    joined = _among(code, np.sort(own))
+    joined = among(code, np.sort(own))
     if state.near is None:
         _allow(assembly, state, pieces, around.near, margin, code, own, joined)
     state.near = around.near
     _narrow(assembly, state)
     due = around.near.angle == ALWAYS if sharp else around.due()
     # and what has leapt away from all that is near
-    looked = np.union1d(code[due & (joined | ~around.apart)], own[~_among(own, np.sort(code))])
+    looked = np.union1d(code[due & (joined | ~around.apart)], own[~among(own, np.sort(code))])
     if not len(looked):
         return Found([], np.inf)
     search = _Search(assembly, state, pieces, around, code, looked, margin)
     active, soonest = search.active, search.soonest()
-    near = state.near = around.looked_at(_among(code, looked), *search.allowances(code, ()))
+    near = state.near = around.looked_at(among(code, looked), *search.allowances(code, None))
     if not len(active):
         return Found([], soonest)
     search = _Search(assembly, state, pieces, around._replace(near=near), code, active, margin, beside=True)
     search.cut()
     made, families = search.make()
-    state.near = search.around.looked_at(_among(code, search.looked), *search.allowances(code, made))
+    state.near = search.around.looked_at(among(code, search.looked), *search.allowances(code, made))
     soonest = min(soonest, search.soonest())
-    if search.stays.all() and not made:
+    if search.stays.all() and made is None:
         return Found([], soonest)
-    keep_energy(search.state, search.now, np.where(search.stays, -1, search.group), made, families)
+    if made:
+        keep_energy(search.state, search.now, np.where(search.stays, -1, search.group), made, families)
     stored = search.state.part(np.flatnonzero(~search.stays)).measured(assembly).elastic_energy
     stays = np.ones(len(state.contact), dtype=bool)
     stays[search.rows] = search.stays
@@ -106,7 +107,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     for ends in (joints.block_a, joints.block_b):
         changed[ends[search.stays & (search.turn > limit)]] = True
     notes = assemble(assembly, state, stays, made, changed)
-    new = np.arange(len(state.contact) - len(made), len(state.contact))
+    new = np.arange(int(stays.sum()), len(state.contact))
     state.total[E_DAMPING] += stored - state.part(new).measured(assembly).elastic_energy
     return Found(notes, soonest)
 
@@ -125,16 +126,11 @@ def _allow(
     shape = PiecesMeet(placed(pieces, still, assembly.centroids)[0], pieces, near.pairs, margin).now
     sharp = (shape.kind > FACES) | (~joined & (shape.kind == FACES) & (area_of(shape) > least_area(assembly)))
     known, row = np.unique(code, return_inverse=True)
-    slip, use = np.full(len(known), np.inf), _among(own, known)
-    allowed = _slip_allowed(_spacing(state), np.diff(state.joints.start))
+    slip, use = np.full(len(known), np.inf), among(own, known)
+    allowed = slip_allowed(spacing_of(state), np.diff(state.joints.start))
     np.minimum.at(slip, np.searchsorted(known, own[use]), allowed[use])
     near.move[:] = np.where(sharp | (near.move == ALWAYS), ALWAYS, np.minimum(near.move, slip[row]))
     near.angle[:] = np.where(near.move == ALWAYS, ALWAYS, np.where(joined, TURN_LIMIT, near.angle))
-
-
-def _slip_allowed(spacing: Array, count: Index | int) -> Array:
-    """Slip up to which a joint of points at a spacing [m] is neither worn nor may pivot on the wrong edge [m]."""
-    return np.asarray(spacing * np.minimum(SLIP_FRACTION, PIVOT_SLIP * np.sqrt(count)))
 
 
 def _narrow(assembly: Assembly, state: State) -> None:
@@ -165,7 +161,7 @@ class _Search:
     ) -> None:
         n, one, two = assembly.n_blocks, state.joints.block_a, state.joints.block_b
         self.assembly, self.pieces, self.margin, self.around, self.of_row = assembly, pieces, margin, around, code
-        rows, hit = _among(_codes(state.joints, n), looked), np.zeros(n, dtype=bool)
+        rows, hit = among(_codes(state.joints, n), looked), np.zeros(n, dtype=bool)
         hit[looked // n] = hit[looked % n] = True
         for _ in range(2 if beside else 0):
             rows = hit[one] | hit[two]
@@ -175,22 +171,21 @@ class _Search:
         self.rot, self.place = state.bodies.rot + np.eye(3), assembly.centroids + state.bodies.shift
         now = self.now = part.measured(assembly)
         note_slid(part, now)
-        first = part.joints.start[:-1]
-        self.code, self.turn = _codes(part.joints, n), _turned_since(part)
-        self.slip = np.maximum.reduceat(np.linalg.norm(now.slip, axis=1), first) if len(first) else np.zeros(0)
+        self.code, self.turn = _codes(part.joints, n), turned_since(part)
+        self.slip = largest_slip(part, now)
         flat = (part.contact == FACES) & ~(self.turn > TURN_LIMIT)
         self.bearings = Bearings.of(part, now, self.rot, flat) if beside else None
         self._meet(looked)
         shape, at = self.met.now, np.flatnonzero(self.met.now.kind > 0)
-        self.outworn = _outworn(
+        self.outworn = outworn_joints(
             assembly, part, now, self.code, self.key[at], shape.kind[at], shape.gap[at], margin, self.turn,
-            _among(self.code, looked),
+            self.slip, among(self.code, looked),
         )
         state.ends[points_of(state.joints, self.rows)] = part.ends
-        self.stays = ~_among(self.code, np.sort(self.code[self.outworn]))
+        self.stays = ~among(self.code, np.sort(self.code[self.outworn]))
         self.group, self.family = self.code, Families()
         over = (shape.kind != APART) & (shape.beside > -margin)
-        over |= self.makes & ~_among(self.key, np.sort(self.code))
+        over |= self.makes & ~among(self.key, np.sort(self.code))
         self.active = np.union1d(self.code[self.outworn], self.key[over]) if not beside else looked
 
     def cut(self) -> None:
@@ -210,15 +205,15 @@ class _Search:
             self.family.join(int(self.code[k]), int(self.code[other]))
         # all joints of a pair go together: a concave block may touch another in several places
         recut = np.unique(self.code[outworn])
-        self.stays = ~_among(self.code, recut)
-        self.group = np.array([self.family.of(c) for c in self.code.tolist()], dtype=np.int64)
-        if not _among(recut, self.looked).all():
+        self.stays = ~among(self.code, recut)
+        self.group = self.family.of_all(self.code)
+        if not among(recut, self.looked).all():
             self._meet(np.union1d(self.looked, recut))
 
     def _meet(self, looked: Index) -> None:
         """How the pieces of some pairs of blocks meet, and which of them make a joint."""
         self.looked, around = looked, self.around
-        near = np.flatnonzero(_among(self.of_row, looked) & ~around.apart)
+        near = np.flatnonzero(among(self.of_row, looked) & ~around.apart)
         self.key, self.pairs = self.of_row[near], around.near.pairs[near]
         self.met, n = PiecesMeet(around.corners, self.pieces, self.pairs, self.margin, self.hit), self.assembly.n_blocks
         seen = self.bearings
@@ -226,37 +221,42 @@ class _Search:
         shape = self.met.now
         self.makes = (shape.kind > FACES) | ((shape.kind == FACES) & (area_of(shape) > least_area(self.assembly)))
 
-    def make(self) -> tuple[list[Fresh], list[int]]:
+    def make(self) -> tuple[Fresh | None, Index]:
         """Joints of the pairs that have none that stays, and their families."""
-        assembly, state, shape, pieces = self.assembly, self.state, self.met.now, self.pieces
-        made: list[Fresh] = []
-        families: list[int] = []
-        for row in np.flatnonzero(self.makes & ~_among(self.key, np.sort(self.code[self.stays]))).tolist():
-            p, q = self.pairs[row].tolist()
-            a, b = (p, q) if shape.base_first[row] else (q, p)
-            pair = int(pieces.owner[a]), int(pieces.owner[b])
-            own = self.code == self.key[row]
-            before = np.flatnonzero(own & (state.contact != CROSSING))
-            like = int(before[0]) if len(before) else self.beside.get(row)
-            if shape.kind[row] == CROSSING:
-                new: Fresh | None = crossing_joint(assembly, state, pair, shape.crossing[row], self.rot, self.place)
-            else:
-                outline, kind = shape.polygon[row, : shape.corners[row]], int(shape.kind[row])
-                new = face_joint(assembly, state, pair, outline, shape.plane[row], self.rot, self.place, kind, like)
-            if new is not None:
-                families.append(self.family.of(int(self.key[row])))
-                inherit(state, self.now, own, ~self.stays & (self.group == families[-1]), new)
-                made.append(deformed(state, new))
+        shape, owner = self.met.now, self.pieces.owner
+        rows = np.flatnonzero(self.makes & ~among(self.key, np.sort(self.code[self.stays])))
+        if not len(rows):
+            return None, rows
+        first, key = shape.base_first[rows], self.key[rows]
+        p, q = owner[self.pairs[rows]].T
+        before = np.flatnonzero(self.state.contact != CROSSING)
+        known, at = np.unique(self.code[before], return_index=True)
+        beside = np.array([self.beside.get(row, -1) for row in rows.tolist()], dtype=np.int64)
+        # the law of its own joint, else of one beside it; edges that cross take that of a face
+        own = among(key, known)
+        like = np.where(own, before[at][np.searchsorted(known, key) * own], beside) if len(known) else beside
+        like = np.where(shape.kind[rows] == CROSSING, -1, like)
+        made, kept = cut(
+            self.assembly, self.state, shape, rows, (np.where(first, p, q), np.where(first, q, p)), like
+        )
+        if not len(kept):
+            return None, kept
+        key = key[kept]
+        families = self.family.of_all(key)
+        gone = ~self.stays
+        inherit(
+            self.state, self.now, np.where(gone, self.code, -1), np.where(gone, self.group, -1), made, key, families
+        )
         return made, families
 
-    def allowances(self, code: Index, made: Sequence[Fresh]) -> tuple[Array, Array]:
+    def allowances(self, code: Index, made: Fresh | None) -> tuple[Array, Array]:
         """Motion [m] and turn [rad] up to which pairs with given codes need not be looked at again."""
         state, now = self.state, self.now
-        first, stays = state.joints.start[:-1], self.stays & _among(self.code, self.looked)
+        first, stays = state.joints.start[:-1], self.stays & among(self.code, self.looked)
         move, angle = np.full(len(self.looked), SMALL * self.margin), np.full(len(self.looked), np.inf)
         at = np.searchsorted(self.looked, self.code[stays])
         if stays.any():
-            spacing, nearest = _spacing(state), np.minimum.reduceat(now.opening, first)
+            spacing, nearest = spacing_of(state), np.minimum.reduceat(now.opening, first)
             size, turn = spacing * np.sqrt(np.diff(state.joints.start)), self.turn
             # it may pivot once it has both slid and turned: waiting for one of them is enough
             to_slide, to_turn = PIVOT_SLIP * size - self.slip, PIVOT_TURN - turn
@@ -267,12 +267,13 @@ class _Search:
             far = np.where((to_slide > 0.0) | (to_turn <= 0.0), np.maximum(TURN_LIMIT - turn, 0.0), to_turn)
             far[state.contact > FACES] = ALWAYS
             np.minimum.at(angle, at, far[stays])
-        for new in made:
-            k = np.searchsorted(self.looked, min(new.a, new.b) * self.assembly.n_blocks + max(new.a, new.b))
-            slip = _slip_allowed(np.sqrt(new.area.mean()), len(new.area))
-            corner = new.contact > FACES
-            move[k] = min(move[k], ALWAYS if corner else float(slip))
-            angle[k] = min(angle[k], ALWAYS if corner else TURN_LIMIT)
+        if made:
+            joints, count = made.joints, np.diff(made.joints.start)
+            k = np.searchsorted(self.looked, _codes(joints, self.assembly.n_blocks))
+            spacing = np.sqrt(np.add.reduceat(made.points.area, joints.start[:-1]) / count)
+            corner = made.heirs.contact > FACES
+            np.minimum.at(move, k, np.where(corner, ALWAYS, slip_allowed(spacing, count)))
+            np.minimum.at(angle, k, np.where(corner, ALWAYS, TURN_LIMIT))
         sharp = np.searchsorted(self.looked, self.key[self.met.now.kind > FACES])
         move[sharp] = angle[sharp] = ALWAYS
         row = np.minimum(np.searchsorted(self.looked, code), len(self.looked) - 1)
@@ -283,7 +284,7 @@ class _Search:
         shape, b = self.met.now, self.state.bodies
         use = (shape.kind > FACES) & (shape.gap > 0.0)
         if self.bearings is None:
-            use &= ~_among(self.key, self.active)  # these are looked at again with what is beside them
+            use &= ~among(self.key, self.active)  # these are looked at again with what is beside them
         if not use.any():
             return np.inf
         one, other = self.pieces.owner[self.pairs[use]].T
@@ -298,13 +299,6 @@ class _Search:
         return float((0.5 * shape.gap[use] / np.maximum(speed, 1e-300)).min())
 
 
-def _among(values: Index, known: Index) -> Flags:
-    """Whether numbers are among some in their order: ``numpy.isin`` sorts both."""
-    if not len(known):
-        return np.zeros(np.shape(values), dtype=bool)
-    return np.asarray(known[np.minimum(np.searchsorted(known, values), len(known) - 1)] == values)
-
-
 class Families:
     """Pairs of blocks, by number, whose joints on one face are cut anew together and share their energy."""
 
@@ -317,88 +311,15 @@ class Families:
             pair = self._first[pair]
         return pair
 
+    def of_all(self, pairs: Index) -> Index:
+        """The same of many pairs."""
+        out = pairs.copy()
+        for k in np.flatnonzero(among(pairs, np.array(sorted(self._first), dtype=np.int64))).tolist():
+            out[k] = self.of(int(pairs[k]))
+        return out
+
     def join(self, one: int, other: int) -> None:
         """Make two families one."""
         one, other = self.of(one), self.of(other)
         if one != other:
             self._first[one] = other
-
-
-def _spacing(state: State) -> Array:
-    """Distance of the points of every joint [m]: the root of their mean area, shape (k,)."""
-    start = state.joints.start
-    return np.asarray(np.sqrt(np.add.reduceat(state.points.area, start[:-1]) / np.diff(start)))
-
-
-def _outworn(
-    assembly: Assembly, state: State, now: PointForces, code: Index, key: Index, kind: Index, gap: Array,
-    margin: float, turn: Array, mine: Flags,
-) -> Flags:
-    """Joints to drop or to cut anew, by the pair code of every joint and of every pair of pieces that are near now.
-
-    Only those that are ``mine`` are looked at.
-    """
-    first = state.joints.start[:-1]
-    if not len(first):
-        return np.zeros(0, dtype=bool)
-    slip = np.maximum.reduceat(np.linalg.norm(now.slip, axis=1), first)
-    # edges that pass each other beyond their ends are infinitely far apart
-    nearest = np.minimum(np.minimum.reduceat(now.opening, first), np.finfo(float).max)
-    spacing = _spacing(state)
-    carries = np.maximum.reduceat(np.abs(now.force).max(axis=1), first) > 0.0
-    sharp = state.contact > FACES
-    # one point on a plane, or two edges, are right at any slip and turn
-    single = sharp & (np.add.reduceat((now.opening < 0.0).astype(int), first) == 1)
-    worn = ~single & (slip > SLIP_FRACTION * spacing)
-    # the piece of the other block that is nearest decides: its kind and gap
-    order = np.lexsort((gap, key))
-    one, at = np.unique(key[order], return_index=True)
-    where = np.searchsorted(one, code)
-    near = _among(code, one)
-    shape, apart = np.zeros(len(code), dtype=np.int64), np.full(len(code), np.inf)
-    shape[near], apart[near] = kind[order][at[where[near]]], gap[order][at[where[near]]]
-    # the nearest points are others: a block has come to lie on another face, a corner has left its face, the edges no
-    # longer cross within their lengths. As long as they are the same, a joint between faces is right at any turn
-    elsewhere = np.abs(apart - nearest) > 0.01 * margin + 0.1 * np.abs(nearest)
-    loose = ~carries & (sharp | ((shape > FACES) & elsewhere))
-    swapped = np.zeros(len(code), dtype=bool)
-    rows = np.flatnonzero(mine & ~worn & _may_pivot(state, now, turn))
-    swapped[rows] = pivots_on_a(assembly, state, now, rows)
-    left = elsewhere & ((carries & sharp) | (turn > TURN_LIMIT))
-    return np.asarray(mine & (worn | loose | left | (nearest > 1.5 * margin) | swapped))
-
-
-def _may_pivot(state: State, now: PointForces, turn: Array) -> Flags:
-    """Joints that have slid and turned so far that it matters whose edge they pivot on, and bear in part, (k,)."""
-    first = state.joints.start[:-1]
-    mean, pressed = _spacing(state), (now.opening < 0.0).astype(int)
-    count, bears = np.diff(state.joints.start), np.add.reduceat(pressed, first)
-    slip = np.maximum.reduceat(np.linalg.norm(now.slip, axis=1), first)
-    slid = slip > PIVOT_SLIP * mean * np.sqrt(count)
-    return np.asarray((turn > PIVOT_TURN) & slid & (bears > 0) & (bears < count))
-
-
-def pivots_on_wrong_face(assembly: Assembly, state: State, now: PointForces) -> bool:
-    """Whether a joint that slid and turned bears on an edge of the block whose face is its plane."""
-    note_slid(state, now)
-    if not len(now.owner):
-        return False
-    tipped = np.flatnonzero(_may_pivot(state, now, _turned_since(state)))
-    return bool(pivots_on_a(assembly, state, now, tipped).any())
-
-
-def _turned_since(state: State) -> Array:
-    """Relative rotation of every joint's blocks since it was made [rad]."""
-    j, q = state.joints, state.bodies.quat
-    p = q[j.block_a] * (1, -1, -1, -1)
-    relative = _multiply_rows(_multiply_rows(p, q[j.block_b]), j.turn)
-    return 2.0 * np.arcsin(np.minimum(np.linalg.norm(relative[:, 1:], axis=1), 1.0))
-
-
-def _multiply_rows(p: Array, q: Array) -> Array:
-    a, b, c, d = p.T
-    e, f, g, h = q.T
-    return np.stack([
-        a * e - (b * f + c * g + d * h), a * f + e * b + (c * h - d * g), a * g + e * c + (d * f - b * h),
-        a * h + e * d + (b * g - c * f),
-    ], axis=1)

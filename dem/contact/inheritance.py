@@ -1,115 +1,85 @@
-"""What a joint made while blocks move inherits: shear, dilation and damage, and no more energy than there was."""
+"""What joints made while blocks move inherit: shear, dilation and damage, and the energy that there was."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dem import kernels
 from dem.contact.new_joints import Fresh
-from dem.kernels import CROSSING, FACES, LAW, Joints, Points
-from dem.model.stable_step import points_of
+from dem.kernels import CROSSING, FACES, LAW, Testators
+from dem.model.stable_step import owners, points_of
 from dem.model.state import PointForces, State
 from dem.model.strain_shapes import relative_deformation
-from limitmason.arrays import Array, Flags
+from limitmason.arrays import Index
 
 
-def inherit(state: State, now: PointForces, own: Flags, family: Flags, new: Fresh) -> None:
+def inherit(
+    state: State, now: PointForces, pair: Index, family: Index, made: Fresh, pairs: Index, families: Index
+) -> None:
     """Elastic shear displacement, dilation and damage of the nearest old point of the pair, or of its family.
 
     Parameters
     ----------
-    own, family : joints of the same pair, and those on one face that are cut anew with it, shape (k,)
+    pair, family : numbers of the pair of blocks and of the family of every old joint, -1 of those that stay
+    pairs, families : those of the new ones
     """
-    face = new.contact == FACES and (own | family).any()
-    old = np.flatnonzero(own | family if face else own)
-    if not len(old):
-        return
-    mine = points_of(state.joints, old)
-    nearest = mine[((new.position[:, None] - now.position[mine][None]) ** 2).sum(axis=2).argmin(axis=1)]
-    points, joints = state.points, state.joints
-    owner = now.owner[nearest]
-    # force on block b of the old joint; the new joint may have swapped a and b
-    sign = np.where((joints.block_b[owner] == new.b) | (joints.block_a[owner] == new.a), 1.0, -1.0)
-    shear = (now.force[nearest] * sign[:, None]) / points.area[nearest][:, None]
-    if new.contact == CROSSING or (state.contact[old] == CROSSING).any():
-        # a point and an area: the force is what stays
-        along = np.where(joints.block_b[now.owner[mine]] == new.b, 1.0, -1.0)
-        shear[:] = (now.force[mine] * along[:, None]).sum(axis=0) / new.area.sum()
-    new.lift[:] = 0.0 if new.contact == CROSSING else points.lift[nearest]
-    new.damage[:] = np.where(own[owner], points.damage[nearest], 0.0)
-    new.slip[:] = np.column_stack([shear @ new.world[0], shear @ new.world[1]]) / new.law[LAW.ks]
-
-
-def deformed(state: State, new: Fresh) -> Fresh:
-    """The joint between the faces as they are deformed now: its shear force stays, its opening is that of the faces."""
-    if state.modes is None or state.deformation is None or new.contact == CROSSING:
-        return new
-    one = Joints(
-        np.array([new.a]), np.array([new.b]), np.array([0, len(new.s)]), new.frame[None], new.turn[None],
-        new.arm_a[None], new.arm_b[None], new.offset[None], new.law[None], new.edge[None],
-        new.limits[None],
+    faces = made.heirs.contact == FACES
+    order: list[Index] = []
+    low, count = np.zeros((2, len(pairs)), dtype=np.int64)
+    for numbers, asked, of in ((pair, pairs, ~faces), (family, families, faces)):
+        rows = np.argsort(numbers, kind="stable")
+        ends = [np.searchsorted(numbers[rows], asked, side=side) for side in ("left", "right")]
+        low[of], count[of] = (ends[0] + len(numbers) * len(order))[of], (ends[1] - ends[0])[of]
+        order.append(rows)
+    start = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+    new = np.repeat(np.arange(len(pairs)), count)
+    old = np.concatenate(order)[np.arange(start[-1]) - start[new] + low[new]]
+    kernels.inherit(
+        state.points, state.joints, Testators(state.contact, now.position, now.force), start, old,
+        (pair[old] == pairs[new]).astype(np.int64), made.points, made.joints, made.heirs,
     )
-    points = Points(new.s, new.t, new.area, new.gap, new.slip[:, 0], new.slip[:, 1], new.lift, new.damage)
-    change = relative_deformation(state.deformation, state.modes, one, points)
-    new.slip[:] += change[:, :2]
-    return new._replace(apart=change[:, 2], aside=change[:, :2])
+    _deform(state, made)
 
 
-def keep_energy(
-    state: State, now: PointForces, family: NDArray[np.int64], made: list[Fresh], families: list[int]
-) -> None:
-    """Let the new joints of a family store no more elastic energy than the old ones, of pressure and of shear.
+def _deform(state: State, made: Fresh) -> None:
+    """Let joints be between the faces as they are deformed now: shear forces stay, openings are those of the faces."""
+    if state.modes is None or state.deformation is None:
+        return
+    change = relative_deformation(state.deformation, state.modes, made.joints, made.points)
+    change[made.heirs.contact[owners(made.joints)] == CROSSING] = 0.0
+    made.points.slip_1[:] += change[:, 0]
+    made.points.slip_2[:] += change[:, 1]
+    made.heirs.aside[:] = change[:, :2]
+    made.heirs.apart[:] += change[:, 2]
 
-    Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. Gaps widen: only
-    points that are pressed are set back, and :func:`close_setbacks` takes it back as they open. Shear is let go
-    that Coulomb's law does not let the points bear then: a force on next to no area slides at once. It falls in
-    proportion where it would still store more.
+
+def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, families: Index) -> None:
+    """Let the new joints of a family store the elastic energy of the old ones, of pressure and of shear, if they can.
+
+    Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. Where the new
+    ones would store more, gaps widen: only points that are pressed are set back, and :func:`close_setbacks` takes it
+    back as they open. Where they would store less, gaps of pressed points narrow in proportion to their depth. Shear
+    grows or falls in proportion, up to what Coulomb's law lets every point bear: a force on next to no area slides.
+
+    Energy is lost where keeping it would press harder. On an area A an even force N stores N^2 / (2 kn A), so that with
+    the same force a joint of which dA is gone holds dA / A more: who keeps the energy has a force sqrt(1 - dA / A) of
+    what it was, and on points that are pressed less evenly than before, one that is larger. It may be so by
+    :data:`dem.kernels.inheriting.HARDER`: at twice the force a block that slides from one stone to the next is shaken
+    at every edge that it passes.
 
     Parameters
     ----------
     family, families : numbers of the families of old joints, -1 for those that stay, and of the new ones
     """
-    points = state.points
-    old = points_of(state.joints, np.flatnonzero(family >= 0))
-    law, area, numbers = state.joints.law[now.owner[old]], points.area[old], family[now.owner[old]]
+    known, number = np.unique(families, return_inverse=True)
+    points, old = state.points, points_of(state.joints, np.flatnonzero(np.isin(family, known)))
+    law, area = state.joints.law[now.owner[old]], points.area[old]
     kn, ks, closing = law[:, LAW.kn], law[:, LAW.ks], np.maximum(-now.opening[old], 0.0)
-    shear = (now.force[old] ** 2).sum(axis=1) - (kn * area * np.minimum(closing, law[:, LAW.crushing])) ** 2
-    stored = np.stack([0.5 * kn * area * closing**2, 0.5 * np.maximum(shear, 0.0) / (ks * area)])
-    groups: dict[int, list[Fresh]] = {}
-    for new, number in zip(made, families, strict=True):
-        groups.setdefault(number, []).append(new)
-    for number, group in groups.items():
-        pressure, sheared = stored[:, numbers == number].sum(axis=1).tolist()
-        _set_back(group, pressure)
-        _let_slide(group, sheared)
-
-
-def _set_back(group: list[Fresh], allowed: float) -> None:
-    """Widen gaps until the pressed points of some joints store no more than an energy [J]."""
-    stiff = np.concatenate([0.5 * new.law[LAW.kn] * new.area for new in group])
-    deep = np.concatenate([new.lift - new.gap - new.apart for new in group])
-    if _stored(stiff, deep) <= allowed * (1.0 + 1e-12):
-        return
-    low, high = 0.0, float(deep.max())
-    while high - low > 1e-12 * float(deep.max()):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if _stored(stiff, deep - middle) > allowed else (low, middle)
-    for new in group:
-        new.setback[:] = np.clip(new.lift - new.gap - new.apart, 0.0, high)
-        new.gap[:] += new.setback
-
-
-def _let_slide(group: list[Fresh], allowed: float) -> None:
-    """Let the points of some joints slide until their shear is within Coulomb's law and stores no more than that."""
-    elastic, total = [], 0.0
-    for new in group:
-        pressed = new.law[LAW.kn] * np.maximum(new.lift - new.gap - new.apart, 0.0)
-        most = (new.law[LAW.cohesion] + new.law[LAW.tan_phi] * pressed) / new.law[LAW.ks]
-        along = new.slip - new.aside
-        along *= np.minimum(most / np.maximum(np.linalg.norm(along, axis=1), 1e-300), 1.0)[:, None]
-        elastic.append(along)
-        total += 0.5 * float(new.law[LAW.ks] * (new.area * (along**2).sum(axis=1)).sum())
-    part = np.sqrt(allowed / total) if total > allowed * (1.0 + 1e-12) else 1.0
-    for new, along in zip(group, elastic, strict=True):
-        new.slip[:] = new.aside + part * along
+    push = kn * area * np.minimum(closing, law[:, LAW.crushing])
+    shear = np.maximum((now.force[old] ** 2).sum(axis=1) - push**2, 0.0)
+    of = np.searchsorted(known, family[now.owner[old]])
+    sums = [np.bincount(of, x, len(known)) for x in (0.5 * kn * area * closing**2, 0.5 * shear / (ks * area), push)]
+    rows = np.argsort(number, kind="stable")
+    start = np.searchsorted(number[rows], np.arange(len(known) + 1)).astype(np.int64)
+    kernels.keep_energy(made.points, made.joints, made.heirs, start, rows, *sums)
 
 
 def close_setbacks(state: State, now: PointForces) -> None:
@@ -124,7 +94,3 @@ def close_setbacks(state: State, now: PointForces) -> None:
     state.points.gap[:] -= less
     state.setback -= less
     now.opening[:] -= less
-
-
-def _stored(stiff: Array, deep: Array) -> float:
-    return float((stiff * np.maximum(deep, 0.0) ** 2).sum())

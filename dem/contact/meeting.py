@@ -4,9 +4,9 @@ import numpy as np
 
 from dem import kernels
 from dem.contact.internal_edges import FLAT, Bearings
-from dem.contact.near import Pieces
 from dem.kernels import APART, Joints
 from dem.kernels.arrays import Index
+from dem.model.pieces import Pieces
 from limitmason.arrays import Array, Flags
 from limitmason.model import Assembly
 

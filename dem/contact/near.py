@@ -1,20 +1,17 @@
 """Which pieces of blocks are near each other, and which have moved against each other since they were looked at."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dem import kernels
 from dem.kernels import NearPairs
 from dem.kernels.arrays import Index
 from dem.model.holding import smallest_edge
+from dem.model.pieces import Pieces
 from dem.model.state import State
 from limitmason.arrays import Array, Flags
 from limitmason.geometry.boxtree import overlapping_pairs
-from limitmason.geometry.polyhedron import group_by_topology
 from limitmason.model import Assembly
 
 MARGIN = 0.05
@@ -31,71 +28,6 @@ FEW = 64
 
 ALWAYS = -1.0
 """Allowance of a pair that is looked at in every search, whether it has moved or not."""
-
-
-class Pieces(NamedTuple):
-    """Convex pieces of all blocks: corners from the block's centroid in the reference position [m], faces, edges."""
-
-    owner: NDArray[np.int64]
-    local: Array
-    n_corners: NDArray[np.int64]
-    faces: NDArray[np.int64]  # corners of every face, padded
-    size: NDArray[np.int64]
-    n_faces: NDArray[np.int64]
-    edges: NDArray[np.int64]  # both corners and both faces of every edge between faces that are not coplanar, padded
-    n_edges: NDArray[np.int64]
-    reach: Array  # largest distance of a corner from the centroid of every block [m]
-
-    @classmethod
-    def of(cls, assembly: Assembly) -> "Pieces":
-        """Pieces of an assembly, found once: a push runs the same one at two speeds."""
-        if assembly in _KNOWN:
-            return _KNOWN[assembly]
-        solids = [part for block in assembly.blocks for part in block.parts]
-        owner = np.repeat(np.arange(assembly.n_blocks), [len(block.parts) for block in assembly.blocks])
-        groups = group_by_topology(solids)
-        tables = [_edges_of(faces) for faces, _, _ in groups]
-        v = max(vertices.shape[1] for _, _, vertices in groups)
-        f = max(len(faces) for faces, _, _ in groups)
-        k = max(len(face) for faces, _, _ in groups for face in faces)
-        count, m = np.zeros((3, len(solids)), dtype=np.int64), len(solids)
-        local, faces_of = np.zeros((m, v, 3)), np.zeros((m, f, k), dtype=np.int64)
-        size, edges = np.zeros((m, f), dtype=np.int64), np.zeros((m, max(map(len, tables)), 4), dtype=np.int64)
-        for (faces, rows, vertices), table in zip(groups, tables, strict=True):
-            n = vertices.shape[1]
-            local[rows, :n] = vertices - assembly.centroids[owner[rows]][:, None]
-            local[rows, n:] = local[rows, n - 1 : n]
-            for j, face in enumerate(faces):
-                faces_of[rows, j, : len(face)] = face
-                size[rows, j] = len(face)
-            bent = _bent(vertices, faces, table)
-            first = np.argsort(~bent, axis=1, kind="stable")
-            edges[rows, : len(table)] = np.where(np.sort(~bent, axis=1)[:, :, None], 0, table[first])
-            count[0, rows], count[1, rows], count[2, rows] = n, len(faces), bent.sum(axis=1)
-        _KNOWN[assembly] = cls(owner, local, count[0], faces_of, size, count[1], edges, count[2], reaches(assembly))
-        return _KNOWN[assembly]
-
-
-_KNOWN: WeakKeyDictionary[Assembly, Pieces] = WeakKeyDictionary()
-
-
-def _edges_of(faces: Sequence[tuple[int, ...]]) -> Index:
-    """Corners i, j and faces of every edge between two faces, shape (e, 4)."""
-    beside: dict[tuple[int, int], list[int]] = {}
-    for f, face in enumerate(faces):
-        for i, j in zip(face, (*face[1:], face[0]), strict=True):
-            beside.setdefault((min(i, j), max(i, j)), []).append(f)
-    return np.array([(*ends, *fs) for ends, fs in beside.items() if len(fs) == 2], dtype=np.int64).reshape(-1, 4)
-
-
-def _bent(vertices: Array, faces: Sequence[tuple[int, ...]], edges: Index) -> Flags:
-    """Edges of solids of one topology that are none inside a plane, as triangulation leaves them, shape (k, e)."""
-    normal = np.empty((len(vertices), len(faces), 3))
-    for f, face in enumerate(faces):
-        x = vertices[:, list(face)]
-        n = np.cross(x, np.roll(x, -1, axis=1)).sum(axis=1)
-        normal[:, f] = n / np.linalg.norm(n, axis=1)[:, None]
-    return np.asarray(np.einsum("kei,kei->ke", normal[:, edges[:, 2]], normal[:, edges[:, 3]]) < 1.0 - 1e-10)
 
 
 class Neighbours(NamedTuple):
@@ -204,13 +136,6 @@ def _renewed(assembly: Assembly, pieces: Pieces, near: NearPairs, low: Array, hi
 def near_margin(assembly: Assembly) -> float:
     """Gap up to which two blocks count as near [m]."""
     return MARGIN * smallest_edge(assembly)
-
-
-def reaches(assembly: Assembly) -> Array:
-    """Largest distance of a corner from the centroid of its block [m], shape (n,)."""
-    vertices, start = assembly.vertices
-    arm = vertices - np.repeat(assembly.centroids, np.diff(start), axis=0)
-    return np.asarray(np.maximum.reduceat(np.linalg.norm(arm, axis=1), start[:-1]))
 
 
 def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float]:

@@ -1,15 +1,14 @@
-"""Joints made while blocks move: an area between faces, a corner on a face, two edges that cross.
+"""Joints made while blocks move: an area between faces, a corner on a face, two edges that cross."""
 
-What they inherit.
-"""
-
-from functools import cache
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.kernels import CORNER, CROSSING, E_DAMPING, E_KINETIC, LAW, Joints, Points
+from dem import kernels
+from dem.contact.meeting import least_area
+from dem.kernels import CROSSING, E_DAMPING, E_KINETIC, LAW, ROOM, Cut, Heirs, Joints, Meetings, Points, Poses
+from dem.kernels.cutting import LATTICE
 from dem.model.stable_step import block_stiffness, points_of, scaled_masses, stable_step
 from dem.model.state import DYNAMIC, State
 from dem.model.strain_shapes import add_modal_mass, coupled_of, fastest_of, with_joints
@@ -18,258 +17,106 @@ from limitmason.model import Assembly
 
 Number = TypeVar("Number", bound=np.generic)
 
-LATTICE = 4
-"""Points along either side of a contact found later."""
-
-
-BEYOND = 0.01
-"""Part of an edge by which a crossing may lie beyond its end and still be made; edges that overlap cross within."""
-
-RUN_OFF = 0.1
-"""Part of an edge by which a crossing may have run beyond its end and still bear, until a search cuts it anew."""
-
 
 class Fresh(NamedTuple):
-    """A joint before it is written to the arrays of the kernel.
+    """Joints before they are written to the arrays of the kernel."""
 
-    Fields as in ``dem.kernels.Joints`` and ``Points``.
+    joints: Joints
+    points: Points
+    heirs: Heirs
+    origin: Index  # as ``State.interface``, (k,)
+
+
+def poses_of(assembly: Assembly, state: State) -> Poses:
+    """Where blocks are now.
+
+    Touching corners and crossing edges meet in a point; a stiffness per area needs an area all the same. It is assumed:
+    that of an inner point of the lattice on a square face of the smaller block's volume, (V^(1/3) / 3)^2. Both have the
+    same, so that no energy is lost where a corner slides off a face and two edges go on.
     """
-
-    a: int
-    b: int
-    s: Array
-    t: Array
-    area: Array
-    gap: Array
-    frame: Array  # in the axes of a
-    world: Array  # frame in global axes
-    position: Array
-    turn: Array
-    arm_a: Array
-    arm_b: Array
-    offset: Array
-    law: Array
-    slip: Array  # (m, 2), filled by _inherit
-    lift: Array
-    damage: Array
-    setback: Array  # part of the gap that keeps the energy, filled by keep_energy
-    origin: int
-    contact: int
-    edge: Array
-    limits: Array
-    apart: float | Array  # distance now beside the gap: of edges, or by deformation of the faces
-    aside: float | Array = 0.0  # displacement now of the faces along each other by their deformation, (m, 2)
+    b = state.bodies
+    area = (np.cbrt(assembly.volumes) / (LATTICE - 1)) ** 2
+    return Poses(b.rot + np.eye(3), assembly.centroids + b.shift, b.quat, np.asarray(assembly.centroids), area)
 
 
-def face_joint(
-    assembly: Assembly,
-    state: State,
-    blocks: tuple[int, int],
-    polygon: Array,
-    plane: Array,
-    rot: Array,
-    place: Array,
-    contact: int,
-    like: int | None = None,
-) -> Fresh | None:
-    """Joint on a polygon of block b's face above the plane of block a's face, blocks (a, b).
+def cut(
+    assembly: Assembly, state: State, met: Meetings, rows: Index, blocks: tuple[Index, Index], like: Index
+) -> tuple[Fresh, Index]:
+    """Joints where some pairs of pieces meet, and which of the pairs have one.
+
+    A face of block b lies on the plane of a face of block a, as does its corner; edges pass each other. Those carry no
+    cohesion or tension and do not dilate.
 
     Parameters
     ----------
-    like : joint whose law a pair without an interface takes: its own, or that on a face that goes on in this one
+    rows : of ``met``
+    blocks : a and b of each
+    like : joint whose law a pair without an interface takes: its own, or that on a face that goes on in this one; -1
+        for the interface on the nearest face of either block that looks the same way
     """
-    a, b = blocks
-    n = plane[:3]
-    height = polygon @ n - plane[3]
-    flat = polygon - height[:, None] * n
-    edge = flat - np.roll(flat, 1, axis=0)
-    length = np.linalg.norm(edge, axis=1)
-    t1 = edge[length.argmax()] / length.max()
-    t2 = _across(n, t1)
-    centre = flat.mean(axis=0)
-    # the incident face runs against the base's normal: its corners are clockwise seen along -n, hence the reversal
-    xy = np.column_stack([(flat - centre) @ t1, (flat - centre) @ t2])[::-1]
-    if contact == CORNER:
-        # touching corners, each with the same area wherever it comes to lie on the other block's face
-        apart = np.linalg.norm(xy - np.roll(xy, 1, axis=0), axis=1) > 0.1 * np.sqrt(_point_area(assembly, a, b))
-        grid = xy[apart] if apart.any() else xy[:1]
-        area = np.full(len(grid), _point_area(assembly, a, b))
-    else:
-        grid, area = spread(xy)
-        if not area.sum() > 1e-8 * assembly.volumes.min() ** (2.0 / 3.0):
-            return None
-    gap = linear_at(xy, height[::-1], grid)  # the height of b's face over the base plane
-    world = np.stack([t1, t2, n])
-    ra, rb = rot[a], rot[b]
-    arm_a, arm_b = ra.T @ (centre - place[a]), rb.T @ (centre - place[b])
-    qa, qb = state.bodies.quat[a], state.bodies.quat[b]
-    relative = _multiply(qa * (1, -1, -1, -1), qb)
-    offset = (assembly.centroids[b] + arm_b) - (assembly.centroids[a] + arm_a)
-    law, origin = _law_for(assembly, state, blocks, like, (rot, place), n, centre)
-    m = len(area)
-    return Fresh(
-        a, b, grid[:, 0], grid[:, 1], area, gap, world @ ra, world, centre + grid @ world[:2],
-        relative * (1, -1, -1, -1), arm_a, arm_b, offset, law, np.zeros((m, 2)), np.zeros(m), np.zeros(m), np.zeros(m),
-        origin, contact, np.zeros(3), np.zeros(4), 0.0,
+    r, poses = len(rows), poses_of(assembly, state)
+    shapes: dict[str, tuple[int, ...]] = {name: (ROOM,) for name in ("s", "t", "area", "gap")}
+    shapes |= {name: (3, 3) for name in ("world", "frame")} | {"position": (ROOM, 3), "apart": ()}
+    shapes |= {name: (3,) for name in ("arm_a", "arm_b", "offset", "edge")}
+    shapes |= {name: (4,) for name in ("turn", "limits")}
+    out = Cut(size=np.zeros(r, dtype=np.int64), **{name: np.empty((r, *shape)) for name, shape in shapes.items()})
+    one, two = blocks
+    kernels.cut_joints(rows, one, two, met, poses, least_area(assembly), out)
+    kept = np.flatnonzero(out.size)
+    one, two, count = one[kept], two[kept], out.size[kept]
+    used = np.arange(ROOM) < count[:, None]
+    contact = met.kind[rows[kept]]
+    law, origin = _laws(assembly, state, poses, (one, two), like[kept], out.world[kept, 2], out.arm_a[kept])
+    crosses = contact == CROSSING
+    for column in (LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension, LAW.tan_psi, LAW.rest_tan_psi,
+                   LAW.by_opening):
+        law[crosses, column] = 0.0
+    law[crosses, LAW.cross] = 1.0
+    joints = Joints(
+        one, two, np.concatenate([[0], np.cumsum(count)]).astype(np.int64), out.frame[kept], out.turn[kept],
+        out.arm_a[kept], out.arm_b[kept], out.offset[kept], law, out.edge[kept], out.limits[kept],
     )
-
-
-def linear_at(xy: Array, height: Array, at: Array) -> Array:
-    """A height that is linear over the plane, known at points about their mean, at others; level across a line."""
-    (xx, across), (_, yy) = xy.T @ xy
-    det = xx * yy - across * across
-    if det > 1e-16 * (xx + yy) ** 2:
-        u, v = xy.T @ height
-        slope = np.array([yy * u - across * v, xx * v - across * u]) / det
-    else:
-        slope = np.linalg.lstsq(xy, height - height.mean(), rcond=None)[0]
-    return height.mean() + at @ slope
-
-
-def _point_area(assembly: Assembly, a: int, b: int) -> float:
-    """Area whose stiffness a touching corner or a crossing of edges takes [m2].
-
-    They touch in a point; a stiffness per area needs an area all the same. It is assumed: that of an inner point of the
-    lattice on a square face of the smaller block's volume, (V^(1/3) / 3)^2. Both have the same, so that no energy is
-    lost where a corner slides off a face and two edges go on.
-    """
-    return float((min(assembly.volumes[a], assembly.volumes[b]) ** (1.0 / 3.0) / (LATTICE - 1)) ** 2)
-
-
-def crossing_joint(
-    assembly: Assembly, state: State, blocks: tuple[int, int], found: Array, rot: Array, place: Array
-) -> Fresh | None:
-    """Joint of one point where an edge of block a passes an edge of block b, blocks (a, b).
-
-    The edges carry no cohesion or tension and do not dilate. None where they pass beyond their ends: of blocks
-    apart, the axis of the widest gap may belong to edges that will not touch, and nearly parallel ones pass far away.
-    """
-    a, b = blocks
-    start_a, along_a, start_b, along_b, n = found
-    size = np.linalg.norm(_across(along_a, along_b))
-    d = start_b - start_a
-    part_a, part_b = _across(d, along_b) @ n / size, _across(d, along_a) @ n / size
-    if max(abs(part_a - 0.5), abs(part_b - 0.5)) > 0.5 + BEYOND:
-        return None
-    point_a, point_b = start_a + part_a * along_a, start_b + part_b * along_b
-    long_a, long_b = np.linalg.norm(along_a), np.linalg.norm(along_b)
-    along_a, along_b = along_a / long_a, along_b / long_b
-    parts = np.array([-RUN_OFF - part_a, 1.0 + RUN_OFF - part_a, -RUN_OFF - part_b, 1.0 + RUN_OFF - part_b])
-    ra, rb = rot[a], rot[b]
-    arm_a, arm_b = ra.T @ (point_a - place[a]), rb.T @ (point_b - place[b])
-    world = np.stack([along_a, _across(n, along_a), n])
-    q = state.bodies.quat
-    law, origin = _law_for(assembly, state, blocks, None, (rot, place), n, point_a)
-    law[[LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension, LAW.tan_psi, LAW.rest_tan_psi]] = 0.0
-    law[LAW.by_opening] = 0.0
-    law[LAW.cross] = 1.0
-    area = np.array([_point_area(assembly, a, b)])
-    zero = np.zeros(1)
-    return Fresh(
-        a, b, zero, zero, area, zero.copy(), world @ ra, world, point_b[None],
-        _multiply(q[a] * (1, -1, -1, -1), q[b]) * (1, -1, -1, -1), arm_a, arm_b,
-        (assembly.centroids[b] + arm_b) - (assembly.centroids[a] + arm_a), law, np.zeros((1, 2)), zero.copy(),
-        zero.copy(), zero.copy(), origin, CROSSING, rb.T @ along_b, parts * np.repeat([long_a, long_b], 2),
-        float(d @ n),
+    m = int(count.sum())
+    points = Points(*(x[kept][used] for x in (out.s, out.t, out.area, out.gap)), *(np.zeros(m) for _ in range(4)))
+    heirs = Heirs(
+        contact, out.world[kept], out.position[kept][used], np.repeat(out.apart[kept], count), np.zeros((m, 2)),
+        np.zeros(m),
     )
+    return Fresh(joints, points, heirs, origin), kept
 
 
-def _law_for(
-    assembly: Assembly, state: State, blocks: tuple[int, int], like: int | None, pose: tuple[Array, Array],
-    n: Array, at: Array,
-) -> tuple[Array, int]:
-    """Law of the pair's interface, or an unbonded one, and the interface it came from (encoded).
+def _laws(
+    assembly: Assembly, state: State, poses: Poses, blocks: tuple[Index, Index], like: Index, normal: Array, arm: Array
+) -> tuple[Array, Index]:
+    """Law of every pair's interface, or an unbonded one, and the interface it came from (encoded).
 
     Parameters
     ----------
-    like : joint whose law a pair without an interface takes; None for the interface on the nearest face of either
-        block that looks the same way
-    pose : rotation and place of all blocks
-    n, at : normal from a to b and place of the contact [m]
+    like : see :func:`cut`
+    normal : from a to b now
+    arm : joint's origin from the centroid of a, axes of a [m]
     """
-    x, (a, b), (rot, place) = assembly.arrays, blocks, pose
-    same = ((x.block_a == a) & (x.block_b == b)) | ((x.block_a == b) & (x.block_b == a))
-    if same.any():
-        k = int(np.flatnonzero(same)[0])
-        return state.laws[k].copy(), -2 - k
-    if like is not None:
-        law = state.joints.law[like].copy()
-    else:
-        score = np.full(len(state.laws), -np.inf)
-        for block, outward in ((a, n), (b, -n)):
-            own, local = rot[block].T @ outward, assembly.centroids[block] + rot[block].T @ (at - place[block])
-            looks = np.round(np.where(x.block_a == block, 1.0, -1.0) * (x.normal @ own), 2)
-            far = np.linalg.norm(x.centre - local, axis=1)
-            near = (x.block_a == block) | (x.block_b == block)
-            score = np.where(near, np.maximum(score, looks - 1e-3 * far / (far.max() + 1e-300)), score)
-        law = state.laws[int(score.argmax())].copy()
-    law[[LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension]] = 0.0
-    return law, -1
+    x, (one, two), size = assembly.arrays, blocks, (assembly.n_blocks, 1)
+    code = np.sort(np.column_stack([x.block_a, x.block_b]), axis=1) @ size
+    order = np.argsort(code, kind="stable")
+    pair = np.sort(np.column_stack([one, two]), axis=1) @ size
+    at = np.minimum(np.searchsorted(code[order], pair), len(code) - 1)
+    own = order[at]
+    has = code[own] == pair
+    law = np.where(has[:, None], state.laws[own], state.joints.law[like] if len(state.joints.law) else 0.0)
+    for k in np.flatnonzero(~has & (like < 0)).tolist():
+        a, b = int(one[k]), int(two[k])
+        place = poses.place[a] + poses.rot[a] @ arm[k]
+        law[k] = state.laws[kernels.facing_interface(x.block_a, x.block_b, x.normal, x.centre, poses, a, b, normal[k],
+                                                     place)]
+    for column in (LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension):
+        law[~has, column] = 0.0
+    return law, np.where(has, -2 - own, -1)
 
 
-def spread(xy: Array) -> tuple[Array, Array]:
-    """Points of a convex counter-clockwise polygon, edges included, with tributary areas [m2]."""
-    if len(xy) == 4:
-        a, b, c, d = xy
-        u, v = _STEPS[:, None], _STEPS[:, None, None]
-        points = ((1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c)).reshape(-1, 2)
-        corners, order, share = _QUAD, _first_named(_QUAD.tobytes()), 0.25
-    else:
-        points = np.concatenate([xy.mean(axis=0)[None], np.column_stack([xy, 0.5 * (xy + np.roll(xy, -1, axis=0))])
-                                 .reshape(-1, 2)])
-        corners, share = _spokes(len(xy)), 0.5
-        order = _first_named(corners.tobytes())
-    e1, e2 = points[corners[:, 1]] - points[corners[:, 0]], points[corners[:, 2]] - points[corners[:, 0]]
-    area = share * np.abs(e1[:, 0] * e2[:, 1] - e1[:, 1] * e2[:, 0])
-    weight: Array = np.bincount(corners.ravel(), np.repeat(area / 3.0, 3), len(points)).astype(float)[order]
-    # points within 1e-9 m are one, in the order in which triangles name them
-    number: dict[tuple[float, float], int] = {}
-    one = [number.setdefault((x, y), len(number)) for x, y in np.rint(points[order] * 1e9).tolist()]
-    if len(number) == len(points):
-        return points[order], weight
-    first = np.unique(one, return_index=True)[1]
-    return points[order[first]], np.bincount(one, weight).astype(float)
-
-
-@cache
-def _first_named(triangles: bytes) -> Index:
-    """Points in the order in which triangles name them first."""
-    named = np.frombuffer(triangles, dtype=np.int64)
-    return named[np.sort(np.unique(named, return_index=True)[1])]
-
-
-_STEPS = np.linspace(0.0, 1.0, LATTICE)
-
-
-def _quad_triangles() -> Index:
-    """Triangles of the cells of a lattice, each cell both ways, shape (t, 3)."""
-    rows = np.arange(LATTICE**2).reshape(LATTICE, LATTICE)
-    a, b, c, d = (x.ravel() for x in (rows[:-1, :-1], rows[:-1, 1:], rows[1:, 1:], rows[1:, :-1]))
-    return np.stack([a, b, c, a, c, d, a, b, d, b, c, d], axis=1).reshape(-1, 3)
-
-
-_QUAD = _quad_triangles()
-
-
-@cache
-def _spokes(n: int) -> Index:
-    """Triangles from the centre 0 to half sides of a polygon whose corners are 1, 3, ... and middles 2, 4, ..."""
-    return np.array([
-        t for k in range(n) for t in ((0, 1 + 2 * k, 2 + 2 * k), (0, 2 + 2 * k, 1 + 2 * ((k + 1) % n)))
-    ])
-
-
-def _across(u: Array, v: Array) -> Array:
-    """Vector product; ``numpy.cross`` takes most of its time to move axes."""
-    (a, b, c), (d, e, f) = u.tolist(), v.tolist()
-    return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
-
-
-def _multiply(p: Array, q: Array) -> Array:
-    return np.r_[p[0] * q[0] - p[1:] @ q[1:], p[0] * q[1:] + q[0] * p[1:] + _across(p[1:], q[1:])]
-
-
-def assemble(assembly: Assembly, state: State, stays: Flags, made: list[Fresh], changed: Flags) -> list[str]:
+def assemble(
+    assembly: Assembly, state: State, stays: Flags, made: Fresh | None, changed: Flags
+) -> list[str]:
     """Write the kept and the new joints to the state.
 
     Keep the step stable.
@@ -278,46 +125,35 @@ def assemble(assembly: Assembly, state: State, stays: Flags, made: list[Fresh], 
     ----------
     changed : blocks beside new joints whose stiffness is other than when it was looked at last, shape (n,)
     """
-    j, pt = state.joints, state.points
-    count, those, each = np.diff(j.start), np.flatnonzero(stays), made
+    j, those = state.joints, np.flatnonzero(stays)
     kept = points_of(j, those)
 
-    def stack(old: NDArray[Number], of: Index, new: list[NDArray[Number]]) -> NDArray[Number]:
-        size = len(of)
-        out = np.empty((size + sum(len(x) for x in new), *old.shape[1:]), dtype=old.dtype)
-        np.take(old, of, axis=0, out=out[:size], mode="clip")
-        if new:
-            np.concatenate(new, out=out[size:])
+    def stack(old: NDArray[Number], of: Index, new: NDArray[Number] | None) -> NDArray[Number]:
+        out = np.empty((len(of) + (0 if new is None else len(new)), *old.shape[1:]), dtype=old.dtype)
+        np.take(old, of, axis=0, out=out[: len(of)], mode="clip")
+        if new is not None:
+            out[len(of) :] = new
         return out
 
-    state.points = Points(
-        stack(pt.s, kept, [m.s for m in each]), stack(pt.t, kept, [m.t for m in each]),
-        stack(pt.area, kept, [m.area for m in each]), stack(pt.gap, kept, [m.gap for m in each]),
-        stack(pt.slip_1, kept, [m.slip[:, 0] for m in each]), stack(pt.slip_2, kept, [m.slip[:, 1] for m in each]),
-        stack(pt.lift, kept, [m.lift for m in each]), stack(pt.damage, kept, [m.damage for m in each]),
-    )
-    state.ends = stack(state.ends, kept, [np.full((len(m.s), state.ends.shape[1]), np.nan) for m in each])
-    state.setback = stack(state.setback, kept, [m.setback for m in each])
-    sizes = np.concatenate([count[stays], [len(m.s) for m in each]]).astype(np.int64)
-
-    def rows(old: NDArray[Number], name: str) -> NDArray[Number]:
-        new = [np.asarray(getattr(m, name), dtype=old.dtype)[None] for m in each]
-        return stack(old, those, new)
-
-    state.joints = Joints(
-        rows(j.block_a, "a"), rows(j.block_b, "b"), np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
-        rows(j.frame, "frame"), rows(j.turn, "turn"), rows(j.arm_a, "arm_a"), rows(j.arm_b, "arm_b"),
-        rows(j.offset, "offset"), rows(j.law, "law"), rows(j.edge, "edge"),
-        rows(j.limits, "limits"),
-    )
-    state.interface, state.contact = rows(state.interface, "origin"), rows(state.contact, "contact")
-    for k in range(len(state.joints.block_a) - len(each), len(state.joints.block_a)):
-        lift = state.points.lift[state.joints.start[k] : state.joints.start[k + 1]]
-        state.joints.law[k, LAW.lift] = max(state.joints.law[k, LAW.lift], float(lift.max(initial=0.0)))
+    new = made.points if made else (None,) * len(Points._fields)
+    state.points = Points(*(stack(old, kept, x) for old, x in zip(state.points, new, strict=True)))
+    none = np.full((len(made.points.s), state.ends.shape[1]), np.nan) if made else None
+    state.ends = stack(state.ends, kept, none)
+    state.setback = stack(state.setback, kept, made.heirs.setback if made else None)
+    sizes = np.concatenate([np.diff(j.start)[stays], np.diff(made.joints.start) if made else []])
+    rows = {name: stack(old, those, getattr(made.joints, name) if made else None)
+            for name, old in j._asdict().items() if name != "start"}
+    state.joints = Joints(**rows, start=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64))
+    state.interface = stack(state.interface, those, made.origin if made else None)
+    state.contact = stack(state.contact, those, made.heirs.contact if made else None)
+    looked_at = changed.copy()
+    if made:
+        highest = np.maximum.reduceat(made.points.lift, made.joints.start[:-1])
+        law = state.joints.law[len(those) :]
+        law[:, LAW.lift] = np.maximum(law[:, LAW.lift], highest)
+        looked_at[made.joints.block_a] = looked_at[made.joints.block_b] = True
     if state.modes is not None and state.deformation is not None:
         state.modes = with_joints(state.deformation, state.modes, state.points, state.joints)
-    looked_at = changed.copy()
-    looked_at[[block for m in made for block in (m.a, m.b)]] = True
     return _keep_stable(assembly, state, looked_at)
 
 

@@ -4,10 +4,11 @@
 points of a joint, ``kinematics`` says how the blocks of a joint lie to each other, ``forces`` brings the sums to the
 blocks, ``ties`` the pull of rods, ``deformed`` what goes with blocks that strain, ``stepping`` moves these, ``measure``
 reads a position without changing it, ``springs`` says how stiffly its joints hold a block, ``shapes`` finds where
-pieces touch, ``going_on`` the faces that go on from one block to the next, ``pivots`` the joints that bear on an edge;
-``arrays`` is what all of them see. ``zones`` has the forces of blocks cut into zones in the plane, with the same joint
-law, ``zone_plasticity`` returns a zone's stress to its strength (Mohr-Coulomb), ``zone_motion`` moves zones,
-``zone_measure`` reads them.
+pieces touch, ``going_on`` the faces that go on from one block to the next, ``pivots`` the joints that bear on an edge,
+``outlines`` whose edges end a joint, ``cutting`` makes the points of joints that are cut and ``inheriting`` gives them
+what the old ones carried; ``arrays`` is what all of them see. ``zones`` has the forces of blocks cut into zones in the
+plane, with the same joint law, ``zone_plasticity`` returns a zone's stress to its strength (Mohr-Coulomb),
+``zone_motion`` moves zones, ``zone_measure`` reads them.
 
 Rule: a compiled function of ``dem`` stands in this package, is made by ``compiled.kernel`` and uses nothing from
 outside but numpy and numba. What is kept on disk is stamped with the content of all files of the package and of the
@@ -43,9 +44,12 @@ from dem.kernels.arrays import (
     Ties,
 )
 from dem.kernels.compiled import ADDED
+from dem.kernels.cutting import ROOM, Cut, Poses, cut_joints, facing_interface
 from dem.kernels.forces import contact_wrenches
 from dem.kernels.going_on import TURNED, Carrying, faces_that_go_on
+from dem.kernels.inheriting import Heirs, Testators, inherit, keep_energy
 from dem.kernels.measure import measure
+from dem.kernels.outlines import SolidArrays, find_ends
 from dem.kernels.pivots import OF_A, OF_B, OF_BOTH, ON_A, UNKNOWN, bearing_ends
 from dem.kernels.shapes import (
     APART,
@@ -68,8 +72,9 @@ from dem.kernels.ties import add_tie_forces
 __all__ = [
     "ADDED", "APART", "COLUMNS", "CORNER", "CROSSING", "E_APPLIED", "E_DAMPING", "E_FRACTURE", "E_FRICTION",
     "E_KINETIC", "E_SIZE", "E_STEPS", "E_STOP", "E_SUPPORT", "E_VISCOSITY", "E_VISCOUS", "FACES", "LAW", "LAW_SIZE",
-    "MOST", "OF_A", "OF_B", "OF_BOTH", "ON_A", "TURNED", "UNKNOWN", "Acting", "BlockModes", "Carrying", "Joints",
-    "Meetings", "NearPairs", "PieceArrays", "Points", "RigidBodies", "Scheme", "Ties", "add_springs", "add_tie_forces",
-    "advance", "bearing_ends", "contact_shapes", "contact_wrenches", "face_planes", "faces_that_go_on", "measure",
-    "place_pieces", "relative_motion", "rotation_of",
+    "MOST", "OF_A", "OF_B", "OF_BOTH", "ON_A", "ROOM", "TURNED", "UNKNOWN", "Acting", "BlockModes", "Carrying",
+    "Cut", "Heirs", "Joints", "Meetings", "NearPairs", "PieceArrays", "Points", "Poses", "RigidBodies", "Scheme",
+    "SolidArrays", "Testators", "Ties", "add_springs", "add_tie_forces", "advance", "bearing_ends", "contact_shapes",
+    "contact_wrenches", "cut_joints", "face_planes", "faces_that_go_on", "facing_interface", "find_ends", "inherit",
+    "keep_energy", "measure", "place_pieces", "relative_motion", "rotation_of",
 ]

@@ -276,11 +276,11 @@ def fastest_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) -
     return 0.5 * max(tops, default=0.0)
 
 
-def relative_deformation(deformation: StrainShapes, modes: BlockModes, joint: Joints, points: Points) -> Array:
-    """Displacement of b's face against a's by deformation at points of a joint just made [m], its axes, (m, 3)."""
-    side_a, side_b = sides(deformation, points, joint)
-    change = modes.value[joint.block_b[0]] @ side_b[0] - modes.value[joint.block_a[0]] @ side_a[0]
-    return np.asarray(motion_at(np.column_stack([points.s, points.t])) @ change)
+def relative_deformation(deformation: StrainShapes, modes: BlockModes, joints: Joints, points: Points) -> Array:
+    """Displacement of b's face against a's by deformation at points of joints just made [m], their axes, (m, 3)."""
+    side_a, side_b = sides(deformation, points, joints)
+    change = (modes.value[joints.block_b][:, None] @ side_b - modes.value[joints.block_a][:, None] @ side_a)[:, 0]
+    return np.asarray(motion_at(np.column_stack([points.s, points.t])) @ change[owners(joints)][:, :, None])[:, :, 0]
 
 
 def with_joints(deformation: StrainShapes, modes: BlockModes, points: Points, joints: Joints) -> BlockModes:

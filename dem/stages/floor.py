@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from dem.contact.near import near_margin, reaches
+from dem.contact.near import near_margin
 from dem.kernels import E_DAMPING, E_KINETIC
 from dem.kernels.arrays import Index
+from dem.model.pieces import reaches
 from dem.model.state import State
 from limitmason.arrays import Array, Flags
 from limitmason.model import Assembly

@@ -9,8 +9,9 @@ import limitmason as lm
 from dem import kernels
 from dem.contact import detection
 from dem.contact.detection import redetect
-from dem.contact.near import Neighbours, Pieces, near_margin
+from dem.contact.near import Neighbours, near_margin
 from dem.contact.new_joints import assemble
+from dem.model.pieces import Pieces
 from dem.stages import recording
 from limitmason.geometry import box
 
@@ -236,7 +237,7 @@ def test_a_setback_goes_as_its_point_opens_and_no_energy_with_it():
     state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic")
     pieces, margin = Pieces.of(a), near_margin(a)
     # no contact is known
-    assemble(a, state, np.zeros(len(state.interface), dtype=bool), [], np.ones(a.n_blocks, dtype=bool))
+    assemble(a, state, np.zeros(len(state.interface), dtype=bool), None, np.ones(a.n_blocks, dtype=bool))
 
     def energy(height):
         state.bodies.shift[2, 2] = height
@@ -264,7 +265,7 @@ def test_points_cut_while_a_block_is_tilted_above_a_face_are_points_of_the_block
     solids = [box((-1, -1, -0.1), (1, 1, 0)), box((-0.4, -0.15, 0), (0.4, 0.15, 0.2))]
     a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=1e9), fixed=[0])
     state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic")
-    assemble(a, state, np.zeros(len(state.interface), dtype=bool), [], np.ones(a.n_blocks, dtype=bool))
+    assemble(a, state, np.zeros(len(state.interface), dtype=bool), None, np.ones(a.n_blocks, dtype=bool))
     _, tilted = rotation((np.deg2rad(4.0), np.deg2rad(1.0), 0.0))
     lowest = (tilted @ (solids[1].vertices - a.centroids[1]).T)[2].min()
     place(state, a, 1, tilted, (0.0, 0.0, 1e-4 - lowest))

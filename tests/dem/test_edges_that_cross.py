@@ -8,8 +8,9 @@ import dem
 import limitmason as lm
 from dem import kernels
 from dem.contact.detection import redetect
-from dem.contact.near import Pieces, near_margin
+from dem.contact.near import near_margin
 from dem.contact.new_joints import assemble
+from dem.model.pieces import Pieces
 from limitmason.geometry import box
 
 FRICTIONLESS = 1e-9
@@ -147,7 +148,7 @@ def test_a_crossing_is_made_on_both_edges_and_mass_that_joins_adds_no_energy():
     a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=1e9), fixed=[0])
     pieces, margin = Pieces.of(a), near_margin(a)
     empty = dem.make_state(a, lm.Loads.weight(a))
-    assemble(a, empty, np.zeros(len(empty.interface), dtype=bool), [], np.ones(a.n_blocks, dtype=bool))
+    assemble(a, empty, np.zeros(len(empty.interface), dtype=bool), None, np.ones(a.n_blocks, dtype=bool))
     empty.bodies.vel[1:], empty.bodies.spin[1:] = 1e-6, 1e-6
     rng, found = np.random.default_rng(3), 0
     for _ in range(150):

@@ -1,0 +1,118 @@
+"""Joints that slipped or turned so far, or whose blocks touch elsewhere, that they are dropped or cut anew."""
+
+import numpy as np
+
+from dem.kernels import FACES
+from dem.model.edge_points import note_slid, pivots_on_a
+from dem.model.state import PointForces, State
+from limitmason.arrays import Array, Flags, Index
+from limitmason.model import Assembly
+
+SLIP_FRACTION = 0.25
+"""A joint is cut anew when it has slipped this fraction of its point spacing since it was made [-]."""
+
+TURN_LIMIT = np.deg2rad(3.0)
+"""Turn of its blocks since it was made from which a joint is cut anew where they touch elsewhere [rad]."""
+
+PIVOT_TURN = np.deg2rad(0.05)
+"""Turn from which a joint that slid and pivots on an edge of a is cut anew with b as its base [rad]."""
+
+PIVOT_SLIP = 5e-4
+"""Slip from which it is, over the root of its area: the arm of what bears is wrong by the slip [-]."""
+
+
+def among(values: Index, known: Index) -> Flags:
+    """Whether numbers are among some in their order: ``numpy.isin`` sorts both."""
+    if not len(known):
+        return np.zeros(np.shape(values), dtype=bool)
+    return np.asarray(known[np.minimum(np.searchsorted(known, values), len(known) - 1)] == values)
+
+
+def slip_allowed(spacing: Array, count: Index | int) -> Array:
+    """Slip up to which a joint of points at a spacing [m] is neither worn nor may pivot on the wrong edge [m]."""
+    return np.asarray(spacing * np.minimum(SLIP_FRACTION, PIVOT_SLIP * np.sqrt(count)))
+
+
+def spacing_of(state: State) -> Array:
+    """Distance of the points of every joint [m]: the root of their mean area, shape (k,)."""
+    start = state.joints.start
+    return np.asarray(np.sqrt(np.add.reduceat(state.points.area, start[:-1]) / np.diff(start)))
+
+
+def outworn_joints(
+    assembly: Assembly, state: State, now: PointForces, code: Index, key: Index, kind: Index, gap: Array,
+    margin: float, turn: Array, slip: Array, mine: Flags,
+) -> Flags:
+    """Joints to drop or to cut anew, by the pair code of every joint and of every pair of pieces that are near now.
+
+    Only those that are ``mine`` are looked at.
+    """
+    first = state.joints.start[:-1]
+    if not len(first):
+        return np.zeros(0, dtype=bool)
+    # edges that pass each other beyond their ends are infinitely far apart
+    nearest = np.minimum(np.minimum.reduceat(now.opening, first), np.finfo(float).max)
+    spacing = spacing_of(state)
+    pushed = (now.force[:, 0] != 0.0) | (now.force[:, 1] != 0.0) | (now.force[:, 2] != 0.0)
+    carries = np.logical_or.reduceat(pushed, first)
+    sharp = state.contact > FACES
+    # one point on a plane, or two edges, are right at any slip and turn
+    single = sharp & (np.add.reduceat((now.opening < 0.0).astype(int), first) == 1)
+    worn = ~single & (slip > SLIP_FRACTION * spacing)
+    # the piece of the other block that is nearest decides: its kind and gap
+    order = np.lexsort((gap, key))
+    one, at = np.unique(key[order], return_index=True)
+    where = np.searchsorted(one, code)
+    near = among(code, one)
+    shape, apart = np.zeros(len(code), dtype=np.int64), np.full(len(code), np.inf)
+    shape[near], apart[near] = kind[order][at[where[near]]], gap[order][at[where[near]]]
+    # the nearest points are others: a block has come to lie on another face, a corner has left its face, the edges no
+    # longer cross within their lengths. As long as they are the same, a joint between faces is right at any turn
+    elsewhere = np.abs(apart - nearest) > 0.01 * margin + 0.1 * np.abs(nearest)
+    loose = ~carries & (sharp | ((shape > FACES) & elsewhere))
+    swapped = np.zeros(len(code), dtype=bool)
+    rows = np.flatnonzero(mine & ~worn & _may_pivot(state, now, turn, slip))
+    swapped[rows] = pivots_on_a(assembly, state, now, rows)
+    left = elsewhere & ((carries & sharp) | (turn > TURN_LIMIT))
+    return np.asarray(mine & (worn | loose | left | (nearest > 1.5 * margin) | swapped))
+
+
+def largest_slip(state: State, now: PointForces) -> Array:
+    """Largest slip of the points of every joint [m], shape (k,)."""
+    first, (s, t) = state.joints.start[:-1], now.slip.T
+    return np.asarray(np.maximum.reduceat(np.sqrt(s * s + t * t), first)) if len(first) else np.zeros(0)
+
+
+def _may_pivot(state: State, now: PointForces, turn: Array, slip: Array) -> Flags:
+    """Joints that have slid and turned so far that it matters whose edge they pivot on, and bear in part, (k,)."""
+    first = state.joints.start[:-1]
+    mean, pressed = spacing_of(state), (now.opening < 0.0).astype(int)
+    count, bears = np.diff(state.joints.start), np.add.reduceat(pressed, first)
+    slid = slip > PIVOT_SLIP * mean * np.sqrt(count)
+    return np.asarray((turn > PIVOT_TURN) & slid & (bears > 0) & (bears < count))
+
+
+def pivots_on_wrong_face(assembly: Assembly, state: State, now: PointForces) -> bool:
+    """Whether a joint that slid and turned bears on an edge of the block whose face is its plane."""
+    note_slid(state, now)
+    if not len(now.owner):
+        return False
+    tipped = np.flatnonzero(_may_pivot(state, now, turned_since(state), largest_slip(state, now)))
+    return bool(pivots_on_a(assembly, state, now, tipped).any())
+
+
+def turned_since(state: State) -> Array:
+    """Relative rotation of every joint's blocks since it was made [rad]."""
+    j, q = state.joints, state.bodies.quat
+    p = q[j.block_a] * (1, -1, -1, -1)
+    relative = _multiply_rows(_multiply_rows(p, q[j.block_b]), j.turn)
+    return 2.0 * np.arcsin(np.minimum(np.linalg.norm(relative[:, 1:], axis=1), 1.0))
+
+
+def _multiply_rows(p: Array, q: Array) -> Array:
+    a, b, c, d = p.T
+    e, f, g, h = q.T
+    return np.stack([
+        a * e - (b * f + c * g + d * h), a * f + e * b + (c * h - d * g), a * g + e * c + (d * f - b * h),
+        a * h + e * d + (b * g - c * f),
+    ], axis=1)

@@ -1,0 +1,194 @@
+"""What joints that are cut anew take over: shear, dilation and damage of old points, and their elastic energy."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dem.kernels.arrays import LAW, Array, Index, Joints, Points
+from dem.kernels.compiled import kernel
+from dem.kernels.shapes import CROSSING
+
+HARDER = 1.05
+"""Normal force of joints on one face after they are cut anew, over that before, up to which they keep their energy."""
+
+DEEPER = 4.0
+"""Elastic displacement of a point up to which it is moved on to keep the energy, over that of the shape as it is."""
+
+
+class Heirs(NamedTuple):
+    """Joints that are cut, beside what the kernel steps with."""
+
+    contact: Index  # how their blocks meet, (k,)
+    world: Array  # frame in global axes, (k, 3, 3)
+    position: Array  # of the points [m], (m, 3)
+    apart: Array  # distance of the blocks now beside the gap: of edges, or by deformation of the faces [m], (m,)
+    aside: Array  # displacement now of the faces along each other by their deformation [m], (m, 2)
+    setback: Array  # part of the gap that keeps the energy [m], (m,)
+
+
+class Testators(NamedTuple):
+    """What the joints carry that are cut anew."""
+
+    contact: Index  # how their blocks meet, (k,)
+    position: Array  # of the points [m], (m, 3)
+    force: Array  # on block b, global axes [N], (m, 3)
+
+
+@kernel(fast=False, counted=True)
+def inherit(
+    points: Points, joints: Joints, left: Testators, start: Index, heirs_of: Index, own: Index,
+    new: Points, cut: Joints, heirs: Heirs,
+) -> None:
+    """Elastic shear displacement, dilation and damage of the nearest of some old points, written to new ones.
+
+    Parameters
+    ----------
+    points, joints : old ones
+    start, heirs_of : numbers of the old joints that each new one inherits from, run after run
+    own : 1 where such a joint is of the same pair: damage is a pair's own
+    new, cut : points and joints that are cut
+    """
+    for j in range(len(cut.block_a)):
+        a, b, p0, p1 = cut.block_a[j], cut.block_b[j], cut.start[j], cut.start[j + 1]
+        total = np.zeros(3)
+        summed = heirs.contact[j] == CROSSING
+        for h in range(start[j], start[j + 1]):
+            old = heirs_of[h]
+            summed = summed or left.contact[old] == CROSSING
+            along = 1.0 if joints.block_b[old] == b else -1.0
+            for k in range(joints.start[old], joints.start[old + 1]):
+                for r in range(3):
+                    total[r] += along * left.force[k, r]
+        if start[j] == start[j + 1]:
+            continue
+        shear = np.empty(3)
+        area, ks = new.area[p0:p1].sum(), cut.law[j, LAW.ks]
+        for p in range(p0, p1):
+            far, nearest, of = np.inf, -1, -1
+            for h in range(start[j], start[j + 1]):
+                for k in range(joints.start[heirs_of[h]], joints.start[heirs_of[h] + 1]):
+                    d0 = heirs.position[p, 0] - left.position[k, 0]
+                    d1 = heirs.position[p, 1] - left.position[k, 1]
+                    d2 = heirs.position[p, 2] - left.position[k, 2]
+                    apart = d0 * d0 + d1 * d1 + d2 * d2
+                    if apart < far:
+                        far, nearest, of = apart, k, h
+            if nearest < 0:
+                continue
+            old = heirs_of[of]
+            # force on block b of the old joint; the new joint may have swapped a and b
+            same = joints.block_b[old] == b or joints.block_a[old] == a
+            per_area = (1.0 if same else -1.0) / points.area[nearest]
+            for r in range(3):
+                # where a point and an area take over from each other the force is what stays
+                shear[r] = total[r] / area if summed else per_area * left.force[nearest, r]
+            new.lift[p] = 0.0 if heirs.contact[j] == CROSSING else points.lift[nearest]
+            new.damage[p] = points.damage[nearest] if own[of] else 0.0
+            w = heirs.world
+            new.slip_1[p] = (shear[0] * w[j, 0, 0] + shear[1] * w[j, 0, 1] + shear[2] * w[j, 0, 2]) / ks
+            new.slip_2[p] = (shear[0] * w[j, 1, 0] + shear[1] * w[j, 1, 1] + shear[2] * w[j, 1, 2]) / ks
+
+
+@kernel(fast=False)
+def _pressed(stiff: Array, deep: Array, by: float) -> tuple[float, float]:
+    """Energy [J] and normal force [N] of points pressed to a depth less some of it; ``stiff`` is kn A / 2."""
+    energy = force = 0.0
+    for k in range(len(deep)):
+        left = max(deep[k] - by, 0.0)
+        energy += stiff[k] * left * left
+        force += 2.0 * stiff[k] * left
+    return energy, force
+
+
+@kernel(fast=False)
+def _sheared(stiff: Array, along: Array, most: Array, part: float) -> float:
+    """Energy of a part of elastic displacements along the face, each within Coulomb's law [J]."""
+    energy = 0.0
+    for k in range(len(along)):
+        size = min(part * along[k], most[k])
+        energy += stiff[k] * size * size
+    return energy
+
+
+@kernel(fast=False, counted=True)
+def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: Array) -> None:
+    """Setbacks of points with which they store an energy [J], written; negative where they are moved on."""
+    held, force = _pressed(stiff, deep, 0.0)
+    if held <= allowed * (1.0 + 1e-12):
+        more = 0.0
+        if held > 0.0:
+            more = max(min(np.sqrt(allowed / held), HARDER * push / force, DEEPER) - 1.0, 0.0)
+        for k in range(len(deep)):
+            setback[k] = -more * max(deep[k], 0.0)
+        return
+    deepest = deep.max()
+    low, high = 0.0, deepest
+    while high - low > 1e-12 * deepest:
+        middle = 0.5 * (low + high)
+        if _pressed(stiff, deep, middle)[0] > allowed:
+            low = middle
+        else:
+            high = middle
+    for k in range(len(deep)):
+        setback[k] = min(max(deep[k], 0.0), high)
+
+
+@kernel(fast=False, counted=True)
+def _bearable(stiff: Array, along: Array, most: Array, allowed: float) -> float:
+    """Factor on elastic displacements along the face with which they store no more than an energy [J]."""
+    low, high = 0.0, DEEPER
+    if _sheared(stiff, along, most, high) <= allowed:
+        return high
+    while high - low > 1e-12 * high:
+        middle = 0.5 * (low + high)
+        if _sheared(stiff, along, most, middle) > allowed:
+            high = middle
+        else:
+            low = middle
+    return low
+
+
+@kernel(fast=False, counted=True)
+def keep_energy(
+    new: Points, cut: Joints, heirs: Heirs, start: Index, rows: Index, pressure: Array, sheared: Array, push: Array
+) -> None:
+    """Let families of joints that are cut store the elastic energy of those they follow, as far as their law bears it.
+
+    Parameters
+    ----------
+    new, cut, heirs : points and joints that are cut; gaps, setbacks and slips are changed
+    start, rows : joints of each family, run after run
+    pressure, sheared, push : energy of pressure and of shear [J] and normal force [N] of the family's old joints, (f,)
+    """
+    for f in range(len(pressure)):
+        m = 0
+        for i in range(start[f], start[f + 1]):
+            m += cut.start[rows[i] + 1] - cut.start[rows[i]]
+        stiff, deep, setback, along, most = np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m)
+        at = 0
+        for i in range(start[f], start[f + 1]):
+            j = rows[i]
+            for k in range(cut.start[j], cut.start[j + 1]):
+                stiff[at] = 0.5 * cut.law[j, LAW.kn] * new.area[k]
+                deep[at] = new.lift[k] - new.gap[k] - heirs.apart[k]
+                at += 1
+        _set_back(stiff, deep, pressure[f], push[f], setback)
+        at = 0
+        for i in range(start[f], start[f + 1]):
+            j = rows[i]
+            for k in range(cut.start[j], cut.start[j + 1]):
+                heirs.setback[k] = setback[at]
+                new.gap[k] += setback[at]
+                pressed = cut.law[j, LAW.kn] * max(deep[at] - setback[at], 0.0)
+                most[at] = (cut.law[j, LAW.cohesion] + cut.law[j, LAW.tan_phi] * pressed) / cut.law[j, LAW.ks]
+                stiff[at] = 0.5 * cut.law[j, LAW.ks] * new.area[k]
+                along[at] = np.hypot(new.slip_1[k] - heirs.aside[k, 0], new.slip_2[k] - heirs.aside[k, 1])
+                at += 1
+        part = _bearable(stiff, along, most, sheared[f])
+        at = 0
+        for i in range(start[f], start[f + 1]):
+            for k in range(cut.start[rows[i]], cut.start[rows[i] + 1]):
+                size = min(part * along[at], most[at]) / max(along[at], 1e-300)
+                new.slip_1[k] = heirs.aside[k, 0] + size * (new.slip_1[k] - heirs.aside[k, 0])
+                new.slip_2[k] = heirs.aside[k, 1] + size * (new.slip_2[k] - heirs.aside[k, 1])
+                at += 1

@@ -1,0 +1,214 @@
+"""Outlines of the points of a joint, and whose edges end the contact along either axis."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dem.kernels.arrays import Array, Index, Joints, Points
+from dem.kernels.compiled import kernel
+from dem.kernels.kinematics import cross, dot
+from dem.kernels.pivots import OF_A, OF_B, OF_BOTH
+
+
+class SolidArrays(NamedTuple):
+    """Convex pieces of blocks in the reference position, block after block, padded."""
+
+    start: Index  # first piece of every block, (n + 1,)
+    corners: Array  # from the block's centroid [m], (p, v, 3)
+    faces: Index  # corners of every face, (p, f, k)
+    size: Index  # (p, f)
+    n_faces: Index  # (p,)
+
+
+@kernel(fast=False, counted=True)
+def slope_of(x: Array, y: Array, height: Array) -> tuple[float, float]:
+    """Slopes along x and y of the plane nearest to heights at points; level across where these lie in a row."""
+    n = len(x)
+    mx = my = mean = 0.0
+    for k in range(n):
+        mx, my, mean = mx + x[k], my + y[k], mean + height[k]
+    mx, my, mean = mx / n, my / n, mean / n
+    xx = yy = xy = u = v = 0.0
+    for k in range(n):
+        dx, dy, h = x[k] - mx, y[k] - my, height[k] - mean
+        xx, yy, xy = xx + dx * dx, yy + dy * dy, xy + dx * dy
+        u, v = u + dx * h, v + dy * h
+    det, whole = xx * yy - xy * xy, xx + yy
+    if det > 1e-16 * whole * whole:
+        return (yy * u - xy * v) / det, (xx * v - xy * u) / det
+    if not whole > 0.0:
+        return 0.0, 0.0
+    # the sums of products of a row along (c, s) are its length squared times c c, c s and s s
+    return (xx * u + xy * v) / (whole * whole), (xy * u + yy * v) / (whole * whole)
+
+
+@kernel(fast=False, counted=True)
+def convex_hull(x: Array, y: Array, corners: Index) -> int:
+    """Corners of the convex hull of points, counter-clockwise from the leftmost; none in the middle of a side.
+
+    Their numbers are written to ``corners``, which has two places more than there are points; how many is returned.
+
+    Notes
+    -----
+    Source: the monotone chain of Andrew (1979).
+    """
+    n = len(x)
+    order = np.empty(n, np.int64)
+    for k in range(n):
+        at = k
+        while at > 0 and (x[k] < x[order[at - 1]] or (x[k] == x[order[at - 1]] and y[k] < y[order[at - 1]])):
+            order[at] = order[at - 1]
+            at -= 1
+        order[at] = k
+    flat = 1e-12 * (x.max() - x.min()) * (y.max() - y.min())
+    found = 0
+    for way in range(2):
+        first = found
+        for step in range(n):
+            k = order[step] if way == 0 else order[n - 1 - step]
+            while found - first > 1:
+                i, j = corners[found - 2], corners[found - 1]
+                if (x[j] - x[i]) * (y[k] - y[i]) - (y[j] - y[i]) * (x[k] - x[i]) > flat:
+                    break
+                found -= 1
+            corners[found] = k
+            found += 1
+        found -= 1
+    return found
+
+
+@kernel(fast=False)
+def _inside(solids: SolidArrays, block: int, at: tuple[float, float, float]) -> bool:
+    """Whether a place lies in a block, from its centroid in the reference position."""
+    x = solids.corners
+    for p in range(solids.start[block], solids.start[block + 1]):
+        within = True
+        for f in range(solids.n_faces[p]):
+            n0 = n1 = n2 = 0.0
+            m = solids.size[p, f]
+            for k in range(m):
+                u, v = solids.faces[p, f, k], solids.faces[p, f, (k + 1) % m]
+                n0 += x[p, u, 1] * x[p, v, 2] - x[p, u, 2] * x[p, v, 1]
+                n1 += x[p, u, 2] * x[p, v, 0] - x[p, u, 0] * x[p, v, 2]
+                n2 += x[p, u, 0] * x[p, v, 1] - x[p, u, 1] * x[p, v, 0]
+            u = solids.faces[p, f, 0]
+            if n0 * (at[0] - x[p, u, 0]) + n1 * (at[1] - x[p, u, 1]) + n2 * (at[2] - x[p, u, 2]) > 0.0:
+                within = False
+                break
+        if within:
+            return True
+    return False
+
+
+@kernel(fast=False)
+def _whose_side(j: int, joints: Joints, solids: SolidArrays, s: float, t: float, step: float) -> int:
+    """Whose edge a side of joint j's outline is: which faces do not go on at a place a step beyond it."""
+    frame, turn = joints.frame, joints.turn
+    local = (
+        s * frame[j, 0, 0] + t * frame[j, 1, 0], s * frame[j, 0, 1] + t * frame[j, 1, 1],
+        s * frame[j, 0, 2] + t * frame[j, 1, 2],
+    )
+    n = (step * frame[j, 2, 0], step * frame[j, 2, 1], step * frame[j, 2, 2])
+    arm = joints.arm_a
+    if _inside(solids, joints.block_a[j], (
+        arm[j, 0] + local[0] - n[0], arm[j, 1] + local[1] - n[1], arm[j, 2] + local[2] - n[2]
+    )):
+        # a face that goes on on both sides ends at a seam of parts of one block: the points stay with b
+        return OF_B
+    w, v = turn[j, 0], (turn[j, 1], turn[j, 2], turn[j, 3])
+    above = (local[0] + n[0], local[1] + n[1], local[2] + n[2])
+    across, along, same = cross(v, above), 2.0 * dot(v, above), 2.0 * w * w - 1.0
+    arm = joints.arm_b
+    goes_on = _inside(solids, joints.block_b[j], (
+        arm[j, 0] + same * above[0] + along * v[0] + 2.0 * w * across[0],
+        arm[j, 1] + same * above[1] + along * v[1] + 2.0 * w * across[1],
+        arm[j, 2] + same * above[2] + along * v[2] + 2.0 * w * across[2],
+    ))
+    return OF_A if goes_on else OF_BOTH
+
+
+@kernel(fast=False, counted=True)
+def _outline(x: Array, y: Array, wide: float, high: float, corners: Index, u: Array, v: Array) -> int:
+    """Convex outline of points, written to ``u`` and ``v``; of a row of points a narrow strip around it."""
+    if min(wide, high) > 1e-9 * max(wide, high):
+        count = convex_hull(x, y, corners)
+        for i in range(count):
+            u[i], v[i] = x[corners[i]], y[corners[i]]
+        return count
+    along, across = (x, y) if wide >= high else (y, x)
+    low, top, aside = along.argmin(), along.argmax(), 0.5 * max(wide, high)
+    one, two = (u, v) if wide >= high else (v, u)
+    # counter-clockwise: along x from below, along y from the right
+    sign = -1.0 if wide >= high else 1.0
+    one[0], one[1], one[2], one[3] = along[low], along[top], along[top], along[low]
+    two[0], two[1] = across[low] + sign * aside, across[top] + sign * aside
+    two[2], two[3] = across[top] - sign * aside, across[low] - sign * aside
+    return 4
+
+
+@kernel(fast=False, counted=True)
+def _between(
+    u: Array, v: Array, whose: Index, count: int, along: float, aside: float
+) -> tuple[float, float, float]:
+    """Where a point lies between an outline's ends along u, 0 low to 1 high, and whose edge each end is.
+
+    (0.5, OF_B, OF_B) where there are none.
+    """
+    reach = max(u[:count].max() - u[:count].min(), v[:count].max() - v[:count].min())
+    low, high, first, last = np.inf, -np.inf, -1, -1
+    for i in range(count):
+        k = (i + 1) % count
+        rise = v[k] - v[i]
+        if not abs(rise) > 1e-9 * reach:
+            continue
+        way = (aside - v[i]) / rise
+        if not (way > -1e-6 and way < 1.0 + 1e-6):
+            continue
+        at = u[i] + way * (u[k] - u[i])
+        if at < low:
+            low, first = at, i
+        if at > high:
+            high, last = at, i
+    if first < 0:
+        return 0.5, float(OF_B), float(OF_B)
+    length = high - low
+    if not length > 1e-9 * reach:
+        return 0.5, float(OF_B), float(OF_B)
+    return min(max((along - low) / length, 0.0), 1.0), float(whose[first]), float(whose[last])
+
+
+@kernel(fast=False, counted=True)
+def find_ends(points: Points, joints: Joints, setback: Array, solids: SolidArrays, rows: Index, ends: Array) -> None:
+    """Write the rows of ``ends`` of the points of some joints.
+
+    A row holds s, t and the gradient of the gap as it was made, then for each axis its ends. Those are the part of the
+    way from the lower to the upper end, and whose edge either is.
+    """
+    for j in rows:
+        first, last = joints.start[j], joints.start[j + 1]
+        n = last - first
+        x, y, out = points.s[first:last], points.t[first:last], ends[first:last]
+        own = points.gap[first:last] - setback[first:last]
+        slope = slope_of(x, y, own)
+        for k in range(n):
+            out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x[k], y[k], slope[0], slope[1]
+            for c in range(4, 10, 3):
+                out[k, c], out[k, c + 1], out[k, c + 2] = 0.5, OF_B, OF_B
+        wide, high = x.max() - x.min(), y.max() - y.min()
+        largest = max(wide, high)
+        if not largest > 0.0:
+            continue
+        room = max(n + 2, 4)
+        corners, u, v, whose = np.empty(room, np.int64), np.empty(room), np.empty(room), np.empty(room, np.int64)
+        count, step = _outline(x, y, wide, high, corners, u, v), 1e-4 * largest
+        for i in range(count):
+            k = (i + 1) % count
+            du, dv = u[k] - u[i], v[k] - v[i]
+            by = step / np.sqrt(du * du + dv * dv)
+            s, t = 0.5 * (u[i] + u[k]) + by * dv, 0.5 * (v[i] + v[k]) - by * du
+            whose[i] = _whose_side(j, joints, solids, s, t, step)
+        for k in range(n):
+            if wide > 1e-9 * largest:
+                out[k, 4], out[k, 5], out[k, 6] = _between(u, v, whose, count, x[k], y[k])
+            if high > 1e-9 * largest:
+                out[k, 7], out[k, 8], out[k, 9] = _between(v, u, whose, count, y[k], x[k])
