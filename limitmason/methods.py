@@ -257,6 +257,8 @@ def predict_cases(
     dict
         In the order given; the governing case is ``min(out, key=lambda k: out[k].collapse_multiplier)``.
     """
+    if not isinstance(cases, Mapping):
+        raise InputError(f"cases must be a mapping of loads by name, got {type(cases).__name__}")
     if not cases:
         raise InputError("no load cases are given")
     return {name: predict(assembly, loads, method, **options) for name, loads in cases.items()}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.checks import finite, numbers, positive, several
+from limitmason.checks import choice, finite, instance, numbers, positive, several
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.geometry.contact import KEPT, ContactRules, DoubtfulContact
@@ -268,6 +268,8 @@ class Assembly(Displayed, Blockwork):
         if isinstance(kinds, str):
             raise InputError(f"kinds must be several names such as ('bed', 'base'), got the single word {kinds!r}")
         chosen = None if kinds is None else set(kinds)
+        for kind in chosen or ():
+            choice("kinds", kind, sorted({"base", "bed", "crack", "head", *(i.kind for i in self.interfaces)}))
         names = [b.name for b in self.blocks]
         if isinstance(joints, Joint) or callable(joints):
             new: dict[int, Joint] = {}
@@ -275,7 +277,8 @@ class Assembly(Displayed, Blockwork):
             for i in self.interfaces:
                 if chosen is None or i.kind in chosen:
                     if id(i.joint) not in new:
-                        new[id(i.joint)] = joints if isinstance(joints, Joint) else joints(i.joint)
+                        law = joints if isinstance(joints, Joint) else joints(i.joint)
+                        new[id(i.joint)] = instance("joints(joint)", law, Joint)
                     i = replace(i, joint=new[id(i.joint)])
                 laid.append(i)
             changed = tuple(laid)
@@ -311,6 +314,8 @@ class Assembly(Displayed, Blockwork):
             table = dict.fromkeys(chosen, material)
         elif blocks is not None:
             raise InputError("blocks goes with one material; a table names its blocks itself")
+        elif not isinstance(material, Mapping):
+            raise InputError(f"material must be a limitmason.Material, or a table of them, got {material!r}")
         else:
             table = {self.block_index(b): m for b, m in material.items()}
         laid = list(self.blocks)
