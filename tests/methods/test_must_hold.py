@@ -133,7 +133,6 @@ INSIDE = {
 }
 LONGER = {
     "ferris 3": (lambda: ferris("wall-3"), (2, 2)),
-    "shear wall": (lambda: minho("SW.250.1"), (2, 2)),
 }
 
 

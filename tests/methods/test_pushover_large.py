@@ -2,10 +2,10 @@
 
 import math
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
+from pulled_in_ends import AT, OTHERS, between, check_falling_branch, check_frames_of_pairs, rounded
 
 import dem
 import limitmason as lm
@@ -123,41 +123,6 @@ def test_an_ensemble_of_gaps_spreads_as_far_as_the_gaps_lean():
 
 # ---- beside other programs ----------------------------------------------------------------------------------------
 
-AT = (80, 100, 150, 200)  # mm
-# multipliers of UDEC and LMGC90 at displacements of the top right corner of the last block, medians of about 30
-# samples; example files of HybriDFEM 3.1 (Bouckaert, Godio and Pacheco de Almeida), blocks of 10 kN/m3
-OTHERS = {
-    "wall-1": {"UDEC": (0.513, 0.488, 0.426, 0.357), "LMGC90": (0.505, 0.480, 0.416, 0.345), "peak": 0.574},
-    "wall-2": {"UDEC": (0.492, 0.478, 0.443, 0.390), "LMGC90": (0.480, 0.463, 0.429, 0.399), "peak": 0.497},
-    "wall-3": {"UDEC": (0.303, 0.292, 0.263, 0.234), "LMGC90": (0.297, 0.285, 0.257, 0.229), "peak": 0.325},
-}
-
-
-@cache
-def rounded(name, inset, kn, to, contacts="anew", steps=None):
-    """Curve of a Ferris and Tin-Loi wall with contact ends pulled in, over the displacement of its top right corner.
-
-    Stiffness per area of the whole joint: kn 1e8 Pa/m x area in the files, which pull in points and not springs.
-    """
-    test = experiments.load("ferris-tin-loi-2001", name, dilatancy_deg=0.0, density=1e4 / 9.81)
-    whole = test.assembly()
-    wall = whole.with_contact_ends_pulled_in(inset, direction=(0, 1, 0))
-    share = whole.arrays.area / wall.arrays.area
-    wall = wall.with_interfaces(
-        replace(i, joint=replace(i.joint, normal_stiffness=kn * s, shear_stiffness=10 * kn * s))
-        for i, s in zip(wall.interfaces, share, strict=True)
-    )
-    curve = lm.pushover(wall, test.loads(), to=to, contacts=contacts, steps=steps)
-    last = wall.blocks[-1]
-    corner = last.vertices.max(axis=0) * (1, 0.5, 1)
-    moved = curve.displacement_of(last.name, at=corner)[:, 0]
-    return 1e3 * (moved - moved[0]), curve
-
-
-def between(name):
-    return np.mean([OTHERS[name]["UDEC"], OTHERS[name]["LMGC90"]], axis=0)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name, inset, to", [("wall-1", 0.02, 0.0318), ("wall-2", 0.02, 0.02), ("wall-3", 0.02, 0.06)])
 def test_peaks_with_ends_pulled_in_20_mm_are_those_of_udec(name, inset, to):
@@ -166,17 +131,15 @@ def test_peaks_with_ends_pulled_in_20_mm_are_those_of_udec(name, inset, to):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name, to", [("wall-1", 0.03), ("wall-2", 0.045), ("wall-3", 0.06)])
-def test_falling_branches_lie_beside_udec_and_lmgc90(name, to):
-    """With ends pulled in 10 mm and 5e7 Pa/m; with the stated 20 mm and 1e8 Pa/m they lie 2 to 9 % below.
+def test_the_falling_branch_of_wall_2_lies_beside_udec_and_lmgc90():
+    """As those of walls 1 and 3 in the lane of validation.
+
+    With ends pulled in 10 mm and 5e7 Pa/m; with the stated 20 mm and 1e8 Pa/m they lie 2 to 9 % below.
 
     The files name 20 mm and 1e8 Pa/m. What both programs follow is stronger: LMGC90 peaks at 0.607 on wall 1, above
     the associative 0.5995 of 20 mm. With 10 mm and 5e7 Pa/m walls 2 and 3 are UDEC's within 2 % from 20 to 200 mm.
     """
-    moved, curve = rounded(name, 0.01, 5e7, to)
-    assert moved[-1] > 200.0
-    assert np.interp(AT, moved, curve.load) == pytest.approx(between(name), rel=0.06)
-    assert all(c.accepted for c in curve.certificates)
+    check_falling_branch("wall-2", 0.045)
 
 
 @pytest.mark.slow
@@ -210,8 +173,8 @@ def joined(wall, kn, psi_deg=0.0):
     return wall.with_joints(lambda j: replace(j, normal_stiffness=kn, shear_stiffness=kn, dilatancy_angle_deg=psi_deg))
 
 
-def ten_walls():
-    for name in ("wall-1", "wall-2", "wall-3", "wall-4"):
+def six_walls():
+    for name in ("wall-2", "wall-4"):
         for psi_deg in (0.0, math.degrees(math.atan(0.65)) * (1 - 1e-12)):
             test = experiments.load("ferris-tin-loi-2001", name)
             yield pytest.param(joined(test.assembly(), 1e8, psi_deg), test.loads(), id=f"{name}, psi {psi_deg:.0f}")
@@ -223,7 +186,7 @@ def ten_walls():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("wall, loads", list(ten_walls()))
+@pytest.mark.parametrize("wall, loads", list(six_walls()))
 def test_the_first_limit_point_lies_in_the_bracket_of_the_dem(wall, loads):
     """On the same points, stiffness and frames; joints of 1e8 Pa/m let a block move by a tenth of it before collapse.
 
@@ -235,7 +198,7 @@ def test_the_first_limit_point_lies_in_the_bracket_of_the_dem(wall, loads):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["wall-1", "wall-2", "wall-3", "wall-4"])
+@pytest.mark.parametrize("name", ["wall-2", "wall-4"])
 def test_it_does_with_contacts_that_follow_their_edges_too(name):
     """On first contacts wall 2 bears .5187, on those found anew .5132."""
     test = experiments.load("ferris-tin-loi-2001", name)
@@ -247,32 +210,9 @@ def test_it_does_with_contacts_that_follow_their_edges_too(name):
 
 
 @pytest.mark.slow
-def test_the_falling_branch_of_wall_1_does_not_depend_on_the_steps():
-    """Near 107 mm one of two points lets go of a block; a step over it may end with the other open: another curve."""
-    load = {}
-    for largest in (0.04, 0.02, 0.01):
-        # 0.04 is the default, whose curve has its peak compared above
-        steps = None if largest == Steps().largest else Steps(largest=largest)
-        moved, curve = rounded("wall-1", 0.02, 1e8, 0.0318, steps=steps)
-        assert moved[-1] > 200.0
-        assert not curve.jumps
-        assert all(c.accepted for c in curve.certificates)
-        load[largest] = np.interp((*AT, 120, 180), moved, curve.load)
-    for largest in (0.04, 0.02):
-        assert load[largest] == pytest.approx(load[0.01], rel=5e-3)
-    assert load[0.01][:4] == pytest.approx(between("wall-1"), rel=0.065)
-    # where points may open and stick as far as they like in a step, the steps decide
-    moved, curve = rounded("wall-1", 0.02, 1e8, 0.0318, steps=Steps(largest=0.01, opening=1.0, sliding=1.0))
-    assert np.interp(200.0, moved, curve.load) < 0.97 * load[0.01][3]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name, to", [("wall-1", 0.029), ("wall-2", 0.038), ("wall-3", 0.06)])
-def test_frames_as_in_programs_of_contact_pairs_lie_beside_both_programs_with_20_mm(name, to):
+def test_frames_as_in_programs_of_contact_pairs_lie_beside_both_programs_with_20_mm():
     """The first points, frames carried by the lower block: within 3 % of the mean; corners on faces lie lower."""
-    moved, curve = rounded(name, 0.02, 1e8, to, "first")
-    assert moved[-1] > 200.0
-    assert np.interp(AT, moved, curve.load) == pytest.approx(between(name), rel=0.04)
+    check_frames_of_pairs("wall-3", 0.06)
 
 
 # ---- supports that move -------------------------------------------------------------------------------------------
