@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.checks import finite, instance, numbers, positive
+from limitmason.checks import choice, finite, instance, numbers, positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.model.response_spectrum import STEPS, largest_displacements, refined
@@ -61,8 +61,7 @@ class GroundSpectrum:
                 raise InputError(f"ground spectrum: {name} must be positive, got {getattr(self, name)!r}")
         if self.ag > LARGEST_AG:
             raise InputError(f"ground spectrum: ag is over g, got {self.ag!r}; is it in m/s2?")
-        if self.soil not in _SOILS:
-            raise InputError(f"ground spectrum: soil must be one of {', '.join(_SOILS)}, got {self.soil!r}")
+        choice("ground spectrum: soil", self.soil, _SOILS)
 
     @property
     def amplification(self) -> float:

@@ -17,8 +17,9 @@ from limitmason.capacity.contacts import standard_points
 from limitmason.capacity.ensemble import GOES_ON, thickness
 from limitmason.capacity.outcomes import OVERTURNED, REACHED
 from limitmason.capacity.papers import PAPERS
+from limitmason.checks import positive
 from limitmason.display.progress import watched
-from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.errors import NotApplicable, NotConverged
 from limitmason.mechanics.contact_points import Grid, chosen_grid
 from limitmason.mechanics.plane import find_plane
 from limitmason.methods import NON_ASSOCIATIVE, get_method
@@ -68,8 +69,7 @@ def sustained(
         Where there is no smallest state to begin with.
     """
     few: tuple[str, ...] = ()
-    if not (math.isfinite(goes_on) and goes_on > 0.0):
-        raise InputError(f"goes_on must be a positive part of the thickness, got {goes_on!r}")
+    positive("goes_on", goes_on)
     if contact_model is None and grid is not None:
         contact_model = "grid"
     elif contact_model is None and smallest is not None:

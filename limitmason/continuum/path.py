@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from limitmason.checks import positive
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.result import SolidCurve, curve_of
 from limitmason.continuum.solid import Continuum
@@ -87,8 +88,8 @@ def push(
     point, direction = read_vector("point of control", control[0]), read_vector("direction of control", control[1])
     given = {"to": to, "first": first, "largest": largest, "tolerance": tolerance, "energy_error": energy_error}
     for name, value in (*given.items(), ("band", band)):
-        if value is not None and not (np.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} must be positive, got {value!r}")
+        if value is not None:
+            positive(name, value)
     if not np.abs(model.live).max() > 0.0:
         raise InputError("no live load acts on the solid: there is nothing to push with")
     solver = Solver(model, model.functional(point, direction), tolerance, band)

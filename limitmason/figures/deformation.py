@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
@@ -153,9 +154,7 @@ def animate(
 
 def rigid_motion(model: Assembly, shift: Array, vector: Array, scale: float) -> RigidMotion:
     """Motion of the blocks with displacements [m] and rotation vectors [rad] times a factor [-]."""
-    if not (np.isfinite(scale) and scale > 0.0):
-        raise InputError(f"scale must be a positive factor, got {scale!r}")
-    return RigidMotion(model.centroids, scale * shift, rotation_matrices(scale * vector))
+    return RigidMotion(model.centroids, positive("scale", scale) * shift, rotation_matrices(scale * vector))
 
 
 def cracked_joints(model: Assembly, motion: RigidMotion, crack: float | None) -> MovingJoints:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array, Flags, Index
+from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.geometry.facing import Faces, FacingPairs, all_faces, facing_pairs
 from limitmason.geometry.overlap import near_pairs, penetrations
@@ -46,8 +47,8 @@ class ContactRules:
         """Check the ranges."""
         for name in ("distance", "width"):
             value = getattr(self, name)
-            if value is not None and not (np.isfinite(value) and value > 0.0):
-                raise InputError(f"contact {name} must be positive [m], got {value!r}")
+            if value is not None:
+                positive(f"contact {name}", value, "m")
         if not 0.0 <= self.wedge_deg <= self.angle_deg <= LOOKED_AT_DEG:
             raise InputError(
                 f"contact angles must keep 0 <= wedge ({self.wedge_deg!r}) <= angle ({self.angle_deg!r}) <= "

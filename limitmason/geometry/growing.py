@@ -10,6 +10,7 @@ from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 
 from limitmason.arrays import Array
+from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.geometry.polyhedron import Solid, face_planes, mass_properties
@@ -67,8 +68,7 @@ def grown(
     InputError
         A stone without volume, or one that its neighbours leave nothing of, by name.
     """
-    if not (np.isfinite(reach) and reach > 0.0):
-        raise InputError(f"reach must be a positive length [m], got {reach!r}")
+    positive("reach", reach, "m")
     own = [_planes(np.asarray(s, dtype=float)) for s in stones]
     solids = [_inside(n, d, np.asarray(s, dtype=float)) for (n, d), s in zip(own, stones, strict=True)]
     every = [*solids, *against]

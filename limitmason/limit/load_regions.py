@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -392,20 +392,20 @@ def _nearest(points: Array, w: Array, rays: Array | None = None) -> Array:
 
 def _extreme_rays(rays: Array) -> Array:
     """Rays that are no sum of the others."""
-    kept = list(range(len(rays)))
-    for i in range(len(rays)):
-        rest = [j for j in kept if j != i]
-        if rest and nnls(rays[rest].T, rays[i])[1] < 1e-6:
-            kept = rest
-    return rays[kept]
+    return rays[_needed(len(rays), lambda i, rest: nnls(rays[rest].T, rays[i])[1] < 1e-6)]
 
 
 def _extreme(points: Array, extent: Array) -> list[int]:
     """Numbers of the points that are not between others."""
-    kept = list(range(len(points)))
-    for i in range(len(points)):
+    at = points / extent
+    return _needed(len(at), lambda i, rest: float(np.linalg.norm(at[i] - _nearest(at[rest], at[i]))) < 1e-7)
+
+
+def _needed(count: int, made_of: Callable[[int, list[int]], bool]) -> list[int]:
+    """Numbers of those that are not made of the rest, taken out one by one."""
+    kept = list(range(count))
+    for i in range(count):
         rest = [j for j in kept if j != i]
-        at = points[i] / extent
-        if rest and np.linalg.norm(at - _nearest(points[rest] / extent, at)) < 1e-7:
+        if rest and made_of(i, rest):
             kept = rest
     return kept

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array, Flags, Index
-from limitmason.checks import instance
+from limitmason.checks import instance, positive
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 
@@ -110,8 +110,7 @@ def drawn_motion(assembly: Assembly, twists: Array, scale: float) -> RigidMotion
     ----------
     scale : largest displacement over that size [-]; rotations are held below 0.35 rad whatever it is
     """
-    if not (np.isfinite(scale) and scale > 0.0):
-        raise InputError(f"scale must be a positive fraction of the structure's size, got {scale!r}")
+    positive("scale", scale)
     fastest = float(largest_rates(assembly, twists).max(initial=0.0))
     spin = float(np.linalg.norm(twists[:, 3:], axis=1).max(initial=0.0))
     if fastest == 0.0:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.arrays import Array
+from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.geometry.contact import (
     CONTACT_CODES,
@@ -217,8 +218,8 @@ class ContactReport(ReadOnly):
 
 def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: float | None) -> ContactReport:
     """See ``Assembly.contact_report``."""
-    if distance is not None and not (np.isfinite(distance) and distance > 0.0):
-        raise InputError(f"distance must be positive [m], got {distance!r}")
+    if distance is not None:
+        positive("distance", distance, "m")
     if angle_deg is not None and not 0.0 < angle_deg < 90.0:
         raise InputError(f"angle_deg must be between 0 and 90, got {angle_deg!r}")
     rules, blocks = assembly.contact_rules, assembly.blocks

@@ -62,7 +62,7 @@ def test_rotation_is_bounded_however_large_the_scale():
     turned = motion.drawn_motion(assembly, rocking(assembly, [1]).mechanism.twists, 50.0)
     angle = math.acos(0.5 * (np.trace(turned.rotation[1]) - 1.0))
     assert angle == pytest.approx(0.35)
-    with pytest.raises(ValueError, match="scale must be a positive fraction"):
+    with pytest.raises(ValueError, match="scale must be positive"):
         figures.mechanism(assembly, rocking(assembly, [1]), scale=0.0)
 
 

@@ -22,6 +22,7 @@ from limitmason.answers.results import (
     Status,
 )
 from limitmason.arrays import Array
+from limitmason.checks import choice
 from limitmason.display.progress import noted
 from limitmason.errors import InputError
 from limitmason.limit.associative import contact_facts, solve_associative
@@ -135,8 +136,8 @@ def solve_nonassociative(
     """
     start = time.perf_counter()
     deadline = np.inf if time_limit is None else start + time_limit
-    if isinstance(search, str) and search not in EFFORTS:
-        raise InputError(f"search must be one of {tuple(EFFORTS)}, got {search!r}")
+    if isinstance(search, str):
+        choice("search", search, EFFORTS)
     for name, number in (("accuracy", accuracy), ("time_limit", time_limit), ("proof_seconds", proof_seconds)):
         if number is not None and not number > 0:
             raise InputError(f"{name} must be positive, got {number}")
