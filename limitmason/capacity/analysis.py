@@ -220,13 +220,16 @@ def pushover(
         return certified_curve(generations, nodes, origin, REACHED, warnings, 1.0)
     if to is not None and finite("to [m]", to) == 0.0:
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
-    end = None if to is None else system.controlled(origin) + to
+    end, begins = None if to is None else system.controlled(origin) + to, nodes[-1].control
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
     warnings += said
     if contact_model is None and grid is None and initial is None:
         warnings += _told_of_points(generations, nodes, stiffness)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
-    return certified_curve(generations, nodes, origin, status, warnings, 1.0 if moving is None else ratio)
+    if moving is not None:
+        return certified_curve(generations, nodes, origin, status, warnings, ratio)
+    _, toward = path.senses(begins, end, ratio)
+    return certified_curve(generations, nodes, origin, status, warnings, 1.0, toward)
 
 
 def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming: bool) -> bool:

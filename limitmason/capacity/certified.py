@@ -28,6 +28,7 @@ def certified_curve(
     status: PathEnd,
     warnings: list[str],
     unit: float,
+    toward: float = 1.0,
 ) -> PushoverCurve:
     """The curve of a path with a certificate per step.
 
@@ -37,6 +38,7 @@ def certified_curve(
     status : how the path ended
     warnings : what is known so far; more is added
     unit : load of multiplier 1, 1.0 where the curve is in multipliers, else [N]
+    toward : sign of the load in the sense in which it is pushed
     """
     first = nodes[0]
     structures, state = generations.structures, generations.state
@@ -79,6 +81,7 @@ def certified_curve(
         errors={"energy": np.array([c.energy for c in certificates])}, states=tuple(state(n) for n in nodes),
         status=status, warnings=tuple(warnings), source="limitmason", generations=generations, nodes=tuple(nodes),
         certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin, breaks=breaks,
+        toward=toward,
         references=(*PAPERS, *data_behind(structures[0].assembly.recipe)),
     )
 

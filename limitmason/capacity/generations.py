@@ -13,7 +13,7 @@ from limitmason.capacity.contact_search.overlap import DEEP, deepest
 from limitmason.capacity.contact_search.touching import beside_faces, found_anew, landed, outside
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.stepping import Node, Onward
-from limitmason.capacity.system import System
+from limitmason.capacity.system import Evaluated, System
 
 RUNS_OFF = 4.0
 """Overshoots by which a point that bears may run off its face in one step [-]."""
@@ -22,6 +22,9 @@ MOVES_ON = 20.0
 """Overshoots by which a place where sides cross may move along the side that carries it in one step [-]."""
 
 _OPEN, _TURNS = 0.1, 3e-3
+
+FIRMER = 0.9
+"""Stiffness of a point over that at the other end of a step, below which it counts as weaker [-]."""
 
 LEAST = 0.05
 """Share of a step that is tried where too much would happen in all of it [-]."""
@@ -175,6 +178,11 @@ class Generations:
         before = stored(self.structures[node.generation], self.state(node))
         return stored(self.structures[after.generation], self.state(after)) - before
 
+    def _reached(self, node: Node, before: Node | None) -> Evaluated:
+        """A node as it was reached from the one before, with the tangents of that step."""
+        old = node.history if before is None else self.begun(before).history
+        return self.systems[node.generation].evaluate(node.pose, old, node.multiplier)
+
     def rise(self, node: Node, before: Node | None, move: float) -> float:
         """By how much the multiplier rises over a control displacement [m], by the tangent at a node [-].
 
@@ -184,9 +192,27 @@ class Generations:
         ----------
         before : node from which it was reached, whose slip decides which points slide on
         """
-        system = self.systems[node.generation]
-        old = node.history if before is None else self.begun(before).history
-        step = system.onward(system.evaluate(node.pose, old, node.multiplier), move)
+        step = self.systems[node.generation].onward(self._reached(node, before), move)
+        return np.nan if step is None else float(step[-1])
+
+    def weakest_rise(self, nodes: list[Node], new: Node, move: float) -> float | None:
+        """The same by the weaker tangent of every point at both ends of a step, or None where one end has them all.
+
+        Points that let go make a path less steep, those that take hold steeper. Where both happen in a step this is as
+        steep as it falls, whichever came first.
+        """
+        last = nodes[-1]
+        at, was = self._reached(new, last), self._reached(last, nodes[-2] if len(nodes) > 1 and not last.jump else None)
+        now, earlier = at.returned.tangent, was.returned.tangent
+        if last.onward is not None:
+            anew = last.onward.before
+            earlier = np.where((anew < 0)[:, None, None], now, earlier[anew])
+        own, others = (np.trace(t, axis1=1, axis2=2) for t in (now, earlier))
+        weaker = others < FIRMER * own
+        if not (weaker.any() and (own < FIRMER * others).any()):
+            return None
+        mixed = at.returned._replace(tangent=np.where(weaker[:, None, None], earlier, now))
+        step = self.systems[new.generation].onward(at._replace(returned=mixed), move)
         return np.nan if step is None else float(step[-1])
 
     def senses(self, node: Node, before: Node | None) -> tuple[int, int]:
@@ -196,9 +222,7 @@ class Generations:
         ----------
         before : node from which it was reached, whose slip decides which points slide on
         """
-        system = self.systems[node.generation]
-        old = node.history if before is None else self.begun(before).history
-        at = system.evaluate(node.pose, old, node.multiplier)
+        system, at = self.systems[node.generation], self._reached(node, before)
         return system.sense(at, "multiplier"), system.sense(at, "control")
 
     def forces(self, node: Node) -> tuple[Array, Array, Array]:

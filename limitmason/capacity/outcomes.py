@@ -22,7 +22,6 @@ class PathEnd(StrEnum):
 
 
 REACHED, PASSED, OVERTURNED, STOPPED, PLATEAU, OPENED, CANNOT_STAND = PathEnd
-BELOW = 0.02  # of the median block size: displacement over which a load below its limit point has passed it
 
 
 class Phase(StrEnum):

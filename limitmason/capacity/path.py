@@ -12,9 +12,9 @@ import numpy as np
 
 from limitmason.capacity import breaking, stepping
 from limitmason.capacity.generations import Generations
-from limitmason.capacity.limit_point import DROP, LEVEL, plateau
+from limitmason.capacity.kinematics import Pose
+from limitmason.capacity.limit_point import DROP, LEVEL, passed
 from limitmason.capacity.outcomes import (
-    BELOW,
     OPENED,
     OVERTURNED,
     PASSED,
@@ -105,6 +105,8 @@ class _Path:
     rounds: int = 0  # of closing in on a limit point
     short: int = 0  # steps of this round
     taken_off: float = 0.0  # largest fall where contacts were found anew, of the largest load
+    steepest: float = 0.0  # rise of the load over displacement so far [1/m]
+    slope: tuple[Pose | None, float] = None, 0.0  # of the multiplier by the tangent of a pose [1/m]
     near: Try | None = None  # the shortest step from a state that loses energy: a jump, should none go on without
 
     def __post_init__(self) -> None:
@@ -112,10 +114,7 @@ class _Path:
         system = self.generations.systems[0]
         self.begin = len(self.nodes) - 1
         self.origin = self.nodes[self.begin]
-        self.sense = 1.0 if self.to is None or self.to >= self.origin.control else -1.0
-        if self.to is None and self.ratio < 0.0:
-            self.sense = -1.0
-        self.toward = self.sense * np.sign(self.ratio)  # in which the multiplier grows
+        self.sense, self.toward = senses(self.origin.control, self.to, self.ratio)
         self.end = self.origin.control + self.sense * FARTHEST * system.size if self.to is None else self.to
         self.longest = self.steps.largest * system.size
         self.shortest = _SHORTEST * system.length
@@ -151,6 +150,8 @@ class _Path:
         self.halved = 0
         if self._closes_in(found):
             return StepOutcome.SHORTER
+        if self.phase is Phase.FALLING and self.toward * found.new.multiplier > (1.0 + LEVEL) * self._largest():
+            self.phase = Phase.RISING  # what was passed was no limit point
         end = self._appended(found) or self._ended(found.system, self.nodes[-1])
         if end is None:
             self._pace(found, self.nodes[-1])
@@ -239,24 +240,32 @@ class _Path:
         return StepOutcome.SHORTER
 
     def _hides_a_fall(self, a: Try) -> StepOutcome:
-        """A step far off its extrapolation may hide a limit point and a fall that its end has made up for.
+        """A step that ends with more load may hide a limit point and a fall that its end has made up for.
 
-        Its tangents show it, see :func:`may_have_fallen`: it is halved while that could have gained something.
+        It is halved while it may: where a tangent falls, at either end or with the weaker law of every point in
+        between, or where it lies far off its extrapolation and :func:`may_have_fallen`. No load changes faster than it
+        once rose: a step too short for a fall that counts hides none.
         """
-        if not self.loading or self.phase is Phase.FALLING or a.new.jump or a.due is not None or a.guess is None:
+        behind = self.phase is Phase.FALLING and self.to is not None
+        if not self.loading or behind or a.new.jump or a.due is not None or a.guess is None:
             return StepOutcome.ACCEPTED
         at, move = self.nodes[-1], a.new.control - a.last.control
         before = self.nodes[-2] if len(self.nodes) - self.begin > 1 and not at.jump else None
         largest = max(self._largest(), abs(a.new.multiplier))
         rose = self.toward * (a.new.multiplier - at.multiplier)
-        if rose < 0.0 or abs(a.new.multiplier - a.guess[1]) <= 0.1 * self.steps.smooth * largest:
+        known, slope = self.slope
+        first = self.toward * move * (slope if known is at.pose else self.generations.rise(at, before, move) / move)
+        self.steepest = max(self.steepest, first / abs(move))
+        if rose < 0.0 or self.steepest * abs(move) - rose <= 2.0 * DROP * largest:
             return StepOutcome.ACCEPTED
-        first = self.toward * self.generations.rise(at, before, move)
-        if first <= _MISSED * largest or not may_have_fallen(
-            first, rose + LEVEL * largest, self.toward * self.generations.rise(a.new, a.last, move)
-        ):
-            return StepOutcome.ACCEPTED
-        return StepOutcome.SHORTER if self._halve(a) else StepOutcome.ACCEPTED
+        last = self.toward * self.generations.rise(a.new, a.last, move)
+        self.slope, falls = (a.new.pose, self.toward * last / move), -0.5 * DROP * largest
+        off = abs(a.new.multiplier - a.guess[1]) > 0.1 * self.steps.smooth * largest and first > _MISSED * largest
+        hides = min(first, last) < falls or (off and may_have_fallen(first, rose + LEVEL * largest, last))
+        if not hides:
+            weakest = self.generations.weakest_rise(self.nodes[self.begin :], a.new, move)
+            hides = weakest is not None and not self.toward * weakest >= falls
+        return StepOutcome.SHORTER if hides and self._halve(a) else StepOutcome.ACCEPTED
 
     def _goes_too_far(self, a: Try) -> StepOutcome:
         """A step in which points open, land, stick or run off by more than is found at its end."""
@@ -384,26 +393,25 @@ class _Path:
 
     def _ended(self, system: System, new: Node) -> PathEnd | None:
         """How the path ends with its last state; None where it goes on."""
-        loads = [n.multiplier for n in self.nodes[self.begin :]]
-        softens, passed = system.law.softening is not None, self.phase is Phase.FALLING
-        pushed, pushes = max(self.toward * m for m in loads), self.toward * new.multiplier
-        renewed = new.jump and self.nodes[-2].onward is not None
+        made = self.nodes[self.begin :]
+        loads, way = self.toward * np.array([n.multiplier for n in made]), np.array([n.control for n in made])
+        softens, first = system.law.softening is not None, self.generations.systems[0]
+        pushed, renewed = float(loads.max()), new.jump and self.nodes[-2].onward is not None
         if renewed and pushed > 0.0:
             self.taken_off = max(self.taken_off, new.handed / pushed)
-        fell = pushed > 0.0 and (passed or softens or (new.jump and not renewed))
-        lacks = float(stepping.handed_over(self.toward, self.nodes[self.begin :])[-1])
-        if self.to is None and fell and pushes + lacks < (1.0 - (_DROP_OF_SOFTENING if softens else DROP)) * pushed:
+        lacks = stepping.handed_over(self.toward, made)
+        fell = pushed > 0.0 and (self.phase is Phase.FALLING or softens or (new.jump and not renewed))
+        if self.to is None and softens and fell and loads[-1] + lacks[-1] < (1.0 - _DROP_OF_SOFTENING) * pushed:
             return PASSED
-        top = self.nodes[self.begin + int(np.argmax(self.toward * np.array(loads)))]
-        beyond = abs(new.control - top.control) > BELOW * system.size
-        if self.to is None and passed and not softens and beyond:
-            return PASSED
-        way, first = np.array([n.control for n in self.nodes[self.begin :]]), self.generations.systems[0]
-        if self.to is None and not passed and plateau(np.array(loads), way, first.size, first.length) is not None:
-            return PLATEAU
+        found = passed(loads, way, lacks, first.size) if self.to is None and not softens else None
+        if found is not None and loads[found:].min() < (1.0 - LEVEL) * pushed:
+            # what falls a little is followed over a part of a block
+            found = passed(loads, way, lacks, first.size, np.inf)
+        if found is not None:
+            return PASSED if loads[-1] < (1.0 - LEVEL) * pushed else PLATEAU
         # blocks that come down on each other through gaps may ask for a push the other way before they carry
         far = abs(new.control - self.origin.control) > _OVER * system.size
-        return OVERTURNED if self.loading and fell and pushes <= 0.0 and far else None
+        return OVERTURNED if self.loading and fell and loads[-1] <= 0.0 and far else None
 
     def _pace(self, a: Try, new: Node) -> None:
         """How long the next step is, by what this one took and by how well it was extrapolated."""
@@ -426,6 +434,12 @@ class _Path:
         else:
             factor = 1.5 if off < smooth or a.guess is None else 0.7 if off > 4 * smooth else 1.0
         self.advance = factor * a.move
+
+
+def senses(begins: float, to: float | None, ratio: float) -> tuple[float, float]:
+    """Signs of the control displacement, and of the multiplier that grows along it; the rest as in :func:`follow`."""
+    sense = 1.0 if (ratio > 0.0 if to is None else to >= begins) else -1.0
+    return sense, sense * float(np.sign(ratio))
 
 
 def jumps(nodes: list[Node]) -> tuple[int, ...]:

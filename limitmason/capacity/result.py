@@ -62,7 +62,8 @@ class PushoverCurve(Curve):
 
     The load is the multiplier [-], or a moved support's force [N].
 
-    ``unit`` is the load of multiplier 1. The displacement is that of the control from the state under dead load [m].
+    ``unit`` is the load of multiplier 1, ``toward`` the sign of a load that pushes. The displacement is that of the
+    control from the state under dead load [m].
     Sample 0 is that state.
     """
 
@@ -74,6 +75,7 @@ class PushoverCurve(Curve):
     breaks: tuple[Break, ...] = ()
     origin: Pose | None = None
     unit: float = 1.0
+    toward: float = 1.0
 
     @property
     def multiplier(self) -> Array:
@@ -100,15 +102,15 @@ class PushoverCurve(Curve):
 
     @property
     def first_limit_point(self) -> CurvePoint | None:
-        """The largest load before one that has passed it, or the first of a last plateau.
+        """The largest load before one that has passed it, in the sense of the push.
 
         A limit point is passed where the load is 0.2 % below it, what contacts found anew take off aside; where it has
-        not risen above it while the displacement doubled; or where it is below at the end of the curve. Shallower and
-        shorter dips hang on the steps. It is None while the load rises.
+        not risen while the displacement doubled, or by less than 0.02 % over 0.02 blocks; or where it is below at the
+        end of the curve. Shallower and shorter dips hang on the steps. It is None while the load rises.
         """
         assert self.generations is not None
-        lacks, length = handed_over(1.0, self.nodes), self.generations.systems[0].length
-        found = first_limit_point(self.load, self.displacement, lacks * self.unit, self.structure.size, length)
+        lacks = handed_over(self.toward, self.nodes) * self.unit
+        found = first_limit_point(self.toward * self.load, self.displacement, lacks, self.structure.size)
         return None if found is None else self.point(found)
 
     @property

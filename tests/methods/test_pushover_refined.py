@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from referee.engines import ENGINES
+from referee.paths import finer
 from referee.statics import Statics
 
 import dem
@@ -19,13 +20,6 @@ from limitmason.mechanics.contact_points import contact_points
 from limitmason.mechanics.plane import find_plane
 
 MU = 0.4
-
-
-def finer(times):
-    """Default steps of all kinds, so many times finer."""
-    usual = Steps()
-    kinds = ("first", "largest", "smooth", "peak", "energy", "opening", "sliding")
-    return Steps(**{k: getattr(usual, k) / times for k in kinds}, most=times * usual.most)
 
 
 # falls of 0.2 % behind the first limit point were leapt over by steps that ended 2.3 and 15 % higher; points that let
@@ -45,6 +39,15 @@ def test_steps_of_all_kinds_that_are_finer_find_the_same_largest_load(seed, case
     assert usual.peak.load == pytest.approx(fine.peak.load, rel=2e-3)
     # first limit points hung on dips that only finer steps see: 10.74 and 7.48 in (61, 68), .0089 and .0058 in (1, 47)
     assert usual.first_limit_point.load == pytest.approx(fine.first_limit_point.load, rel=2e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("times", [1.1, 1.5])
+def test_a_fall_between_two_rises_is_found_wherever_steps_end(times):
+    """One point lets go and others take hold within 5 % of the displacement: 1.0015 for .8181, at 3 of 16 ratios."""
+    wall, loads = ENGINES["pushover"].model(1, 40).build()
+    found, fine = (lm.pushover(wall, loads, steps=finer(t)).first_limit_point.load for t in (times, 16.0))
+    assert found == pytest.approx(fine, rel=1e-3)
 
 
 @pytest.mark.slow
@@ -250,6 +253,21 @@ def test_a_dip_is_a_limit_point_if_it_is_as_deep_as_one_that_ends_a_path(fall, p
     else:
         assert curve.first_limit_point is None
         assert curve.peak.load > 1.2 * top
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_a_path_that_is_to_end_in_a_dip_ends_there_and_names_its_limit_point(share):
+    wall, loads = pushed_onto_a_ramp()
+    exact = OnTheRamp(wall)
+    top = exact.load(exact.slips)
+    stops = np.interp(0.02, 1.0 - exact.load(w := exact.slips * np.linspace(1.0, 1.5, 999)) / top, w)
+    points = contact_points(wall, plane=find_plane(wall, loads), elastic=True)
+    ends = exact.slips + share * (stops - exact.slips)
+    gaps = np.where(np.abs(points.directions[:, 0, 0]) > 0.99, stops, 0.0)
+    curve = lm.pushover(wall, loads, gaps=gaps, to=ends - exact.rests)
+    assert curve.status == "reached"
+    assert curve.load[-1] == pytest.approx(exact.load(ends), rel=1e-6)
+    assert curve.first_limit_point.load == pytest.approx(top, rel=2e-4)
 
 
 @pytest.mark.parametrize("beyond", [1.0, 3.0, 30.0])

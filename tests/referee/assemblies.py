@@ -15,12 +15,16 @@ GRAVITY = 9.81
 
 @dataclass(frozen=True)
 class Law:
-    """|T| <= c A + mu N, -ft A <= N <= fc A, pointwise [-], [Pa]."""
+    """|T| <= c A + mu N, -ft A <= N <= fc A, pointwise [-], [Pa].
+
+    ``lost`` is what breaking c and ft takes over the energy stored at them [-]: 0 for at once, infinite for never.
+    """
 
     mu: float
     cohesion: float = 0.0
     tension: float = 0.0
     crushing: float = np.inf
+    lost: float = np.inf
 
     @property
     def cut_off(self) -> float:

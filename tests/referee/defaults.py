@@ -17,7 +17,8 @@ from .engine import REFUSED, Engine, number
 from .engines import ENGINES
 from .laws import Answer
 from .model import Model, Quantity
-from .paths import first_reached
+from .paths import TOLD, curve, first_reached
+from .paths import finer as finer_steps
 from .statics import Statics
 
 PAGE = Path(__file__).parents[2] / "docs" / "limits.md"
@@ -77,12 +78,7 @@ def _modes(model: Model, **options) -> Asked:
 
 
 def _path(model: Model, finer: int = 1, **options) -> Asked:
-    import limitmason as lm
-    from limitmason.capacity import Steps
-
-    d, names = Steps(), ("first", "largest", "smooth", "peak", "energy", "opening", "sliding")
-    steps = Steps(**{k: getattr(d, k) / finer for k in names}, most=d.most * finer) if finer > 1 else None
-    got = lm.pushover(*model.build(), steps=steps, **options)
+    got = curve(model, steps=finer_steps(finer) if finer > 1 else None, **options)
     first = np.nan if got.first_limit_point is None else got.first_limit_point.load
     return np.array([got.peak.load, first, first_reached(got)[1]]), " ".join(got.warnings)
 
@@ -128,7 +124,7 @@ CALLS = {
                         lambda m, **o: _modes(m, **{"blocks": "simply deformable", **o}), {"blocks": "ritz"},
                         '`blocks="ritz"`', "hardly stiffer"),
     "path": Call("`lm.pushover`", "pushover", _path, {"finer": 4}, "all steps 4 times finer",
-                 "was not reached|found anew the load fell", OF_A_PATH),
+                 TOLD, OF_A_PATH),
     "path points": Call("`lm.pushover`", "pushover", _path,
                         {"contact_model": "lobatto", "grid": (9, 9)}, "9 x 9 Lobatto points",
                         "would bear about|joints could bear|was not reached", OF_A_PATH),

@@ -52,7 +52,7 @@ class Engine:
         """Complaints of own statics; none where they take too long."""
         if not answer.keys().isdisjoint((REFUSED, RAW, SLOW)):
             return []
-        with warnings.catch_warnings(), at_most(3 * self.longest):
+        with warnings.catch_warnings(), at_most(8 * self.longest):
             warnings.simplefilter("ignore")
             try:
                 return self.judge(model, answer)

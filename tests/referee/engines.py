@@ -42,6 +42,13 @@ def _limited(number: int) -> dict:
     return {"most": 7, "fit": limited}
 
 
+def _bonded(number: int) -> dict:
+    """In plane and in space every third has each kind of bond; few blocks, where joints have many points."""
+    bonds = ("brittle", "softening", "held")[number // 3 % 3]
+    most = 5 if number % 3 == 2 else 8 if bonds == "held" else 6
+    return {"most": most, "bonds": bonds, "crushing": False, "fit": limited}
+
+
 def _small(number: int) -> dict:
     return {"most": 6, "ties": False, "fit": limited}
 
@@ -72,6 +79,7 @@ _ALL = (
     Engine("elastic", elastic_range, judge_elastic, (*LAWS,), drawn=_without_ties),
     Engine("modes", modes, judge_modes, _SPRUNG, drawn=_without_ties),
     Engine("pushover", path, judge_path, _LOADED, 1e-3, drawn=_limited),
+    Engine("pushover bonds", path, judge_path, _FEW, 1e-3, drawn=_bonded, longest=25.0),
     *_deforming("simply deformable"),
     *_deforming("ritz"),
     Engine("dem collapse", collapse, judge_collapse, _LOADED, 1.0, drawn=_driven, longest=_COMPILED),

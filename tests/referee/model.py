@@ -147,7 +147,7 @@ class Model:
             return force * np.hstack([w[order, :3] @ f.matrix.T, hand * f.length * w[order, 3:] @ f.matrix.T])
 
         def scaled(w: Law) -> Law:
-            return Law(w.mu, stress * w.cohesion, stress * w.tension, stress * w.crushing)
+            return Law(w.mu, stress * w.cohesion, stress * w.tension, stress * w.crushing, w.lost)
 
         faces = (lambda fs: [tuple(reversed(x)) for x in fs]) if hand < 0 else (lambda fs: fs)
         return replace(
@@ -168,9 +168,13 @@ class Model:
         kn, ks = self.stiffness
 
         def joint(w: Law):
+            residual = {} if np.isinf(w.lost) else {"residual_cohesion": 0.0, "residual_tensile_strength": 0.0}
+            for name, strength, k in (("shear", w.cohesion, ks), ("tension", w.tension, kn)):
+                if strength and 0.0 < w.lost < np.inf:
+                    residual[f"fracture_energy_{name}"] = w.lost * strength**2 / (2.0 * k)
             return lm.Joint.from_friction_coefficient(
                 w.mu, cohesion=w.cohesion, tensile_strength=w.tension, compressive_strength=w.crushing,
-                normal_stiffness=kn, shear_stiffness=ks,
+                normal_stiffness=kn, shear_stiffness=ks, **residual,
             )
 
         names = [f"b{i}" for i in range(len(self.solids))]

@@ -1,5 +1,7 @@
 """Adapter of ``lm.pushover``, judged by the static theorem, energy, finer steps and the way back."""
 
+import re
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -41,14 +43,19 @@ def curve(model: Model, blocks: str = "rigid", **options):
     return lm.pushover(*model.build(), blocks=blocks, **options)
 
 
-def path(model: Model, blocks: str = "rigid", fine: int = 1) -> Answer:
-    """Status, limit point and the branch up to it; with steps of all kinds so many times finer."""
-    import limitmason as lm
+def finer(times: float):
+    """Default steps of all kinds, so many times finer."""
     from limitmason.capacity import Steps
 
-    d = Steps()
-    finer = {k: getattr(d, k) / fine for k in ("first", "largest", "smooth", "peak", "energy", "opening", "sliding")}
-    got = lm.pushover(*model.build(), blocks=blocks, steps=Steps(**finer, most=d.most * fine) if fine > 1 else None)
+    d, kinds = Steps(), ("first", "largest", "smooth", "peak", "energy", "opening", "sliding")
+    return Steps(**{k: getattr(d, k) / times for k in kinds}, most=int(np.ceil(times * d.most)))
+
+
+def path(model: Model, blocks: str = "rigid", fine: float = 1.0, to: float | None = None) -> Answer:
+    """Status, limit point and the branch up to it; with steps of all kinds so many times finer."""
+    import limitmason as lm
+
+    got = lm.pushover(*model.build(), blocks=blocks, steps=None if fine == 1.0 else finer(fine), to=to)
     if got.energy is None:
         return {"status": str(got.status)}
     out: Answer = {}  # how a path ends past its peak hangs on rounding
@@ -64,11 +71,22 @@ def path(model: Model, blocks: str = "rigid", fine: int = 1) -> Answer:
     out[_ENERGY] = float(np.abs(got.energy.error).max())
     moved = np.max([np.abs(got.displacement_of(k)).max(axis=1) for k in model.free], axis=0)
     out[_NEAR] = float(got.load[moved <= NEAR * model.length].max(initial=0.0))
+    out[_END] = np.array([got.displacement[-1], got.load[-1], np.abs(got.load).max()])
+    out[_TOLD] = " ".join(w for w in got.warnings if re.search(TOLD, w))
     return out
 
 
-_ENERGY, _NEAR, _FIRST = "_energy", "_near", "_first"
+_ENERGY, _NEAR, _FIRST, _END, _TOLD = "_energy", "_near", "_first", "_end", "_told"
 _NONE = np.full(len(NEARLY), np.nan)
+
+RATIOS = (4.0, 1.7, 3.0, 1.3, 2.0)
+"""By how much steps are made finer: what one of them finds hangs on where its samples happen to lie."""
+
+PATIENCE = 60.0
+"""Processor seconds for finer steps of one structure."""
+
+TOLD = "was not reached|found anew the load fell"
+"""What a path says of itself whose answer may hang on its steps."""
 
 NEAR = 2e-3
 """Of the structure's length: motion of its blocks up to which own statics of the unmoved structure hold."""
@@ -101,23 +119,39 @@ def _convex(model: Model) -> Model:
 
 
 def judge_path(model: Model, answer: Answer, blocks: str = "rigid") -> list[str]:
-    """Upper bound of the static theorem, energy, and finer steps."""
+    """Upper bound of the static theorem, energy, and finer steps; a path that says that it hangs on them may."""
     out = []
-    if "limit load" in answer:
-        if exact(model):
-            bound = Statics(_convex(model)).limit()
-            near = answer[_NEAR]
-            if near > bound * (1 + MOVES) + 1e-6:
-                out.append(f"load {near!r} above the static theorem's {bound!r}")
-        finer = path(model, blocks, 4)
-        loads = "limit load", "first limit load"
-        change = different(*({k: a[k] for k in loads if k in a} for a in (finer, answer)), Frame(), MOVES)
-        if not change and (off := apart(answer.get(_FIRST, _NONE), finer.get(_FIRST, _NONE))) > MOVES:
-            change = [f"first limit load nearly reached at another displacement ({off:.1e})"]
-        out += [f"steps 4 times finer: {c}" for c in change]
+    if "limit load" in answer and exact(model):
+        bound = Statics(_convex(model)).limit()
+        near = answer[_NEAR]
+        if near > bound * (1 + MOVES) + 1e-6:
+            out.append(f"load {near!r} above the static theorem's {bound!r}")
     if answer.get(_ENERGY, 0.0) > ENERGY:
         out.append(f"energy left over {answer[_ENERGY]:.2g}")
-    return out + back(model, blocks)
+    out += back(model, blocks)
+    if "limit load" in answer and not answer[_TOLD]:
+        out += moved_by_steps(model, answer, blocks)
+    return out
+
+
+def moved_by_steps(model: Model, answer: Answer, blocks: str = "rigid") -> list[str]:
+    """What finer steps change; those that processor time is left for."""
+    out, loads, end = [], ("limit load", "first limit load"), answer[_END]
+    until = time.process_time() + PATIENCE
+    for fine in RATIOS:
+        if time.process_time() > until:
+            break
+        found = path(model, blocks, fine)
+        change = different(*({k: a[k] for k in loads if k in a} for a in (found, answer)), Frame(), MOVES)
+        if not change and (off := apart(answer.get(_FIRST, _NONE), found.get(_FIRST, _NONE))) > MOVES:
+            change = [f"first limit load nearly reached at another displacement ({off:.1e})"]
+        out += [f"steps {fine:g} times finer: {c}" for c in change]
+    if not out and time.process_time() < until:
+        # how far a path goes on behind its limit point hangs on its steps: both go to where the default ends
+        usual, found = (path(model, blocks, fine, to=float(end[0]))[_END] for fine in (1.0, RATIOS[0]))
+        if usual[0] == found[0] and (off := abs(found[1] - usual[1]) / usual[2]) > MOVES:
+            out.append(f"load at the end: {usual[1]:.6g} for {found[1]:.6g} ({off:.1e} of the largest)")
+    return out
 
 
 def _least(gone) -> float:

@@ -37,7 +37,7 @@ def structure(seed: int, number: int, *, fit: Callable[[Model], bool] = lambda m
 
 def _drawn(
     seed: int, number: int, random, *, wild: bool = False, most: int = MOST, plain: float = 0.5, ties: bool = True,
-    split: bool = False, together: bool = False, crushing: bool = True, apex: bool = True,
+    split: bool = False, together: bool = False, crushing: bool = True, apex: bool = True, bonds: str = "",
 ) -> Model:
     """One structure.
 
@@ -50,6 +50,7 @@ def _drawn(
     apex : tension beyond that of the apex of the cone, which the DEM takes and the others do not
     split : cut a slab that holds all into supports with gaps between them
     together : a group of supports settles as one, instead of a single one
+    bonds : "brittle" or "softening": joints lose c and ft at once, or over an energy; "held": ft without cohesion
     """
     while True:
         k = int(random.integers(1 << 30))
@@ -62,9 +63,9 @@ def _drawn(
         case = _calm(case, random)
     law = case.law
     law = replace(law, crushing=law.crushing if crushing else np.inf, tension=law.tension if apex else law.cut_off)
-    case = replace(case, law=law)
+    case = replace(case, law=_bonded(case, law, bonds, random) if bonds else law)
     laws: dict[tuple[int, int], Law] = {}
-    tags = dict(case.tags, number=number, draw=k)
+    tags = dict(case.tags, number=number, draw=k) | ({"law": bonds} if bonds else {})
     if random.random() > plain and len(case.outlines) < most:
         case, laws = _cracked(case, random)
         tags["cracked"] = bool(laws)
@@ -107,6 +108,17 @@ def _calm(case: Case, random) -> Case:
         depth=tuple((size * y0, size * y1) for y0, y1 in case.depth), density=(density,) * len(case.density), law=law,
         loads=loads,
     )
+
+
+def _bonded(case: Case, law: Law, bonds: str, random) -> Law:
+    """The law with a bond of a part of the stress by weight, or some times it; one in five has ft beyond the apex."""
+    height = np.ptp(np.vstack(case.outlines)[:, 1])
+    stress = float(np.median(case.density)) * GRAVITY * height * 10 ** random.uniform(-1.5, 0.5)
+    if bonds == "held":
+        return replace(law, cohesion=0.0, tension=stress)
+    lost = 0.0 if bonds == "brittle" else 10 ** random.uniform(0.3, 2.5)
+    beyond = random.uniform(1.0, 4.0) if random.random() < 0.2 else random.uniform(0.1, 1.0)
+    return replace(law, cohesion=stress, tension=beyond * stress / law.mu, lost=lost)
 
 
 def _columns(case: Case, random) -> Case:
