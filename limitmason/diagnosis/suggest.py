@@ -20,7 +20,7 @@ from limitmason.diagnosis.inference.plan import (
     equivalent_tests,
     tests_that_identify,
 )
-from limitmason.diagnosis.inference.trends import is_numeric
+from limitmason.diagnosis.inference.trends import ROWS, is_numeric
 from limitmason.diagnosis.inference.verdict import Tested
 from limitmason.diagnosis.observations import recorded
 from limitmason.diagnosis.result import Findings
@@ -172,7 +172,12 @@ def _spread(covariate: str | None, pool: list[Any], k: int) -> NextTests:
     spaced = np.round(np.linspace(0, len(pool) - 1, k)).astype(int)
     if covariate is None:
         return _picked(spaced, pool, "to measure the scatter: repeat each several times")
+    if covariate in ROWS:  # which tells the numbers apart, not the specimens
+        on_others = f"to see whether the residuals vary with {covariate} on others, each number measured"
+        return _picked(spaced, pool, on_others)
     column = [recorded(s, covariate) for s in pool]
+    if None in column and " in " in covariate:  # along a column within one kind of data
+        column = [recorded(s, covariate.split(" in ")[0]) for s in pool]
     if None in column:
         raise InputError(
             f"the residuals vary with {covariate}: give it for every specimen of the pool, number "
