@@ -196,8 +196,10 @@ def answer(
         extra |= {"admissible": check.admissible, "kinematic_multiplier": kinematic}
         extra[NO_TILT] = why_no_tilt_angle(assembly, loads)
         bound = ESTIMATE_INADMISSIBLE if ideal_bound == ESTIMATE else ideal_bound
-        if check.admissible and kinematic <= multiplier * (1.0 + _SAME):
+        if check.admissible and kinematic <= multiplier + _SAME * abs(multiplier):
             bound = UPPER
+            if kinematic < 0.0:
+                notes.append("below zero: by this motion the structure falls under its dead load alone")
         elif check.admissible:
             bound = NO_POWER_BALANCE
             notes.append(f"{ON_BLOCKS} {kinematic:.6g} there (details['kinematic_multiplier'])")

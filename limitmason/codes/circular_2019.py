@@ -177,7 +177,7 @@ def assess(
         _check_units(curve)
     found = limit_analysis(assembly, loads) if prediction is None else prediction
     if found.mechanism is None or not found.collapse_multiplier > 0.0:
-        raise InputError(f"there is no mechanism to assess: {found.method!r} ended {found.status!r}")
+        raise InputError(f"there is no mechanism to assess: {found.method!r} ended '{found.status}'")
     twists = found.mechanism.twists
     if len(twists) != assembly.n_blocks:
         raise InputError(f"prediction: it is of {len(twists)} blocks, the assembly has {assembly.n_blocks}")

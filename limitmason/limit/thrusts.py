@@ -42,6 +42,8 @@ class Thrust:
     def __str__(self) -> str:
         """Both ends with the direction."""
         d = ", ".join(f"{v:.4g}" for v in self.direction.round(9) + 0.0)
+        if math.isnan(self.least) or math.isnan(self.greatest):
+            return f"no thrust along ({d}): {' and '.join(dict.fromkeys(str(s.status) for s in self.states))}"
         return f"thrust {self.least:.6g} N to {self.greatest:.6g} N along ({d})"
 
 

@@ -107,7 +107,7 @@ def axle_wrenches(
         raise InputError("no free block has a bare face that looks up: there is nothing to drive over")
     top = max(max(s.z, s.z + s.slope * (s.end - s.start)) for s in strips)
     if not level >= top - 1e-9 * abs(top):
-        raise InputError(f"level of the fill {level!r} m is below the extrados at {top:g} m")
+        raise InputError(f"level of the fill {level:g} m is below the extrados at {top:g} m")
     if not (0.0 <= spread_deg < 80.0 and contact > 0.0):
         raise InputError(f"spread_deg must be at least 0 and below 80, contact positive: {spread_deg!r}, {contact!r}")
     below = min(strips, key=lambda s: max(s.start - at, at - s.end, 0.0))

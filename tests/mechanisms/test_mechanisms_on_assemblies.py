@@ -281,6 +281,16 @@ def test_overturning_of_a_u_wall_is_its_centre_of_gravity_over_the_toe():
     assert prediction.details["hinge_height"] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_block_that_overhangs_falls_without_a_push_and_says_so():
+    """Centre .1 beyond the edge and .1 above it: lambda = -1, below zero; no abutment holds it."""
+    outlines = [[(-1, -0.2), (0, -0.2), (0, 0), (-1, 0)], [(-0.3, 0), (0.5, 0), (0.5, 0.2), (-0.3, 0.2)]]
+    made = lm.Assembly.from_polygons(outlines, thickness=1.0, joint=lm.Joint(40.0), fixed=[0])
+    found = lm.predict(made, lm.Loads.horizontal(made), "mechanisms")
+    assert found.collapse_multiplier == pytest.approx(-1.0, rel=1e-9)
+    assert "falls under its dead load alone" in found.warnings[0]
+    assert str(lm.thrust(made, 0)) == "no thrust along (-1, 0, 0): cannot stand under dead load"
+
+
 def test_overturning_of_a_stack_finds_the_lowest_joint_and_cohesion_raises_it():
     stack = lm.build.column(width=0.4, depth=0.3, unit_height=0.25, courses=5, joint=JOINT)
     assert len(flat_levels(stack)) == 5

@@ -194,7 +194,7 @@ def proven_range(
     refuse(PROVEN_RANGE, assembly, problem.interfaces, where=GRID)
     upper = solve_associative(problem)
     if upper.status not in (SOLVED, ALMOST_SOLVED) or upper.resultants is None:
-        raise NotConverged(f"the associative analysis ended with {upper.status!r}: there is no range to prove")
+        raise NotConverged(f"the associative analysis ended '{upper.status}': there is no range to prove")
     ends: dict[str, RangeEnd] = {}
     law = joint_law(problem)
     scale, top = problem.live_scale, upper.collapse_multiplier / problem.live_scale
