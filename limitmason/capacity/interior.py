@@ -104,7 +104,8 @@ class _Points:
         lift = (at.returned.history.lift - self.old.lift) / self.system.length
         free = self.bound + self.sign * (tried[:, 0] + kn * lift)[self.row]
         root = np.sqrt(free**2 + 4.0 * product * kn[self.row])
-        spare = np.where(free > 0.0, 0.5 * (free + root), 2.0 * product * kn[self.row] / (root - free))
+        large = 0.5 * (np.abs(free) + root)
+        spare = np.where(free > 0.0, large, product * kn[self.row] / large)
         normal = spare[: len(kn)] - s.tension
         most = np.maximum(s.shear_strength(normal), 1e-3 * np.sqrt(product))
         size = np.linalg.norm(tried[:, 1:], axis=1)

@@ -40,7 +40,6 @@ _COSTLY = 5  # programs of a step after which the next is shorter
 _MANY = 22  # iterations of a step after which the next is shorter
 _BEYOND = (1e-3, 3e-3, 1e-2)  # of the median block size: jumps that are tried where no short step goes on
 _AFTER_FIRST = 2.5  # how much longer the second step is than the first
-_PATIENT = 3  # failures of a step after which cone programs are solved for it
 _HALVINGS = 6  # of a step that loses or makes energy
 _OVER = 0.01  # least displacement of what overturns, of the median block size
 _CLOSER, _ROUNDS = 0.25, 8  # of the step before a limit point; rounds in which it is closed in on
@@ -166,7 +165,7 @@ class _Path:
         self.advance = min(self.advance, self.longest, self.bound)
         move = left if left < 1.2 * self.advance else self.advance
         guess = extrapolated(system, [*self.nodes[self.begin : -1], last], self.sense * move)
-        patient = self.failures >= (_PATIENT if stepping.descent_first(system) else 2)
+        patient = self.failures >= stepping.patience(system)
         target = last.control + self.sense * move
         new = stepping.step(system, last, target, guess, self.ratio, patient=patient)
         if new is None and patient:

@@ -140,6 +140,16 @@ def descent_first(system: System) -> bool:
     return _falls(system) or len(system.bodies.area) >= MANY
 
 
+def patience(system: System) -> int:
+    """Failures of a step after which cone programs and a jump are tried for it.
+
+    On an interior path a shorter step costs less than either, and goes on where they would leap to another branch.
+    """
+    if not descent_first(system):
+        return 2
+    return 8 if interior.solve in _ways(system, False)[:1] else 3
+
+
 def _falls(system: System) -> bool:
     softening = system.law.softening
     return softening is not None and any(bool((rate > 0.0).any()) for rate in softening.gradual)

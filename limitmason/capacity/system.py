@@ -104,6 +104,7 @@ class System:
         key, slot = np.unique(columns * (order + 1) + rows, return_inverse=True)
         indptr = np.searchsorted(key, np.arange(order + 2) * (order + 1))
         self._keep, self._slot = keep, slot
+        self._kept: tuple[Index, Index, Index, Index] | None = None
         self._indices, self._indptr = (key % (order + 1)).astype(np.int32), indptr.astype(np.int32)
 
     # ---- equations ----------------------------------------------------------------------------------------------
@@ -169,18 +170,31 @@ class System:
         motion[self.bodies.free] = own
         return moved(pose, (motion * self.motion_scale) @ self.bodies.basis.T)
 
-    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> SuperLU:
+    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> "SuperLU | _Ordered":
         """Factors of the tangent, bordered by the control row, or by lambda = constant ("multiplier").
 
         Unknowns: motion and multiplier in own units; equations: equilibrium, and what is prescribed.
         """
         return self._factors(self.tangent(at, prescribed, viscosity))
 
-    def _factors(self, matrix: sparse.csc_matrix) -> SuperLU:
+    def _factors(self, matrix: sparse.csc_matrix) -> "SuperLU | _Ordered":
         # the order is for pivots on the diagonal: elements of blocks that deform are so wide that leaving it for every
         # larger entry fills the factors to twice the size, in four times the time, and they solve no better
-        worth_leaving = 0.1 if self.bodies.deforming else 1.0
-        return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=worth_leaving)
+        worth_leaving = 0.1 if self.bodies.deforming or self.bodies.large else 1.0
+        if self._kept is not None:
+            order, place, indices, indptr = self._kept
+            ordered = sparse.csc_matrix((matrix.data[place], indices, indptr), shape=matrix.shape)
+            # columns by themselves: panels and relaxed nodes cost more than they save on so narrow fronts
+            found = splu(ordered, permc_spec="NATURAL", diag_pivot_thresh=worth_leaving, relax=1, panel_size=1)
+            return _Ordered(found, order)
+        found = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=worth_leaving)
+        if self.bodies.large and not self.bodies.deforming:  # the pattern stays, so that its order is looked for once
+            order = np.argsort(found.perm_c)
+            places = sparse.csc_matrix((np.arange(matrix.nnz), matrix.indices, matrix.indptr), shape=matrix.shape)
+            places = places[order][:, order]
+            places.sort_indices()
+            self._kept = order, places.data, places.indices, places.indptr
+        return found
 
     def onward(self, at: Evaluated, move: float) -> Array | None:
         """Motion and multiplier, own units, by which the tangent goes on over a control displacement [m].
@@ -275,6 +289,34 @@ class System:
         keep = self.tie_ends >= 0
         place = self.tie_ends[keep], columns[keep]
         return sparse.csc_matrix((values[keep], place), shape=(self.order, len(values)))
+
+
+class _Ordered(NamedTuple):
+    """Factors of a matrix whose rows and columns were put in an order, both in the same."""
+
+    factors: SuperLU
+    order: Index
+
+    @property
+    def U(self) -> sparse.csc_matrix:
+        """Upper factor."""
+        return self.factors.U
+
+    @property
+    def perm_r(self) -> Index:
+        """Order of the rows beyond that order."""
+        return self.factors.perm_r
+
+    @property
+    def perm_c(self) -> Index:
+        """Order of the columns beyond that order."""
+        return self.factors.perm_c
+
+    def solve(self, right: Array) -> Array:
+        """The solution for a right side, shape (n,)."""
+        found = np.empty_like(right)
+        found[self.order] = self.factors.solve(right[self.order])
+        return found
 
 
 def _parity(permutation: Index) -> int:

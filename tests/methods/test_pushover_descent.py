@@ -117,6 +117,21 @@ def test_forces_of_the_interior_path_lie_inside_the_law_at_equal_products(joint)
 
 
 @pytest.mark.slow
+def test_factors_in_the_kept_order_solve_what_was_asked():
+    """A plane wall of 500 points and more keeps the order of its first factors; so does the sign of the determinant."""
+    wall = lm.build.wall(length=4.0, courses=12, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0))
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), stiffness=1e10, to=2e-6)
+    system, node = curve.generations.systems[0], curve.nodes[-1]
+    at = system.evaluate(node.pose, node.history, node.multiplier)
+    right = np.random.default_rng(5).normal(size=system.order + 1)
+    full = system.tangent(at, "control").toarray()
+    for _ in range(2):
+        assert system.bordered(at, "control").solve(right) == pytest.approx(np.linalg.solve(full, right), rel=1e-8)
+        assert system.sense(at, "control") == np.linalg.slogdet(full)[0]
+    assert system.bodies.large
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name, minimum", [("wall-2", 0.563), ("wall-4", 0.264)])
 def test_a_path_without_programs_ends_at_the_published_minimum(name, minimum, monkeypatch):
     """As from 500 points on; the certificate of every step is as strict."""
