@@ -1,6 +1,7 @@
 """What a path finds on default steps and points beside finer ones: the same, or it says that it may not be."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -22,6 +23,12 @@ from limitmason.mechanics.plane import find_plane
 MU = 0.4
 
 
+@cache
+def path(seed, case, times=1):
+    """Curve of a random structure, with default steps or finer ones."""
+    return lm.pushover(*ENGINES["pushover"].model(seed, case).build(), steps=None if times == 1 else finer(times))
+
+
 # falls of 0.2 % behind the first limit point were leapt over by steps that ended 2.3 and 15 % higher; points that let
 # go at once ended on a branch 1.4 % higher, with a crushing toe 2.5 %; limit points in a step whose end bears more were
 # left out: 1.31 for .44, 1.49 for .839, .150 for .133 in (61, 31 to 37); a state near by, reached by a jump, was given
@@ -34,8 +41,7 @@ MU = 0.4
     [(1, 13), (1, 40), (1, 47), (31, 23), (31, 214), (51, 15), (61, 31), (61, 36), (61, 37), (61, 68), (61, 86)],
 )
 def test_steps_of_all_kinds_that_are_finer_find_the_same_largest_load(seed, case):
-    wall, loads = ENGINES["pushover"].model(seed, case).build()
-    usual, fine = (lm.pushover(wall, loads, steps=s) for s in (None, finer(4)))
+    usual, fine = (path(seed, case, times) for times in (1, 4))
     assert usual.peak.load == pytest.approx(fine.peak.load, rel=2e-3)
     # first limit points hung on dips that only finer steps see: 10.74 and 7.48 in (61, 68), .0089 and .0058 in (1, 47)
     assert usual.first_limit_point.load == pytest.approx(fine.first_limit_point.load, rel=2e-3)
@@ -45,8 +51,7 @@ def test_steps_of_all_kinds_that_are_finer_find_the_same_largest_load(seed, case
 @pytest.mark.parametrize("times", [1.1, 1.5])
 def test_a_fall_between_two_rises_is_found_wherever_steps_end(times):
     """One point lets go and others take hold within 5 % of the displacement: 1.0015 for .8181, at 3 of 16 ratios."""
-    wall, loads = ENGINES["pushover"].model(1, 40).build()
-    found, fine = (lm.pushover(wall, loads, steps=finer(t)).first_limit_point.load for t in (times, 16.0))
+    found, fine = (path(1, 40, t).first_limit_point.load for t in (times, 16.0))
     assert found == pytest.approx(fine, rel=1e-3)
 
 
@@ -54,7 +59,7 @@ def test_a_fall_between_two_rises_is_found_wherever_steps_end(times):
 def test_a_jump_goes_to_the_state_near_by_and_the_path_ends_where_distinct_elements_fall():
     """At psi = 0 the control displacement turns back on the way: what comes next lies 0.7 % higher, beside it."""
     wall, loads = ENGINES["pushover"].model(61, 86).build()
-    curve = lm.pushover(wall, loads, steps=finer(4))
+    curve = path(61, 86, 4)
     fell = dem.collapse(wall, loads, contact_model="vertices", error_budget=())
     assert curve.peak.load == pytest.approx(fell.collapse_multiplier, rel=3e-3)
 
@@ -63,8 +68,7 @@ def test_a_jump_goes_to_the_state_near_by_and_the_path_ends_where_distinct_eleme
 @pytest.mark.parametrize(("seed", "case"), [(31, 214), (61, 68)])
 def test_what_bears_lies_on_its_face(seed, case):
     """Pressed or bonded, no point goes farther off than a step may carry it; one that nothing can follow is gone."""
-    wall, loads = ENGINES["pushover"].model(seed, case).build()
-    made = (curve := lm.pushover(wall, loads)).generations
+    made = (curve := path(seed, case)).generations
     for node in curve.nodes:
         points = made.structures[node.generation].points
         off = outside(made.shapes, points, node.pose) / made.shapes.step
