@@ -146,9 +146,12 @@ def overlap_text(found: ContactPatches, blocks: Sequence[Block], widths: Array, 
     i, j, depth = max(found.overlaps, key=lambda o: o[2])
     more = f" ({len(found.overlaps)} overlapping pairs in all)" if len(found.overlaps) > 1 else ""
     distances = contact_distances(widths, rules)
+    what = "correct the geometry or raise the tolerance"
+    if depth > 0.5 * min(widths[i], widths[j]):  # no error of drawing
+        what = "one lies in the other: leave out what is drawn twice, and draw a block around a hole in two parts"
     return (
         f"blocks {blocks[i].name!r} and {blocks[j].name!r} overlap by {depth:.3g} m, more than the "
-        f"tolerance of {min(distances[i], distances[j]):.3g} m{more}; correct the geometry or raise the tolerance"
+        f"tolerance of {min(distances[i], distances[j]):.3g} m{more}; {what}"
     )
 
 

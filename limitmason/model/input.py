@@ -21,6 +21,8 @@ def read_densities(density: Any, names: Sequence[str]) -> list[float]:
         values = np.asarray(density, dtype=float)
     except (TypeError, ValueError):
         raise InputError(f"density must be a number [kg/m3] or one per block, got {density!r}") from None
+    if np.asarray(density).dtype.kind not in "fiu":
+        raise InputError(f"density must be a number [kg/m3] or one per block, got {density!r}")
     if values.shape not in ((), (len(names),)):
         raise InputError(f"density must be one number or one per block ({len(names)}), got shape {values.shape}")
     values = np.broadcast_to(values, (len(names),))

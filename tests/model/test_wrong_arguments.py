@@ -132,6 +132,13 @@ WRONG = {
     "law by a number": (lambda _: W.with_joints(lambda joint: 3), r"joints\(joint\) must be a Joint, got 3"),
     "no material": (lambda _: W.with_material(None), "material must be a limitmason.Material"),
     "cases in a list": (lambda _: lm.predict_cases(W, [L]), "cases must be a mapping of loads by name, got list"),
+    "a block around a hole": (
+        lambda _: lm.Assembly.from_polygons([SQUARE, [(0.2, 0.2), (0.8, 0.2), (0.8, 0.8)]], thickness=1.0, joint=J),
+        "one lies in the other: .* draw a block around a hole in two parts"),
+    "density as text": (lambda _: lm.build.column(
+        width=1, depth=1, unit_height=1, courses=1, joint=J, density="2000"), "density must be a finite number"),
+    "densities as text": (lambda _: lm.Assembly.from_polygons([SQUARE], thickness=1.0, joint=J, density=["2000"]),
+                          "density must be a number"),
     "no row": (lambda _: lm.build.layout([None], **UNIT), r"rows\[0\] must be numbers with spaces between"),
     "half a course": (lambda _: lm.mechanisms.stack(width=1, course_height=1, courses=2.5, friction=1), "courses must"),
     "no course": (lambda _: lm.mechanisms.sloping_crack_limit(0.6, 1.0, 0), "courses must be a whole number"),
