@@ -61,6 +61,11 @@ class GroundSpectrum:
                 raise InputError(f"ground spectrum: {name} must be positive, got {getattr(self, name)!r}")
         if self.ag > LARGEST_AG:
             raise InputError(f"ground spectrum: ag is over g, got {self.ag!r}; is it in m/s2?")
+        if min(self.f0, self.topography) < 1.0 or self.tc_star > 2.0:
+            raise InputError(
+                f"ground spectrum: f0 and topography are 1 or more, tc_star at most 2 s; got f0 {self.f0!r}, tc_star "
+                f"{self.tc_star!r} and topography {self.topography!r}"
+            )
         choice("ground spectrum: soil", self.soil, _SOILS)
 
     @property

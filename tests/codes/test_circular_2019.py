@@ -253,6 +253,9 @@ def test_spectra_that_make_no_sense_are_refused_by_name(spectrum, message):
         lm.assess(*wall(1), SITE, confidence_factor="LC1")
     with pytest.raises(InputError, match="ground spectrum: ag must be a finite number"):
         GroundSpectrum("0.15", 2.45, 0.28)
+    for wrong in ({"f0": 0.245}, {"tc_star": 28.0}, {"topography": 0.12}):
+        with pytest.raises(InputError, match="f0 and topography are 1 or more, tc_star at most 2 s"):
+            GroundSpectrum(**{"ag": 0.15, "f0": 2.45, "tc_star": 0.28, **wrong})
     with pytest.raises(InputError, match="record: least must be positive"):
         RecordSpectrum([0.0, 1.0, 0.0], 0.01, least=0.0)
     with pytest.raises(InputError, match=r"control must be 'live' or \(block, 'x'\), got 3"):
