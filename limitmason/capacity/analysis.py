@@ -51,7 +51,7 @@ from limitmason.mechanics.joint_shapes import told_of_soft_blocks
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.model_notes import tension_above_apex
-from limitmason.mechanics.plane import Plane
+from limitmason.mechanics.plane import Plane, is_met_in_plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
@@ -179,6 +179,8 @@ def pushover(
     assembly, loads, control = _as_one(assembly, loads, control)
     assembly, loads, moving = _with_moving_support(assembly, loads, control, to)
     plane, stress = plane_of(assembly, loads, blocks, stress)
+    if anew and initial is None and plane is not None and not is_met_in_plane(assembly, plane):
+        plane = None
     points, of_points = points_of_path(assembly, plane, contact_model, grid, initial)
     if plane is None:
         refuse_partial_rotations(assembly)

@@ -195,6 +195,10 @@ class _Path:
             new = stepping.jump(system, last, last.control + self.sense * move, self.ratio)
             if new is not None:
                 self.say(f"jump to {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
+                self.warnings.append(
+                    f"no state was found between {last.control:.4g} m, lambda {last.multiplier:.5g}, and "
+                    f"{new.control:.4g} m: the path leaps, and finer steps may find larger loads there"
+                )
                 return new, move
         return None, 0.0
 

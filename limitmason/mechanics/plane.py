@@ -26,6 +26,9 @@ class Plane(NamedTuple):
     level: float  # of its points along the normal [m]
 
 
+_SKEW = 1e-6  # of a normal, and of widths: what rounding may make of a plane problem
+
+
 def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) -> Plane | None:
     """The plane of symmetry in which the whole problem takes place.
 
@@ -53,6 +56,32 @@ def two_planes(assembly: Assembly, loads: Loads, driven: Array | None = None) ->
     A plane state of stress of its blocks would then hang on which of the two is taken.
     """
     return len(list(_planes(assembly, loads, driven))) > 1
+
+
+def is_met_in_plane(assembly: Assembly, plane: Plane) -> bool:
+    """Whether blocks that move within a plane meet all others as their outlines in it do, wherever they go.
+
+    Faces then lie in the plane or across it, and blocks are as wide as what moves, or symmetric about the plane. A
+    slide past an oblique edge, or onto a half-wide block, takes place in space.
+    """
+    free = ~assembly.fixed
+    spans = []
+    for body in assembly.blocks:
+        for part in body.parts:
+            v = np.asarray(part.vertices)
+            spans.append((v @ plane.normal).min(initial=np.inf) - plane.level)
+            spans.append((v @ plane.normal).max(initial=-np.inf) - plane.level)
+            for face in part.faces:
+                x = v[list(face)]
+                n = np.cross(x - x[0], np.roll(x, -1, axis=0) - x[0]).sum(axis=0)
+                across = abs(float(n @ plane.normal)) / max(float(np.linalg.norm(n)), 1e-300)
+                if _SKEW < across < 1.0 - _SKEW:
+                    return False
+    span = np.reshape(spans, (-1, 2))
+    moves = np.repeat(free, [len(b.parts) for b in assembly.blocks])
+    wide = np.abs(span[moves]).max(initial=0.0)
+    symmetric = np.abs(span.sum(axis=1)) <= _SKEW * wide
+    return bool((symmetric | ((span[:, 0] <= -(1.0 - _SKEW) * wide) & (span[:, 1] >= (1.0 - _SKEW) * wide))).all())
 
 
 def _planes(assembly: Assembly, loads: Loads, driven: Array | None) -> Iterator[Plane]:

@@ -136,14 +136,22 @@ def test_a_block_that_rocks_comes_to_lie_on_the_edge_of_another_it_did_not_touch
 
 
 def test_blocks_that_would_go_through_each_other_stop_the_path_by_name():
-    """The edge of a stop that stands askew has no line in the plane of the problem, so that nothing meets it there."""
+    """The edge of a stop that stands askew has no line in the plane of the joints, but is met in space.
+
+    The top edge of the block comes to it at 50 mm. What then goes on into its faces is named.
+    """
     stop = box((0.0, 0.0, 0.0), (0.15, 0.15, 1.5))
     stop = stop._replace(vertices=stop.vertices @ turned((0.0, 0.0, -0.25 * math.pi)).T + (FACE, 0.0, 0.0))
     wall, loads, _ = beside_a_stop(stop, (1.0, 0.0, 0.0))
     curve = lm.pushover(wall, loads, stiffness=1e9, to=0.1)
     assert curve.status == "stopped"
     assert any("'block' and 'stop'" in w and "no contact point" in w for w in curve.warnings)
-    assert curve.displacement[-1] < 0.05
+    theta = math.atan(FACE - 0.1)
+    lands = 0.1 - 0.1 * math.cos(theta) + 0.5 * math.sin(theta)
+    rocks = (curve.displacement > 1e-3) & (curve.displacement < lands - 1e-3)
+    assert rocks.any()
+    assert (curve.load[rocks] < 0.2).all()
+    assert curve.load[curve.displacement < lands + 5e-3].max() > 1.0
     # points of the undeformed joints, kept for ever, go through: said after the path
     kept = lm.pushover(wall, loads, stiffness=1e9, to=0.1, contacts="first")
     assert any("'block' and 'stop'" in w and "go through each other" in w for w in kept.warnings)
@@ -241,3 +249,82 @@ def test_blocks_that_meet_at_another_corner_bear_their_bond_once():
     bond = np.bincount(p.interface[of_joint], (p.area * p.law.cohesion)[of_joint])
     assert len(curve.generations.structures) > 1
     assert (bond <= 2200.0 * rubble.arrays.area * (1.0 + 1e-9)).all()
+
+
+def on_two_tables(block, at, push, friction, yaw, *, turn=UPRIGHT, scale=1.0, mirror=False, order=None, sunk=1e-6):
+    """A block on two level tables that meet at x = 0, seen in another frame; it sinks by that part of its size.
+
+    The pair of tables, or the block, is turned about the vertical by ``yaw`` [rad].
+    """
+    b, flip = turned((0.0, 0.0, yaw)), np.diag([1.0, -1.0 if mirror else 1.0, 1.0])
+    frame = turned(turn) @ flip
+    solids = {
+        "left": box((-1.5, -1.5, -0.2), (0.0, 1.5, 0.0)), "right": box((0.0, -1.5, -0.2), (1.5, 1.5, 0.0)),
+        "block": box(*block),
+    }
+    names, seen = order or list(solids), []
+    for name in names:
+        s = solids[name]
+        place = s.vertices + at if name == "block" else s.vertices @ b.T
+        seen.append((scale * place @ frame.T, [tuple(reversed(f)) for f in s.faces] if mirror else s.faces))
+    low, high = (scale * np.array(x) for x in block)
+    area, weight = float(np.prod((high - low)[:2])), 2000.0 * 9.81 * float(np.prod(high - low))
+    stiff = weight / area / (sunk * scale)
+    joint = lm.Joint.from_friction_coefficient(friction, normal_stiffness=stiff, shear_stiffness=stiff)
+    held = [n for n in names if n != "block"]
+    wall = lm.Assembly.from_polyhedra([[x] for x in seen], names=names, joint=joint, fixed=held, density=2000.0)
+    dead, live, k = np.zeros((len(names), 6)), np.zeros((len(names), 6)), wall.block_index("block")
+    dead[k, :3], live[k, :3] = -weight * frame[:, 2], weight * frame @ push
+    return wall, lm.Loads(dead, live)
+
+
+SEEN = [
+    {"scale": 1e3, "mirror": True, "order": ["block", "right", "left"]},
+    {"turn": (0.7, -1.1, 0.4), "scale": 1e-3, "order": ["right", "block", "left"]},
+]
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:half the blocks measure")
+@pytest.mark.parametrize("seen", SEEN)
+def test_a_block_that_slides_over_an_oblique_seam_of_level_tables_bears_its_friction_all_along(seen):
+    block = ((-0.2, -0.1, 0.0), (0.2, 0.1, 0.1))
+    wall, loads = on_two_tables(block, [-0.35, 0.03, 0.0], [1.0, 0.0, 0.0], 0.5, 0.8, **seen)
+    curve = lm.pushover(wall, loads, to=0.25 * seen["scale"])
+    assert curve.status == "reached"
+    slides = curve.displacement > 1e-5 * seen["scale"]
+    assert slides.sum() > 10
+    assert len(curve.generations.structures) > 5
+    assert curve.load[slides] == pytest.approx(0.5, rel=1e-4)
+
+
+@pytest.mark.filterwarnings("ignore:half the blocks measure")
+@pytest.mark.parametrize("seen", SEEN)
+@pytest.mark.parametrize("yaw", [0.0, 1.3])
+def test_a_block_that_turns_over_its_edge_across_a_seam_follows_its_branch(yaw, seen):
+    """tan(alpha - theta), theta by the shift of its centroid, to four fifths of overturning."""
+    wide, high = 0.2, 0.6
+    alpha, arm = math.atan(wide / high), 0.5 * math.hypot(wide, high)
+    block = ((-wide, -0.15, 0.0), (0.0, 0.15, high))
+    wall, loads = on_two_tables(block, [0.05, 0.03, 0.0], [1.0, 0.0, 0.0], 1.0, yaw, sunk=1e-7, **seen)
+    shift = arm * (math.sin(alpha) - math.sin(0.2 * alpha))
+    curve = lm.pushover(wall, loads, to=shift * seen["scale"])
+    assert curve.status == "reached"
+    u = curve.displacement / seen["scale"]
+    theta = alpha - np.arcsin(np.sin(alpha) - u / arm)
+    rocks = u > 1e-3
+    assert rocks.sum() > 5
+    assert curve.load[rocks] == pytest.approx(np.tan(alpha - theta)[rocks], abs=5e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("yaw", [0.0, 0.8])
+def test_a_block_that_is_pushed_past_the_edge_of_a_table_turns_over_it_however_the_edge_runs(yaw):
+    """Its joint lies in a plane, the edge across it does not: it slid on by 0.05 m more than there was table."""
+    block = ((-0.2, -0.1, 0.0), (0.2, 0.1, 0.1))
+    wall, loads = on_two_tables(block, [-0.45, 0.0, 0.0], [1.0, 0.0, 0.0], 0.5, yaw, order=["left", "block"])
+    curve = lm.pushover(wall, loads, to=0.5)
+    assert curve.status == "overturned"
+    assert curve.displacement[-1] == pytest.approx(0.45, abs=0.02)
+    slides = (curve.displacement > 1e-5) & (curve.displacement < 0.4)
+    assert curve.load[slides] == pytest.approx(0.5, rel=1e-4)

@@ -85,7 +85,7 @@ RATIOS = (4.0, 1.7, 3.0, 1.3, 2.0)
 PATIENCE = 60.0
 """Processor seconds for finer steps of one structure."""
 
-TOLD = "was not reached|found anew the load fell"
+TOLD = "was not reached|found anew the load fell|the path leaps"
 """What a path says of itself whose answer may hang on its steps."""
 
 NEAR = 2e-3
