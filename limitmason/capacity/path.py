@@ -100,6 +100,7 @@ class _Path:
     phase: Phase = Phase.RISING
     bound: float = np.inf  # steps that were seen to leap over the largest load
     failures: int = 0  # of this step to be found
+    passed: bool = False  # a limit point, by this step
     halved: int = 0  # this step, for energy or for bonds
     rounds: int = 0  # of closing in on a limit point
     short: int = 0  # steps of this round
@@ -165,7 +166,7 @@ class _Path:
         self.advance = min(self.advance, self.longest, self.bound)
         move = left if left < 1.2 * self.advance else self.advance
         guess = extrapolated(system, [*self.nodes[self.begin : -1], last], self.sense * move)
-        patient = self.failures >= stepping.patience(system)
+        patient = self.failures >= stepping.patience(system, move)
         target = last.control + self.sense * move
         new = stepping.step(system, last, target, guess, self.ratio, patient=patient)
         if new is None and patient:
@@ -335,7 +336,7 @@ class _Path:
         before = self.nodes[-2]
         width = max(abs(last.multiplier - before.multiplier), abs(last.multiplier - new.multiplier))
         if width <= self.steps.peak * abs(last.multiplier) or self.rounds >= _ROUNDS:
-            self.phase, self.rounds = Phase.FALLING, 0
+            self.phase, self.rounds, self.passed = Phase.FALLING, 0, True
             a.move = 0.5 * max(self.coarse, a.move)
             return False
         span = abs(last.control - before.control)
@@ -436,7 +437,9 @@ class _Path:
             factor = 6.0 if off < 0.01 * smooth else 2.5
         else:
             factor = 1.5 if off < smooth or a.guess is None else 0.7 if off > 4 * smooth else 1.0
-        self.advance = factor * a.move
+        # what is beyond a limit point is not foretold by the way to it
+        self.advance = (min(factor, 1.0) if self.passed else factor) * a.move
+        self.passed = False
 
 
 def senses(begins: float, to: float | None, ratio: float) -> tuple[float, float]:

@@ -19,6 +19,9 @@ PROGRAMS = 7
 MANY = 500
 """Contact points from which descent costs less than programs: below, what a numpy call costs outweighs the work."""
 
+SHORT = 10.0
+"""Elastic lengths of a step of many points in plane that is halved no further before it may be a jump."""
+
 PROXIMAL = 1e-4  # block weights per elastic length, of the program against the motion it makes
 _NEAR = 0.3  # block weights: unbalance from which Newton takes over
 _FALLS = 0.5  # of a block: motion through viscous sub-steps after which there is no state near
@@ -140,14 +143,15 @@ def descent_first(system: System) -> bool:
     return _falls(system) or len(system.bodies.area) >= MANY
 
 
-def patience(system: System) -> int:
-    """Failures of a step after which cone programs and a jump are tried for it.
+def patience(system: System, move: float) -> int:
+    """Failures of a step of a length [m] after which cone programs and a jump are tried for it.
 
     On an interior path a shorter step costs less than either, and goes on where they would leap to another branch.
+    Steps of a few elastic lengths come to a turning point and no further.
     """
     if not descent_first(system):
         return 2
-    return 8 if interior.solve in _ways(system, False)[:1] else 3
+    return 8 if interior.solve in _ways(system, False)[:1] and move > SHORT * system.length else 3
 
 
 def _falls(system: System) -> bool:
@@ -211,9 +215,10 @@ def quieted(
     total, begin = 0, pose.shift
     for _ in range(60):
         found = None
-        if descent_first(system):
-            solved = descent.solve(system, pose, multiplier, history, target, viscosity=eta)
-            found = None if solved is None else (solved, 0)
+        for way in _ways(system, True) if descent_first(system) else ():
+            if found is None and way is not newton.solve:
+                solved = way(system, pose, multiplier, history, target, viscosity=eta)
+                found = None if solved is None else (solved, 0)
         if found is None:
             found = by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
         total += PROGRAMS if found is None else found[1]
