@@ -36,7 +36,7 @@ LONG = (
 )
 """Examples of four seconds of processor time and more, which the lane of the pages runs."""
 
-LONG_PAGES = ("3_tilt_test", "5_a_diagnosis", "6_an_arch_bridge", "7_modes")
+LONG_PAGES = ("5_a_diagnosis", "6_an_arch_bridge", "7_modes")
 """The same of tutorials."""
 
 
