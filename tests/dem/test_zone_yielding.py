@@ -8,7 +8,6 @@ from scipy.optimize import brentq
 from zone_bodies import ZoneBody, grid
 
 import limitmason as lm
-from dem.kernels.zone_arrays import Z_PLASTIC, Z_SUPPORT
 from dem.kernels.zone_plasticity import MAT_D, MAT_DN, MAT_G, SHEAR_NOW, TENSION_NOW, stress_return
 from dem.zones.material_row import material_row
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, Elasticity
@@ -113,27 +112,6 @@ def test_tension_is_cut_off_and_flagged(plane):
     assert stress == pytest.approx(0.3e6, rel=1e-6)
     assert (body.zones.flag & TENSION_NOW).all()
     assert not (body.zones.flag & SHEAR_NOW).any()
-
-
-@pytest.mark.parametrize("steps", [20, 80])
-def test_an_evenly_sheared_zone_bears_c_at_any_step_and_loses_c_times_its_plastic_strain(steps):
-    # tau = min(G gamma, c): what goes in is what is stored and lost but for the step in which it begins to yield
-    strain, c, side = 2e-3, 1e6, 0.1
-    stiff = 10e9 / 2.4
-    place, cells = grid(np.array([0.0, side]), np.array([0.0, side]))
-    body = ZoneBody(place, cells, stone(0, 0, c), np.ones(place.shape, bool), PLANE_STRAIN)
-    body.nodes.velocity[:, 0] = strain * place[:, 1] / steps
-    force = []
-    for _ in range(steps):
-        body.run(1)
-        force.append(-body.nodes.force[place[:, 1] > 0.0, 0].sum())
-    tau = np.minimum(stiff * strain * np.arange(steps) / steps, c)
-    assert force == pytest.approx(tau * side, rel=1e-4)
-    body.forces()
-    assert body.total[Z_PLASTIC] == pytest.approx(c * (strain - c / stiff) * side**2, rel=1e-4)
-    work = body.total[Z_SUPPORT] + 0.5 * c * side**2 * strain / steps  # forces of both ends of every step count half
-    energy = body.stresses()[1]
-    assert abs(work - energy - body.total[Z_PLASTIC]) < 0.5 * stiff * (strain / steps) ** 2 * side**2
 
 
 def test_dilation_of_a_yielding_body_is_that_of_psi():
