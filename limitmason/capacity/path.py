@@ -336,7 +336,8 @@ class _Path:
         before = self.nodes[-2]
         width = max(abs(last.multiplier - before.multiplier), abs(last.multiplier - new.multiplier))
         if width <= self.steps.peak * abs(last.multiplier) or self.rounds >= _ROUNDS:
-            self.phase, self.rounds, self.passed = Phase.FALLING, 0, True
+            # a fall that is leapt over is looked for only where the path ends by it
+            self.phase, self.rounds, self.passed = Phase.FALLING, 0, self.to is not None
             a.move = 0.5 * max(self.coarse, a.move)
             return False
         span = abs(last.control - before.control)
