@@ -17,7 +17,7 @@ from .engine import REFUSED, Engine, number
 from .engines import ENGINES
 from .laws import Answer
 from .model import Model, Quantity
-from .paths import TOLD, curve
+from .paths import TOLD, curve, first_reached
 from .paths import finer as finer_steps
 from .statics import Statics
 
@@ -80,7 +80,7 @@ def _modes(model: Model, **options) -> Asked:
 def _path(model: Model, finer: int = 1, **options) -> Asked:
     got = curve(model, steps=finer_steps(finer) if finer > 1 else None, **options)
     first = np.nan if got.first_limit_point is None else got.first_limit_point.load
-    return np.array([got.peak.load, first]), " ".join(got.warnings)
+    return np.array([got.peak.load, first, first_reached(got)[1]]), " ".join(got.warnings)
 
 
 def _collapse(model: Model, **options) -> Asked:
@@ -112,7 +112,7 @@ def _simulate(model: Model, tolerance: float = 1e-6, steps: int = 4000, gently: 
     return float(np.abs(found.shift[-1]).max()), " ".join((found.status, *found.warnings))
 
 
-OF_A_PATH = ", largest load", ", first limit load"
+OF_A_PATH = ", largest load", ", first limit load", ", displacement at which 98 % of it is reached"
 FINE = {"contact_model": "grid", "grid": (9, 9)}
 CALLS = {
     "limit": Call("`lm.limit_analysis`, multiplier", "dem push", _limit, FINE, "grid of 9 x 9 points"),
