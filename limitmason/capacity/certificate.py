@@ -21,6 +21,8 @@ WITHIN = 1e-3
 SHORTEST = 0.1
 """Least elastic opening or slip that this is taken of, over the elastic length of the structure [-]."""
 
+AT_THE_TIP = 1e-9  # of the cohesion: shear strength of a point whose tension lies at the tip of the cone
+
 _CREATED = 1e-2  # energy that a jump may seem to make, of its gross work: its path, and so its work, is not known
 
 
@@ -231,11 +233,14 @@ def damage_error(s: Structure, before: PathState, after: PathState) -> float:
     beyond = beyond_strength(s, after, apart)
     # beyond the tip of the cone there is no shear strength that slip could break
     bears = now.bears_shear(components[:, 0] / p.area)
-    slid = np.where(bears, np.linalg.norm(after.slip - before.slip, axis=1), 0.0)
+    at_tip = np.abs(now.shear_strength(components[:, 0] / p.area)) <= AT_THE_TIP * now.cohesion
+    slid = np.where(bears | at_tip, np.linalg.norm(after.slip - before.slip, axis=1), 0.0)
     at_once = p.by_opening >= SUDDEN, p.by_slip >= SUDDEN
     opening, slip = (np.where(a, 0.0, r) for a, r in zip(at_once, (p.by_opening, p.by_slip), strict=True))
-    asked = np.minimum(np.maximum(before.damage, opening * beyond) + slip * slid, 1.0)
-    off = np.abs(asked - after.damage)
+    least = np.minimum(np.maximum(before.damage, opening * beyond), 1.0)
+    asked = np.minimum(least + slip * slid, 1.0)
+    # where damage has brought the tip to the tension, a part of the slip has done it: the rest met no strength
+    off = np.maximum(np.maximum(np.where(at_tip, least, asked) - after.damage, after.damage - asked), 0.0)
     reach, give = (np.maximum(x, SHORTEST * s.length) for x in (p.law.tension / p.kn, p.law.cohesion / p.ks))
     whole = np.asarray(after.damage) < 1.0
     over = np.maximum(np.where(at_once[0] & whole, beyond / reach, 0.0), np.where(at_once[1] & whole, slid / give, 0.0))

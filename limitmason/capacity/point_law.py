@@ -195,6 +195,15 @@ def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -
         # a point whose strength falls faster than its spring unloads goes all the way
         onward = np.where(slope < 1.0, (asked - damage) / np.where(slope < 1.0, 1.0 - slope, 1.0), 1.0 - damage)
         damage = np.clip(damage + onward, before, 1.0)
+    else:
+        # Slip damages no more where the tip of the cone has come to the tension: there the damage stops, halved in on.
+        swings = np.abs(_demanded(law, before, old.lift, tried, damage) - damage) >= 1e-13
+        low, high = before, np.ones(len(before))
+        for _ in range(52):
+            middle = 0.5 * (low + high)
+            more = _demanded(law, before, old.lift, tried, middle) > middle
+            low, high = np.where(more, middle, low), np.where(more, high, middle)
+        damage = np.where(swings, high, damage)
     return _plastic_corrector(law, law.strength_at(damage), old.lift, tried), damage
 
 

@@ -342,6 +342,28 @@ def test_the_tangent_of_a_softening_and_crushing_point_is_the_derivative_of_its_
     assert close.mean() > 0.99  # but for points within the step of a kink
 
 
+@pytest.mark.parametrize(("by_slip", "damage"), [(0.3, 0.2), (0.1, 0.098 / 0.99)])
+def test_slip_damages_until_the_tip_of_the_cone_comes_to_the_tension(by_slip, damage):
+    """A tension of 0.4 under a tip of 0.5 (1 - h), ft 0.8: h = 1 - 0.4 / 0.5 at most; less slip leaves h to its rate.
+
+    Half of such points kept a damage of 0, since the demand falls to nothing where the tip has come to the tension.
+    """
+    law = law_of(2, 0.0, 0.0, by_slip, (0.6, 0.0, 0.0), 0.8)
+    found = return_map(law, virgin(2, 2), np.array([[0.2, 1.0], [0.2, -1.0]]))
+    assert np.asarray(found.history.damage) == pytest.approx([damage] * 2, abs=1e-12)
+    assert found.stress[:, 0] == pytest.approx([-0.4] * 2)
+    assert np.abs(found.stress[:, 1]) == pytest.approx([0.3 * (1.0 - damage) - 0.24] * 2, abs=1e-12)
+
+
+@pytest.mark.slow
+def test_a_path_in_space_with_tension_beyond_the_tip_keeps_its_softening_law():
+    """It stepped over 2.5 % of load, and its certificate refused a quarter of the samples."""
+    path = lm.pushover(*ENGINES["pushover bonds"].model(7, 5).build())
+    assert all(c.accepted for c in path.certificates)
+    finer = lm.pushover(*ENGINES["pushover bonds"].model(7, 5).build(), steps=Steps(largest=0.01, smooth=5e-3))
+    assert path.peak.load == pytest.approx(finer.peak.load, rel=0.02)
+
+
 def test_one_step_and_many_spend_the_same_on_a_straight_opening():
     """The law of the end of a step: how far it goes does not change what it costs."""
     law = law_of(1, 0.0, 1.5, 0.0)
