@@ -23,7 +23,7 @@ import mechanisms
 from limitmason.comparison.wall_ladder import MODEL_SPREAD, ROCKS, WallPrediction, predict_walls
 from limitmason.constants import VERSION
 from limitmason.display.text_table import markdown as markdown_lines
-from limitmason.experiments.modern_walls import MODELS, NAME, specimens, units_per_course
+from limitmason.experiments.modern_walls import MODELS, NAME, specimens
 from limitmason.experiments.modern_walls.inputs import complete, inputs_of
 from limitmason.experiments.registry import load as load_wall
 from limitmason.storage.csv_table import parsed, write_table
@@ -32,6 +32,7 @@ from validation.wall_acceptance import asked, by_hand
 from validation.wall_causes import HELD, STIFFNESS, responses, stiffness
 from validation.wall_curves import read_record
 from validation.wall_curves_text import sections
+from validation.wall_draws import drawn_logs
 from validation.wall_figures import envelopes, scatter_figure, worst_walls
 from validation.wall_loop import (
     LeftOut,
@@ -48,7 +49,6 @@ from validation.wall_tests import RESPONSES, ROWS, Measured, measured_walls, rig
 Array = NDArray[np.float64]
 ABOVE = ("22", "24")  # walls above the rigid bound which the acceptance is asked with and without
 BLIND = Path(__file__).with_name("blind_walls.csv")
-FEW_UNITS = 100  # of a wall that is analysed without dilatancy
 TWO_SENSES, STIFFER = 1.4, 1.3  # ratios from which on a row is listed as doubtful
 RIGID_ERROR = 1.1  # measured force over the rigid bound from which on a row is listed
 
@@ -242,24 +242,22 @@ def without_them(walls: Sequence[Measured], found: Mapping[str, list[WallPredict
     return markdown(["model", "walls", "median", "sd of ln", "90 %"], lines)
 
 
-def small(walls: Sequence[Measured]) -> list[str]:
-    """Walls that are analysed without dilatancy too: those of few units."""
-    return [m.wall for m in walls if units_per_course(ROWS[m.wall])[0] * int(ROWS[m.wall]["courses"]) <= FEW_UNITS]
-
-
 def without_dilatancy(walls: Sequence[Measured], extended: list[WallPrediction], without: list[WallPrediction]) -> str:
     """The extended model with and without dilatancy on the same walls."""
-    own = [m for m in walls if m.wall in {p.wall for p in without}]
+    by = {p.wall: p for p in without}
+    own = [m for m in walls if np.isfinite(by[m.wall].force)]
     ratio = np.exp(logs(without, own) - logs(extended, own))
     lines = []
     for name, found in (("extended", extended), ("the same without dilatancy", without)):
         s = scatter(logs(found, own))
         lines.append([name, str(s.number), f"{s.median:.2f}", f"{s.deviation:.3f}", f"{s.nine:.2f}"])
-    table = markdown(["model", "walls", "median", "sd of ln", "90 %"], lines)
     took = sum(p.seconds for p in without) / 60.0
+    left = [f"- {p.wall}: {p.status}." for p in without if not np.isfinite(p.force)]
     return "\n".join([
-        table, "", f"Without dilatancy they carry {np.median(ratio):.2f} of what they carry with it, "
-        f"{ratio.min():.2f} to {ratio.max():.2f}.", f"That took {took:.1f} min of processor time.",
+        markdown(["model", "walls", "median", "sd of ln", "90 %"], lines), "",
+        f"Without dilatancy they carry {np.median(ratio):.2f} of what they carry with it, "
+        f"{ratio.min():.2f} to {ratio.max():.2f}.",
+        f"All {len(without)} walls took {took:.0f} min of processor time. Without an answer:", "", *left,
     ])
 
 
@@ -331,7 +329,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         )
 
     found = {"formulas": solved("formulas"), "first": solved("first", spread=False),
-             "extended": solved("extended", spread=not o.no_interval)}
+             "extended": solved("extended", spread=not o.no_interval),
+             "non-associative": solved("non-associative", file="dilatancy", spread=False)}
     all_walls = [m for m in measured_walls() if ROWS[m.wall]["H0_over_H"] != "/"]
     whole = [m for m in all_walls if complete(ROWS[m.wall])]
     names = [m.wall for m in whole]
@@ -347,15 +346,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     formulas_loop = left_out(factored(four, np.array([m.force for m in whole])), [m.campaign for m in whole]).logs
     parts = {
         "[asked]": asked(whole, all_walls, loop, formulas_loop, by_loop.modes, found, curves, pushes, ABOVE,
-                         write_blind(found)),
+                         write_blind(found), drawn_logs(all_walls, o.store / "drawn.jsonl", workers=o.workers)),
         "[hand]": by_hand(), "[curves]": "\n".join(sections(curves, pushes)),
         "[ladder]": table, "[chosen]": chosen, "[modes]": modes(whole, found, by_loop, four),
         "[carriers]": carry, "[wrong]": wrong, "[coverage]": coverage(all_walls, found),
         "[impossible]": impossible(all_walls), "[doubtful]": doubtful(all_walls),
-        "[dilatancy]": without_dilatancy(
-            whole, found["extended"], solved("non-associative", small(whole), "dilatancy", spread=False)
-        ),
-        "[without]": without_them(all_walls, found), "[worst]": worst_table,
+        "[dilatancy]": without_dilatancy(whole, found["extended"], found["non-associative"]),
+        "[without]": without_them(all_walls, {k: v for k, v in found.items() if k != "non-associative"}),
+        "[worst]": worst_table,
         "[model]": ", ".join(f"{k} {v}" for k, v in MODELS["extended"].items()),
         "[rocks]": f"{ROCKS:g}", "[spread]": ", ".join(f"{k} {v:g}" for k, v in MODEL_SPREAD.items()),
     }

@@ -73,8 +73,8 @@ it is 0.122. Nothing was left out in the table above: these numbers say where to
 
 ## Without dilatancy
 
-Of the 53 walls those of at most 100 units by non-associative limit analysis, everything else as in *extended*, whose
-numbers were fitted with dilatancy. Its intervals have a model scatter of 0.22, the root mean square of ln.
+The 53 walls by non-associative limit analysis, everything else as in *extended*, whose numbers were fitted with
+dilatancy. Its intervals have a model scatter of 0.22, the root mean square of ln.
 
 [dilatancy]
 
