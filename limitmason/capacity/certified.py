@@ -6,7 +6,6 @@ import numpy as np
 
 from limitmason.answers.curve import Energy, Event
 from limitmason.answers.references import data_behind
-from limitmason.capacity import path
 from limitmason.capacity.certificate import Balance, StepCertificate, certify, equilibrium
 from limitmason.capacity.contact_search.touching import outside
 from limitmason.capacity.generations import Generations
@@ -58,7 +57,7 @@ def certified_curve(
     bad = [k for k, c in enumerate(certificates) if not c.accepted]
     if bad:
         warnings.append(f"the certificate refuses {len(bad)} of {len(nodes)} samples, the first is {bad[0]}")
-    jumps = path.jumps(nodes)
+    jumps = tuple(k for k, node in enumerate(nodes[1:], 1) if node.jump)
     if jumps:
         through = len(jumps) - len(breaks)
         parts = [f"{len(breaks)} where joints break at once"] * bool(breaks)

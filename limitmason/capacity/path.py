@@ -6,7 +6,6 @@ in on it with short steps from the sample before the highest, and falls.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 
@@ -447,8 +446,3 @@ def senses(begins: float, to: float | None, ratio: float) -> tuple[float, float]
     """Signs of the control displacement, and of the multiplier that grows along it; the rest as in :func:`follow`."""
     sense = 1.0 if (ratio > 0.0 if to is None else to >= begins) else -1.0
     return sense, sense * float(np.sign(ratio))
-
-
-def jumps(nodes: list[Node]) -> tuple[int, ...]:
-    """Numbers of the nodes that were reached by a jump."""
-    return tuple(k for k, (_, node) in enumerate(pairwise(nodes), 1) if node.jump)

@@ -60,7 +60,9 @@ def test_the_answer_lies_between_stopped_tables_and_comes_with_the_spread_of_its
 
 @pytest.mark.slow
 def test_stack_of_three_rocks_about_the_foot_of_the_lowest():
-    test = dem.tilt_test(stack([(0.2, 0.25)] * 3, joint=lm.Joint(40.0)), contact_points=(4, 2), tolerance=2e-2)
+    test = dem.tilt_test(
+        stack([(0.2, 0.25)] * 3, joint=lm.Joint(40.0)), contact_points=(4, 2), steps=10_000, tolerance=4e-3, halvings=7
+    )
     assert test.at_rest == pytest.approx(0.2 / 0.75, rel=5e-3)
 
 
@@ -152,7 +154,8 @@ def test_wall_that_ends_by_sliding_falls_before_the_angle_of_friction():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("ratio", "high"), [(10.0, False), (40.0, False), (40.0, True)])
+@pytest.mark.parametrize("ratio", [10.0, 40.0])
+@pytest.mark.parametrize("high", [False, True])
 def test_small_stack_falls_at_its_own_slenderness_beside_or_on_a_large_block(ratio, high):
     # a thousandth of a per cent of the weight: it shows neither in the reactions nor in a mean unbalanced force
     wall = beside_or_on_a_large_block(ratio, high=high)

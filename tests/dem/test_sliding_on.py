@@ -64,7 +64,8 @@ def slides_at(load, u, over=0.02):
     return np.abs(mean / MU - 1.0).max() < over and np.abs(load / MU - 1.0).max() < 0.15
 
 
-@pytest.mark.parametrize(("stiffness", "drive"), [(1e8, {"x": 1.0, "ry": 0.0}), (1e10, {"x": 1.0})])
+@pytest.mark.parametrize("drive", [{"x": 1.0}, {"x": 1.0, "ry": 0.0}])
+@pytest.mark.parametrize("stiffness", [1e8, 1e10])
 def test_a_block_slides_from_table_to_table_at_mu_w(stiffness, drive):
     for gap, lean, detect in ((0.0, 0.0, 50), (0.0, 0.0, 5), (0.01, 0.0, 50), (0.0, 60.0, 50), (0.0, -30.0, 50)):
         u, load, _ = pushed(tables(stiffness, gap, lean=lean), drive=drive, detect_every=detect)

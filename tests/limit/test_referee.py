@@ -44,8 +44,9 @@ def check(cases, folder):
 
 
 @pytest.mark.slow
-def test_plane_assemblies(tmp_path):
-    check([plane_case(SEED, k, shape) for shape in PLANE for k in range(12)], tmp_path)
+@pytest.mark.parametrize("shape", PLANE)
+def test_plane_assemblies(shape, tmp_path):
+    check([plane_case(SEED, k, shape) for k in range(24)], tmp_path)
 
 
 @pytest.mark.parametrize("shape", SPACE)

@@ -133,6 +133,7 @@ INSIDE = {
 }
 LONGER = {
     "ferris 3": (lambda: ferris("wall-3"), (2, 2)),
+    "shear wall": (lambda: minho("SW.250.1"), (2, 2)),
 }
 
 

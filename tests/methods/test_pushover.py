@@ -134,7 +134,7 @@ def test_stiff_walls_end_at_the_published_minima_without_dilatancy(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["wall-1", "wall-3"])
+@pytest.mark.parametrize("name", WALLS)
 def test_stiff_associative_walls_come_to_the_associative_value_from_below(name):
     wall, loads = ferris(name, PHI * (1 - 1e-12))
     exact = lm.limit_analysis(wall, loads, "associative").collapse_multiplier
