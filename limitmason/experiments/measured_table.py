@@ -108,12 +108,12 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
         raise InputError(wanted) from None
     if not found.rows:
         raise InputError(wanted)
-    header, units = found.header, found.units
+    header, units, lines = found.header, found.units, found.lines
     twice = next((h for i, h in enumerate(header) if h in header[:i]), None)
     if twice is not None or "" in header:
         raise InputError(f"{path}: row {found.header_line}: " + (f"the column {twice!r} is there twice" if twice else
                          f"column {header.index('') + 1} has no name"))
-    for number, row in zip([found.units_line, *found.lines], [units, *found.rows], strict=True):
+    for number, row in zip([found.units_line, *lines], [units, *found.rows], strict=True):
         if len(row) != len(header):
             raise InputError(f"{path}: row {number} has {len(row)} cells, the header has {len(header)}")
     for name, unit in zip(header, units, strict=True):
@@ -122,7 +122,6 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
                 f"{path}: row {found.units_line} must give the unit of every column; {name!r} has {unit!r} ('-' for "
                 "pure numbers and words)"
             )
-    lines = found.lines
     columns, beyond = {}, {}
     for k, name in enumerate(header):
         cells = [row[k] or "nan" * blanks for row in found.rows]
@@ -179,8 +178,6 @@ def _column(path: str, name: str, unit: str, lines: Sequence[int], cells: Sequen
     bad = [k for k, value in enumerate(values) if value is None]
     if not bad:
         return tuple(values)
-    if unit == "-" and len(bad) == len(cells):
-        return tuple(cells)
     if unit == "-" and len(bad) >= len(cells) / 2:
         return tuple(cells)
     why = f"its unit is {unit!r}" if unit != "-" else "most of the column are numbers"

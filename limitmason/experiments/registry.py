@@ -66,10 +66,8 @@ def load(source: str, specimen: str, **options: object) -> Experiment:
     found = recipe_of(source)
     known = found.specimens()
     if specimen not in known:
-        near = get_close_matches(str(specimen), known, n=3, cutoff=0.3)
         names = ", ".join(known) if len(known) <= 12 else ", ".join(known[:12]) + ", ..."
-        hint = f"; near it: {', '.join(near)}" if near else ""
-        raise InputError(f"{source} has no specimen {specimen!r}{hint}; it has {names}")
+        raise InputError(f"{source} has no specimen {specimen!r}{_near(specimen, known, 3)}; it has {names}")
     return found.load(specimen, **options)
 
 
@@ -95,10 +93,14 @@ def recipe_of(source: str) -> Recipe:
         For an unknown source; the message lists the known ones.
     """
     if source not in sources():
-        near = get_close_matches(str(source), sources(), n=2, cutoff=0.3)
-        hint = f"; near it: {', '.join(near)}" if near else ""
-        raise InputError(f"unknown experiment source {source!r}{hint}; known: {', '.join(sources())}")
+        near = _near(source, sources(), 2)
+        raise InputError(f"unknown experiment source {source!r}{near}; known: {', '.join(sources())}")
     return import_module(f"{__package__}.{source.replace('-', '_')}").RECIPE
+
+
+def _near(name: str, known: tuple[str, ...], most: int) -> str:
+    near = get_close_matches(str(name), known, n=most, cutoff=0.3)
+    return f"; near it: {', '.join(near)}" if near else ""
 
 
 def papers_of(source: str) -> tuple[Cited, ...]:

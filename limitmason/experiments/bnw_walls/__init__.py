@@ -61,8 +61,7 @@ def load(specimen: str, **options: Any) -> Experiment:
                 raise InputError(f"{NAME}: {name} is of units that deform: give young_modulus too, or leave it out")
     said = read_description(NAME)
     return Experiment(
-        source=read_source(NAME),
-        specimen=specimen,
+        source=read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS, row=row,
         title=f"Hollow clay unit wall with mortar, cyclic, constant vertical stress {row['sigma0']} MPa",
         parameters={**table.quantities(row, said["quantities"]["parameters"]), "failure type": row["failure_type"]},
         measured=table.quantities(row, said["quantities"]["measured"]),
@@ -74,10 +73,6 @@ def load(specimen: str, **options: Any) -> Experiment:
             TargetValue("UDEC limit force", "published", "non-associative"),
         ),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
-        recipe=RECIPE,
-        options=chosen,
-        option_table=OPTIONS,
-        row=row,
         no_model=NO_FRICTION if chosen["friction"] is None else "",
     )
 
@@ -143,15 +138,11 @@ def assembly(test: Experiment) -> Assembly:
     courses = int(p["courses"])
     # as many whole units as fit: each model unit takes half of the joints beside it and is longer than the unit
     per_course = int(float(p["length"]) / (float(p["unit length"]) / 1e3))
+    # weightless, as assumed: the vertical force comes on the beam
     wall = running_wall(
-        length=float(p["length"]),
-        courses=courses,
+        length=float(p["length"]), courses=courses, joint=joint, density=1e-6, unit_cracks=crack,
         unit=(float(p["length"]) / per_course, float(p["height"]) / courses, float(p["thickness"])),
-        joint=joint,
-        density=1e-6,  # weightless, as assumed: the vertical force comes on the beam
-        top_beam=o["beam_height"],
-        beam_density=0.0,
-        unit_cracks=crack,
+        top_beam=o["beam_height"], beam_density=0.0,
     )
     if unit is not None:
         wall = wall.with_material(unit, blocks=[b.name for b in wall.blocks if b.name != BEAM])

@@ -9,18 +9,10 @@ import numpy as np
 
 from limitmason.answers.curve import Curve
 from limitmason.errors import InputError
+from limitmason.experiments import tables
 from limitmason.experiments.brick_panels_opening.layout import BASIS, OUTLINES, panel, read_outline
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
-from limitmason.experiments.tables import (
-    names_in,
-    papers_of,
-    read_description,
-    read_options,
-    read_parameters,
-    read_source,
-    read_table,
-)
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint, LostBy
 from limitmason.model.load import Loads
@@ -39,10 +31,10 @@ _TABLE_4 = "input of the UDEC model calibrated on S1 to S4, Table 4; not measure
 
 LOSSES = tuple(str(v) for v in (LostBy.OPENING, LostBy.OPENING_OR_SLIP, LostBy.NOTHING))
 
-OPTIONS = read_options(NAME)
+OPTIONS = tables.read_options(NAME)
 
 
-specimens = names_in(NAME, "panels.csv", "udec_runs.csv")
+specimens = tables.names_in(NAME, "panels.csv", "udec_runs.csv")
 """The five panels and the 18 UDEC runs."""
 
 
@@ -54,9 +46,9 @@ def load(specimen: str, **options: Any) -> Experiment:
     chosen = chosen_options(OPTIONS, options, NAME)
     read_outline(chosen["outline"])
     run = specimen.startswith("udec-")
-    table = read_table(NAME, "udec_runs.csv" if run else "panels.csv")
+    table = tables.read_table(NAME, "udec_runs.csv" if run else "panels.csv")
     row = table.row(specimen)
-    given = dict(read_parameters(NAME))
+    given = dict(tables.read_parameters(NAME))
     mean = given.pop("stochastic test mean failure load")
     # Table 4 belongs to the calibrated model: the runs of the parametric study state no property of the bricks
     given = {
@@ -72,15 +64,10 @@ def load(specimen: str, **options: Any) -> Experiment:
             "dilation angle": "dilation", "normal stiffness": "kn", "shear stiffness": "ks",
         }
         measured = {}
-        published = table.quantities(
-            row,
-            {
-                **loads,
-                "self-weight displacement": "d_selfweight",
-                "displacement at first crack": "d_first_crack",
-                "displacement at failure": "d_failure",
-            },
-        )
+        published = table.quantities(row, {
+            **loads, "self-weight displacement": "d_selfweight", "displacement at first crack": "d_first_crack",
+            "displacement at failure": "d_failure",
+        })
         if row["suspect"] == "1":
             load_cell = published["failure load"]
             published["failure load"] = Quantity(load_cell, load_cell.unit, "out of line with its neighbours")
@@ -98,33 +85,21 @@ def load(specimen: str, **options: Any) -> Experiment:
         parameters["note"] = row["note"]
     open_outline = ("787.5/8/4", "562.5/8/4") if specimen == "L1" else OUTLINES
     return Experiment(
-        source=read_source(NAME),
-        specimen=specimen,
-        title=title,
-        parameters=parameters,
-        measured=measured,
-        published=published,
-        assumptions=tuple(read_description(NAME)["assumptions"]["always"]),
-        targets=targets,
-        multiplier_to_measured=Quantity(1.0, "kN"),
-        recipe=RECIPE,
-        options=chosen,
-        option_table=OPTIONS,
+        source=tables.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
+        row=row, title=title, parameters=parameters, measured=measured, published=published, targets=targets,
+        assumptions=tuple(tables.read_description(NAME)["assumptions"]["always"]),
+        multiplier_to_measured=Quantity(1.0, "kN"), no_model=NO_PLAN, inferred=BASIS,
         open_options={"outline": open_outline, "young_modulus": (16.7e9, 1.67e9), "loss": LOSSES},
-        row=row,
-        no_model=NO_PLAN,
-        inferred=BASIS,
     )
 
 
 def assembly(test: Experiment) -> Assembly:
     """The panel on the outline chosen, with the joints of the run or of Table 4."""
     o = test.options
-    spans = {"L1": 2.925}
     brick = Material(
         young_modulus=o["young_modulus"], poisson_ratio=o["poisson_ratio"], density=o["density"], name="brick"
     )
-    span, outline = spans.get(test.specimen, 2.025), read_outline(o["outline"])
+    span, outline = 2.925 if test.specimen == "L1" else 2.025, read_outline(o["outline"])
     return signed(panel(outline, span, joint(test), brick, start=o["start"], bearing=o["bearing"]), test)
 
 
@@ -181,7 +156,7 @@ def curve(test: Experiment) -> Curve:
     u, f = np.array([(0.0, 0.0), *points]).T
     return Curve(
         u, f, displacement_unit="mm", load_unit="kN", label=f"{test.specimen}, published", source=str(test.source),
-        references=papers_of(NAME),
+        references=tables.papers_of(NAME),
     )
 
 

@@ -62,25 +62,16 @@ def load(specimen: str, **options: Any) -> Experiment:
     )
     targets.append(TargetValue("associative", "recomputed", "associative"))
     parameters: dict[str, Quantity | str] = {
-        "block length": Quantity(BLOCK[0], "m"),
-        "block height": Quantity(BLOCK[1], "m"),
+        "block length": Quantity(BLOCK[0], "m"), "block height": Quantity(BLOCK[1], "m"),
         "friction coefficient": Quantity(chosen["friction"]),
         "live load": "the weight of every block sideways, at its centroid",
         **table.quantities(row, said["quantities"]["parameters"]),
     }
     return Experiment(
-        source=read_source(NAME),
-        specimen=specimen,
+        source=read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS, row=row,
         title=f"Dry wall, {row['width']} block lengths x {row['n_courses']} courses, pushed sideways in its plane",
-        parameters=parameters,
-        published=published,
-        recomputed=recomputed,
-        assumptions=tuple(said["assumptions"]["always"]),
-        targets=tuple(targets),
-        recipe=RECIPE,
-        options=chosen,
-        option_table=OPTIONS,
-        row=row,
+        parameters=parameters, published=published, recomputed=recomputed,
+        assumptions=tuple(said["assumptions"]["always"]), targets=tuple(targets),
     )
 
 

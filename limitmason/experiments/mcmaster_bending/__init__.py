@@ -13,16 +13,9 @@ from limitmason.arrays import Array
 from limitmason.checks import positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
+from limitmason.experiments import tables
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
-from limitmason.experiments.tables import (
-    names_in,
-    read_options,
-    read_parameters,
-    read_shown,
-    read_source,
-    read_table,
-)
 from limitmason.geometry import box, polygon_area_centroid, prism
 from limitmason.geometry.polygon import clip_convex
 from limitmason.model.assembly import Assembly
@@ -36,10 +29,10 @@ _HARD = 75.0  # stiffness of their contact over that of the joints, as of a bar 
 _SLIVER = 0.04  # pieces below this part of a block are left out [-]
 _NARROW = 0.025  # and those narrower than this [m]
 
-OPTIONS = read_options(NAME)
+OPTIONS = tables.read_options(NAME)
 
 
-specimens = names_in(NAME, "wallettes.csv")
+specimens = tables.names_in(NAME, "wallettes.csv")
 """One per orientation of the bed joints to the span: "theta-0", "theta-15", ..."""
 
 
@@ -48,10 +41,10 @@ def load(specimen: str, **options: Any) -> Experiment:
 
     See ``OPTIONS``.
     """
-    table = read_table(NAME, "wallettes.csv")
+    table = tables.read_table(NAME, "wallettes.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
-    given = read_parameters(NAME)
+    given = tables.read_parameters(NAME)
     span = float(given["length"]) / 1e3
     bar = chosen["bar_width"]
     if not 0.0 < chosen["load_span"] < chosen["support_span"] <= span - bar:
@@ -68,8 +61,8 @@ def load(specimen: str, **options: Any) -> Experiment:
         positive("density (None leaves the weight out)", chosen["density"])
     closed_form = table.quantities(row, {"plastic tension": "fxt_plastic"})
     return Experiment(
-        source=read_source(NAME),
-        specimen=specimen,
+        source=tables.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
+        row=row, multiplier_to_measured=Quantity(1.0, "MPa"), open_options={"load_span": (0.5, 0.8)},
         title=f"Block wallette in four-point bending, bed joints at {row['theta']} deg to the span",
         parameters={**given, **table.quantities(row, {"orientation": "theta"}), "failure": row["failure"]},
         measured=table.quantities(row, {"fxt": "fxt"}),
@@ -90,12 +83,6 @@ def load(specimen: str, **options: Any) -> Experiment:
             else "Joints are assumed perfectly plastic in tension and shear.",
         ),
         targets=(TargetValue("plastic tension", "recomputed", "associative"),) if closed_form else (),
-        multiplier_to_measured=Quantity(1.0, "MPa"),
-        recipe=RECIPE,
-        options=chosen,
-        option_table=OPTIONS,
-        open_options={"load_span": (0.5, 0.8)},
-        row=row,
     )
 
 
@@ -107,10 +94,8 @@ def assembly(test: Experiment) -> Assembly:
     p, o = test.parameters, test.options
     length, width = (float(p[k]) / 1e3 for k in ("length", "width"))
     thickness = thickness_of(test)
-    pieces = cut_bond(
-        length, width, float(p["block length"]) / 1e3 * o["block_scale"], float(p["block height"]) / 1e3
-        * o["block_scale"], float(np.deg2rad(p["orientation"])), o["bond_shift"],
-    )
+    long, high = (float(p[k]) / 1e3 * o["block_scale"] for k in ("block length", "block height"))
+    pieces = cut_bond(length, width, long, high, float(np.deg2rad(p["orientation"])), o["bond_shift"])
     bar = o["bar_width"]
     bars = [
         box((side * 0.5 * span - 0.5 * bar, y, -0.5 * width), (side * 0.5 * span + 0.5 * bar, y + _DEEP, 0.5 * width))
@@ -121,9 +106,8 @@ def assembly(test: Experiment) -> Assembly:
     # never quite vertical: contact grids find the thickness across the horizontal part of the axis
     angle = np.deg2rad(min(float(p["orientation"]), 89.9))
     axis = np.array([np.cos(angle), 0.0, np.sin(angle)])
-    brittle: dict[str, Any] = {}
-    if o["residual"] == "none":
-        brittle = {"residual_cohesion": 0.0, "residual_tensile_strength": 0.0}
+    lost = ("residual_cohesion", "residual_tensile_strength") if o["residual"] == "none" else ()
+    brittle: dict[str, Any] = dict.fromkeys(lost, 0.0)
     stiffness: dict[str, Any] = {
         "normal_stiffness": float(p["normal stiffness"]) * 1e9,
         "shear_stiffness": float(p["tangential stiffness"]) * 1e9,
@@ -136,11 +120,8 @@ def assembly(test: Experiment) -> Assembly:
     hard = {k: _HARD * v for k, v in stiffness.items()}
     pin, roller = Joint(float(p["friction angle"]), name="pin", **hard), Joint(0.0, name="roller", **hard)
     whole = Assembly.from_polyhedra(
-        [prism(q, 0.0, thickness) for q in pieces] + bars,
-        joint=mortar,
-        fixed=SUPPORTS,
-        names=[*names, *SUPPORTS, *LOADED],
-        axes=[axis] * len(pieces) + [None] * 4,
+        [prism(q, 0.0, thickness) for q in pieces] + bars, joint=mortar, fixed=SUPPORTS,
+        names=[*names, *SUPPORTS, *LOADED], axes=[axis] * len(pieces) + [None] * 4,
         recipe={"blocks cut from a bond": len(pieces)},
     )
     first = len(pieces)
@@ -228,4 +209,4 @@ def _is_sliver(piece: Array, whole: float) -> bool:
     return bool(area < _SLIVER * whole or area < _NARROW * longest)
 
 
-RECIPE = Recipe(specimens, load, assembly, loads, shown=read_shown(NAME))
+RECIPE = Recipe(specimens, load, assembly, loads, shown=tables.read_shown(NAME))

@@ -12,17 +12,9 @@ from limitmason.answers.curve import Curve
 from limitmason.build import wall as running_wall
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
+from limitmason.experiments import tables
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
-from limitmason.experiments.tables import (
-    names_in,
-    papers_of,
-    read_description,
-    read_options,
-    read_shown,
-    read_source,
-    read_table,
-)
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -34,10 +26,10 @@ WS_FRICTION = 0.65  # not found for these walls: assumed, to be shown over 0.5 t
 BEAM = "beam"
 FORCE = 1e3  # live load [N]: the multiplier is the horizontal force in kN
 
-OPTIONS = read_options(NAME)
+OPTIONS = tables.read_options(NAME)
 
 
-specimens = names_in(NAME, "tests.csv")
+specimens = tables.names_in(NAME, "tests.csv")
 """Test unit names of the database."""
 
 
@@ -51,16 +43,16 @@ def measured_curve(specimen: str) -> Curve:
     InputError
         For tests whose curve was not found; the message names those that have one.
     """
-    rows = read_table(NAME, "curves.csv").rows
+    rows = tables.read_table(NAME, "curves.csv").rows
     own = [r for r in rows if r["specimen"] == specimen]
     if not own:
         known = ", ".join(dict.fromkeys(r["specimen"] for r in rows))
         raise InputError(f"no curve of {specimen!r} was found; there are those of {known}")
-    units = read_table(NAME, "curves.csv").units
+    units = tables.read_table(NAME, "curves.csv").units
     return Curve(
         np.array([float(r["displacement"]) for r in own]), np.array([float(r["force"]) for r in own]),
         displacement_unit=units["displacement"], load_unit=units["force"], label=specimen,
-        source=str(read_source(NAME)), references=papers_of(NAME),
+        source=str(tables.read_source(NAME)), references=tables.papers_of(NAME),
     )
 
 
@@ -77,49 +69,48 @@ def load(specimen: str, **options: Any) -> Experiment:
 
     See ``OPTIONS``.
     """
-    table, series_table = read_table(NAME, "tests.csv"), read_table(NAME, "series.csv")
-    row, said = table.row(specimen), read_description(NAME)
+    table, series_table = tables.read_table(NAME, "tests.csv"), tables.read_table(NAME, "series.csv")
+    row, said = table.row(specimen), tables.read_description(NAME)
     series = series_table.row(row["series"], "series")
     chosen = chosen_options(OPTIONS, options, NAME)
     assumptions, names = list(said["assumptions"]["always"]), said["quantities"]
+    left_open: dict[str, tuple[Any, ...]] = {}
+    known, height = bool(series["friction"]), float(row["H0"]) / 1e3
     if chosen["friction"] is None:
-        if series["friction"]:
-            chosen["friction"] = float(series["friction"])
-            assumptions.append("Friction 0.62 is assumed: it is the value of another author's model of these walls.")
-        else:
-            chosen["friction"] = WS_FRICTION
-            assumptions.append(
-                f"Friction {WS_FRICTION} is assumed: not found for these walls; show {series['friction_low']} to "
-                f"{series['friction_high']}."
-            )
+        chosen["friction"] = float(series["friction"]) if known else WS_FRICTION
+        assumptions.append(
+            "Friction 0.62 is assumed: it is the value of another author's model of these walls."
+            if known
+            else f"Friction {WS_FRICTION} is assumed: not found for these walls; show {series['friction_low']} to "
+            f"{series['friction_high']}."
+        )
     if not series["odd_courses_start_with_half"]:
         assumptions.append("The bond of the WS walls was not found: running bond as in the SW walls is assumed.")
-    if chosen["force_height"] is None:
-        chosen["force_height"] = float(row["H0"]) / 1e3
-        if series["force_height_others"]:
-            other = float(series["force_height_others"]) / 1e3
+    if series["force_height_others"]:
+        other = float(series["force_height_others"]) / 1e3
+        left_open["force_height"] = (other, height)
+        if chosen["force_height"] is None:
             assumptions.append(
-                f"The force height {chosen['force_height']:g} m of the database is assumed; nine courses and a beam "
-                f"one course high put it at {other:g} m (option force_height)."
+                f"The force height {height:g} m of the database is assumed; nine courses and a beam one course high "
+                f"put it at {other:g} m (option force_height)."
             )
+    if not known:
+        left_open["friction"] = (float(series["friction_low"]), float(series["friction_high"]))
+    if not series["odd_courses_start_with_half"]:
+        left_open["first_course"] = ("half", "whole")
+    chosen["force_height"] = height if chosen["force_height"] is None else chosen["force_height"]
     if not chosen["force_height"] > float(row["H"]) / 1e3:
         raise InputError(f"force_height must be above the wall's top at {float(row['H']) / 1e3:g} m")
     if chosen["crushing"]:
         assumptions.append("The prism strength of the masonry is assumed for every joint, uniform and plastic.")
-    left_open: dict[str, tuple[Any, ...]] = {}
-    if series["force_height_others"]:
-        left_open["force_height"] = (float(series["force_height_others"]) / 1e3, float(row["H0"]) / 1e3)
-    if not series["friction"]:
-        left_open["friction"] = (float(series["friction_low"]), float(series["friction_high"]))
-    if not series["odd_courses_start_with_half"]:
-        left_open["first_course"] = ("half", "whole")
     measured = table.quantities(row, names["measured"])
     targets = [TargetValue(f"Vmax{s}", "measured", None, s) for s in "+-" if f"Vmax{s}" in measured]
     failure = [w for w, c in (("flexural", "F"), ("rocking", "R"), ("sliding", "SL"), ("toe crushing", "TC"))
                if row[f"failure_{c}"] == "1"]
     return Experiment(
-        source=read_source(NAME),
-        specimen=specimen,
+        source=tables.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
+        row=row, open_options=left_open, assumptions=tuple(assumptions), measured=measured, targets=tuple(targets),
+        multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
         title=f"{row['stone']} wall with dry joints, {row['loading'].lower()}, {row['N_top']} kN on top; "
         f"{row['reference']}",
         parameters={
@@ -128,16 +119,7 @@ def load(specimen: str, **options: Any) -> Experiment:
             "friction coefficient": Quantity(chosen["friction"]),
             "failure type": f"{row['failure_type']} ({', '.join(failure)})",
         },
-        measured=measured,
         recomputed=table.quantities(row, {"overturning of one rigid block": "V_overturning"}, "N total (L/2) / H0"),
-        assumptions=tuple(assumptions),
-        targets=tuple(targets),
-        multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
-        recipe=RECIPE,
-        options=chosen,
-        option_table=OPTIONS,
-        open_options=left_open,
-        row=row,
     )
 
 
@@ -151,14 +133,9 @@ def assembly(test: Experiment) -> Assembly:
     length, height, thickness = (float(p[k]) / 1e3 for k in ("length", "height", "thickness"))
     courses, lengths = int(p["courses"]), int(p["blocks per course"])
     wall = running_wall(
-        length=length,
-        courses=courses,
-        unit=(length / lengths, height / courses, thickness),
-        start=o["first_course"],
-        joint=joint,
-        density=UNIT_WEIGHT / GRAVITY,
-        top_beam=2.0 * (o["force_height"] - height),
-        beam_density=0.0,
+        length=length, courses=courses, unit=(length / lengths, height / courses, thickness),
+        start=o["first_course"], joint=joint, density=UNIT_WEIGHT / GRAVITY,
+        top_beam=2.0 * (o["force_height"] - height), beam_density=0.0,
     )
     if o["beam_rotation"] == "held":
         wall = wall.with_supports([Support(BEAM, dofs=("ry",))])
@@ -174,4 +151,4 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     )
 
 
-RECIPE = Recipe(specimens, load, assembly, loads, curve, read_shown(NAME))
+RECIPE = Recipe(specimens, load, assembly, loads, curve, tables.read_shown(NAME))

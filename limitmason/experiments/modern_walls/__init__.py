@@ -97,8 +97,8 @@ def load(specimen: str, **options: Any) -> Experiment:
     chosen = {name: inputs[key] for name, key in names["inputs"].items()}
     shown = {name: Quantity(one.value, one.unit, str(one)) for name, one in chosen.items()}
     return Experiment(
-        source=read_source(NAME),
-        specimen=specimen,
+        source=read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen_options(OPTIONS, options, NAME),
+        option_table=OPTIONS, row=row, measured=measured, assumptions=tuple(assumptions),
         title=f"{row['test_unit']} of {row['campaign']}: {row['unit_type']}, {row['bed_joints']} bed joints, "
         f"head joints {row['head_joints'] or 'unknown'}; "
         f"{'all inputs in the source' if complete(row) else 'inputs missing'}",
@@ -108,14 +108,8 @@ def load(specimen: str, **options: Any) -> Experiment:
             "void ratio": row["void_ratio"] or "unknown", "H0 over H": row["H0_over_H"], "campaign": row["campaign"],
             "failure type": "kept back" if response is None else response["failure_mode"],
         },
-        measured=measured,
-        assumptions=tuple(assumptions),
         targets=tuple(TargetValue(f"Vmax{s}", "measured", None, s) for s in "+-" if f"Vmax{s}" in measured),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
-        recipe=RECIPE,
-        options=chosen_options(OPTIONS, options, NAME),
-        option_table=OPTIONS,
-        row=row,
         no_model="" if has_shear_span(row) else f"wall {specimen} has {row['H0_over_H']!r} for its shear span",
     )
 

@@ -82,14 +82,10 @@ def inputs_of(row: Mapping[str, str]) -> dict[str, Input]:
         median, spread = FRICTION[row["unit_type"]]
         found["mu"] = Input(median, "-", ASSUMED, spread)
     found["fc"] = _strength(row, given)
-    if "fb" in given:
-        found["fb"] = _input("fb", given["fb"], TESTED)
-    else:
-        found["fb"] = _input("fb", FB_OVER_FC * found["fc"].value, ASSUMED)
-    if "ft" in given:
-        found["ft"] = _input("ft", given["ft"], TESTED)
-    else:
-        found["ft"] = _input("ft", DIAGONAL_OVER_FC * found["fc"].value, ASSUMED)
+    for name, over_fc in (("fb", FB_OVER_FC), ("ft", DIAGONAL_OVER_FC)):
+        tested = name in given
+        value = given[name] if tested else over_fc * found["fc"].value
+        found[name] = _input(name, value, TESTED if tested else ASSUMED)
     return found
 
 

@@ -61,25 +61,17 @@ def load(specimen: str, **options: Any) -> Experiment:
             "The irregular dry wall is assumed to have the layout of the regular one, as its source did."
         )
     return Experiment(
-        source=read_source(NAME),
-        specimen=specimen,
-        title=f"Two-leaf U wall of {row['masonry']}, airbag behind the facade",
-        parameters={
-            **table.quantities(row, names["parameters"] | joint), "observed mechanism": row["observed"]
-        },
+        source=read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS, row=row,
+        title=f"Two-leaf U wall of {row['masonry']}, airbag behind the facade", assumptions=tuple(assumptions),
+        parameters={**table.quantities(row, names["parameters"] | joint), "observed mechanism": row["observed"]},
         measured=table.quantities(row, names["measured"]),
         published=table.quantities(row, names["published"]),
-        assumptions=tuple(assumptions),
         targets=(TargetValue("peak (section 2)", "measured"), TargetValue("peak (section 6)", "measured")),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
-        recipe=RECIPE,
-        options=chosen,
-        option_table=OPTIONS,
         open_options={
             "ground": ("bonded", "joint"), "residual": ("none", "cohesion"), "roof_from": (0.0, 0.3),
             "header_positions": (2, 3, 4), "return_length": (0.85, 1.0, 1.15),
         },
-        row=row,
     )
 
 
@@ -111,17 +103,11 @@ def assembly(test: Experiment) -> Assembly:
         )
     leaf = float(p["leaf"])
     wall = running_wall(
-        length=float(p["span"]),
-        courses=int(p["courses"]),
-        unit=(float(p["unit length"]), float(p["course height"]), leaf),
+        length=float(p["span"]), courses=int(p["courses"]), plan="U", return_length=float(o["return_length"]),
+        unit=(float(p["unit length"]), float(p["course height"]), leaf), staggering=float(p["staggering"]),
         leaves=round(float(p["thickness"]) / leaf),
         header_every=(int(o["header_courses"]), int(o["header_positions"])),
-        staggering=float(p["staggering"]),
-        plan="U",
-        return_length=float(o["return_length"]),
-        joint=joint,
-        joints={"base": ground},
-        density=float(p["density"]),
+        joint=joint, joints={"base": ground}, density=float(p["density"]),
     )
     return signed(wall, test)
 

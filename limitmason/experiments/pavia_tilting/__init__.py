@@ -99,13 +99,9 @@ def specimen(
         shear_stiffness=float(given["tangential stiffness"]) * 1e9,
     )
     built = wall(
-        length=facade_units * length,
-        courses=round(rows),
+        length=facade_units * length, courses=round(rows), joint=joint, density=DENSITY,
         unit=(block_scale * length, block_scale * height, thickness),
-        joint=joint,
-        density=DENSITY,
-        plan="L" if return_walls == 1 else "U",
-        return_length=return_units * length,
+        plan="L" if return_walls == 1 else "U", return_length=return_units * length,
         start="whole" if first_through == "facade" else "half",
         staggering=block_scale * thickness if corner == "whole units" else None,
     )
@@ -131,8 +127,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     table = read_table(NAME, "specimens.csv")
     row = table.row(specimen)
     return Experiment(
-        source=read_source(NAME),
-        specimen=specimen,
+        source=read_source(NAME), specimen=specimen, recipe=RECIPE, row=row, no_model=NO_PLAN,
         title="Dry-stacked marble blocks at 1:5, a wall held by one or two orthogonal walls, tilted to collapse",
         parameters=dict(read_parameters(NAME)),
         measured=table.quantities(row, {"lambda": "lambda_measured", "tilt angle": "tilt_angle"}),
@@ -144,9 +139,6 @@ def load(specimen: str, **options: Any) -> Experiment:
             TargetValue("3DEC zero dilatancy", "published", "non-associative"),
             TargetValue("3DEC dilatant", "published", "associative"),
         ),
-        recipe=RECIPE,
-        row=row,
-        no_model=NO_PLAN,
     )
 
 

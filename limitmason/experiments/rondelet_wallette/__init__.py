@@ -3,17 +3,9 @@
 from typing import Any
 
 from limitmason.build import layout
+from limitmason.experiments import tables
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, TargetValue, chosen_options, signed
-from limitmason.experiments.tables import (
-    names_in,
-    read_description,
-    read_options,
-    read_parameters,
-    read_shown,
-    read_source,
-    read_table,
-)
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -21,10 +13,10 @@ from limitmason.model.support import Support
 
 NAME = "rondelet-wallette"
 
-OPTIONS = read_options(NAME)
+OPTIONS = tables.read_options(NAME)
 
 
-specimens = names_in(NAME, "variants.csv")
+specimens = tables.names_in(NAME, "variants.csv")
 """The four assumed bonds."""
 
 
@@ -33,38 +25,33 @@ def load(specimen: str, **options: Any) -> Experiment:
 
     See ``OPTIONS``.
     """
-    table = read_table(NAME, "variants.csv")
+    table = tables.read_table(NAME, "variants.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
-    given = read_parameters(NAME)
+    given = tables.read_parameters(NAME)
     results = ("3DEC dilatant", "3DEC zero dilatancy")
     window = ("window low", "window high")
     return Experiment(
-        source=read_source(NAME),
-        specimen=specimen,
+        source=tables.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
+        row=row,
         title=f"Wallette of 3 x 13 blocks beside a column, {row['toothed_courses']} courses toothed, "
         f"free edge {row['free_edge']}",
         parameters={
             **{k: v for k, v in given.items() if k not in results + window},
-            "toothed courses": row["toothed_courses"],
-            "free edge": row["free_edge"],
+            "toothed courses": row["toothed_courses"], "free edge": row["free_edge"],
         },
         published={k: given[k] for k in results},
         recomputed=table.quantities(row, {"associative": "associative_recomputed"}, "inscribed cone, fixed column"),
         assumptions=(
             f"The bond is assumed ({specimen}): the source shows it only in a figure, and four variants are packaged; "
             "which of them the source used is not known.",
-            *read_description(NAME)["assumptions"]["always"],
+            *tables.read_description(NAME)["assumptions"]["always"],
         ),
         targets=(
             TargetValue("3DEC dilatant", "published", "associative"),
             TargetValue("3DEC zero dilatancy", "published", "non-associative"),
             TargetValue("associative", "recomputed", "associative", "+", {"column": "fixed"}),
         ),
-        recipe=RECIPE,
-        options=chosen,
-        option_table=OPTIONS,
-        row=row,
     )
 
 
@@ -77,11 +64,8 @@ def assembly(test: Experiment) -> Assembly:
     length, height, thickness = (float(p[f"block {k}"]) / 1e3 for k in ("width", "height", "thickness"))
     lengths, courses = int(p["blocks per course"]), int(p["courses"])
     joint = Joint(
-        float(p["friction angle"]),
-        dilatancy_angle_deg=o["dilatancy_deg"],
-        normal_stiffness=float(p["normal stiffness"]) * 1e9,
-        shear_stiffness=float(p["tangential stiffness"]) * 1e9,
-        name="dry joint",
+        float(p["friction angle"]), dilatancy_angle_deg=o["dilatancy_deg"], name="dry joint",
+        normal_stiffness=float(p["normal stiffness"]) * 1e9, shear_stiffness=float(p["tangential stiffness"]) * 1e9,
     )
     rows = []
     for k in range(courses):
@@ -89,13 +73,8 @@ def assembly(test: Experiment) -> Assembly:
         closer = [0.5] if toothed and p["free edge"] == "flush" else []
         rows.append([0.5 if toothed else 1.0] + [1.0] * lengths + closer)
     wall = layout(
-        rows,
-        unit=(length, height, thickness),
-        joint=joint,
-        density=o["density"],
-        column="left",
-        ragged=p["free edge"] == "ragged",
-        base="course",
+        rows, unit=(length, height, thickness), joint=joint, density=o["density"], column="left",
+        ragged=p["free edge"] == "ragged", base="course",
     )
     whole = o["column"] == "fixed"
     column = [b.name for b in wall.blocks if b.name.startswith("column-") and b.name != "column-1"]
@@ -107,4 +86,4 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     return Loads.horizontal(wall, direction=(0.0, sense, 0.0))
 
 
-RECIPE = Recipe(specimens, load, assembly, loads, shown=read_shown(NAME))
+RECIPE = Recipe(specimens, load, assembly, loads, shown=tables.read_shown(NAME))
