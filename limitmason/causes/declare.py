@@ -20,8 +20,10 @@ from typing import Any
 from limitmason.answers.method import LEVERS
 from limitmason.causes.cause import Cause
 from limitmason.checks import choice
+from limitmason.model import Assembly, Loads
 
 Bounds = tuple[float, float]
+Model = tuple[Assembly, Loads]  # what a cause changes
 
 
 @dataclass(frozen=True)

@@ -18,12 +18,7 @@ OPEN = 1e-6  # stiffness left in head joints that are taken as open: keeps a blo
 
 
 def elastic_displacements(
-    assembly: Assembly,
-    wrench: Array,
-    *,
-    normal_stiffness: float,
-    shear_ratio: float = 0.4,
-    head_joints: bool = False,
+    assembly: Assembly, wrench: Array, *, normal_stiffness: float, shear_ratio: float = 0.4, head_joints: bool = False
 ) -> tuple[Array, Array]:
     """Displacements of rigid blocks on linear springs, and the joint forces.
 

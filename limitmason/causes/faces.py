@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from limitmason.build.variants import with_head_joints_gaping, with_part_of_thickness, without_head_joints
-from limitmason.causes.declare import declare
+from limitmason.causes.declare import Model, declare
 from limitmason.causes.wrenches import Direction
 from limitmason.model import Assembly, Loads
 
@@ -15,9 +15,7 @@ from limitmason.model import Assembly, Loads
     isolate="tilt single blocks of several widths: the loss of lever arm does not depend on the width",
     hidden_when="one block size: twin of effective thickness out of plane, of lost overlap in plane",
 )
-def edge_rounding(
-    size: float, assembly: Assembly, loads: Loads, *, plane_normal: Direction | None = None
-) -> tuple[Assembly, Loads]:
+def edge_rounding(size: float, assembly: Assembly, loads: Loads, *, plane_normal: Direction | None = None) -> Model:
     """Worn or rounded edges.
 
     Every contact polygon pulled in from its edges by the size [mm].
@@ -42,7 +40,7 @@ def edge_rounding(
 )
 def effective_thickness(
     share: float, assembly: Assembly, loads: Loads, *, direction: Direction = (0.0, 1.0, 0.0)
-) -> tuple[Assembly, Loads]:
+) -> Model:
     """Faces that touch over the middle part of the thickness only.
 
     Width in contact = size x thickness [-].
@@ -62,7 +60,7 @@ def effective_thickness(
     isolate="a wall built with gaps in its head joints on purpose",
     hidden_when="failure at the base or at free ends; near twin of torsion strength, and of edge rounding in plane",
 )
-def lost_overlap(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+def lost_overlap(size: float, assembly: Assembly, loads: Loads) -> Model:
     """Units shorter than drawn.
 
     Bed joints end half the size [mm] before every head joint, overlaps lose the size.
@@ -77,7 +75,7 @@ def lost_overlap(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembl
     isolate="a wall with and one without wedges in its head joints",
     hidden_when="the mechanism opens the head joints anyway",
 )
-def open_head_joints(share: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+def open_head_joints(share: float, assembly: Assembly, loads: Loads) -> Model:
     """A share of the head joints [-] that carries nothing, spread over the wall.
 
     The same joints are opened every time.
@@ -97,7 +95,7 @@ def open_head_joints(share: float, assembly: Assembly, loads: Loads) -> tuple[As
     hidden_when="no face twists (plane problems); sizes below 0.5; near twin of lost overlap in bending walls",
     by_simulator=True,
 )
-def torsion_strength(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+def torsion_strength(size: float, assembly: Assembly, loads: Loads) -> Model:
     """Faces that twist off more easily.
 
     Size is the torsion of uniform pressure over the torsion strength [-].

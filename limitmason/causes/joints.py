@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.causes.declare import declare
+from limitmason.causes.declare import Model, declare
 from limitmason.causes.elastic import dead_load_stress
 from limitmason.causes.measurement import entry
 from limitmason.errors import InputError, NotApplicable
@@ -23,15 +23,16 @@ def with_friction_factor(joint: Joint, factor: float) -> Joint:
     psi is kept as far as phi allows.
     """
     phi = degrees(atan(factor * joint.tan_phi))
-    later = joint.residual_friction_angle_deg
+    psi, later = min(joint.dilatancy_angle_deg, phi), joint.residual_friction_angle_deg
     if later is not None:
         later = degrees(atan(factor * tan(later * np.pi / 180.0)))
-    return replace(
-        joint,
-        friction_angle_deg=phi,
-        dilatancy_angle_deg=min(joint.dilatancy_angle_deg, phi),
-        residual_friction_angle_deg=later,
-    )
+    return replace(joint, friction_angle_deg=phi, dilatancy_angle_deg=psi, residual_friction_angle_deg=later)
+
+
+def times(joint: Joint, factor: float, *names: str) -> Joint:
+    """The joint with some of its properties times a factor; those that it does not have stay None."""
+    values = {name: getattr(joint, name) for name in names}
+    return replace(joint, **{name: factor * value for name, value in values.items() if value is not None})
 
 
 @declare(
@@ -41,7 +42,7 @@ def with_friction_factor(joint: Joint, factor: float) -> Joint:
     isolate="slide one course on the ground, beside the same course on another course",
     hidden_when="no specimen slides on its base, or the base slides as the bed joints would (one course)",
 )
-def weak_base_joint(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+def weak_base_joint(factor: float, assembly: Assembly, loads: Loads) -> Model:
     """Joints to the support with less friction than the others.
 
     tan(phi_base) = size x tan(phi) [-].
@@ -55,7 +56,7 @@ def weak_base_joint(factor: float, assembly: Assembly, loads: Loads) -> tuple[As
     physics="head joints are rough-cut, dusty or barely touch: tan(phi) of the head joints x size",
     isolate="the same wall built with gaps in its head joints", hidden_when="the mechanism presses no head joint",
 )
-def head_joint_friction(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+def head_joint_friction(factor: float, assembly: Assembly, loads: Loads) -> Model:
     """Head joints that carry less shear than bed joints.
 
     tan(phi_head) = size x tan(phi) [-].
@@ -79,7 +80,7 @@ def _positive_stresses(*, reference_stress: float, least_stress: float) -> Mappi
 )
 def stress_dependent_friction(
     exponent: float, assembly: Assembly, loads: Loads, *, reference_stress: float = 1e5, least_stress: float = 0.01
-) -> tuple[Assembly, Loads]:
+) -> Model:
     """Friction that falls with the normal stress.
 
     tan(phi) = tan(phi_ref) (sigma / sigma_ref)^-size.
@@ -93,13 +94,10 @@ def stress_dependent_friction(
     least_stress : lower stresses count as this share of the reference [-]
     """
     stress = np.maximum(dead_load_stress(assembly, loads), least_stress * reference_stress)
-    interfaces = []
-    for i, sigma in zip(assembly.interfaces, stress.tolist(), strict=True):
-        if i.kind != "head":
-            factor = (sigma / reference_stress) ** -exponent
-            i = replace(i, joint=with_friction_factor(i.joint, factor))
-        interfaces.append(i)
-    return assembly.with_interfaces(interfaces), loads
+    factors = [(sigma / reference_stress) ** -exponent for sigma in stress.tolist()]
+    laid = zip(assembly.interfaces, factors, strict=True)
+    changed = (i if i.kind == "head" else replace(i, joint=with_friction_factor(i.joint, f)) for i, f in laid)
+    return assembly.with_interfaces(changed), loads
 
 
 @declare(
@@ -109,9 +107,7 @@ def stress_dependent_friction(
     isolate="shear tests at low normal stress; specimens of two sizes of one shape",
     hidden_when="one size and one load level, where it is a larger friction",
 )
-def cohesion(
-    size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS
-) -> tuple[Assembly, Loads]:
+def cohesion(size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS) -> Model:
     """Joints that stick: |T| <= c A + tan(phi) N with c raised by the size [kPa].
 
     Tension stays as it is.
@@ -129,9 +125,7 @@ def cohesion(
     isolate="lift one block off another",
     hidden_when="near twin of cohesion where rocking and sliding gain alike",
 )
-def tension(
-    size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS
-) -> tuple[Assembly, Loads]:
+def tension(size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS) -> Model:
     """Joints that hold in tension.
 
     The tensile strength ft is raised by the size [kPa], and c to ft tan(phi) at least (the cone's apex).
@@ -153,9 +147,7 @@ def tension(
     hidden_when="associative limit analysis and mechanisms, which do not read psi; walls without confinement; "
     "twin of cohesion at one height",
 )
-def dilatancy(
-    size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS
-) -> tuple[Assembly, Loads]:
+def dilatancy(size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS) -> Model:
     """Joints that climb when they slide: psi = psi_0 + size (phi - psi_0).
 
     Acts where the flow rule reads psi.
@@ -177,7 +169,7 @@ def dilatancy(
     isolate="the same wall under several overloads; compression test of a stack",
     hidden_when="stresses are alike in all specimens: twin of edge rounding; no effect without overload on models",
 )
-def finite_compressive_strength(size: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+def finite_compressive_strength(size: float, assembly: Assembly, loads: Loads) -> Model:
     """Joints that crush: 1 / fc raised by the size [1/MPa].
 
     A size of 0.1 is fc = 10 MPa.
@@ -200,9 +192,7 @@ def finite_compressive_strength(size: float, assembly: Assembly, loads: Loads) -
     isolate="repeat the first test at the end of the campaign",
     hidden_when="the order of the tests follows another covariate, or nothing depends on friction",
 )
-def wear(
-    rate: float, assembly: Assembly, loads: Loads, specimen: Any = None, *, order: str = "order"
-) -> tuple[Assembly, Loads]:
+def wear(rate: float, assembly: Assembly, loads: Loads, specimen: Any = None, *, order: str = "order") -> Model:
     """Friction that falls from test to test with the same blocks.
 
     tan(phi) exp(-size (order - 1)).
@@ -225,9 +215,7 @@ def wear(
     isolate="record the sway before collapse; compression of a stack against load",
     hidden_when="limit analysis and mechanisms, whose joints are rigid; specimens of one height",
 )
-def joint_softness(
-    size: float, assembly: Assembly, loads: Loads, *, shear_ratio: float = 0.4
-) -> tuple[Assembly, Loads]:
+def joint_softness(size: float, assembly: Assembly, loads: Loads, *, shear_ratio: float = 0.4) -> Model:
     """Joints softer than assumed, for the DEM.
 
     1 / kn raised by the size [mm/MPa], 1 / ks by size / shear_ratio.
@@ -239,11 +227,8 @@ def joint_softness(
     def softer(joint: Joint) -> Joint:
         kn, ks = joint.normal_stiffness, joint.shear_stiffness
         ks = kn if ks is None else ks
-        return replace(
-            joint,
-            normal_stiffness=1.0 / ((1.0 / kn if kn else 0.0) + added),
-            shear_stiffness=1.0 / ((1.0 / ks if ks else 0.0) + added / shear_ratio),
-        )
+        kn, ks = (1.0 / ((1.0 / k if k else 0.0) + more) for k, more in ((kn, added), (ks, added / shear_ratio)))
+        return replace(joint, normal_stiffness=kn, shear_stiffness=ks)
 
     return assembly.with_joints(softer, kinds=KINDS), loads
 
@@ -254,7 +239,7 @@ def joint_softness(
     isolate="slide one joint of each batch",
     hidden_when="no specimen slides; friction is a measured input as well",
 )
-def joint_friction(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+def joint_friction(factor: float, assembly: Assembly, loads: Loads) -> Model:
     """Joints with another friction than was measured: tan(phi) x size [-]."""
     return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=KINDS), loads
 
@@ -266,7 +251,7 @@ def joint_friction(factor: float, assembly: Assembly, loads: Loads) -> tuple[Ass
     isolate="bond wrench or shear of couplets of the same batch and age",
     hidden_when="dry joints, which have none; peaks of walls that rock as whole pieces",
 )
-def bond_strength(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+def bond_strength(factor: float, assembly: Assembly, loads: Loads) -> Model:
     """Mortar that holds more or less.
 
     Cohesion and tensile strength of all joints times the size [-], residual values too.
@@ -274,12 +259,8 @@ def bond_strength(factor: float, assembly: Assembly, loads: Loads) -> tuple[Asse
     if not any(i.joint.cohesion or i.joint.tensile_strength for i in assembly.interfaces):
         raise NotApplicable("no joint has a cohesion or a tensile strength: there is no bond to change")
 
-    def bonded(joint: Joint) -> Joint:
-        names = ("cohesion", "tensile_strength", "residual_cohesion", "residual_tensile_strength")
-        values = {name: getattr(joint, name) for name in names}
-        return replace(joint, **{name: factor * v for name, v in values.items() if v is not None})
-
-    return assembly.with_joints(bonded, kinds=KINDS), loads
+    names = ("cohesion", "tensile_strength", "residual_cohesion", "residual_tensile_strength")
+    return assembly.with_joints(lambda joint: times(joint, factor, *names), kinds=KINDS), loads
 
 
 def _stiffness_of(*, kinds: Iterable[str], joint: Sequence[str] | None) -> Mapping[str, Any]:
@@ -305,7 +286,7 @@ def _stiffness_of(*, kinds: Iterable[str], joint: Sequence[str] | None) -> Mappi
 )
 def joint_stiffness(
     factor: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[str] = KINDS, joint: Sequence[str] | None = None
-) -> tuple[Assembly, Loads]:
+) -> Model:
     """Joints of another stiffness.
 
     kn and ks times the size [-], of some kinds or between two blocks alone.
@@ -319,11 +300,7 @@ def joint_stiffness(
     def stiffer(law: Joint) -> Joint:
         if law.normal_stiffness is None:
             raise NotApplicable("a joint without normal_stiffness has none to change: state kn and ks of the joints")
-        shear = law.shear_stiffness
-        return replace(
-            law, normal_stiffness=factor * law.normal_stiffness,
-            shear_stiffness=None if shear is None else factor * shear,
-        )
+        return times(law, factor, "normal_stiffness", "shear_stiffness")
 
     if joint is None:
         return assembly.with_joints(stiffer, kinds=kinds), loads
@@ -355,20 +332,16 @@ def _softening(assembly: Assembly, change: Callable[[Joint], Joint]) -> Assembly
     isolate="a joint in tension or shear under control of its opening",
     hidden_when="limit analysis, which is perfectly plastic; the residual and the first crack do not feel it",
 )
-def fracture_energy(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+def fracture_energy(factor: float, assembly: Assembly, loads: Loads) -> Model:
     """Joints that soften faster or slower.
 
     Fracture energies in tension and shear times the size [-].
     """
 
     def tougher(joint: Joint) -> Joint:
-        first, second = joint.fracture_energy_tension, joint.fracture_energy_shear
-        if first is None and second is None:
+        if joint.fracture_energy_tension is None and joint.fracture_energy_shear is None:
             raise NotApplicable("a joint that softens names no fracture energy: it drops at once, whatever the size")
-        return replace(
-            joint, fracture_energy_tension=None if first is None else factor * first,
-            fracture_energy_shear=None if second is None else factor * second,
-        )
+        return times(joint, factor, "fracture_energy_tension", "fracture_energy_shear")
 
     return _softening(assembly, tougher), loads
 
@@ -380,7 +353,7 @@ def fracture_energy(factor: float, assembly: Assembly, loads: Loads) -> tuple[As
     isolate="slide a joint on after its peak; reload a cracked joint in tension",
     hidden_when="limit analysis, which loses nothing; the load up to the peak does not feel it",
 )
-def strength_kept(share: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+def strength_kept(share: float, assembly: Assembly, loads: Loads) -> Model:
     """Joints that lose less: residual c and ft raised by the size [-] of what is lost.
 
     Friction stays as it is.

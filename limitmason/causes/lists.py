@@ -147,28 +147,16 @@ def standard(
     """
     normal = (0.0, 1.0, 0.0) if plane else None
     causes = [
-        joints.weak_base_joint(),
-        joints.stress_dependent_friction(),
-        joints.cohesion(),
-        joints.dilatancy(),
-        joints.finite_compressive_strength(),
-        faces.edge_rounding(plane_normal=normal),
-        faces.lost_overlap(),
-        shape.out_of_plumb(),
-        shape.second_order_displacement(),
-        joints.joint_softness(),
-        joints.joint_stiffness(kinds=("base",)),
-        loads.load_direction(),
-        measurement.gain(),
+        joints.weak_base_joint(), joints.stress_dependent_friction(), joints.cohesion(), joints.dilatancy(),
+        joints.finite_compressive_strength(), faces.edge_rounding(plane_normal=normal), faces.lost_overlap(),
+        shape.out_of_plumb(), shape.second_order_displacement(), joints.joint_softness(),
+        joints.joint_stiffness(kinds=("base",)), loads.load_direction(), measurement.gain(),
     ]
     if not plane:
         causes += [faces.effective_thickness(), faces.torsion_strength()]
     if overload:
         causes += [loads.overload_magnitude(), loads.eccentric_overload(), shape.block_density()]
-    if tilting:
-        causes.append(measurement.angle_offset())
-    else:
-        causes.append(measurement.rig_friction())
+    causes.append(measurement.angle_offset() if tilting else measurement.rig_friction())
     recorded = tuple(covariates)
     if "order" in recorded:
         causes += [joints.wear(), measurement.sensor_drift()]
@@ -179,13 +167,11 @@ def standard(
         causes.append(measurement.batch_shift(covariate=covariate, label=label))
         if covariate in DELIVERED:
             causes += delivered(label, covariate, plane=plane, overload=overload)
-    names = [c.name for c in causes]
-    unknown = [n for n in without if n not in names]
-    if unknown:
+    names, left_out = [c.name for c in causes], tuple(without)
+    if unknown := [n for n in left_out if n not in names]:
         raise InputError(f"without: the list has no cause {unknown[0]!r}; it has {', '.join(names)}")
     methods = (method,) if isinstance(method, str) else tuple(method)
-    felt = [c for c in causes if any(acts_on(c, m, plane=plane) for m in methods)]
-    return [c for c in felt if c.name not in tuple(without)]
+    return [c for c in causes if c.name not in left_out and any(acts_on(c, m, plane=plane) for m in methods)]
 
 
 def each_joint(
@@ -221,24 +207,17 @@ def table() -> list[dict[str, str]]:
 
     Name, parameter, unit, baseline, bounds, methods, what feels it, physics, isolating test, when hidden.
     """
-    rows, methods = [], {name: get_method(name) for name in METHODS}
+    rows = []
     for name, declared in ALL.items():
         cause = declared()
-        feel = [m for m, method in methods.items() if method.feels(cause.lever)]
-        rows.append(
-            {
-                "cause": name,
-                "parameter": cause.parameter,
-                "unit": cause.unit,
-                "baseline": f"{cause.baseline:g}",
-                "bounds": f"{cause.bounds[0]:g} to {cause.bounds[1]:g}",
-                "acts on": cause.acts_on if cause.acts_on == "measurement" else "every method" if feel == list(methods)
-                else ", ".join(feel),
-                "felt by": ", ".join(felt_by(cause)),
-                "physics": cause.physics,
-                "source": cause.source,
-                "isolating experiment": cause.isolate,
-                "hidden when": cause.hidden_when,
-            }
-        )
+        feel = [m for m in METHODS if get_method(m).feels(cause.lever)]
+        acts = cause.acts_on
+        if acts != "measurement":
+            acts = "every method" if feel == list(METHODS) else ", ".join(feel)
+        rows.append({
+            "cause": name, "parameter": cause.parameter, "unit": cause.unit, "baseline": f"{cause.baseline:g}",
+            "bounds": f"{cause.bounds[0]:g} to {cause.bounds[1]:g}", "acts on": acts,
+            "felt by": ", ".join(felt_by(cause)), "physics": cause.physics, "source": cause.source,
+            "isolating experiment": cause.isolate, "hidden when": cause.hidden_when,
+        })
     return rows

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from limitmason.causes.declare import declare
+from limitmason.causes.declare import Model, declare
 from limitmason.causes.wrenches import Direction, live_direction, overload_of, shared_acceleration, turned
 from limitmason.checks import choice
 from limitmason.errors import NotApplicable
@@ -19,9 +19,7 @@ from limitmason.model import Assembly, Loads
     isolate="turn the loading device round and repeat; a specimen without overload",
     hidden_when="no specimen has an overload, or a beam held against rotation spreads it",
 )
-def eccentric_overload(
-    size: float, assembly: Assembly, loads: Loads, *, direction: Direction | None = None
-) -> tuple[Assembly, Loads]:
+def eccentric_overload(size: float, assembly: Assembly, loads: Loads, *, direction: Direction | None = None) -> Model:
     """Dead load beyond self weight that acts off its place by the size [mm].
 
     Positive along the live load.
@@ -43,9 +41,7 @@ def eccentric_overload(
     isolate="weigh the overload by a second load cell under the wall",
     hidden_when="no specimen has an overload, or dry walls whose whole dead load is overload: twin of gain",
 )
-def overload_magnitude(
-    factor: float, assembly: Assembly, loads: Loads, *, inertial: bool = False
-) -> tuple[Assembly, Loads]:
+def overload_magnitude(factor: float, assembly: Assembly, loads: Loads, *, inertial: bool = False) -> Model:
     """Dead load beyond self weight that is not what was written down.
 
     Overload x size [-].
@@ -79,7 +75,7 @@ def _turned_in(*, plane: str) -> Mapping[str, str]:
     hidden_when="a few degrees of horizontal skew change the multiplier by 1 - cos(size) only; inclination is near "
     "twin of gain where one mechanism governs",
 )
-def load_direction(size: float, assembly: Assembly, loads: Loads, *, plane: str = "vertical") -> tuple[Assembly, Loads]:
+def load_direction(size: float, assembly: Assembly, loads: Loads, *, plane: str = "vertical") -> Model:
     """Live load that acts in another direction than assumed, by the size [deg].
 
     Parameters

@@ -64,13 +64,9 @@ def gain(size: float, prediction: float, specimen: Any) -> float:
     return size * prediction
 
 
-def _along_order(*, order: str) -> Mapping[str, Any]:
-    return {"own": (order,)}
-
-
 @declare(
     "sensor drift", parameter="drift_per_test", lever="reading", baseline=0.0, bounds=(-0.03, 0.03), unit="per test",
-    reads=LOAD_CELL, variant=_along_order,
+    reads=LOAD_CELL, variant=lambda order: {"own": (order,)},
     physics="the load cell or its amplifier drifts: value x exp(size (order - 1))",
     source="exponential drift; the law is assumed", isolate="calibrate before and after the campaign",
     hidden_when="the order of tests follows another covariate, such as the height; twin of wear where all slide",
@@ -106,13 +102,9 @@ def displacement_gain(size: float, prediction: float, specimen: Any, quantity: s
     return _displaced(size, prediction, quantity)
 
 
-def _along_height(*, height: str) -> Mapping[str, Any]:
-    return {"own": (height,)}
-
-
 @declare(
     "wrong control point", parameter="control_point_m", lever="reading", baseline=0.0, bounds=(-0.5, 0.5), unit="m",
-    reads=SENSOR, variant=_along_height,
+    reads=SENSOR, variant=lambda height: {"own": (height,)},
     physics="the sensor sits size above the point that the model reports: displacements x (h + size) / h",
     source="a wall that turns about its base or shears evenly: displacements in proportion to the height",
     isolate="measure the height of the sensor; sensors at two heights",
@@ -178,9 +170,7 @@ def _shifted(*, covariate: str, label: Any) -> Mapping[str, Any]:
     physics="another sensor, operator or delivery", source="linear sensor",
     isolate="test one configuration in both batches", hidden_when="the batch goes with a change of geometry or load",
 )
-def batch_shift(
-    size: float, prediction: float, specimen: Any, *, covariate: str = "batch", label: Any = "B"
-) -> float:
+def batch_shift(size: float, prediction: float, specimen: Any, *, covariate: str = "batch", label: Any = "B") -> float:
     """Specimens of one batch, sensor or operator read by another gain.
 
     Value x size [-] where covariate == label.
@@ -200,9 +190,7 @@ def _taken(*, per: str | None, unit: str) -> Mapping[str, str]:
     isolate="run the rig without a specimen; load and unload: the sign changes",
     hidden_when="all specimens carry about the same load: twin of gain",
 )
-def rig_friction(
-    size: float, prediction: float, specimen: Any, *, per: str | None = None, unit: str = "-"
-) -> float:
+def rig_friction(size: float, prediction: float, specimen: Any, *, per: str | None = None, unit: str = "-") -> float:
     """Force that the loading rig takes before the specimen gets any.
 
     Read value = value + size [unit of the value].

@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from limitmason.build.variants import displaced, resized, with_density_factor, with_part_of_thickness
-from limitmason.causes.declare import declare
+from limitmason.causes.declare import Model, declare
 from limitmason.causes.elastic import elastic_displacements
 from limitmason.causes.joints import MM_PER_MPA
 from limitmason.causes.wrenches import Direction, live_direction, rescaled_loads, turned
@@ -26,9 +25,7 @@ ROUNDS = 30  # of the secant method for the multiplier at which blocks stand dis
     isolate="plumb line before the test; test in both directions: the effect changes sign",
     hidden_when="tilting tests in one direction: exact twin of the angle offset (load and weight turn together)",
 )
-def out_of_plumb(
-    size: float, assembly: Assembly, loads: Loads, *, direction: Direction | None = None
-) -> tuple[Assembly, Loads]:
+def out_of_plumb(size: float, assembly: Assembly, loads: Loads, *, direction: Direction | None = None) -> Model:
     """A wall that leans as a whole before the test, by the size [deg].
 
     Positive towards the live load.
@@ -64,7 +61,7 @@ def _along(*, axes: str) -> Mapping[str, str]:
     isolate="measure and weigh a sample of units",
     hidden_when="dry joints without overload and all axes alike: the multiplier does not depend on the scale",
 )
-def block_size(factor: float, assembly: Assembly, loads: Loads, *, axes: str = "xyz") -> tuple[Assembly, Loads]:
+def block_size(factor: float, assembly: Assembly, loads: Loads, *, axes: str = "xyz") -> Model:
     """Blocks larger or smaller than drawn: lengths along some axes x size [-].
 
     Weights follow, applied forces stay.
@@ -83,9 +80,7 @@ def block_size(factor: float, assembly: Assembly, loads: Loads, *, axes: str = "
     physics="moisture, voids or another stone: weight x size", source="statics", isolate="weigh a sample of units",
     hidden_when="dry joints without overload: weight cancels; with overload twin of its magnitude, inverted",
 )
-def block_density(
-    factor: float, assembly: Assembly, loads: Loads, *, blocks: Sequence[str] | None = None
-) -> tuple[Assembly, Loads]:
+def block_density(factor: float, assembly: Assembly, loads: Loads, *, blocks: Sequence[str] | None = None) -> Model:
     """Blocks heavier or lighter than assumed: density x size [-].
 
     Body forces follow, applied forces stay.
@@ -104,9 +99,7 @@ def block_density(
     source="statics", isolate="look behind the render; knock, or a thermogram",
     hidden_when="the unit is no part of what moves; in plane only its weight is missed",
 )
-def missing_unit(
-    share: float, assembly: Assembly, loads: Loads, *, unit: str | None = None
-) -> tuple[Assembly, Loads]:
+def missing_unit(share: float, assembly: Assembly, loads: Loads, *, unit: str | None = None) -> Model:
     """A unit of which a share [-] is missing, over its whole face and from both sides of the wall.
 
     Parameters
@@ -130,7 +123,7 @@ def missing_unit(
     isolate="compression of one unit; sound velocity",
     hidden_when="joints give way far more than units: twin of joint stiffness where both are uniform; peaks alone",
 )
-def unit_modulus(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assembly, Loads]:
+def unit_modulus(factor: float, assembly: Assembly, loads: Loads) -> Model:
     """Units of another elastic modulus.
 
     E x size [-] of every block that has a material.
@@ -153,15 +146,9 @@ def unit_modulus(factor: float, assembly: Assembly, loads: Loads) -> tuple[Assem
     hidden_when="specimens of one height and one load level, where it is a shift of the multiplier",
 )
 def second_order_displacement(
-    size: float,
-    assembly: Assembly,
-    loads: Loads,
-    *,
-    shear_ratio: float = 0.4,
-    head_joints: bool = False,
-    flow_rule: str = "associative",
-    multiplier: float | None = None,
-) -> tuple[Assembly, Loads]:
+    size: float, assembly: Assembly, loads: Loads, *, shear_ratio: float = 0.4, head_joints: bool = False,
+    flow_rule: str = "associative", multiplier: float | None = None,
+) -> Model:
     """P-delta: blocks stand displaced by their elastic joints when they collapse.
 
     Size is 1 / kn [mm/MPa].
@@ -181,13 +168,13 @@ def second_order_displacement(
     Linear joints carry tension: real joints open and sway more, so it is a lower bound of the effect. In the DEM use
     :func:`joint_softness` instead.
     """
-    springs: dict[str, Any] = {
-        "normal_stiffness": 1.0 / (size * MM_PER_MPA),
-        "shear_ratio": shear_ratio,
-        "head_joints": head_joints,
-    }
-    dead = elastic_displacements(assembly, np.asarray(loads.dead), **springs)[0]
-    live = elastic_displacements(assembly, np.asarray(loads.live), **springs)[0]
+    dead, live = (
+        elastic_displacements(
+            assembly, np.asarray(wrench), normal_stiffness=1.0 / (size * MM_PER_MPA), shear_ratio=shear_ratio,
+            head_joints=head_joints,
+        )[0]
+        for wrench in (loads.dead, loads.live)
+    )
 
     def at(factor: float) -> Assembly:
         return displaced(assembly, dead + factor * live)

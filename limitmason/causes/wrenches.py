@@ -22,11 +22,16 @@ def turned(wrench: Array, rotation: Array) -> Array:
     centroid.
     """
     force, moment = wrench[:, :3], wrench[:, 3:]
-    square = (force**2).sum(axis=1, keepdims=True)
-    arm = np.divide(np.cross(force, moment), square, out=np.zeros_like(force), where=square > 0)
+    arm = _arm(force, moment)
     couple = moment - np.cross(arm, force)
     new = force @ rotation.T
     return np.hstack([new, np.cross(arm, new) + couple @ rotation.T])
+
+
+def _arm(force: Array, moment: Array) -> Array:
+    """From the centroid to the line of action of each force, F x M / |F|^2 [m], zero where there is no force."""
+    square = (force**2).sum(axis=1, keepdims=True)
+    return np.divide(np.cross(force, moment), square, out=np.zeros_like(force), where=square > 0)
 
 
 def self_weight(assembly: Assembly) -> Array:
@@ -75,9 +80,12 @@ def overload_of(assembly: Assembly, loads: Loads) -> Array:
 
     Rounding of the weights themselves does not count.
     """
-    extra = loads.dead - self_weight(assembly)
-    largest = max(float(np.abs(loads.dead).max(initial=0.0)), 1e-300)
-    return np.where(np.abs(extra) > 1e-12 * largest, extra, 0.0)
+    return _beyond_rounding(loads.dead - self_weight(assembly), loads.dead)
+
+
+def _beyond_rounding(rest: Array, of: Array) -> Array:
+    """What is left of wrenches after a part was taken off, zero where it is no more than their rounding."""
+    return np.where(np.abs(rest) > 1e-12 * max(float(np.abs(of).max(initial=0.0)), 1e-300), rest, 0.0)
 
 
 def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors: ArrayLike = (1.0, 1.0, 1.0)) -> Loads:
@@ -92,13 +100,10 @@ def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors: ArrayLik
         wrench = getattr(loads, case)
         body = np.zeros_like(wrench)
         body[:, :3] = old.weights[:, None] * per_weight
-        rest = wrench - body
-        rest = np.where(np.abs(rest) > 1e-12 * max(float(np.abs(wrench).max(initial=0.0)), 1e-300), rest, 0.0)
+        rest = _beyond_rounding(wrench - body, wrench)
         force, moment = rest[:, :3], rest[:, 3:]
-        # arm from the centroid to the force's line of action, F x M / |F|^2: it grows with the size of the block
-        square = (force**2).sum(axis=1, keepdims=True)
-        arm = np.divide(np.cross(force, moment), square, out=np.zeros_like(force), where=square > 0)
-        rest = np.hstack([force, moment + np.cross(arm * (np.asarray(factors) - 1.0), force)])
+        more = _arm(force, moment) * (np.asarray(factors) - 1.0)  # the arm grows with the size of the block
+        rest = np.hstack([force, moment + np.cross(more, force)])
         rest[:, :3] += new.weights[:, None] * per_weight
         out[case] = rest
     return replace(loads, **out)
