@@ -15,7 +15,6 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.flexure import flexure_terms
 from mechanisms.motion import FREE_WALL, THIS_MOTION, UPPER_IDEAL, answer, flexure_twists, rotation, translation
-from mechanisms.optimum import ratio
 from mechanisms.out_of_plane import simple_rocking
 from mechanisms.parameters import Facade, foot_level, read
 from mechanisms.virtual_work import check_contacts
@@ -214,14 +213,14 @@ def inclined_hinge(
     if not 0.0 < tangent <= diagonal * (1.0 + 1e-9):
         raise InputError(f"crack_tangent must be above 0 and at most L/H = {diagonal:g}, got {crack_tangent!r}")
     terms = flexure_terms(f, f.courses, 0.0)
-    value = ratio(terms.numerator, terms.denominator, tangent)
+    value = terms.at(tangent)
     twists = None
     if seen.assembly is not None and seen.loads is not None:
         twists = flexure_twists(seen.assembly, seen.loads, foot_level(seen.assembly), tangent)
     details = {"crack_tangent": tangent, "crack_angle_deg": math.degrees(math.atan(tangent)), "diagonal": diagonal}
     return answer(
-        f"inclined hinge, {f.side_walls} side wall{'s' if f.side_walls == 2 else ''}", value, facade=f,
-        assembly=seen.assembly, loads=seen.loads, twists=twists, ideal_bound=THIS_MOTION, details=details,
+        f"inclined hinge, {f.side_walls} side wall{'s' if f.side_walls == 2 else ''}", value, **seen._asdict(),
+        twists=twists, ideal_bound=THIS_MOTION, details=details,
         source="derived (docs/mechanisms.md, section 8)",
     )
 
@@ -304,13 +303,7 @@ def _worst_level(name: str, assembly: Assembly, loads: Loads, motion: Any, sourc
     foot = foot_level(assembly) if kind == "wall" else 0.0
     details = {"hinge_height": level.height - foot}
     return answer(
-        name,
-        value,
-        assembly=assembly,
-        loads=loads,
-        twists=twists,
-        ideal_bound=UPPER_IDEAL,
-        details=details,
+        name, value, assembly=assembly, loads=loads, twists=twists, ideal_bound=UPPER_IDEAL, details=details,
         source=source,
     )
 

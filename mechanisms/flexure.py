@@ -3,32 +3,23 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from limitmason.answers.results import Prediction
-from limitmason.arrays import Array
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from mechanisms.friction import FrictionSums, bed_joint_friction, edge_radii, torsion_radius
+from mechanisms.friction import bed_joint_friction, edge_radii, torsion_radius
 from mechanisms.motion import ESTIMATE, THIS_MOTION, answer, flexure_twists
-from mechanisms.optimum import SmallestValue, ratio, smallest_ratio
+from mechanisms.optimum import PowerRatio, SmallestValue, least
 from mechanisms.parameters import Facade, check_reduction, courses_to_try, foot_level, read
 from mechanisms.virtual_work import flexure_power
 
 SOURCE_D = (
     "structure of Murano et al., eq (26), after Casapulla et al.; kinematics derived (docs/mechanisms.md, section 4.2)"
 )
-
-
-class Flexure(NamedTuple):
-    """Multiplier of one hinge as N(s) / D(s), s = tan(a): coefficients of 1, s, s^2."""
-
-    numerator: Array
-    denominator: Array
-    friction: FrictionSums
 
 
 def horizontal_flexure(
@@ -97,19 +88,16 @@ def horizontal_flexure(
     if not arm >= 0.0:
         raise InputError(f"torsion_arm must not be negative [m], got {torsion_arm!r}")
 
+    def terms_of(n: int, radius: float, omega: float | None) -> PowerRatio:
+        return flexure_terms(f, n, contact_factor * radius, reduction=omega, interaction=interaction)
+
     def search(omega: float | None) -> tuple[SmallestValue, int]:
-        best: tuple[SmallestValue, int] | None = None
-        for n in hinges:
-            terms = flexure_terms(f, n, contact_factor * arm, reduction=omega, interaction=interaction)
-            limit = min(f.steepest_crack, _whole_length(f) / (2.0 * n * f.course_height))
-            if crack_tangent is None:
-                here = smallest_ratio(terms.numerator, terms.denominator, 0.0, limit)
-            elif 0.0 <= crack_tangent <= limit * (1.0 + 1e-9):
-                here = SmallestValue(ratio(terms.numerator, terms.denominator, crack_tangent), crack_tangent)
-            else:
-                continue
-            if best is None or here.value < best[0].value * (1.0 - 1e-12):
-                best = (here, n)
+        limits = {n: min(f.steepest_crack, _whole_length(f) / (2.0 * n * f.course_height)) for n in hinges}
+        best = least(
+            (terms_of(n, arm, omega).smallest(limit, crack_tangent), n)
+            for n, limit in limits.items()
+            if crack_tangent is None or 0.0 <= crack_tangent <= limit * (1.0 + 1e-9)
+        )
         if best is None:
             raise InputError(f"crack_tangent {crack_tangent!r} must lie between 0 and min(tan(alpha_b), L / (2 H_k))")
         return best
@@ -117,21 +105,14 @@ def horizontal_flexure(
     (value, tangent), n = search(reduction)
     omega = max(1.0 - tangent / f.steepest_crack, 0.0) if reduction is None else reduction
     height, pair = n * f.course_height, edge_radii(f.staggering, f.thickness)
-    edges = [flexure_terms(f, n, contact_factor * r, reduction=reduction, interaction=interaction) for r in pair]
-    terms = flexure_terms(f, n, contact_factor * arm, reduction=reduction)
-    hinge_height = f.height - height
+    friction, hinge_height = terms_of(n, arm, reduction).friction, f.height - height
     details: dict[str, Any] = {
-        "hinge_courses": n,
-        "hinge_height": hinge_height,
-        "crack_tangent": tangent,
-        "crack_angle_deg": math.degrees(math.atan(tangent)),
+        "hinge_courses": n, "hinge_height": hinge_height,
+        "crack_tangent": tangent, "crack_angle_deg": math.degrees(math.atan(tangent)),
         "middle_width": _whole_length(f) - 2.0 * height * tangent,
-        "F_g": terms.friction.weight,
-        "F_q": terms.friction.overload,
-        "d_0": arm,
-        "omega": omega,
-        "omega_bracket": (search(0.0)[0].value, search(1.0)[0].value),
-        "edge_pole_multipliers": tuple(ratio(e.numerator, e.denominator, tangent) for e in edges),
+        "F_g": friction.weight, "F_q": friction.overload, "d_0": arm,
+        "omega": omega, "omega_bracket": (search(0.0)[0].value, search(1.0)[0].value),
+        "edge_pole_multipliers": tuple(terms_of(n, r, reduction).at(tangent) for r in pair),
     }
     if tangent > 0.0:
         details["power"] = flexure_power(
@@ -145,14 +126,14 @@ def horizontal_flexure(
         twists = flexure_twists(seen.assembly, seen.loads, foot_level(seen.assembly) + hinge_height, tangent)
         twists = twists if (seen.loads.live * twists).sum() > 0.0 else None
     return answer(
-        "horizontal flexure (D)", value, facade=f, assembly=seen.assembly, loads=seen.loads, twists=twists,
-        ideal_bound=ESTIMATE if f.friction else THIS_MOTION, details=details, warnings=warnings, source=SOURCE_D,
+        "horizontal flexure (D)", value, **seen._asdict(), twists=twists, details=details, warnings=warnings,
+        ideal_bound=ESTIMATE if f.friction else THIS_MOTION, source=SOURCE_D,
     )
 
 
 def flexure_terms(
     facade: Facade, hinge: int, radius: float, *, reduction: float | None = None, interaction: bool = False
-) -> Flexure:
+) -> PowerRatio:
     """Return numerator and denominator of lambda_D, both times tan(a), as polynomials in tan(a).
 
     Parameters
@@ -186,7 +167,7 @@ def flexure_terms(
     if interaction:
         carried = 0.5 * pair + area * middle + q * (middle + np.array([0.0, height]))
         denominator += np.convolve(np.array([1.0, 0.0]) + omega, carried) * radius
-    return Flexure(numerator, denominator, sums)
+    return PowerRatio(numerator, denominator, sums)
 
 
 def _whole_length(f: Facade) -> float:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import polar_mean_radius
+from mechanisms.parameters import Facade
 
 
 class FrictionSums(NamedTuple):
@@ -86,25 +87,11 @@ def bed_joint_friction(
     )
 
 
-def joint_friction(
-    joints: ArrayLike,
-    *,
-    friction: float,
-    unit_weight: float,
-    thickness: float,
-    staggering: float,
-    course_height: float,
-    overload: float = 0.0,
-) -> Array:
-    """Return the friction of single bed joints, f (gamma t v j h + q v) [N], j counted from the top.
-
-    Parameters
-    ----------
-    joints : numbers j of the joints
-    friction, unit_weight, thickness, staggering, course_height, overload : as in :func:`bed_joint_friction`
-    """
+def joint_friction(f: Facade, joints: ArrayLike) -> Array:
+    """Return the friction of bed joints of a side wall, f (gamma t v j h + q v) [N], joint j counted from the top."""
     j = np.asarray(joints, dtype=float)
-    return friction * staggering * (unit_weight * thickness * j * course_height + overload)
+    weight = f.unit_weight * f.side_wall_thickness * j * f.course_height
+    return f.friction * f.staggering * (weight + f.side_overload)
 
 
 def crack_angle_reduction(tangent: ArrayLike, steepest: float) -> Array | float:

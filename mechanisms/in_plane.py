@@ -97,11 +97,7 @@ def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
     where this gives 0.4812 (v/h = 1, f = 0.65). Source: derived, docs/mechanisms.md, section 8.
     """
     if isinstance(wall, Assembly):
-        recipe = wall_recipe(wall)
-        _straight(len(recipe["returns"]), "the assembly's side walls")
-        _straight(len(recipe["openings"]), "the assembly's openings")
-        loads = Loads.horizontal(wall) if loads is None else loads
-        _in_plane(wall, loads)
+        loads = _in_plane(wall, loads)[0]
     f = read(wall, loads).facade
     _straight(f.side_walls, "side_walls")
     value, tangent = sloping_crack_limit(f.friction, f.slope, f.courses)
@@ -109,14 +105,8 @@ def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
         raise NotApplicable(
             f"length {f.length:g} m is less than H tan(alpha) = {f.height * tangent:g} m: the crack leaves the wall"
         )
-    return answer(
-        "sloping crack in plane",
-        value,
-        facade=f,
-        ideal_bound=ESTIMATE,
-        details=_details(f.slope, tangent),
-        source=SOURCE,
-    )
+    details = _details(f.slope, tangent)
+    return answer("sloping crack in plane", value, facade=f, ideal_bound=ESTIMATE, details=details, source=SOURCE)
 
 
 def sloping_crack_limit(friction: float, slope: float, courses: int | None = None) -> tuple[float, float]:
@@ -162,14 +152,10 @@ def slender_wall(width: float, height: float, slope: float) -> float:
 
 def _on_blocks(wall: Assembly, loads: Loads | None) -> Prediction:
     """Smallest stepped crack that blocks and bed joints of a straight wall admit."""
-    recipe = wall_recipe(wall)
-    _straight(len(recipe["returns"]), "the assembly's side walls")
-    _straight(len(recipe["openings"]), "the assembly's openings")
-    loads = Loads.horizontal(wall) if loads is None else loads
-    sense = _in_plane(wall, loads)
+    loads, sense = _in_plane(wall, loads)
     f = Facade.from_assembly(wall, loads)
     toe = f.length if sense > 0 else 0.0
-    foot, top = foot_level(wall), recipe["height"]
+    foot, top = foot_level(wall), wall.recipe["height"]
     from_toe, z = (toe - wall.centroids[:, 0]) * sense, wall.centroids[:, 2]
     beds = wall.with_interfaces([i for i in wall.interfaces if i.kind != "head"])
     best: tuple[ContactCheck, Any, float] | None = None
@@ -199,19 +185,20 @@ def _on_blocks(wall: Assembly, loads: Loads | None) -> Prediction:
 
 def _details(slope: float, tangent: float | None = None) -> dict[str, float]:
     tangent = slope if tangent is None else tangent
-    return {
-        "slope": slope,
-        "crack_tangent": tangent,
-        "crack_angle_deg": math.degrees(math.atan(tangent)),
-        "friction_limit": slope,
-    }
+    angle = math.degrees(math.atan(tangent))
+    return {"slope": slope, "crack_tangent": tangent, "crack_angle_deg": angle, "friction_limit": slope}
 
 
-def _in_plane(wall: Assembly, loads: Loads) -> int:
+def _in_plane(wall: Assembly, loads: Loads | None) -> tuple[Loads, int]:
+    """Loads in the plane of a straight wall without openings, and their sense; refuses all others."""
+    recipe = wall_recipe(wall)
+    _straight(len(recipe["returns"]), "the assembly's side walls")
+    _straight(len(recipe["openings"]), "the assembly's openings")
+    loads = Loads.horizontal(wall) if loads is None else loads
     axis, sense = load_direction(wall, loads)
     if axis != "x":
         raise NotApplicable("loads must be in the plane of the wall: Loads.horizontal(wall, (1, 0, 0))")
-    return sense
+    return loads, sense
 
 
 def _straight(number: int, what: str) -> None:

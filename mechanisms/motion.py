@@ -20,7 +20,7 @@ from limitmason.mechanics.resultants import scaled_mechanism
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.parameters import Facade, load_direction, wall_recipe
-from mechanisms.virtual_work import ContactCheck, check_contacts
+from mechanisms.virtual_work import check_contacts
 
 UPPER = Bound(
     BoundKind.UPPER,
@@ -190,7 +190,7 @@ def answer(
     if assembly is not None and loads is not None and twists is not None:
         refuse(MECHANISMS, assembly)
         check = check_contacts(assembly, loads, twists)
-        mechanism = _scaled(assembly, loads, twists, check)
+        mechanism = scaled_mechanism(assembly, loads, twists, check.points.position, check.points.interface)
         kinematic = check.multiplier if check.admissible else math.nan
         certificate = Certificate(math.nan, math.nan, flow_residual=check.violation, kinematic_multiplier=kinematic)
         extra |= {"admissible": check.admissible, "kinematic_multiplier": kinematic}
@@ -215,7 +215,3 @@ def answer(
         f"mechanisms: {name}", float(multiplier), bound, SOLVED, mechanism, None, certificate, tuple(notes),
         provenance, extra,
     )
-
-
-def _scaled(assembly: Assembly, loads: Loads, twists: Array, check: ContactCheck) -> Mechanism | None:
-    return scaled_mechanism(assembly, loads, twists, check.points.position, check.points.interface)

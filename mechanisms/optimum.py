@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError
+from mechanisms.friction import FrictionSums
+
+Option = TypeVar("Option", bound=tuple[Any, ...])
 
 
 class SmallestValue(NamedTuple):
@@ -15,6 +20,24 @@ class SmallestValue(NamedTuple):
 
     value: float
     at: float
+
+
+class PowerRatio(NamedTuple):
+    """Multiplier of one hinge as N(s) / D(s), s the crack's tangent: coefficients of 1, s, s^2, and its friction."""
+
+    numerator: Array
+    denominator: Array
+    friction: FrictionSums
+
+    def at(self, s: float) -> float:
+        """Its value at a tangent, see :func:`ratio`."""
+        return ratio(self.numerator, self.denominator, s)
+
+    def smallest(self, high: float, given: float | None = None) -> SmallestValue:
+        """Its smallest value from 0 to a tangent, or that at the one that is given."""
+        if given is not None:
+            return SmallestValue(self.at(given), given)
+        return smallest_ratio(self.numerator, self.denominator, 0.0, high)
 
 
 def smallest_ratio(numerator: ArrayLike, denominator: ArrayLike, low: float, high: float) -> SmallestValue:
@@ -54,6 +77,15 @@ def smallest_ratio(numerator: ArrayLike, denominator: ArrayLike, low: float, hig
             value = ratio(n, d, s)
             if value < best.value:
                 best = SmallestValue(value, float(s))
+    return best
+
+
+def least(options: Iterable[Option]) -> Option | None:
+    """The option whose first item, a :class:`SmallestValue`, is smallest: the first of those equal but for rounding."""
+    best: Option | None = None
+    for option in options:
+        if best is None or option[0].value < best[0].value * (1.0 - 1e-12):
+            best = option
     return best
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.friction import FrictionSums, bed_joint_friction, joint_friction
 from mechanisms.motion import ESTIMATE, UPPER_IDEAL, answer, rocking_twists
-from mechanisms.optimum import SmallestValue, ratio, smallest_ratio
+from mechanisms.optimum import PowerRatio, SmallestValue, least
 from mechanisms.parameters import Facade, ReadParameters, check_reduction, courses_to_try, foot_level, read
 from mechanisms.stepping import best_steps
 from mechanisms.virtual_work import rocking_power
@@ -24,14 +24,6 @@ SOURCE_A = "Murano et al., eq (24), after Casapulla et al.; terms derived (docs/
 SOURCE_B = "Murano et al., eq (25), after Casapulla et al.; terms derived (docs/mechanisms.md, section 3)"
 BELOW_CRACK = ("connected", "free")
 CRACKS = ("straight", "stepped")
-
-
-class Rocking(NamedTuple):
-    """Multiplier of one hinge and crack as N(s) / D(s), s = tan(alpha_c): coefficients of 1, s, s^2 [N m]."""
-
-    numerator: Array
-    denominator: Array
-    friction: FrictionSums
 
 
 def simple_rocking(
@@ -81,18 +73,14 @@ def simple_rocking(
     check_reduction(reduction)
     hinges = courses_to_try("hinge_courses", hinge_courses, f.courses)
     found = {n: rocking_terms(f, n, n, reduction=reduction) for n in hinges}
-    n = min(found, key=lambda k: ratio(found[k].numerator, found[k].denominator, 0.0))
-    value = ratio(found[n].numerator, found[n].denominator, 0.0)
-    bracket = tuple(
-        min(ratio(t.numerator, t.denominator, 0.0) for t in (rocking_terms(f, k, k, reduction=w) for k in hinges))
-        for w in (0.0, 1.0)
-    )
+    n = min(found, key=lambda k: found[k].at(0.0))
+    bracket = tuple(min(rocking_terms(f, k, k, reduction=w).at(0.0) for k in hinges) for w in (0.0, 1.0))
     details = _details(f, n, n, 0.0, found[n].friction, reduction, bracket)
     details["power"] = rocking_power(f, hinge=n, crossed=n, reduction=reduction).as_dict()
     return answer(
-        "simple rocking (A)", value, facade=f, assembly=seen.assembly, loads=seen.loads,
+        "simple rocking (A)", found[n].at(0.0), **seen._asdict(), details=details, source=SOURCE_A,
         twists=_twists(seen, details["hinge_height"], lambda z: f.crack_offset),
-        ideal_bound=ESTIMATE if f.side_walls else UPPER_IDEAL, details=details, source=SOURCE_A,
+        ideal_bound=ESTIMATE if f.side_walls else UPPER_IDEAL,
     )
 
 
@@ -170,18 +158,16 @@ def compound_rocking(
         steepest = f.steepest_crack
         raise InputError(f"crack_tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {crack_tangent!r}")
 
+    def at_worst(n: int, m: int, omega: float | None) -> SmallestValue:
+        limit = min(f.steepest_crack, f.side_wall_length / (m * f.course_height))
+        return rocking_terms(f, n, m, reduction=omega, below_crack=below_crack).smallest(limit, crack_tangent)
+
     def search(omega: float | None) -> tuple[SmallestValue, int, int]:
-        best: tuple[SmallestValue, int, int] | None = None
-        for n in courses_to_try("hinge_courses", hinge_courses, f.courses):
-            for m in _crossed(crossed_courses, n, given=hinge_courses is not None):
-                terms = rocking_terms(f, n, m, reduction=omega, below_crack=below_crack)
-                limit = min(f.steepest_crack, f.side_wall_length / (m * f.course_height))
-                if crack_tangent is None:
-                    here = smallest_ratio(terms.numerator, terms.denominator, 0.0, limit)
-                else:
-                    here = SmallestValue(ratio(terms.numerator, terms.denominator, crack_tangent), crack_tangent)
-                if best is None or here.value < best[0].value * (1.0 - 1e-12):
-                    best = (here, n, m)
+        best = least(
+            (at_worst(n, m, omega), n, m)
+            for n in courses_to_try("hinge_courses", hinge_courses, f.courses)
+            for m in _crossed(crossed_courses, n, given=hinge_courses is not None)
+        )
         if best is None:
             raise InputError(f"crossed_courses must be a whole number from 1 to {f.courses}, got {crossed_courses!r}")
         return best
@@ -191,14 +177,12 @@ def compound_rocking(
     bracket = (search(0.0)[0].value, search(1.0)[0].value)
     friction = rocking_terms(f, n, m, below_crack=below_crack).friction
     details = _details(f, n, m, tangent, friction, omega, bracket)
-    details["power"] = rocking_power(
-        f, hinge=n, crossed=m, tangent=tangent, reduction=omega, below_crack=below_crack
-    ).as_dict()
+    power = rocking_power(f, hinge=n, crossed=m, tangent=tangent, reduction=omega, below_crack=below_crack)
+    details["power"] = power.as_dict()
     z_b = f.height - m * f.course_height
     return answer(
-        "compound rocking (B)", value, facade=f, assembly=seen.assembly, loads=seen.loads,
+        "compound rocking (B)", value, **seen._asdict(), details=details, source=SOURCE_B,
         twists=_twists(seen, details["hinge_height"], lambda z: f.crack_offset + max(z - z_b, 0.0) * tangent),
-        details=details, source=SOURCE_B,
     )
 
 
@@ -210,7 +194,7 @@ def rocking_terms(
     reduction: float | None = None,
     below_crack: str = "connected",
     friction: FrictionSums | None = None,
-) -> Rocking:
+) -> PowerRatio:
     """Return numerator and denominator of lambda_B as polynomials in the crack's tangent.
 
     s = 0 gives lambda_A.
@@ -230,10 +214,7 @@ def rocking_terms(
         friction=f.friction, unit_weight=f.unit_weight, thickness=f.side_wall_thickness, staggering=f.staggering,
         course_height=h, crossed=crossed, overload=f.side_overload, base_height=base,
     )
-    weight = f.unit_weight * f.thickness * f.length * top
-    load = f.overload * f.overload_length
-    resisting = np.array([weight * 0.5 * f.thickness + load * f.overload_offset, 0.0, 0.0])
-    driving = np.array([weight * 0.5 * top + load * f.overload_inertia * (top + f.overload_rise), 0.0, 0.0])
+    resisting, driving = np.outer(f.rocking_powers(top), [1.0, 0.0, 0.0])
     # wedge and overload on it, per side wall: b = H_c s
     wedge = 0.5 * f.unit_weight * f.side_wall_thickness * crack**2
     load_s, x0 = f.side_overload * crack, f.crack_offset
@@ -243,8 +224,8 @@ def rocking_terms(
     side_n += share * sums.moment
     if below_crack == "connected" and crossed < hinge:
         joints = np.arange(crossed + 1.0, hinge + 1.0)
-        side_n[0] += float(_joint_forces(f, joints) @ ((hinge - joints) * h))
-    return Rocking(resisting + f.side_walls * side_n, driving + f.side_walls * side_d, sums)
+        side_n[0] += float(joint_friction(f, joints) @ ((hinge - joints) * h))
+    return PowerRatio(resisting + f.side_walls * side_n, driving + f.side_walls * side_d, sums)
 
 
 def _stepped(seen: ReadParameters, hinge_courses: int | None) -> Prediction:
@@ -256,8 +237,8 @@ def _stepped(seen: ReadParameters, hinge_courses: int | None) -> Prediction:
     steps = found[n].courses
     # friction and heights of the joints that go on rubbing
     joints = np.array([j for j in range(1, n + 1) if j not in steps], dtype=float)
-    own = _joint_forces(f.changed(side_overload=0.0), joints)
-    load = _joint_forces(f, joints) - own
+    own = joint_friction(f.changed(side_overload=0.0), joints)
+    load = joint_friction(f, joints) - own
     arm = (n - joints) * h
     sums = FrictionSums(float(own.sum()), _mean(arm, own), float(load.sum()), _mean(arm, load))
     width, crossed = len(steps) * f.steepest_crack * h, max(steps, default=0)
@@ -274,15 +255,8 @@ def _stepped(seen: ReadParameters, hinge_courses: int | None) -> Prediction:
         return f.crack_offset + f.steepest_crack * h * sum(min(max(j - depth, 0.0), 1.0) for j in steps)
 
     return answer(
-        "compound rocking, whole courses step (B)", found[n].multiplier, facade=f, assembly=seen.assembly,
-        loads=seen.loads, twists=_twists(seen, details["hinge_height"], line), details=details, source=SOURCE_B,
-    )
-
-
-def _joint_forces(f: Facade, joints: Array) -> Array:
-    return joint_friction(
-        joints, friction=f.friction, unit_weight=f.unit_weight, thickness=f.side_wall_thickness,
-        staggering=f.staggering, course_height=f.course_height, overload=f.side_overload,
+        "compound rocking, whole courses step (B)", found[n].multiplier, **seen._asdict(),
+        twists=_twists(seen, details["hinge_height"], line), details=details, source=SOURCE_B,
     )
 
 
@@ -295,18 +269,11 @@ def _details(
 ) -> dict[str, Any]:
     """Geometry and friction of a compound mechanism, by name."""
     return {
-        "hinge_courses": hinge,
-        "hinge_height": f.height - hinge * f.course_height,
-        "crossed_courses": crossed,
-        "crack_tangent": tangent,
-        "crack_angle_deg": math.degrees(math.atan(tangent)),
+        "hinge_courses": hinge, "hinge_height": f.height - hinge * f.course_height, "crossed_courses": crossed,
+        "crack_tangent": tangent, "crack_angle_deg": math.degrees(math.atan(tangent)),
         "wedge_width": tangent * crossed * f.course_height,
-        "F_g": sums.weight,
-        "Z_g": sums.weight_height,
-        "F_q": sums.overload,
-        "Z_q": sums.overload_height,
-        "omega": omega,
-        "omega_bracket": bracket,
+        "F_g": sums.weight, "Z_g": sums.weight_height, "F_q": sums.overload, "Z_q": sums.overload_height,
+        "omega": omega, "omega_bracket": bracket,
     }
 
 

@@ -75,18 +75,11 @@ class Facade:
 
     def __post_init__(self) -> None:
         """Fill what follows from other fields, and say which one is wrong."""
-        defaults = {
-            "side_wall_thickness": self.thickness,
-            "overload_length": self.length,
-            "overload_offset": 0.5 * self.thickness if isinstance(self.thickness, (int, float)) else None,
-            "crack_offset": self.thickness,
-        }
-        for name, value in defaults.items():
+        for name in ("thickness", "course_height", "staggering"):
+            positive(name, getattr(self, name))
+        for name, (_, value) in self._following.items():
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
-        if self.steepest_crack is None:
-            positive("course_height", self.course_height)
-            object.__setattr__(self, "steepest_crack", self.staggering / self.course_height)
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name in ("courses", "side_walls"):
@@ -98,6 +91,17 @@ class Facade:
                     positive(field.name, value)
             else:
                 not_negative(field.name, value)
+
+    @property
+    def _following(self) -> dict[str, tuple[tuple[str, ...], float]]:
+        """Fields that follow from others where they are not given: from which, and their values then."""
+        return {
+            "side_wall_thickness": (("thickness",), self.thickness),
+            "overload_length": (("length",), self.length),
+            "overload_offset": (("thickness",), 0.5 * self.thickness),
+            "crack_offset": (("thickness",), self.thickness),
+            "steepest_crack": (("staggering", "course_height"), self.slope),
+        }
 
     @property
     def height(self) -> float:
@@ -114,29 +118,24 @@ class Facade:
         """Weight of the whole facade, gamma L t H [N]."""
         return self.unit_weight * self.length * self.thickness * self.height
 
+    def rocking_powers(self, top: float) -> tuple[float, float]:
+        """Powers that resist and drive facade and overload above a hinge, per turn [N m]; it lies ``top`` [m] below."""
+        weight = self.unit_weight * self.thickness * self.length * top
+        load = self.overload * self.overload_length
+        return (
+            weight * 0.5 * self.thickness + load * self.overload_offset,
+            weight * 0.5 * top + load * self.overload_inertia * (top + self.overload_rise),
+        )
+
     def changed(self, **fields_: Any) -> Facade:
         """Copy with some fields replaced.
 
         What followed from a replaced field is worked out again.
         """
-        follows = {
-            "thickness": ("side_wall_thickness", "overload_offset", "crack_offset"),
-            "length": ("overload_length",),
-            "staggering": ("steepest_crack",),
-            "course_height": ("steepest_crack",),
-        }
-        source = {
-            "side_wall_thickness": self.thickness,
-            "overload_offset": 0.5 * self.thickness,
-            "crack_offset": self.thickness,
-            "overload_length": self.length,
-            "steepest_crack": self.slope,
-        }
         reset = {
             name: None
-            for key in fields_
-            for name in follows.get(key, ())
-            if name not in fields_ and getattr(self, name) == source[name]
+            for name, (of, value) in self._following.items()
+            if not fields_.keys().isdisjoint(of) and getattr(self, name) == value
         }
         return replace(self, **{**reset, **fields_})
 
@@ -175,14 +174,11 @@ class Facade:
         thickness = recipe["thickness"]
         beyond = [r["length"] - thickness for r in returns]
         found: dict[str, Any] = {
-            "length": recipe["length"],
-            "thickness": thickness,
+            "length": recipe["length"], "thickness": thickness,
             "courses": recipe["courses"] - int(recipe.get("base") == "course"),  # a held bottom course is the ground
-            "course_height": recipe["unit_height"],
-            "staggering": staggering,
-            "unit_weight": recipe["density"] * GRAVITY,
+            "course_height": recipe["unit_height"], "staggering": staggering,
+            "unit_weight": recipe["density"] * GRAVITY, "side_walls": len(returns),
             "friction": changes["friction"] if "friction" in changes else bed_friction(assembly),
-            "side_walls": len(returns),
         }
         if returns:
             found["side_wall_thickness"] = recipe["side_wall_thickness"]

@@ -40,17 +40,7 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
     """
     f, h = facade, facade.course_height
     top, advance = hinge * h, facade.steepest_crack * h
-    weight = f.unit_weight * f.thickness * f.length * top
-    load = f.overload * f.overload_length
-    base = np.array([
-        weight * 0.5 * f.thickness + load * f.overload_offset,
-        weight * 0.5 * top + load * f.overload_inertia * (top + f.overload_rise),
-    ])
-    joints = np.arange(1, hinge + 1)
-    force = joint_friction(
-        joints, friction=f.friction, unit_weight=f.unit_weight, thickness=f.side_wall_thickness,
-        staggering=f.staggering, course_height=h, overload=f.side_overload,
-    )
+    base, force = np.array(f.rocking_powers(top)), joint_friction(f, np.arange(1, hinge + 1))
     most = hinge if np.isinf(f.side_wall_length) else min(hinge, int(f.side_wall_length / advance + 1e-9))
 
     # power (resisting, driving) of course j with k steps below it, without and with a step of its own
