@@ -33,7 +33,6 @@ def arch(
     pier_height: float | None = None,
     pier_width: float | None = None,
     pier_courses: int = 1,
-    base_thickness: float | None = None,
     joints: Mapping | None = None,
     tolerance: float | None = None,
 ) -> Assembly:
@@ -56,8 +55,6 @@ def arch(
     pier_height, pier_width, pier_courses
         Piers under horizontal springings [m]: inner face flush with the intrados, equal blocks. They stand on a held
         slab "base". Without piers two held blocks "base-left" and "base-right" take the springings.
-    base_thickness
-        Of the held blocks [m]; default the thickness of the arch.
     joint, joints, density, tolerance
         As in `wall`.
 
@@ -88,18 +85,9 @@ def arch(
         r, angle = circle(radius, angle_deg, span, rise)
         inner, outer = circular_joints(r, angle, depth, number)
         facts = circle_facts(r, angle)
-    recipe = {"shape": shape, **facts, "thickness": depth}
     return _erect(
-        inner,
-        outer,
-        width=width,
-        joint=joint,
-        density=density,
-        piers=(pier_height, pier_width, pier_courses),
-        base_thickness=depth if base_thickness is None else positive("base_thickness", base_thickness),
-        joints=joints,
-        tolerance=tolerance,
-        recipe=recipe,
+        inner, outer, depth, {"shape": shape, **facts, "thickness": depth}, width=width, joint=joint, density=density,
+        piers=(pier_height, pier_width, pier_courses), joints=joints, tolerance=tolerance,
     )
 
 
@@ -110,7 +98,6 @@ def arch_from_curves(
     width: float,
     joint: Joint,
     density: float = 2000.0,
-    base_thickness: float | None = None,
     joints: Mapping | None = None,
     tolerance: float | None = None,
 ) -> Assembly:
@@ -122,8 +109,8 @@ def arch_from_curves(
     ----------
     intrados, extrados
         Joint ends in the x-z plane [m], shape (n + 1, 2) each for n voussoirs, from left to right.
-    width, joint, density, base_thickness, joints, tolerance
-        As in `arch`; `base_thickness` defaults to the length of the first joint.
+    width, joint, density, joints, tolerance
+        As in `arch`. The held blocks are as thick as the first joint is long.
 
     Raises
     ------
@@ -138,27 +125,16 @@ def arch_from_curves(
         )
     if not (np.isfinite(inner).all() and np.isfinite(outer).all()):
         raise InputError("intrados and extrados must be finite")
-    first = float(np.linalg.norm(outer[0] - inner[0]))
     middle = 0.5 * (inner + outer)
     recipe = {
-        "shape": "curves",
-        "span": float(middle[-1, 0] - middle[0, 0]),
+        "shape": "curves", "span": float(middle[-1, 0] - middle[0, 0]),
         "rise": float(middle[:, 1].max() - 0.5 * (middle[0, 1] + middle[-1, 1])),
         "thickness": float(np.linalg.norm(outer - inner, axis=1).min()),
-        "intrados": inner.tolist(),
-        "extrados": outer.tolist(),
+        "intrados": inner.tolist(), "extrados": outer.tolist(),
     }
+    first = float(np.linalg.norm(outer[0] - inner[0]))
     return _erect(
-        inner,
-        outer,
-        width=width,
-        joint=joint,
-        density=density,
-        piers=(None, None, 1),
-        base_thickness=first if base_thickness is None else positive("base_thickness", base_thickness),
-        joints=joints,
-        tolerance=tolerance,
-        recipe=recipe,
+        inner, outer, first, recipe, width=width, joint=joint, density=density, joints=joints, tolerance=tolerance
     )
 
 
@@ -191,19 +167,10 @@ def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tupl
 
 
 def _erect(
-    inner: np.ndarray,
-    outer: np.ndarray,
-    *,
-    width: float,
-    joint: Joint,
-    density: float,
-    piers: tuple[float | None, float | None, int],
-    base_thickness: float,
-    joints: Mapping | None,
-    tolerance: float | None,
-    recipe: dict,
+    inner: np.ndarray, outer: np.ndarray, held: float, recipe: dict, *, width: float, joint: Joint, density: float,
+    joints: Mapping | None, tolerance: float | None, piers: tuple[float | None, float | None, int] = (None, None, 1),
 ) -> Assembly:
-    """Assembly of voussoirs between points of two curves, on piers where these are asked for."""
+    """Assembly of voussoirs between points of two curves, on piers where asked for; held blocks are ``held`` thick."""
     wide = positive("width", width)
     positive("density", density)
     number = len(inner) - 1
@@ -214,37 +181,26 @@ def _erect(
         if pier_width is not None:
             raise InputError("pier_width is given but pier_height is not")
         for side, end in (("left", 0), ("right", -1)):
-            outline = springing(inner[end], outer[end], base_thickness, left=side == "left")
+            outline = springing(inner[end], outer[end], held, left=side == "left")
             site.add(f"base-{side}", prism(outline, 0.0, wide), fixed=True)
     else:
         tall = positive("pier_height", pier_height)
-        _add_piers(site, inner, outer, wide, tall, pier_width, count("pier_courses", pier_courses), base_thickness)
+        _add_piers(site, inner, outer, wide, tall, pier_width, count("pier_courses", pier_courses), held)
     for k in range(number):
         # a voussoir's bed joints are radial; the course, and so the length of the unit, runs along the width
         site.add(f"voussoir-{k + 1}", prism(outlines[k], 0.0, wide), axis=(0.0, 1.0, 0.0))
     recipe = {
-        "kind": "arch",
-        **recipe,
-        "width": wide,
-        "voussoirs": number,
-        "keystone": number % 2 == 1,
+        "kind": "arch", **recipe, "width": wide, "voussoirs": number, "keystone": number % 2 == 1,
         "pier_height": pier_height,
         "pier_width": None if pier_height is None else (float(pier_width) if pier_width else recipe["thickness"]),
-        "pier_courses": pier_courses if pier_height is not None else None,
-        "density": float(density),
+        "pier_courses": pier_courses if pier_height is not None else None, "density": float(density),
     }
     return site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
 
 
 def _add_piers(
-    site: Site,
-    inner: np.ndarray,
-    outer: np.ndarray,
-    width: float,
-    height: float,
-    pier_width: float | None,
-    courses: int,
-    base_thickness: float,
+    site: Site, inner: np.ndarray, outer: np.ndarray, width: float, height: float, pier_width: float | None,
+    courses: int, held: float,
 ) -> None:
     """Courses of two piers below the springings, and the base that holds them."""
     joint = abs(outer[0, 0] - inner[0, 0])
@@ -259,7 +215,7 @@ def _add_piers(
     xs = {"left": (near - broad, near), "right": (far, far + broad)}
     foot = top - height
     x0, x1 = xs["left"][0] - broad / 2.0, xs["right"][1] + broad / 2.0
-    site.add_box("base", ((x0, 0.0, foot - base_thickness), (x1, width, foot)), fixed=True)
+    site.add_box("base", ((x0, 0.0, foot - held), (x1, width, foot)), fixed=True)
     for side, (a, b) in xs.items():
         for k in range(courses):
             low, high = foot + height * k / courses, top if k == courses - 1 else foot + height * (k + 1) / courses

@@ -22,7 +22,6 @@ def column(
     courses: int | None = None,
     density: float = 2000.0,
     base: str | None = "slab",
-    base_thickness: float | None = None,
     base_margin: float | None = None,
     joints: Mapping | None = None,
     tolerance: float | None = None,
@@ -40,8 +39,8 @@ def column(
         As in `wall`.
     base
         "slab": a held block "base". "course": no slab, the lowest block is held. None: nothing is held.
-    base_thickness, base_margin
-        Of the slab: thickness, default one block; projection on every side, default half the width [m].
+    base_margin
+        Projection of the slab on every side, default half the width [m]; it is one block thick.
 
     Returns
     -------
@@ -64,21 +63,12 @@ def column(
         tall = positive("unit_height", unit_height)
         number = courses_from(height, courses, tall)
     site = Site(density)
-    add_ground(site, (0.0, wide, 0.0, deep), (wide, tall), base, base_thickness, base_margin)
+    add_ground(site, (0.0, wide, 0.0, deep), (wide, tall), base, base_margin)
     for k in range(number):
         box = ((0.0, 0.0, k * tall), (wide, deep, (k + 1) * tall))
         site.add_box(f"column-{k + 1}", box, axis=0, fixed=base == "course" and k == 0)
     recipe = {
-        "kind": "column",
-        "width": wide,
-        "depth": deep,
-        "length": wide,
-        "thickness": deep,
-        "height": number * tall,
-        "courses": number,
-        "unit": [wide, tall, deep],
-        "unit_height": tall,
-        "density": float(density),
-        "base": base,
+        "kind": "column", "width": wide, "depth": deep, "length": wide, "thickness": deep, "height": number * tall,
+        "courses": number, "unit": [wide, tall, deep], "unit_height": tall, "density": float(density), "base": base,
     }
     return site.assembly(joint, recipe, joints=joints, tolerance=tolerance)

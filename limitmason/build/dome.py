@@ -29,7 +29,6 @@ def dome(
     springing_deg: float = 90.0,
     opening_deg: float = 0.0,
     density: float = 2000.0,
-    base_thickness: float | None = None,
     joints: Mapping | None = None,
     tolerance: float | None = None,
 ) -> Assembly:
@@ -52,8 +51,6 @@ def dome(
     opening_deg
         The same for the edge of an oculus [deg]; 0 closes the dome with one keystone, which takes the place of a
         further course.
-    base_thickness
-        Of the held ring [m]; default the thickness.
     joint, density, joints, tolerance
         As in `wall`.
 
@@ -102,19 +99,15 @@ def dome(
         return Solid(np.array(corners), _VOUSSOIR)
 
     site = Site(density)
-    below = depth if base_thickness is None else positive("base_thickness", base_thickness)
-    held = foot + below / r  # the ring goes on below the springing, a quarter wider on both sides
+    held = foot + depth / r  # the ring goes on below the springing, a quarter wider on both sides
     ring = [voussoir(held, foot, j, inside - 0.25 * depth, outside + 0.25 * depth) for j in range(n)]
     site.add("base", ring, fixed=True)
     digits = max(2, len(str(rings)), len(str(n)))
     for k in range(rings):
         for j in range(n):
             along = 0.5 * (2 * j + 1) * 2.0 * math.pi / n
-            site.add(
-                f"voussoir-{k + 1:0{digits}d}-{j + 1:0{digits}d}",
-                voussoir(theta[k], theta[k + 1], j, inside, outside),
-                axis=(-math.sin(along), math.cos(along), 0.0),
-            )
+            name, axis = f"voussoir-{k + 1:0{digits}d}-{j + 1:0{digits}d}", (-math.sin(along), math.cos(along), 0.0)
+            site.add(name, voussoir(theta[k], theta[k + 1], j, inside, outside), axis=axis)
     if edge == 0.0:
         rim = np.array([at(s, theta[-1], m) for s in (inside, outside) for m in phi[:-1]])
         sides = tuple((j, (j + 1) % n, n + (j + 1) % n, n + j) for j in range(n))

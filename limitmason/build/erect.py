@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from limitmason.build.plan import Box, Unit
-from limitmason.checks import choice, positive
+from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid, box
 from limitmason.model.assembly import Assembly
@@ -29,13 +29,8 @@ class Site:
     fixed: list[str] = field(default_factory=list)
 
     def add(
-        self,
-        name: str,
-        solid: Solid | list[Solid],
-        *,
-        axis: tuple[float, float, float] | None = None,
-        density: float | None = None,
-        fixed: bool = False,
+        self, name: str, solid: Solid | list[Solid], *, axis: tuple[float, float, float] | None = None,
+        density: float | None = None, fixed: bool = False,
     ) -> None:
         """Put one block on the site."""
         self.names.append(name)
@@ -56,43 +51,30 @@ class Site:
         self.add(name, box(*corners), axis=direction, density=density, fixed=fixed)
 
     def assembly(
-        self,
-        joint: Joint,
-        recipe: dict,
-        *,
-        joints: Mapping | None = None,
-        tolerance: float | None = None,
+        self, joint: Joint, recipe: dict, *, joints: Mapping | None = None, tolerance: float | None = None
     ) -> Assembly:
         """Return the assembly of everything on the site."""
         return Assembly.from_polyhedra(
-            self.solids,
-            density=self.densities,
-            joint=joint,
-            fixed=self.fixed,
-            names=self.names,
-            joints=None if joints is None else dict(joints),
-            recipe=recipe,
-            tolerance=tolerance,
-            axes=self.axes,
+            self.solids, density=self.densities, joint=joint, fixed=self.fixed, names=self.names, axes=self.axes,
+            joints=None if joints is None else dict(joints), recipe=recipe, tolerance=tolerance,
         )
 
 
 def add_ground(
     site: Site, footprint: tuple[float, float, float, float], unit: tuple[float, ...], base: object,
-    base_thickness: object, base_margin: Any,
+    base_margin: Any,
 ) -> None:
     """Where ``base`` is "slab", add the held block "base" under the footprint (x0, x1, y0, y1) [m].
 
     Its top is at z = 0. It is one course thick and stands out by half a unit unless stated.
     """
     choice("base", base, BASES)
-    thickness = unit[1] if base_thickness is None else positive("base_thickness", base_thickness)
     margin = unit[0] / 2.0 if base_margin is None else float(base_margin)
     if not 0.0 <= margin < float("inf"):
         raise InputError(f"base_margin must be zero or more, got {base_margin!r}")
     if base == "slab":
         x0, x1, y0, y1 = footprint
-        site.add_box("base", ((x0 - margin, y0 - margin, -thickness), (x1 + margin, y1 + margin, 0.0)), fixed=True)
+        site.add_box("base", ((x0 - margin, y0 - margin, -unit[1]), (x1 + margin, y1 + margin, 0.0)), fixed=True)
 
 
 def add_units(

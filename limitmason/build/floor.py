@@ -78,15 +78,10 @@ def with_floor(
         for k, b in enumerate(assembly.blocks)
         if (b.bounds[0] <= corners[1] + slack).all() and (b.bounds[1] >= corners[0] - slack).all()
     ]
-    if not near:
-        raise InputError(f"the floor {name!r} touches no block: check footprint {tuple(plan)} and level {under:g} m")
-    rules = assembly.contact_rules
     laid = Assembly.from_polyhedra(
         [*(list(assembly.blocks[k].parts) for k in near), solid], joint=joint,
         density=[*(assembly.blocks[k].density for k in near), density],
-        names=[*(assembly.blocks[k].name for k in near), name],
-        tolerance=rules.distance, angle_tolerance_deg=rules.angle_deg, wedge_tolerance_deg=rules.wedge_deg,
-        smallest_contact=rules.width,
+        names=[*(assembly.blocks[k].name for k in near), name], **assembly.contact_rules.as_options(),
     )
     numbers = np.array([*near, assembly.n_blocks])
     bearings = tuple(

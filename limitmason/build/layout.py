@@ -27,7 +27,6 @@ def layout(
     column: str | None = None,
     ragged: bool = False,
     base: str | None = "slab",
-    base_thickness: float | None = None,
     base_margin: float | None = None,
     top_beam: float | None = None,
     beam_density: float | None = None,
@@ -45,7 +44,7 @@ def layout(
         (length, height) or (length, height, thickness) of a whole block [m].
     thickness
         Of the wall [m]; default the thickness of the unit.
-    joint, joints, density, base, base_thickness, base_margin, top_beam, beam_density, tolerance
+    joint, joints, density, base, base_margin, top_beam, beam_density, tolerance
         As in `wall`.
     column
         "left" or "right": the outermost block of every row belongs to a lateral column and is named "column-1",
@@ -92,42 +91,22 @@ def layout(
     laid = [_course(row, number, size) for number, row in enumerate(widths)]
     courses, pieces = [units for units, _ in laid], [solid for _, solid in laid]
     columns = [] if column is None else [units[0 if column == "left" else -1] for units in courses]
-    overlap = min((_overlap(a, b) for a, b in pairwise(pieces)), default=float("inf"))
-
-    starts = [row[0].start for row in pieces]
-    stops = [row[-1].end for row in pieces]
+    laps = min((_overlap(a, b) for a, b in pairwise(pieces)), default=float("inf"))
+    overlap = None if laps == float("inf") else laps
+    starts, stops = [row[0].start for row in pieces], [row[-1].end for row in pieces]
     left, right, top = min(starts), max(stops), len(rows) * height
     site = Site(density)
-    add_ground(site, (left, right, 0.0, depth), size, base, base_thickness, base_margin)
+    add_ground(site, (left, right, 0.0, depth), size, base, base_margin)
     add_units(site, courses, fix_bottom=base == "course", columns=columns)
     if top_beam is not None:
         box = ((starts[-1], 0.0, top), (stops[-1], depth, top + positive("top_beam", top_beam)))
         site.add_box("beam", box, axis=0, density=beam_density)
     recipe = {
-        "kind": "wall",
-        "plan": "straight",
-        "bond": "layout",
-        "rows": widths,
-        "length": right - left,
-        "height": top,
-        "thickness": depth,
-        "courses": len(rows),
-        "unit": list(size),
-        "unit_length": length,
-        "unit_height": height,
-        "unit_thickness": depth,
-        "leaves": 1,
-        "header_every": None,
-        "staggering": None if overlap == float("inf") else overlap,
-        "smallest_overlap": None if overlap == float("inf") else overlap,
-        "column": column,
-        "returns": [],
-        "side_walls": 0,
-        "side_wall_thickness": 0.0,
-        "openings": _openings(widths, length, height),
-        "density": float(density),
-        "base": base,
-        "top_beam": top_beam,
+        "kind": "wall", "plan": "straight", "bond": "layout", "rows": widths, "length": right - left, "height": top,
+        "thickness": depth, "courses": len(rows), "unit": list(size), "unit_length": length, "unit_height": height,
+        "unit_thickness": depth, "leaves": 1, "header_every": None, "staggering": overlap, "smallest_overlap": overlap,
+        "column": column, "returns": [], "side_walls": 0, "side_wall_thickness": 0.0,
+        "openings": _openings(widths, length, height), "density": float(density), "base": base, "top_beam": top_beam,
         "beam_over": "facade" if top_beam is not None else None,
     }
     return site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
@@ -196,13 +175,7 @@ def _openings(rows: Sequence[Sequence[float]], length: float, height: float) -> 
         open_now = following
     found.extend(open_now)
     return [
-        {
-            "x": a * length,
-            "z": c * height,
-            "width": (b - a) * length,
-            "height": (d - c) * height,
-            "lintel": None,
-            "bearing": None,
-        }
+        {"x": a * length, "z": c * height, "width": (b - a) * length, "height": (d - c) * height, "lintel": None,
+         "bearing": None}
         for a, b, c, d in sorted(found, key=lambda o: (o[2], o[0]))
     ]

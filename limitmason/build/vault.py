@@ -34,7 +34,6 @@ def vault(
     span: float | None = None,
     rise: float | None = None,
     density: float = 2000.0,
-    base_thickness: float | None = None,
     joints: Mapping | None = None,
     tolerance: float | None = None,
 ) -> Assembly:
@@ -59,8 +58,6 @@ def vault(
         Groin: how far the webs reach beyond the extrados at the springing, along their axes [m]; default the thickness.
     radius, angle_deg, span, rise
         Of the centre line of the section, as in `arch`.
-    base_thickness
-        Of the held springers [m]; default the thickness.
     joint, joints, density, tolerance
         As in `wall`.
 
@@ -86,11 +83,10 @@ def vault(
     number, depth = count("voussoirs", voussoirs), positive("thickness", thickness)
     positive("density", density)
     unit = positive("unit_length", unit_length)
-    below = depth if base_thickness is None else positive("base_thickness", base_thickness)
     r, angle = circle(radius, angle_deg, span, rise)
     inner, outer = circular_joints(r, angle, depth, number)
     outlines = outlines_between(inner, outer)
-    feet = [springing(inner[end], outer[end], below, left=end == 0) for end in (0, -1)]
+    feet = [springing(inner[end], outer[end], depth, left=end == 0) for end in (0, -1)]
     site = Site(density)
     recipe: dict = {
         "kind": "vault", "shape": shape, **circle_facts(r, angle), "thickness": depth, "voussoirs": number,

@@ -55,7 +55,14 @@ def circular_joints(radius: float, angle: float, thickness: float, voussoirs: in
 def outlines_between(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
     """Outlines of the voussoirs between successive joints [m], shape (n, 4, 2), each convex or named by its number."""
     outlines = np.stack([inner[:-1], inner[1:], outer[1:], outer[:-1]], axis=1)
-    check_convex(outlines)
+    for k, outline in enumerate(outlines):
+        side = np.roll(outline, -1, axis=0) - outline
+        after = np.roll(side, -1, axis=0)
+        if (side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0] <= 0.0).any():
+            raise InputError(
+                f"voussoir {k + 1} is not convex or has no area: its joints cross, or intrados and extrados are "
+                "swapped or not given from left to right"
+            )
     return outlines
 
 
@@ -73,16 +80,3 @@ def springing(inner: np.ndarray, outer: np.ndarray, depth: float, *, left: bool)
     near, far = inner - 0.25 * size * along, outer + 0.25 * size * along
     corners = [near, far, far + depth * out, near + depth * out]
     return np.array(corners if left else [corners[1], corners[0], corners[3], corners[2]])
-
-
-def check_convex(outlines: np.ndarray) -> None:
-    """Every corner of every outline turns left, or the voussoir is named."""
-    for k, outline in enumerate(outlines):
-        side = np.roll(outline, -1, axis=0) - outline
-        after = np.roll(side, -1, axis=0)
-        turn = side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0]
-        if (turn <= 0.0).any():
-            raise InputError(
-                f"voussoir {k + 1} is not convex or has no area: its joints cross, or intrados and extrados are "
-                "swapped or not given from left to right"
-            )

@@ -42,7 +42,6 @@ def wall(
     openings: Sequence[Opening | Mapping] = (),
     lintel_density: float | None = None,
     base: str | None = "slab",
-    base_thickness: float | None = None,
     base_margin: float | None = None,
     top_beam: float | None = None,
     beam_over: str = "facade",
@@ -108,8 +107,8 @@ def wall(
     base
         "slab": a held block "base" under everything. "course": no slab, the units of the bottom course are held.
         None: nothing is held.
-    base_thickness, base_margin
-        Of the slab: thickness, default one course; projection on every side, default half a unit [m].
+    base_margin
+        Projection of the slab on every side, default half a unit [m]; it is one course thick.
     top_beam
         Height of a loading beam on the top [m]; none where omitted.
     beam_over
@@ -169,7 +168,7 @@ def wall(
     if placed:
         by_run[0] = cut_openings(by_run[0], placed, thickness=laid.thickness, min_piece=laid.min_piece)
     site = Site(density)
-    add_ground(site, _bounds(runs), size, base, base_thickness, base_margin)
+    add_ground(site, _bounds(runs), size, base, base_margin)
     add_units(site, [[u for units in by_run for u in units[k]] for k in range(number)], fix_bottom=base == "course")
     _add_lintels(site, placed, lintel_density)
     _add_beams(site, runs, levels[-1], top_beam, beam_over, beam_density)

@@ -216,14 +216,12 @@ def _same_as_found(assembly: Assembly) -> bool:
 
 
 def _with_found_contacts(assembly: Assembly) -> Assembly:
-    rules = assembly.contact_rules
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PlausibilityWarning)  # it was said when the assembly was made
         return Assembly.from_polyhedra(
             [list(b.parts) for b in assembly.blocks], joint=Joint(0.0), density=[b.density for b in assembly.blocks],
             names=[b.name for b in assembly.blocks], axes=[b.axis for b in assembly.blocks], recipe=assembly.recipe,
-            tolerance=rules.distance, angle_tolerance_deg=rules.angle_deg, wedge_tolerance_deg=rules.wedge_deg,
-            smallest_contact=rules.width,
+            **assembly.contact_rules.as_options(),
         )
 
 

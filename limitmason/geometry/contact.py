@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -54,6 +54,14 @@ class ContactRules:
                 f"contact angles must keep 0 <= wedge ({self.wedge_deg!r}) <= angle ({self.angle_deg!r}) <= "
                 f"{LOOKED_AT_DEG:g} degrees"
             )
+
+
+    def as_options(self) -> dict[str, Any]:
+        """The rules as the options of ``Assembly.from_polyhedra``."""
+        return {
+            "tolerance": self.distance, "angle_tolerance_deg": self.angle_deg, "wedge_tolerance_deg": self.wedge_deg,
+            "smallest_contact": self.width,
+        }
 
 
 class DoubtfulContact(NamedTuple):
