@@ -40,6 +40,30 @@ def not_negative(name: str, value: object) -> float:
     return number
 
 
+def law_number(name: str, value: Any, *, endless: bool = False, signed: bool = False) -> None:
+    """Refuse what is no number of a law or a material: not finite or below zero, unless it may be."""
+    single = isinstance(value, (int, float)) or (hasattr(value, "__float__") and getattr(value, "size", 1) == 1)
+    if isinstance(value, bool) or not single:
+        raise InputError(f"{name} must be a number, got {value!r}")
+    if math.isnan(float(value)):
+        raise InputError(f"{name} is NaN")
+    if float(value) < 0.0 and not signed:
+        raise InputError(f"{name} = {value} must not be negative")
+    if math.isinf(float(value)) and not endless:
+        raise InputError(f"{name} must be finite")
+
+
+def law_angles(label: str, friction_deg: float, dilatancy_deg: float) -> None:
+    """Refuse a friction angle of 90 degrees and more, and a dilatancy angle above it."""
+    if friction_deg >= 90.0:
+        raise InputError(f"{label}: friction_angle_deg = {friction_deg} must be below 90 degrees")
+    if dilatancy_deg > friction_deg:
+        raise InputError(
+            f"{label}: dilatancy_angle_deg = {dilatancy_deg} exceeds friction_angle_deg = {friction_deg}; nothing can "
+            "dilate more than its friction angle"
+        )
+
+
 def count(name: str, value: object, least: int = 1) -> int:
     """Return `value` as an int, or say which argument is not a whole number of at least `least`."""
     number = finite(name, value)

@@ -16,7 +16,7 @@ from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.assembly import Assembly
-from limitmason.model.input import read_vector
+from limitmason.model.input import read_direction, read_vector
 from limitmason.model.interface import Interface
 
 
@@ -35,7 +35,7 @@ def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLik
     """
     if not 0.0 < finite("share", share) <= 1.0:
         raise InputError(f"share of the thickness in contact must be above 0 and at most 1, got {share!r}")
-    d = _unit("direction", direction)
+    d = read_direction("direction", direction)
     changed = []
     for i in assembly.interfaces:
         across = d - (d @ i.normal) * i.normal
@@ -208,8 +208,3 @@ def _cut_edge(
     raise InputError(f"the joint between {a!r} and {b!r} is not longer than the {depth:.3g} m it loses at a head joint")
 
 
-def _unit(name: str, vector: ArrayLike) -> Array:
-    v = read_vector(name, vector)
-    if not np.linalg.norm(v) > 0:
-        raise InputError(f"{name} must not be zero")
-    return v / np.linalg.norm(v)

@@ -20,7 +20,7 @@ from limitmason.continuum.patch import patch_forces
 from limitmason.deformable.elasticity import SOLID, Elasticity
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
-from limitmason.model.input import read_vector
+from limitmason.model.input import read_direction, read_vector
 from limitmason.model.material import Material
 from limitmason.storage.frozen import ReadOnly, frozen
 from limitmason.vibration.system import VibratingSystem
@@ -286,12 +286,10 @@ class Continuum(ReadOnly):
 
         It is the displacement along the direction, whatever the length of that vector.
         """
-        d = read_vector("direction", direction)
-        if not np.linalg.norm(d) > 0.0:
-            raise InputError("direction of the control must not be zero")
+        d = read_direction("direction of the control", direction)
         brick, weight = self.mesh.at(read_vector("point", point))
         out = np.zeros(self.dead.shape)
-        out[self.mesh.connectivity[brick[0]]] = weight[0][:, None] * d / np.linalg.norm(d)
+        out[self.mesh.connectivity[brick[0]]] = weight[0][:, None] * d
         return out.ravel()
 
     def reactions(self, stress: Array, forces: Array) -> Reactions:

@@ -13,7 +13,7 @@ from scipy.special import roots_jacobi
 from limitmason.arrays import Array, Index
 from limitmason.deformable.elasticity import SOLID, Elasticity
 from limitmason.errors import InputError
-from limitmason.geometry.polyhedron import Solid, face_planes
+from limitmason.geometry.polyhedron import Solid, face_plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block
 from limitmason.storage.frozen import ReadOnly
@@ -252,7 +252,7 @@ def products(x: Array, powers: Index) -> tuple[Array, Array]:
 def check_prism(name: str, solid: Solid, normal: Array) -> None:
     """Refuse a block whose faces are neither along nor across the normal of the plane."""
     for face in solid.faces:
-        n = face_planes(solid.vertices[list(face)][None])[0][0]
+        n, _ = face_plane(solid.vertices[list(face)])
         if 1e-6 < abs(n @ normal) < 1.0 - 1e-6:
             raise InputError(
                 f"block {name!r} is no prism along the normal {np.round(normal, 6).tolist()} of the plane: plane "

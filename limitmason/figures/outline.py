@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 
 from limitmason.arrays import Array, Index
 from limitmason.geometry import Solid
-from limitmason.geometry.polyhedron import face_planes
+from limitmason.geometry.polyhedron import face_plane
 from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly, Block
 
@@ -41,8 +41,7 @@ def wall_plane(assembly: Assembly, twists: Array | None = None) -> Plane | None:
         if value[0] < 1e-10 * value[2] < value[1] and abs(vector[2, 0]) < 1e-6:
             candidates = [vector[:, 0]]
     # joints all of one direction do not tell the plane, the sides of a block do
-    sides = [face_planes(part.vertices[list(f)][None])[0][0] for part in assembly.blocks[free[0]].parts
-             for f in part.faces]
+    sides = [face_plane(face)[0] for face in assembly.blocks[free[0]].faces]
     candidates += [n for n in sides if abs(n[2]) < 1e-6]
     for p in candidates:
         p = p * (1.0 if p[np.abs(p[:2]).argmax()] > 0 else -1.0)
@@ -176,9 +175,8 @@ def visible_edges(parts: Sequence[Solid], tolerance: float) -> list[list[Edge]]:
     An edge of a piece is cut where faces of other pieces cross it; a stretch is dropped when the block is flat or solid
     all around it, which a small circle of points about its middle tells.
     """
-    planes = [[face_planes(part.vertices[list(f)][None]) for f in part.faces] for part in parts]
-    normals = [np.array([n[0] for n, _ in p]) for p in planes]
-    offsets = [np.array([o[0] for _, o in p]) for p in planes]
+    planes = [[face_plane(part.vertices[list(f)]) for f in part.faces] for part in parts]
+    normals, offsets = ([np.array([plane[k] for plane in p]) for p in planes] for k in (0, 1))
     out: list[list[Edge]] = []
     for k, part in enumerate(parts):
         faces_of: dict[tuple[int, int], list[int]] = {}

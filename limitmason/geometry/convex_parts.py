@@ -9,7 +9,7 @@ import numpy as np
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import clean_outline, convex_pieces
-from limitmason.geometry.polyhedron import Solid, box, face_planes, group_by_topology, mass_properties
+from limitmason.geometry.polyhedron import Solid, box, face_plane, face_planes, group_by_topology, mass_properties
 from limitmason.geometry.splitting import below_planes, split_polygon, split_solid
 
 MOST_PARTS = 40
@@ -86,15 +86,16 @@ def _hollow_edges(solid: Solid, slack: float) -> int:
 
     Every part ends at one of them at least.
     """
-    planes = [face_planes(solid.vertices[list(f)][None]) for f in solid.faces]
+    planes = [face_plane(solid.vertices[list(f)]) for f in solid.faces]
     of_edge = {(f[i - 1], f[i]): k for k, f in enumerate(solid.faces) for i in range(len(f))}
     count = 0
     for (i, j), k in of_edge.items():
         other = of_edge[j, i]
-        if i < j and (solid.vertices[list(solid.faces[other])] @ planes[k][0][0] - planes[k][1][0]).max() > slack:
+        normal, offset = planes[k]
+        if i < j and (solid.vertices[list(solid.faces[other])] @ normal - offset).max() > slack:
             # a face of another body part may lie above the plane too: only what begins at the edge counts
             along = solid.vertices[j] - solid.vertices[i]
-            count += float(np.cross(planes[k][0][0], planes[other][0][0]) @ along) < 0.0
+            count += float(np.cross(normal, planes[other][0]) @ along) < 0.0
     return count
 
 
@@ -113,8 +114,8 @@ def largest_skew(solid: Solid) -> float:
     out = 0.0
     for f in solid.faces:
         corners = solid.vertices[list(f)]
-        normal, offset = face_planes(corners[None])
-        out = max(out, float(np.abs(corners @ normal[0] - offset[0]).max()))
+        normal, offset = face_plane(corners)
+        out = max(out, float(np.abs(corners @ normal - offset).max()))
     return out
 
 
@@ -122,8 +123,7 @@ class _Face:
     """A plane face: a point and the unit normal of its plane, and convex pieces of it [m]."""
 
     def __init__(self, corners: Array, slack: float) -> None:
-        normal, _ = face_planes(corners[None])
-        self.normal, self.point = normal[0], corners.mean(axis=0)
+        self.normal, self.point = face_plane(corners)[0], corners.mean(axis=0)
         self.pieces: list[Array] = []
         self.triangles: list[Array] = []
         self.area = 0.0
@@ -230,8 +230,7 @@ def _union(a: Solid, b: Solid, slack: float) -> Solid | None:
     planes: list[tuple[Array, float]] = []
     for part in (a, b):
         for f in part.faces:
-            normal, offset = face_planes(part.vertices[list(f)][None])
-            n, d = normal[0], float(offset[0])
+            n, d = face_plane(part.vertices[list(f)])
             if (points @ n).max() <= d + 10.0 * slack and not any(n @ m > 1.0 - 1e-12 for m, _ in planes):
                 planes.append((n, d))
     whole = below_planes(planes, points, slack)
@@ -258,16 +257,15 @@ def _refuse_several_bodies(parts: list[Solid], slack: float) -> None:
 def _touch(a: Solid, b: Solid, slack: float) -> bool:
     """Whether two parts that do not overlap share part of a face: planes of a in which b begins, clipped by both."""
     for f in a.faces:
-        normal, offset = face_planes(a.vertices[list(f)][None])
-        n, d = normal[0], float(offset[0])
+        n, d = face_plane(a.vertices[list(f)])
         if abs(float((b.vertices @ n).min()) - d) > 10.0 * slack:
             continue
         common: Array | None = a.vertices[list(f)]
         for g in b.faces:
-            side, distance = face_planes(b.vertices[list(g)][None])
-            if abs(side[0] @ n) > 1.0 - 1e-9 or common is None:
+            side, distance = face_plane(b.vertices[list(g)])
+            if abs(side @ n) > 1.0 - 1e-9 or common is None:
                 continue
-            common = split_polygon(common, distance[0] * side[0], side[0], slack)[0]
+            common = split_polygon(common, distance * side, side, slack)[0]
         if common is not None and len(common) > 2:
             r = common - common[0]
             if 0.5 * float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0))) > slack * float(np.ptp(common)):

@@ -13,7 +13,7 @@ from limitmason.arrays import Array
 from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.geometry.boxtree import overlapping_pairs
-from limitmason.geometry.polyhedron import Solid, face_planes, mass_properties
+from limitmason.geometry.polyhedron import Solid, face_plane, mass_properties
 from limitmason.geometry.splitting import below_planes
 
 _FACING = 0.34  # cosine of 70 degrees: a face is moved where a neighbour lies within this of its normal
@@ -135,7 +135,7 @@ def _between(i: int, j: int, solids: Sequence[Solid], *, held: bool) -> Gap:
     """
     a, b = solids[i].vertices, solids[j].vertices
     if held:
-        faces = -np.array([face_planes(b[list(f)][None])[0][0] for f in solids[j].faces])
+        faces = -np.array([face_plane(b[list(f)])[0] for f in solids[j].faces])
         clear = (b @ faces.T).min(axis=0) - (a @ faces.T).max(axis=0)
         n = faces[int(clear.argmax())]
         return Gap(i, j, n, float((b @ n).min()), float(clear.max()))
@@ -148,7 +148,7 @@ def _between(i: int, j: int, solids: Sequence[Solid], *, held: bool) -> Gap:
     system[3, : len(p)], system[4, len(p) :] = heavy, heavy
     shares, distance = nnls(system, np.array([0.0, 0.0, 0.0, heavy, heavy]))
     candidates = [
-        sign * face_planes(s.vertices[list(f)][None])[0][0]
+        sign * face_plane(s.vertices[list(f)])[0]
         for s, sign in ((solids[i], 1.0), (solids[j], -1.0))
         for f in s.faces
     ]

@@ -203,6 +203,12 @@ def face_planes(corners: Array) -> tuple[Array, Array]:
     return normal, np.einsum("ki,ki->k", normal, centre)
 
 
+def face_plane(corners: Array) -> tuple[Array, float]:
+    """Outward unit normal (3,) and offset n.x [m] of one plane polygon, shape (n, 3)."""
+    normal, offset = face_planes(corners[None])
+    return normal[0], float(offset[0])
+
+
 def least_widths(blocks: Sequence[Sequence[Solid]]) -> Array:
     """Smallest distance between two planes parallel to a face that hold a block [m], shape (n,).
 
@@ -223,8 +229,7 @@ def least_widths(blocks: Sequence[Sequence[Solid]]) -> Array:
         vertices = np.vstack([part.vertices for part in blocks[i]])
         for part in blocks[i]:
             for face in part.faces:
-                normal, _ = face_planes(part.vertices[list(face)][None])
-                out[i] = min(out[i], float(np.ptp(vertices @ normal[0])))
+                out[i] = min(out[i], float(np.ptp(vertices @ face_plane(part.vertices[list(face)])[0])))
     return out
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from limitmason.arrays import Array
 from limitmason.errors import InputError
-from limitmason.geometry.polyhedron import face_planes
+from limitmason.geometry.polyhedron import face_plane
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
@@ -47,25 +47,22 @@ def extrados(assembly: Assembly) -> list[Strip]:
         for block in (i.block_a, i.block_b):
             joints.setdefault(block, []).append((i.polygon.mean(axis=0), i.normal))
     for k in np.flatnonzero(~assembly.fixed):
-        for part in assembly.blocks[k].parts:
-            for f in part.faces:
-                corners = part.vertices[list(f)]
-                n = face_planes(corners[None])[0][0]
-                size = float(np.ptp(corners, axis=0).max())
-                covered = any(
-                    abs(abs(n @ normal) - 1.0) < _NEAR and abs((centre - corners[0]) @ n) < _NEAR * size
-                    for centre, normal in joints.get(int(k), ())
-                )
-                if n[2] <= _UP or covered:
-                    continue
-                if abs(n[1]) > _NEAR:
-                    raise InputError(
-                        f"block {assembly.blocks[k].name!r} has a face that slopes along y: axles cross arches in x-z"
-                    )
-                (x0, y0, _), (x1, y1, _) = corners.min(axis=0), corners.max(axis=0)
-                slope = -n[0] / n[2]
-                height = float(corners[0, 2] + slope * (x0 - corners[0, 0]))
-                strips.append(Strip(int(k), float(x0), float(x1), height, float(slope), float(y1 - y0), (y0 + y1) / 2))
+        for corners in assembly.blocks[k].faces:
+            n, _ = face_plane(corners)
+            size = float(np.ptp(corners, axis=0).max())
+            covered = any(
+                abs(abs(n @ normal) - 1.0) < _NEAR and abs((centre - corners[0]) @ n) < _NEAR * size
+                for centre, normal in joints.get(int(k), ())
+            )
+            if n[2] <= _UP or covered:
+                continue
+            if abs(n[1]) > _NEAR:
+                name = assembly.blocks[k].name
+                raise InputError(f"block {name!r} has a face that slopes along y: axles cross arches in x-z")
+            (x0, y0, _), (x1, y1, _) = corners.min(axis=0), corners.max(axis=0)
+            slope = -n[0] / n[2]
+            height = float(corners[0, 2] + slope * (x0 - corners[0, 0]))
+            strips.append(Strip(int(k), float(x0), float(x1), height, float(slope), float(y1 - y0), (y0 + y1) / 2))
     return sorted(strips, key=lambda s: s.start)
 
 

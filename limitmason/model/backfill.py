@@ -9,7 +9,7 @@ from limitmason.arrays import Array
 from limitmason.checks import finite
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
-from limitmason.geometry.polyhedron import face_planes
+from limitmason.geometry.polyhedron import face_plane
 from limitmason.geometry.splitting import split_polygon
 
 if TYPE_CHECKING:
@@ -68,8 +68,7 @@ def backfill_wrenches(
             if block in covered:
                 covered[block].append((joint.polygon, sense * joint.normal))
     for i in rows:
-        bare = [part.vertices[list(f)] for part in assembly.blocks[i].parts for f in part.faces]
-        surfaces = [(1.0, face, face_planes(face[None])[0][0]) for face in bare]
+        surfaces = [(1.0, face, face_plane(face)[0]) for face in assembly.blocks[i].faces]
         surfaces += [(-1.0, polygon, normal) for polygon, normal in covered[i]]
         for sign, polygon, normal in surfaces:
             if normal[2] <= _UP:

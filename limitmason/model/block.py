@@ -85,6 +85,11 @@ class Block(ReadOnly):
         return self.density * self.volume
 
     @property
+    def faces(self) -> list[Array]:
+        """Corners of every face of its pieces, counter-clockwise from outside [m], shape (k, 3) each."""
+        return [part.vertices[list(face)] for part in self.parts for face in part.faces]
+
+    @property
     def vertices(self) -> Array:
         """Vertices of all parts [m], shape (n, 3)."""
         if len(self.parts) == 1:

@@ -70,6 +70,14 @@ def read_vector(name: str, value: Any) -> np.ndarray:
     return vector
 
 
+def read_direction(name: str, value: Any) -> np.ndarray:
+    """A direction made of unit length, or an error that names the argument."""
+    vector = read_vector(name, value)
+    if not np.linalg.norm(vector) > 0.0:
+        raise InputError(f"{name} must be a direction that is not zero, got {value!r}")
+    return vector / np.linalg.norm(vector)
+
+
 def read_fixed(fixed: Any) -> tuple[int | str, ...]:
     """Names or numbers of held blocks.
 

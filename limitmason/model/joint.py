@@ -6,6 +6,7 @@ from difflib import get_close_matches
 from enum import StrEnum
 from typing import Any, Self
 
+from limitmason.checks import choice, law_angles, law_number
 from limitmason.errors import InputError
 from limitmason.model.joint_term import JointTerm, name_of
 from limitmason.model.plausibility import given_as_coefficient, warn_of_joint
@@ -109,27 +110,10 @@ class Joint:
                 continue
             if field.name in _CHOICES:
                 choices = _CHOICES[field.name]
-                if value not in tuple(choices):
-                    known = ", ".join(repr(str(c)) for c in choices)
-                    raise InputError(f"{label}: {field.name} must be one of {known}, got {value!r}")
-                object.__setattr__(self, field.name, choices(value))
+                object.__setattr__(self, field.name, choices(choice(f"{label}: {field.name}", value, tuple(choices))))
                 continue
-            single = isinstance(value, (int, float)) or (hasattr(value, "__float__") and getattr(value, "size", 1) == 1)
-            if isinstance(value, bool) or not single:
-                raise InputError(f"{label}: {field.name} must be a number, got {value!r}")
-            if math.isnan(float(value)):
-                raise InputError(f"{label}: {field.name} is NaN")
-            if float(value) < 0.0:
-                raise InputError(f"{label}: {field.name} = {value} must not be negative")
-            if math.isinf(float(value)) and field.name != "compressive_strength":
-                raise InputError(f"{label}: {field.name} must be finite")
-        if self.friction_angle_deg >= 90.0:
-            raise InputError(f"{label}: friction_angle_deg = {self.friction_angle_deg} must be below 90 degrees")
-        if self.dilatancy_angle_deg > self.friction_angle_deg:
-            raise InputError(
-                f"{label}: dilatancy_angle_deg = {self.dilatancy_angle_deg} exceeds friction_angle_deg = "
-                f"{self.friction_angle_deg}; a joint cannot dilate more than its friction angle"
-            )
+            law_number(f"{label}: {field.name}", value, endless=field.name == "compressive_strength")
+        law_angles(label, self.friction_angle_deg, self.dilatancy_angle_deg)
         if self.compressive_strength == 0.0:
             raise InputError(f"{label}: compressive_strength must be positive (infinite when crushing is left out)")
         if self.residual_friction_angle_deg is not None and self.residual_friction_angle_deg >= 90.0:

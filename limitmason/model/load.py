@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from limitmason.arrays import Array
 from limitmason.checks import choice, finite, not_negative, numbers
 from limitmason.errors import InputError
-from limitmason.geometry.polyhedron import face_planes
+from limitmason.geometry.polyhedron import face_plane
 from limitmason.model.backfill import backfill_wrenches
-from limitmason.model.input import read_vector
+from limitmason.model.input import read_direction, read_vector
 from limitmason.model.patch import patch_wrenches
 from limitmason.model.plausibility import warn_of_point, warn_of_pressure
 from limitmason.storage.frozen import ReadOnly
@@ -27,14 +27,8 @@ LARGEST = 1e30
 """Loads beyond it are errors of input [N, N m]: the squares of others are numbers."""
 
 _SIDES = {
-    "top": (0, 0, 1),
-    "bottom": (0, 0, -1),
-    "+x": (1, 0, 0),
-    "-x": (-1, 0, 0),
-    "+y": (0, 1, 0),
-    "-y": (0, -1, 0),
-    "+z": (0, 0, 1),
-    "-z": (0, 0, -1),
+    "top": (0, 0, 1), "bottom": (0, 0, -1), "+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0),
+    "+z": (0, 0, 1), "-z": (0, 0, -1),
 }
 
 
@@ -99,10 +93,7 @@ class Loads(ReadOnly):
         ----------
         direction : any vector but zero, shape (3,); only its direction counts
         """
-        d = read_vector("direction", direction)
-        if not np.linalg.norm(d) > 0:
-            raise InputError(f"direction must be a vector of three finite numbers that is not zero, got {direction!r}")
-        d = d / np.linalg.norm(d)
+        d = read_direction("direction", direction)
         base = cls.weight(assembly)
         live = np.zeros_like(base.dead)
         live[:, :3] = assembly.weights[:, None] * d
@@ -153,16 +144,11 @@ class Loads(ReadOnly):
         With cohesion, tension or crushing the common factor cos(alpha) does not cancel: lambda is then the multiplier
         of the horizontal load on an upright structure, not the tangent of the angle.
         """
-        a = read_vector("axis", axis)
-        if not np.linalg.norm(a) > 0:
-            raise InputError(f"axis must be a vector of three finite numbers that is not zero, got {axis!r}")
-        a = a / np.linalg.norm(a)
+        a = read_direction("axis", axis)
         if abs(a[2]) > 1e-9:
             raise InputError(f"tilting axis {tuple(float(x) for x in a)} is not horizontal")
-        return replace(
-            cls.horizontal(assembly, np.cross(a, (0.0, 0.0, 1.0))),
-            name=f"tilting about ({a[0]:.4g}, {a[1]:.4g}, 0)",
-        )
+        sideways = cls.horizontal(assembly, np.cross(a, (0.0, 0.0, 1.0)))
+        return replace(sideways, name=f"tilting about ({a[0]:.4g}, {a[1]:.4g}, 0)")
 
     def with_point_load(
         self,
@@ -223,28 +209,22 @@ class Loads(ReadOnly):
             raise InputError(f"load on block {block!r}: give either pressure or traction")
         if isinstance(face, str) and face not in _SIDES:
             raise InputError(f"face {face!r} is not one of {tuple(_SIDES)} or a direction of three numbers")
-        outward = read_vector("face", _SIDES[face] if isinstance(face, str) else face)
-        if not np.linalg.norm(outward) > 0:
-            raise InputError("face must be a direction that is not zero")
+        outward = read_direction("face", _SIDES[face] if isinstance(face, str) else face)
         if pressure is not None:
             warn_of_pressure(f"block {assembly.blocks[i].name!r}", finite("pressure", pressure))
         per_unit = None if traction is None else read_vector("traction", traction)
-        outward = outward / np.linalg.norm(outward)
         wrench = np.zeros((assembly.n_blocks, 6))
         found = False
-        for part in assembly.blocks[i].parts:
-            for f in part.faces:
-                corners = part.vertices[list(f)]
-                normal = face_planes(corners[None])[0][0]
-                if normal @ outward < np.cos(np.deg2rad(10.0)):
-                    continue
-                found = True
-                r = corners - corners[0]
-                triangle = 0.5 * np.cross(r[1:-1], r[2:]) @ normal
-                centre = corners[0] + (triangle[:, None] * (r[1:-1] + r[2:]) / 3.0).sum(axis=0) / triangle.sum()
-                per_area = -float(pressure or 0.0) * normal if per_unit is None else per_unit
-                force = per_area * triangle.sum()
-                wrench[i] += np.concatenate([force, np.cross(centre - assembly.centroids[i], force)])
+        for corners in assembly.blocks[i].faces:
+            normal, _ = face_plane(corners)
+            if normal @ outward < np.cos(np.deg2rad(10.0)):
+                continue
+            found = True
+            r = corners - corners[0]
+            triangle = 0.5 * np.cross(r[1:-1], r[2:]) @ normal
+            centre = corners[0] + (triangle[:, None] * (r[1:-1] + r[2:]) / 3.0).sum(axis=0) / triangle.sum()
+            force = (-float(pressure or 0.0) * normal if per_unit is None else per_unit) * triangle.sum()
+            wrench[i] += np.concatenate([force, np.cross(centre - assembly.centroids[i], force)])
         if not found:
             raise InputError(f"block {assembly.blocks[i].name!r} has no face towards {face!r}")
         return self._plus(assembly, wrench, case)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import KW_ONLY, dataclass, fields
 
+from limitmason.checks import law_angles, law_number
 from limitmason.errors import InputError
 from limitmason.model.plausibility import warn_of_material
 
@@ -66,12 +67,7 @@ class Material:
             value = getattr(self, field.name)
             if field.name == "name" or (value is None and field.default is None):
                 continue
-            if isinstance(value, (bool, str)) or not hasattr(value, "__float__"):
-                raise InputError(f"{label}: {field.name} must be a number, got {value!r}")
-            if not math.isfinite(float(value)):
-                raise InputError(f"{label}: {field.name} = {value} must be finite")
-            if float(value) < 0.0 and field.name != "poisson_ratio":
-                raise InputError(f"{label}: {field.name} = {value} must not be negative")
+            law_number(f"{label}: {field.name}", value, signed=field.name == "poisson_ratio")
         if not self.young_modulus > 0.0:
             raise InputError(f"{label}: young_modulus must be positive")
         if not -1.0 < self.poisson_ratio < 0.5:
@@ -102,13 +98,8 @@ class Material:
                 )
         elif self.fractures:
             raise InputError(f"{label}: fracture energies do not go with cohesion and friction_angle_deg")
-        elif self.friction_angle_deg >= 90.0:
-            raise InputError(f"{label}: friction_angle_deg = {self.friction_angle_deg} must be below 90 degrees")
-        elif self.dilatancy_angle_deg > self.friction_angle_deg:
-            raise InputError(
-                f"{label}: dilatancy_angle_deg = {self.dilatancy_angle_deg} exceeds friction_angle_deg = "
-                f"{self.friction_angle_deg}"
-            )
+        else:
+            law_angles(label, self.friction_angle_deg, self.dilatancy_angle_deg)
 
     @classmethod
     def from_modulus(

@@ -9,7 +9,7 @@ from limitmason.arrays import Array
 from limitmason.checks import finite
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
-from limitmason.geometry.polyhedron import face_planes
+from limitmason.geometry.polyhedron import face_plane
 from limitmason.model.input import read_vector
 
 if TYPE_CHECKING:
@@ -105,21 +105,17 @@ def patch_wrenches(
     load = -finite("pressure", pressure) * patch.normal if traction is None else read_vector("traction", traction)
     wrench, total = np.zeros((assembly.n_blocks, 6)), 0.0
     for i, block in enumerate(assembly.blocks):
-        for part in block.parts:
-            for f in part.faces:
-                face = part.vertices[list(f)]
-                if not patch.holds(face) or face_planes(face[None])[0][0] @ patch.normal < _PARALLEL:
-                    continue
-                left = patch.clipped(face)
-                if len(left) < 3:
-                    continue
-                area, centre = polygon_area_centroid(left)
-                if area <= NEAR**2 * patch.size**2:
-                    continue
-                force = load * area
-                arm = patch.corners[0] + centre @ patch.axes - assembly.centroids[i]
-                wrench[i] += np.concatenate([force, np.cross(arm, force)])
-                total += area
+        for face in block.faces:
+            if not patch.holds(face) or face_plane(face)[0] @ patch.normal < _PARALLEL:
+                continue
+            left = patch.clipped(face)
+            area, centre = polygon_area_centroid(left) if len(left) > 2 else (0.0, np.zeros(2))
+            if area <= NEAR**2 * patch.size**2:
+                continue
+            force = load * area
+            arm = patch.corners[0] + centre @ patch.axes - assembly.centroids[i]
+            wrench[i] += np.concatenate([force, np.cross(arm, force)])
+            total += area
     if total == 0.0:
         raise patch.missed("face of a block")
     return wrench, total

@@ -1,7 +1,6 @@
 """Supports: which of a block's six degrees of freedom are held."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 from limitmason.errors import InputError
 
@@ -28,25 +27,23 @@ class Support:
     """
 
     block: int | str
+    _: KW_ONLY
     translations: bool = False
     rotations: bool = False
     dofs: tuple[str, ...] = ()
 
-    def __init__(
-        self, block: int | str, *, translations: bool = False, rotations: bool = False, dofs: Iterable[str] = ()
-    ) -> None:
-        names = (dofs,) if isinstance(dofs, str) else tuple(dofs)
+    def __post_init__(self) -> None:
+        """Take single degrees of freedom as a tuple, and check that something is held."""
+        names = (self.dofs,) if isinstance(self.dofs, str) else tuple(self.dofs)
         unknown = [d for d in names if d not in DEGREES_OF_FREEDOM]
         if unknown:
             raise InputError(
-                f"support of block {block!r}: unknown degree of freedom {unknown[0]!r}; use any of {DEGREES_OF_FREEDOM}"
+                f"support of block {self.block!r}: unknown degree of freedom {unknown[0]!r}; use any of "
+                f"{DEGREES_OF_FREEDOM}"
             )
-        object.__setattr__(self, "block", block)
-        object.__setattr__(self, "translations", bool(translations))
-        object.__setattr__(self, "rotations", bool(rotations))
         object.__setattr__(self, "dofs", names)
         if not any(self.held):
-            raise InputError(f"support of block {block!r} holds nothing: set translations, rotations or dofs")
+            raise InputError(f"support of block {self.block!r} holds nothing: set translations, rotations or dofs")
 
     @classmethod
     def fixed(cls, block: int | str) -> "Support":

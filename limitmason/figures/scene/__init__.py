@@ -31,7 +31,7 @@ from limitmason.figures.painter import VIEWPOINT_DEG
 from limitmason.figures.scene.beside import SceneMotion, ScenePose, side_by_side, together
 from limitmason.figures.solid import block_size
 from limitmason.figures.style import force_text, round_length
-from limitmason.geometry.polyhedron import face_planes
+from limitmason.geometry.polyhedron import face_plane
 from limitmason.mechanics.joint_forces import joint_forces
 from limitmason.mechanics.motion import checked_twists, drawn_motion, free_bounds, structure_size
 from limitmason.model import Assembly
@@ -254,14 +254,12 @@ def _solids(model: Assembly, motion: SceneMotion) -> dict[str, Any]:
     """Triangles and edges of all blocks with the block that owns each vertex; what is framed is where blocks come."""
     corners, normals, owner, lines, line_owner = [], [], [], [], []
     for i, block in enumerate(model.blocks):
-        for part in block.parts:
-            for face in part.faces:
-                points = part.vertices[list(face)]
-                normal, _ = face_planes(points[None])
-                for j in range(1, len(face) - 1):
-                    corners += [points[0], points[j], points[j + 1]]
-                    normals += [normal[0]] * 3
-                    owner += [i] * 3
+        for points in block.faces:
+            normal, _ = face_plane(points)
+            for j in range(1, len(points) - 1):
+                corners += [points[0], points[j], points[j + 1]]
+                normals += [normal] * 3
+                owner += [i] * 3
         tolerance = 1e-6 * float(np.ptp(block.bounds, axis=0).max())
         for edges in visible_edges(block.parts, tolerance):
             for edge in edges:
