@@ -55,15 +55,9 @@ class PredictedRows:
 
 
 def folder_arguments(
-    folder: str | Path,
-    *,
-    model: Callable[..., Any] | None = None,
-    causes: Iterable[Cause] | None = None,
-    inputs: Mapping[str, Measured] | None = None,
-    shared: Sequence[str] | None = None,
-    covariates: Sequence[str] | None = None,
-    title: str | None = None,
-    levels: int | None = None,
+    folder: str | Path, *, model: Callable[..., Any] | None = None, causes: Iterable[Cause] | None = None,
+    inputs: Mapping[str, Measured] | None = None, shared: Sequence[str] | None = None,
+    covariates: Sequence[str] | None = None, title: str | None = None, levels: int | None = None,
 ) -> dict[str, Any]:
     """Arguments of ``Study``.
 

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from limitmason.causes.cause import Cause
 from limitmason.diagnosis.from_table import About
 from limitmason.diagnosis.inference.checks import LIKE, CheckedVerdict, Checks
 from limitmason.diagnosis.inference.plan import NextTests
@@ -30,6 +31,7 @@ from limitmason.diagnosis.words import (
     trend_words,
 )
 from limitmason.storage.files import write_text
+from limitmason.study.memo import plain
 
 COLLINEAR = 0.9  # correlation at which two covariates cannot be held apart
 
@@ -41,8 +43,9 @@ class Asked(Protocol):
     def about(self) -> About:
         """What its data are."""
 
-    def next_tests(
-        self, diagnosis: Findings, pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None
+    def suggested(
+        self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, costs: Mapping[str, float] | None,
+        diagnosis: Findings | None,
     ) -> NextTests:
         """Specimens of a pool that would tell the kept causes of a diagnosis apart."""
 
@@ -240,11 +243,16 @@ class Diagnosis(Findings):
         }
 
     def next_tests(self, pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None) -> NextTests:
-        """Specimens of a pool that would tell the kept causes apart best, or identify one.
+        """Specimens of a pool that would tell the kept causes apart best, or identify the one that is left.
 
-        See ``Study``.
+        Parameters
+        ----------
+        pool : specimens that could be tested, as ``simulate`` takes them
+        k : how many, at most the size of the pool
+        costs : of a test by what is measured in it, 1 where it is not told; None are those of ``about``. What an
+            observation without a value names may be measured too
         """
-        return self.study.next_tests(self, pool, k, costs)
+        return self.study.suggested(self.listed, pool, k, costs, self)
 
     def __str__(self) -> str:
         return headline(self)
@@ -337,11 +345,4 @@ def _why(p: Mapping[str, float], rule: Rule) -> str:
 
 def write_record(path: str | Path, diagnosis: Diagnosis) -> Path:
     """Write a diagnosis's record as JSON."""
-    text = json.dumps(diagnosis.record(), indent=2, ensure_ascii=False, default=_plain)
-    return write_text(path, text + "\n")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.generic):
-        return value.item()
-    raise TypeError(f"{type(value).__name__} has no place in a record")
+    return write_text(path, json.dumps(plain(diagnosis.record()), indent=2, ensure_ascii=False) + "\n")

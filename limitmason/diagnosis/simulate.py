@@ -211,28 +211,15 @@ class _Packaged:
         test = experiments.load(self.source, specimen["specimen"], **parameters)
         return test.assembly(), test.loads(specimen.get("direction", "+"))
 
-
-@dataclass(frozen=True)
-class _PackagedUnit:
-    """From the multiplier to the unit of the measured value of a packaged experiment."""
-
-    source: str
-
-    def __call__(self, specimen: Mapping[str, Any], multiplier: float) -> float:
+    def measured(self, specimen: Mapping[str, Any], multiplier: float) -> float:
+        """A multiplier in the unit of the measured value."""
         return multiplier * float(experiments.load(self.source, specimen["specimen"]).multiplier_to_measured)
 
-
-@dataclass(frozen=True)
-class _PackagedModel:
-    """What a packaged experiment is to a simulator: repeats of one configuration are the same."""
-
-    source: str
-
-    def __call__(self, specimen: Mapping[str, Any]) -> str:
-        test = experiments.load(self.source, specimen["specimen"])
-        bare = replace(test.assembly(), recipe={})  # which names the specimen
-        factor = float(test.multiplier_to_measured)
-        return fingerprint(self.source, bare, test.loads(specimen.get("direction", "+")), factor)
+    def identity(self, specimen: Mapping[str, Any]) -> str:
+        """What it is to a simulator: repeats of one configuration are the same."""
+        assembly, loads = self(specimen)
+        bare = replace(assembly, recipe={})  # which names the specimen
+        return fingerprint(self.source, bare, loads, self.measured(specimen, 1.0))
 
 
 def packaged(source: str, method: str = "limit", *, floor: float = FLOOR, **options: Any) -> Collapse:
@@ -247,8 +234,8 @@ def packaged(source: str, method: str = "limit", *, floor: float = FLOOR, **opti
     """
     if source not in experiments.sources():
         raise InputError(f"unknown experiment source {source!r}; known: {', '.join(experiments.sources())}")
-    unit, same = _PackagedUnit(source), _PackagedModel(source)
-    return Collapse(_Packaged(source), method, unit, floor, options=options, same=same)
+    packed = _Packaged(source)
+    return Collapse(packed, method, packed.measured, floor, options=options, same=packed.identity)
 
 
 def _keywords(function: Callable, first: int) -> tuple[list[str], bool]:

@@ -70,14 +70,8 @@ class Simulator:
     """
 
     def __init__(
-        self,
-        simulate: Callable[..., float],
-        specimens: Sequence[Any],
-        *,
-        cache: str | Path | None = None,
-        n_jobs: int = 1,
-        version: str = "",
-        needed: Mapping[str, bool] | None = None,
+        self, simulate: Callable[..., float], specimens: Sequence[Any], *, cache: str | Path | None = None,
+        n_jobs: int = 1, version: str = "", needed: Mapping[str, bool] | None = None,
         asked: Sequence[frozenset[str]] | None = None,
     ):
         if not callable(simulate):
@@ -131,8 +125,8 @@ class Simulator:
         keys = [(self._who(j), j.parameters, j.steps) for j in jobs]
         missing: dict[tuple, Job] = {}
         for key, job in zip(keys, jobs, strict=True):
-            if key not in self._known and key not in missing:
-                missing[key] = job
+            if key not in self._known:
+                missing.setdefault(key, job)
         if self._memo is not None:
             for key in [k for k in missing if self._text(missing[k]) in self._memo]:
                 kept = self._memo[self._text(missing[key])]
@@ -141,21 +135,16 @@ class Simulator:
                 self._known[key] = kept
                 missing.pop(key)
         if missing:
-            self._run(missing)
+            with task("simulations", shown=self.progress is None):
+                self._run(missing)
         read = [self._read(job, self._known[key]) for job, key in zip(jobs, keys, strict=True)]
         return np.array(read).reshape(len(jobs), len(self.needed))
 
     def _run(self, missing: dict[tuple, Job]) -> None:
-        with task("simulations", shown=self.progress is None):
-            self._run_all(missing)
-
-    def _run_all(self, missing: dict[tuple, Job]) -> None:
         before = self.calls
         keys, jobs = list(missing), list(missing.values())
-        calls = [
-            (k, {"simulate": self.simulate, "specimen": self.specimens[j.specimen], "job": j})
-            for k, j in enumerate(jobs)
-        ]
+        calls = [(k, {"simulate": self.simulate, "specimen": self.specimens[j.specimen], "job": j})
+                 for k, j in enumerate(jobs)]
         for k, value in run_points(_call, calls, None, self.n_jobs):
             self._known[keys[k]] = self._checked(jobs[k], value)
             if self._memo is not None:
@@ -176,7 +165,8 @@ class Simulator:
             if quantity in asked:
                 what = partial(_quantity_of, self.specimens[job.specimen], job, quantity)
                 if quantity not in known:
-                    raise InputError(f"{what()} is missing; it gave {', '.join(map(str, known)) or 'nothing'}")
+                    gave = ", ".join(map(str, known)) or "nothing"
+                    raise InputError(f"{what()} is missing; it gave {gave}{_to_answer(quantity)}")
                 out.append(number(known[quantity], what, must))
             else:
                 out.append(nan)
@@ -202,12 +192,7 @@ class Simulator:
     def on(self, specimens: Sequence[Any], needed: Mapping[str, bool]) -> "Simulator":
         """A simulator of other specimens and quantities that knows what is known of those equal to these."""
         out = Simulator(
-            self.simulate,
-            specimens,
-            cache=self.cache,
-            n_jobs=self.n_jobs,
-            version=self.version,
-            needed=needed,
+            self.simulate, specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version, needed=needed
         )
         out._of = self._of
         out._known = {key: value for key, value in self._known.items() if not key[0].startswith(NUMBERED)}
@@ -260,6 +245,15 @@ def number(value: Any, what: Callable[[], str], must_be_positive: bool = True) -
 
 def _quantity_of(specimen: Any, job: Job, quantity: str) -> str:
     return f"simulate for {_called(specimen, job)}: {quantity!r}"
+
+
+def _to_answer(quantity: str) -> str:
+    """What to give so that a frequency or a shape is answered, or empty for what only ``simulate`` itself can know."""
+    if not quantity.startswith(("frequency", "mode")):
+        return ""
+    by_number = f"several(build, {{{quantity!r}: 'modes'}}) finds it by its number; " if quantity[0] == "f" else ""
+    return (f"; {by_number}by its measured shape several(build, answers) finds it where the specimen has a ModalTest "
+            "under 'modal test', whose rows are Observation.of_modes")
 
 
 def _call(simulate: Callable[..., Any], specimen: Any, job: Job) -> Any:

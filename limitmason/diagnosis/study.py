@@ -177,30 +177,13 @@ class Study(Statement):
         y = design.whiten(self.measured)
         judged = judge.decide(y, chances, pairs, self.shared, self.tables.verify)
         answer = Diagnosis(
-            listed=causes,
-            design=design.closed(),
-            judged=judged.design,
-            shares=judged.shares,
-            y=y,
-            verdict=judged.verdict,
-            seed=seed,
-            draws=chances,
-            rule=judge.rule,
-            specimens=self.called,
-            measured=self.measured,
-            noise=self.noise,
-            nuisance=self.nuisance,
-            redrawn=tuple(self.tabulator.free),
-            covariates=self.columns,
-            quantities=self.rows.quantities,
-            groups=self.groups,
-            unstated=self.unstated,
-            table_errors={c.name: self.table(c).error for c in causes},
-            rehearsal=self._made.rehearsed.get(causes),
-            study=self,
-            aside={c.name: self.tables.aside[c] for c in asked if c not in causes},
-            references=self.about.references,
-            counted=self.rows.counted,
+            listed=causes, design=design.closed(), judged=judged.design, shares=judged.shares, y=y,
+            verdict=judged.verdict, seed=seed, draws=chances, rule=judge.rule, specimens=self.called,
+            measured=self.measured, noise=self.noise, nuisance=self.nuisance, redrawn=tuple(self.tabulator.free),
+            covariates=self.columns, quantities=self.rows.quantities, groups=self.groups, unstated=self.unstated,
+            table_errors={c.name: self.table(c).error for c in causes}, rehearsal=self._made.rehearsed.get(causes),
+            study=self, aside={c.name: self.tables.aside[c] for c in asked if c not in causes},
+            references=self.about.references, counted=self.rows.counted,
         )
         return checked_by_group(answer)
 
@@ -325,33 +308,20 @@ class Study(Statement):
     def plan(
         self, causes: Iterable[Cause], pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None
     ) -> NextTests:
-        """Specimens of a pool that would tell the causes of the list apart, see :meth:`next_tests`.
-
-        Nothing need be measured yet.
-        """
-        return self._suggested(self._listed(causes), pool, k, None, costs)
-
-    def next_tests(
-        self, diagnosis: Findings, pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None
-    ) -> NextTests:
-        """Specimens of a pool that would best tell the kept causes apart.
-
-        Where one cause is left, they are those that would identify it.
+        """Specimens of a pool that would tell the causes of the list apart; nothing need be measured yet.
 
         Parameters
         ----------
-        diagnosis : of this study
-        pool : specimens that could be tested, as ``simulate`` takes them
-        k : how many, at most the size of the pool
-        costs : of a test by what is measured in it, 1 where it is not told; None are those of ``about``. What an
-            observation without a value names may be measured too
+        causes : the list
+        pool, k, costs : as for ``Diagnosis.next_tests``, which goes by what is left of the list
         """
-        return self._suggested(diagnosis.listed, pool, k, diagnosis, costs)
+        return self.suggested(self._listed(causes), pool, k, costs)
 
-    def _suggested(
-        self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, diagnosis: Findings | None,
-        costs: Mapping[str, float] | None,
+    def suggested(
+        self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, costs: Mapping[str, float] | None,
+        diagnosis: Findings | None = None,
     ) -> NextTests:
+        """Specimens of a pool for a list of causes, or for what a diagnosis has left of it; see :meth:`plan`."""
         design = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None)
         there = PoolGrids(self.tables, pool, self.noise, causes, design.scale)
         return suggest(design, there, pool, k, diagnosis, self.about.costs if costs is None else costs)

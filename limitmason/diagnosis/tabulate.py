@@ -48,15 +48,8 @@ class Tabulator:
     """
 
     def __init__(
-        self,
-        simulator: Simulator,
-        rows: Rows,
-        nuisance: Mapping[str, Measured],
-        noise: np.ndarray,
-        *,
-        levels: int = 17,
-        nuisance_levels: int | None = None,
-        crossed: str = "full",
+        self, simulator: Simulator, rows: Rows, nuisance: Mapping[str, Measured], noise: np.ndarray, *,
+        levels: int = 17, nuisance_levels: int | None = None, crossed: str = "full",
     ):
         choice("crossed", crossed, CROSSED)
         self.crossed = crossed
@@ -79,13 +72,8 @@ class Tabulator:
         count = len(self.z_levels[0]) if self.z_levels else None
         rows = self.rows.on(len(specimens))
         return Tabulator(
-            self.simulator.on(specimens, rows.needed),
-            rows,
-            self.nuisance,
-            noise,
-            levels=self.levels,
-            nuisance_levels=count,
-            crossed=self.crossed,
+            self.simulator.on(specimens, rows.needed), rows, self.nuisance, noise, levels=self.levels,
+            nuisance_levels=count, crossed=self.crossed,
         )
 
     @property
@@ -94,9 +82,7 @@ class Tabulator:
         return len(self.rows)
 
     def evaluate(
-        self,
-        causes: Sequence[Cause],
-        points: Sequence[tuple[tuple[float, ...], tuple[float, ...]]],
+        self, causes: Sequence[Cause], points: Sequence[tuple[tuple[float, ...], tuple[float, ...]]],
         rows: Sequence[int] | np.ndarray | None = None,
     ) -> np.ndarray:
         """Predictions at given sizes and nuisance values, as logarithms where these are compared.

@@ -161,7 +161,7 @@ def test_leaving_out_pure_noise_gains_nothing_once_the_choice_is_repeated():
 
 
 def test_leave_group_out_equals_an_honest_refit():
-    from limitmason.diagnosis.inference.fit import fit
+    from limitmason.diagnosis.inference.fit import fits
     from limitmason.diagnosis.inference.gain import left_out
 
     values = data(ROUNDING, 0.012)
@@ -174,7 +174,7 @@ def test_leave_group_out_equals_an_honest_refit():
     for fold in range(6):
         kept = folds != fold
         part = design.singles["edge rounding"].columns(kept)
-        found = fit(part, y[kept], np.zeros(1), design.like)
+        (found,) = fits([part], y[kept], np.zeros(1), design.like)
         size, z = part.sizes_at(found.position)[0, 0], part.z_at(found.position)[0]
         true = np.log(values / made.predicted([ROUNDING], [size], z))[~kept] / 0.04
         assert residual[~kept] == pytest.approx(true, abs=0.05)

@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study
 from limitmason.diagnosis.inference.cells import descend
 from limitmason.diagnosis.inference.confidence_set import Tally, add_draws
-from limitmason.diagnosis.inference.fit import Likelihood, fit, fits
+from limitmason.diagnosis.inference.fit import Likelihood, fits
 from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.trends import Trends
@@ -21,6 +21,10 @@ X = np.linspace(0.2, 1.0, 10)
 SPECIMENS = [{"x": float(v)} for v in X]
 BEND = Cause("bend", "bend", 0.0, (-1.0, 2.0))
 KINK = Cause("kink", "kink", 1.0, (0.4, 1.0))
+
+
+def fit(grid, *given):
+    return fits([grid], *given)[0]
 
 
 def simulate(s, *, mu=0.7, bend=0.0, kink=1.0):

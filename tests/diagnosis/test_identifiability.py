@@ -230,11 +230,11 @@ def test_shared_noise_is_carried_as_generalised_least_squares_does():
     made = study(data(ROUNDING, 0.012), covariates={"day": labels, "height": range(12)}, nuisance={})
     plain = made.design(CAUSES)
     y = plain.whiten(made.measured)
-    from limitmason.diagnosis.inference.fit import fit
+    from limitmason.diagnosis.inference.fit import fits
 
     correlation = assumed(labels, 0.5)
     mixed = plain.sharing(correlation)
-    found = fit(mixed.singles["edge rounding"], mixed.turned(y), np.zeros(0), mixed.like)
+    (found,) = fits([mixed.singles["edge rounding"]], mixed.turned(y), np.zeros(0), mixed.like)
     left = mixed.apart(found.residuals[0])
     assert float(found.loss[0]) == pytest.approx(float(left @ np.linalg.solve(correlation, left)), rel=1e-9)
     grid = plain.singles["edge rounding"]

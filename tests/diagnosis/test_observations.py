@@ -222,6 +222,7 @@ def test_numbers_that_cannot_be_are_refused_by_name():
         ([Observation(0, "peak", 1.0, 0.1)] * 2, "given twice"),
         ([Observation(0, "peak", 1.0, 0.1), Observation(1, "peak", 1.0)], "has no scatter"),
         ([Observation(i, "weight", 1.0, 0.1) for i in range(4)], "'weight' is missing; it gave peak"),
+        ([Observation(i, "frequency 3", 5.0, 0.1) for i in range(4)], "'frequency 3': 'modes'.*Observation.of_modes"),
     ):
         with pytest.raises(InputError, match=words):
             several_kinds(rows).baseline()

@@ -50,13 +50,7 @@ class Checks:
 
 @watched("judging again")
 def judge_again(
-    design: Design,
-    y: np.ndarray,
-    rule: Rule,
-    seed: int,
-    pairs: bool,
-    shares: Shares,
-    unstated: tuple[str, ...] = (),
+    design: Design, y: np.ndarray, rule: Rule, seed: int, pairs: bool, shares: Shares, unstated: tuple[str, ...] = (),
     progress: Callable[[str], None] | None = None,
 ) -> Checks:
     """The verdict under unknown noise, and without each specimen in turn (quick; the latter without pairs).

@@ -62,10 +62,7 @@ class Tally:
 
 
 def add_draws(
-    tally: Tally,
-    draw: Callable[[slice], Mapping[str, np.ndarray]],
-    enough: Callable[[Tally], bool],
-    count: int,
+    tally: Tally, draw: Callable[[slice], Mapping[str, np.ndarray]], enough: Callable[[Tally], bool], count: int,
     least: int = 0,
 ) -> Tally:
     """Add batches of draws until the answer is settled or all are used.
@@ -216,12 +213,8 @@ class ConfidenceSet:
         both = self._confidence_set(dict(zip(names, found, strict=True)), float(verdict.null.loglik[0]))
         kept = tuple(_ranked(both))
         return replace(
-            verdict,
-            kind=VerdictKind.TWO if kept else VerdictKind.UNEXPLAINED,
-            causes=kept[0] if kept else (),
-            pairs=kept,
-            tested={**verdict.tested, **both},
-            tried_pairs=True,
+            verdict, kind=VerdictKind.TWO if kept else VerdictKind.UNEXPLAINED, causes=kept[0] if kept else (),
+            pairs=kept, tested={**verdict.tested, **both}, tried_pairs=True,
         )
 
     def _confidence_set(self, found: Mapping[Names, BestFit], base: float) -> dict[Names, Tested]:

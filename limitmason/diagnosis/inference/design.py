@@ -23,22 +23,18 @@ class Listed(Protocol):
     @property
     def name(self) -> str:
         """What it is called in a verdict."""
-        ...
 
     @property
     def baseline(self) -> float:
         """Size without effect."""
-        ...
 
     @property
     def bounds(self) -> tuple[float, float]:
         """Smallest and largest size."""
-        ...
 
     @property
     def sides(self) -> tuple[float, ...]:
         """The bounds that differ from the baseline."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,41 +157,30 @@ class Design:
         return self._pairs[names]
 
     def fits(
-        self,
-        names: Sequence[Names],
-        y: np.ndarray,
-        z: np.ndarray | None = None,
-        replicate: float | np.ndarray = 1.0,
-        residuals: bool = False,
-        like: Likelihood | None = None,
+        self, models: Sequence[Names | Grid], y: np.ndarray, z: np.ndarray | None = None,
+        replicate: float | np.ndarray = 1.0, residuals: bool = False, *, like: Likelihood | None = None,
+        weights: np.ndarray | None = None,
     ) -> list[BestFit]:
         """Fits of explanations to every data set.
 
         Parameters
         ----------
-        names : of the explanations
-        y, replicate : as for :func:`~.fit.fits`
+        models : explanations, by their names or their grids
+        y, replicate, weights : as for :func:`~.fit.fits`
         z : measured inputs in standard deviations from their values, shape (b, k); None is the values themselves
         residuals : whether those of the fits are wanted
         like : another likelihood than that of the noise
         """
         z = np.zeros((len(np.atleast_2d(y)), self.inputs)) if z is None else z
-        return fits([self.grid(n) for n in names], y, z, like or self.like, replicate, residuals=residuals)
+        grids = [model if isinstance(model, Grid) else self.grid(model) for model in models]
+        return fits(grids, y, z, like or self.like, replicate, weights, residuals)
 
     def fit(
-        self,
-        model: Names | Grid,
-        y: np.ndarray,
-        z: np.ndarray | None = None,
-        replicate: float | np.ndarray = 1.0,
+        self, model: Names | Grid, y: np.ndarray, z: np.ndarray | None = None, replicate: float | np.ndarray = 1.0,
         weights: np.ndarray | None = None,
     ) -> BestFit:
-        """Fit of one explanation, by its names or its grid, to every data set.
-
-        See :func:`~.fit.fits`.
-        """
-        z = np.zeros((len(np.atleast_2d(y)), self.inputs)) if z is None else z
-        return fits([model if isinstance(model, Grid) else self.grid(model)], y, z, self.like, replicate, weights)[0]
+        """Fit of one explanation to every data set, with its residuals; see :meth:`fits`."""
+        return self.fits([model], y, z, replicate, residuals=True, weights=weights)[0]
 
     def trend_of(self, names: Names) -> Callable[[np.ndarray, BestFit], np.ndarray]:
         """The statistic of trends in what fits of an explanation leave, by data along the trends and these fits.
@@ -254,13 +239,9 @@ class Design:
             return [v for v, keep in zip(values, chosen, strict=False) if keep]
 
         return self._with(
-            lambda grid: grid.columns(chosen),
-            noise=self.noise.of_some(chosen),
-            scale=self.scale[chosen],
-            origin=self.origin[chosen],
-            columns={k: some(column) for k, column in self.columns.items()},
-            log=None if self.log is None else self.log[chosen],
-            kinds=tuple(some(self.kinds)),
+            lambda grid: grid.columns(chosen), noise=self.noise.of_some(chosen), scale=self.scale[chosen],
+            origin=self.origin[chosen], columns={k: some(column) for k, column in self.columns.items()},
+            log=None if self.log is None else self.log[chosen], kinds=tuple(some(self.kinds)),
         )
 
     def closed(self) -> Design:

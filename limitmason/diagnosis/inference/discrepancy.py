@@ -334,11 +334,7 @@ class Rivals:
         return float(np.max(made))
 
     def excess(
-        self,
-        names: Names,
-        fit: BestFit,
-        y: np.ndarray,
-        replicate: float | np.ndarray = 1.0,
+        self, names: Names, fit: BestFit, y: np.ndarray, replicate: float | np.ndarray = 1.0,
         parts: Sequence[np.ndarray] = (),
     ) -> np.ndarray:
         """Log-likelihood of fits over the evidence of the best model discrepancy, shape (b,).

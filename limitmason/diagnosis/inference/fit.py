@@ -187,24 +187,9 @@ class Data:
         return Data(self.y[rows], self.z[rows], self.like, self.replicate[rows], weights)
 
 
-def fit(
-    grid: Grid, y: Array, z: Array, like: Likelihood, replicate: Array | float = 1.0, weights: Array | None = None
-) -> BestFit:
-    """Best fit of one model to each data set.
-
-    See :func:`fits`.
-    """
-    return fits([grid], y, z, like, replicate, weights)[0]
-
-
 def fits(
-    grids: Sequence[Grid],
-    y: Array,
-    z: Array,
-    like: Likelihood,
-    replicate: Array | float = 1.0,
-    weights: Array | None = None,
-    residuals: bool = True,
+    grids: Sequence[Grid], y: Array, z: Array, like: Likelihood, replicate: Array | float = 1.0,
+    weights: Array | None = None, residuals: bool = True,
 ) -> list[BestFit]:
     """Best fit of several models to each data set, one ``BestFit`` per model.
 

@@ -99,13 +99,8 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
             mine = each[parts == number]
             by_kind[kind] = _score(mine, np.arange(len(mine)))
     return Gain(
-        names,
-        _rms(y * design.scale),
-        _rms(best.residuals[0] * design.scale),
-        _rms(one.residual * design.scale),
-        _score(one.score - base.score, singles),
-        by_group,
-        _score(_selected(design, y, folds, critical_gain), folds),
+        names, _rms(y * design.scale), _rms(best.residuals[0] * design.scale), _rms(one.residual * design.scale),
+        _score(one.score - base.score, singles), by_group, _score(_selected(design, y, folds, critical_gain), folds),
         by_kind,
     )
 

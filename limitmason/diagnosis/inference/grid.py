@@ -3,31 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from limitmason.diagnosis.inference.cells import Cells
 from limitmason.errors import InputError
-
-
-class OnNodes(Protocol):
-    """Anything with node sizes, node inputs in standard deviations and values of shape (len of every axis ..., n)."""
-
-    @property
-    def sizes(self) -> tuple[np.ndarray, ...]:
-        """Node sizes of each cause."""
-        ...
-
-    @property
-    def z(self) -> tuple[np.ndarray, ...]:
-        """Node values of each measured input."""
-        ...
-
-    @property
-    def values(self) -> np.ndarray:
-        """Log predictions of the nodes."""
-        ...
 
 
 class Grid:
@@ -193,7 +174,7 @@ class Tabulation:
         return Grid(self.sizes, self.z, values)
 
 
-def at_measured(table: OnNodes) -> np.ndarray:
+def at_measured(table: Grid | Tabulation) -> np.ndarray:
     """Values at the measured inputs themselves for every node size, shape (len of every size axis ..., n)."""
     values = table.values
     for axis in table.z:

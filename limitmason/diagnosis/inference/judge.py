@@ -293,22 +293,10 @@ class Judge:
             "kinds": self._by_kinds(names, kinds),
         }
         return Identification(
-            names=names,
-            missing=tuple(name for name in CONDITIONS if not holds[name]),
-            along=discrepancy.along[nearest],
-            excess=observed,
-            margin=margin,
-            expected=float(np.median(over)),
-            chance=float(np.mean(over >= margin)),
-            p=p,
-            slope=slope,
-            slope_error=error,
-            ahead=ahead,
-            ahead_error=ahead_error,
-            structure=share_of(more >= left),
-            kinds=kinds,
-            rival=rival,
-            rival_excess=beyond,
+            names=names, missing=tuple(name for name in CONDITIONS if not holds[name]),
+            along=discrepancy.along[nearest], excess=observed, margin=margin, expected=float(np.median(over)),
+            chance=float(np.mean(over >= margin)), p=p, slope=slope, slope_error=error, ahead=ahead,
+            ahead_error=ahead_error, structure=share_of(more >= left), kinds=kinds, rival=rival, rival_excess=beyond,
             alone=design.alone,
         )
 

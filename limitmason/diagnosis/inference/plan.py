@@ -10,7 +10,7 @@ from scipy.special import ndtr
 
 from limitmason.diagnosis.inference.design import Design, Listed, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy
-from limitmason.diagnosis.inference.fit import Likelihood, fit
+from limitmason.diagnosis.inference.fit import Likelihood, fits
 from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.display.notebook import Displayed
 
@@ -161,7 +161,7 @@ def distances(truth: np.ndarray, rival: Grid, z: np.ndarray | None = None) -> np
     """
     truth = np.atleast_2d(truth)
     z = np.zeros((len(truth), len(rival.z))) if z is None else z
-    best = fit(rival, truth, z, KNOWN)
+    (best,) = fits([rival], truth, z, KNOWN)
     return best.loss + best.penalty
 
 
@@ -232,12 +232,8 @@ def reached_at(grid: Grid, cause: Listed, side: float, d: np.ndarray, least: flo
 
 
 def choose_tests(
-    truths: Mapping[Names, tuple[np.ndarray, np.ndarray, np.ndarray]],
-    rivals: Mapping[Names, tuple[Grid, Grid]],
-    pairs: Sequence[tuple[Names, Names]],
-    k: int,
-    cap: float = CLEAR,
-    price: np.ndarray | None = None,
+    truths: Mapping[Names, tuple[np.ndarray, np.ndarray, np.ndarray]], rivals: Mapping[Names, tuple[Grid, Grid]],
+    pairs: Sequence[tuple[Names, Names]], k: int, cap: float = CLEAR, price: np.ndarray | None = None,
 ) -> tuple[list[int], np.ndarray, np.ndarray]:
     """Greedy choice of specimens that pull every ordered pair apart after the rival is refitted.
 
@@ -273,8 +269,7 @@ def choose_tests(
 
 
 def apart(
-    truths: Mapping[Names, tuple[np.ndarray, np.ndarray, np.ndarray]],
-    rivals: Mapping[Names, tuple[Grid, Grid]],
+    truths: Mapping[Names, tuple[np.ndarray, np.ndarray, np.ndarray]], rivals: Mapping[Names, tuple[Grid, Grid]],
     pairs: Sequence[tuple[Names, Names]],
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Of each pair d2 at every node of the rival on what is tested, and what each test of the pool adds to it."""

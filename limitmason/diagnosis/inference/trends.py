@@ -52,10 +52,7 @@ class Trends:
     """
 
     def __init__(
-        self,
-        covariates: Mapping[str, Sequence],
-        scale: np.ndarray,
-        mix: np.ndarray | None = None,
+        self, covariates: Mapping[str, Sequence], scale: np.ndarray, mix: np.ndarray | None = None,
         kinds: Sequence[str] = (),
     ):
         """Find the basis of every trend that leaves two degrees of freedom or more.

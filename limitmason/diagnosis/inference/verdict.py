@@ -240,9 +240,6 @@ class Verdict:
         else:
             kind = VerdictKind.CAUSE if len(left) == 1 else VerdictKind.EITHER
         return replace(
-            self,
-            kind=kind,
-            causes=left[0] if left and self.pairs else tuple(n[0] for n in left),
-            pairs=left if self.pairs else (),
-            withdrawn=tuple(names),
+            self, kind=kind, causes=left[0] if left and self.pairs else tuple(n[0] for n in left),
+            pairs=left if self.pairs else (), withdrawn=tuple(names),
         )
