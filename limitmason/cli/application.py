@@ -5,22 +5,21 @@ from __future__ import annotations
 import argparse
 import webbrowser
 
-from limitmason.cli.console import say, show_text
+from limitmason.cli.console import command, say, show_text
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``app``."""
-    command = commands.add_parser(
-        "app", help="open the application in the browser: build or load a structure, solve, look, download the script",
+    app = command(
+        commands, "app", _serve,
+        help="open the application in the browser: build or load a structure, solve, look, download the script",
         description="Serves one page on the loopback address of this machine, behind a random token, until Ctrl-C. It "
         "reads and writes files of the chosen folder alone, and uses no network.",
     )
-    command.add_argument("--port", type=int, default=0, help="of the loopback address; default: a free one")
-    command.add_argument("--folder", default=".", metavar="FOLDER",
-                         help="the only one whose models and drawings are read, and where uploads are kept; "
-                         "default: the current one")
-    command.add_argument("--no-browser", action="store_true", help="only print the address")
-    command.set_defaults(run=_serve)
+    app.add_argument("--port", type=int, default=0, help="of the loopback address; default: a free one")
+    app.add_argument("--folder", default=".", metavar="FOLDER", help="the only one whose models and drawings are read, "
+                     "and where uploads are kept; default: the current one")
+    app.add_argument("--no-browser", action="store_true", help="only print the address")
 
 
 def _serve(options: argparse.Namespace) -> int:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import limitmason as lm
 from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED, Prediction
 from limitmason.display.progress import wanted, write
 from limitmason.errors import InputError
@@ -16,6 +17,7 @@ from limitmason.methods import LIMIT, NON_ASSOCIATIVE, available_methods, get_me
 from limitmason.model.assembly import Assembly, ContactError
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
+from limitmason.storage.files import save_figure
 
 _NAMED = 20
 """So many falling blocks are named; a figure shows the rest."""
@@ -34,6 +36,24 @@ def lines() -> Callable[[str], None] | None:
 def show_text(text: str) -> None:
     """Write an answer to standard output."""
     write(text, sys.stdout)
+
+
+def command(
+    commands: argparse._SubParsersAction, name: str, run: Callable[[argparse.Namespace], int], *,
+    target: str | None = None, **told: Any,
+) -> argparse.ArgumentParser:
+    """A command, what runs it, and its TARGET where it has one, of which "" tells nothing more."""
+    parser = commands.add_parser(name, **told)
+    parser.set_defaults(run=run)
+    if target is not None:
+        parser.add_argument("target", metavar="TARGET", help=target or None)
+    return parser
+
+
+def write_figure(path: Path, figure: Any, *, dpi: int = 200) -> None:
+    """Write a figure to a file, and say so."""
+    save_figure(figure, path, dpi=dpi)
+    say(f"wrote {path}")
 
 
 def figure_file(text: str) -> Path:
@@ -83,24 +103,20 @@ def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs
     """A model file, a packaged experiment or a drawing with its options."""
     path = Path(target)
     if path.exists() or path.suffix.lower() in (".json", *DRAWING_FILES):
-        from limitmason import formats
-
-        if path.suffix.lower() in formats.DRAWINGS:
+        if path.suffix.lower() in lm.formats.DRAWINGS:
             return _drawing(path, drawing)
         if drawing is not None:
             refuse(drawing, DRAWING, "by a model file, which holds its own")
-        model = formats.read_json(path)
+        model = lm.formats.read_json(path)
         if needs_live_load and not model.loads.live.any():
             raise InputError(f"{path}: the file holds no live load; add a 'loads' entry, see `limitmason template`")
         return Subject(model.assembly, model.loads, path.stem)
-    from limitmason import experiments
-
     source, slash, specimen = target.partition("/")
     if not slash:
         raise InputError(f"{target!r} is neither a file nor SOURCE/SPECIMEN; see `limitmason experiments list`")
     if drawing is not None:
         refuse(drawing, DRAWING, "by an experiment, which holds its own")
-    test = experiments.load(source, specimen)
+    test = lm.experiments.load(source, specimen)
     return Subject(test.assembly(), test.loads(), f"{source} {specimen}", tuple(test.assumptions))
 
 
@@ -160,8 +176,6 @@ def outline_settings(options: argparse.Namespace) -> dict[str, Any]:
 
 def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
     """A drawing as a model, with what the options say of joints and loads."""
-    from limitmason import formats
-
     if not path.exists():
         raise InputError(f"{path}: no such file")
     if options is None or options.friction is None:
@@ -176,9 +190,9 @@ def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
     }
     given = {k: v for k, v in settings.items() if v is not None}
     try:
-        model = formats.model_of_drawing(path, joint=Joint(options.friction), **given)
+        model = lm.formats.model_of_drawing(path, joint=Joint(options.friction), **given)
     except ContactError as error:
-        if path.suffix.lower() not in formats.PLANE_DRAWINGS or options.gap is not None:
+        if path.suffix.lower() not in lm.formats.PLANE_DRAWINGS or options.gap is not None:
             raise
         raise InputError(
             f"{error}; --gap 5mm closes gaps and overlaps up to that and drops stones that are drawn twice; "
@@ -213,16 +227,13 @@ def analysis_options(parser: argparse.ArgumentParser, flow_default: str = "assoc
     """
     group = parser.add_argument_group("analysis")
     group.add_argument("--method", choices=(LIMIT, *sorted(available_methods())), help=f"default: {LIMIT}")
-    rules = ("associative", "non-associative")
-    group.add_argument("--flow-rule", choices=rules,
+    group.add_argument("--flow-rule", choices=("associative", "non-associative"),
                        help=f"associative ignores the dilatancy angle; default: {flow_default}")
     group.add_argument("--contact-model", choices=("vertices", "grid"), help="default: vertices")
-    group.add_argument(
-        "--grid", type=int, nargs=2, metavar=("ALONG", "ACROSS"), help="points per interface; needs grid"
-    )
-    group.add_argument(
-        "--torsion-limit", action="store_true", help="limit torsion to that of uniform pressure (estimate)"
-    )
+    group.add_argument("--grid", type=int, nargs=2, metavar=("ALONG", "ACROSS"),
+                       help="points per interface; needs grid")
+    group.add_argument("--torsion-limit", action="store_true",
+                       help="limit torsion to that of uniform pressure (estimate)")
     group.add_argument("--search", choices=("quick", "standard", "thorough"),
                        help="how long the non-associative analysis searches; default: standard")
     group.add_argument("--time-limit", type=float, metavar="SECONDS",

@@ -5,12 +5,23 @@ from __future__ import annotations
 import argparse
 import sys
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from limitmason.cli.console import ANALYSIS, analysis_options, lines, method_of, refuse, say, settings_of, show_text
+import limitmason as lm
+from limitmason.cli.console import (
+    ANALYSIS,
+    analysis_options,
+    command,
+    lines,
+    method_of,
+    refuse,
+    say,
+    settings_of,
+    show_text,
+)
 from limitmason.errors import InputError
 from limitmason.experiments.series import cases_of, series_of, write_template
 
@@ -37,18 +48,18 @@ _DEFAULTS = {"out": Path("diagnosis"), "seed": 0, "jobs": 1, "next": 4, "rehears
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``diagnose``."""
-    command = commands.add_parser(
-        "diagnose", help="what a simulation gets wrong on measured data, and why", description=ABOUT,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    asked = command(
+        commands, "diagnose", _diagnose, help="what a simulation gets wrong on measured data, and why",
+        description=ABOUT, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    command.add_argument("data", nargs="?", type=Path, metavar="DATA", help="CSV file or folder; see above")
-    command.add_argument("--model", metavar="NAME", help="packaged series, or module:function, or file.py:function")
-    command.add_argument("--predicted", metavar="COLUMN", help="column with predictions; default: 'predicted'")
-    command.add_argument("--template", type=Path, metavar="FILE", help="write a data file to start from (with --model "
-                         "SERIES that series) and stop")
-    command.add_argument("--out", type=Path, metavar="DIR", help="default: diagnosis")
-    command.add_argument("--title", help="of the report; default: the file's name")
-    table = command.add_argument_group("columns")
+    asked.add_argument("data", nargs="?", type=Path, metavar="DATA", help="CSV file or folder; see above")
+    asked.add_argument("--model", metavar="NAME", help="packaged series, or module:function, or file.py:function")
+    asked.add_argument("--predicted", metavar="COLUMN", help="column with predictions; default: 'predicted'")
+    asked.add_argument("--template", type=Path, metavar="FILE", help="write a data file to start from (with --model "
+                       "SERIES that series) and stop")
+    asked.add_argument("--out", type=Path, metavar="DIR", help="default: diagnosis")
+    asked.add_argument("--title", help="of the report; default: the file's name")
+    table = asked.add_argument_group("columns")
     table.add_argument("--measured", metavar="COLUMN", help="measured values; default: 'measured'")
     table.add_argument("--group", metavar="COLUMN", help="configuration; default: 'group' where there is one")
     table.add_argument("--covariates", nargs="+", metavar="COLUMN", help="default: all columns left")
@@ -57,10 +68,9 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     table.add_argument("--shared", nargs="+", metavar="COLUMN", help="columns of words within whose labels tests may "
                        "share a part of their noise; its share is estimated; default: batch, day, operator, sensor, "
                        "laboratory, setup where they are recorded and no cause is about them")
-    known = command.add_argument_group("what is known, and what may be wrong")
+    known = asked.add_argument_group("what is known, and what may be wrong")
     known.add_argument("--noise", metavar="SD", help="relative error of the measured values (0.04 is 4 %%), "
-                       "'unknown', or 'replicates' (repeats in a group); default: column 'noise', "
-                       "or unknown")
+                       "'unknown', or 'replicates' (repeats in a group); default: column 'noise', or unknown")
     known.add_argument("--dof", type=float, help="degrees of freedom of replicates that --noise was taken from")
     known.add_argument("--input", action="append", default=[], metavar="NAME=VALUE,SD", help="input of the "
                        "simulation that was measured, with its error")
@@ -70,7 +80,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
                        "second model; tried as a cause, from one to the other")
     known.add_argument("--tilting", action="store_true", help="the values are tangents of a tilt angle")
     known.add_argument("--spatial", action="store_true", help="the walls do not work in one plane")
-    run = command.add_argument_group("run")
+    run = asked.add_argument_group("run")
     run.add_argument("--seed", type=int, help="default: 0")
     run.add_argument("--levels", type=int, help="most sizes per cause that are simulated; default: 9, or 17 "
                      "where predictions are tabulated")
@@ -84,8 +94,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     run.add_argument("--missing", type=int, metavar="N", help="blind trials with each cause taken off the list in "
                      "turn: how often a name is given to something else")
     run.add_argument("--no-checks", action="store_true", help="skip judging the data again without each specimen")
-    analysis_options(command)
-    command.set_defaults(run=_diagnose)
+    analysis_options(asked)
 
 
 def _diagnose(options: argparse.Namespace) -> int:
@@ -104,9 +113,6 @@ def _diagnose(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     """Diagnose what the options name, write the folder, and print the answer."""
-    from limitmason import diagnosis, figures
-    from limitmason.diagnosis.from_folder import write_folder
-
     if options.template:
         others = [name for name in vars(options) if name not in ("template", "model", "run", "debug", "progress")]
         refuse(options, others, "with --template, which writes a file and stops")
@@ -117,7 +123,7 @@ def _run(options: argparse.Namespace) -> int:
         elif options.model:
             raise InputError(f"a template of the series {options.model} is a file: --template {options.template}.csv")
         else:
-            write_folder(options.template)
+            lm.diagnosis.from_folder.write_folder(options.template)
         say(f"wrote {options.template}: replace its rows, keep the line of units, then `limitmason diagnose`")
         return 0
     if options.next == 0:
@@ -130,18 +136,18 @@ def _run(options: argparse.Namespace) -> int:
     store = options.out / "simulations.jsonl"
     if options.fresh:
         store.unlink(missing_ok=True)
-    if options.data is not None and options.data.is_dir():
-        study = diagnosis.Study.from_folder(options.data, cache=store, n_jobs=options.jobs, **_of_folder(options))
-    else:
-        study = diagnosis.Study.from_table(options.data, cache=store, n_jobs=options.jobs, **_stated(options))
+    of_folder = options.data is not None and options.data.is_dir()
+    read = lm.diagnosis.Study.from_folder if of_folder else lm.diagnosis.Study.from_table
+    stated = _of_folder(options) if of_folder else _of_table(options)
+    study = read(options.data, cache=store, n_jobs=options.jobs, **stated)
     say(str(study))
-    found = diagnosis.investigate(
+    found = lm.diagnosis.investigate(
         study, seed=options.seed, next_tests=options.next, pool=options.pool, rehearse=options.rehearse,
         missing=options.missing, progress=lines(),
     )
     if not options.no_checks:
         say("judging again under other statements of the noise and without each specimen")
-    files = figures.diagnosis_folder(found, options.out, checks=not options.no_checks)
+    files = lm.figures.diagnosis_folder(found, options.out, checks=not options.no_checks)
     show_text("\n".join(_in_short(found.answer.record())))
     say(f"wrote {options.out}: {', '.join(str(file.relative_to(options.out)) for file in files)}")
     return 0
@@ -157,8 +163,6 @@ def _in_short(record: Mapping[str, Any]) -> list[str]:
 
 def _of_folder(options: argparse.Namespace) -> dict[str, Any]:
     """What the options say of a folder's model, as ``Study.from_folder`` takes it."""
-    from limitmason.causes import ALL
-
     useless = ("measured", "predicted", "group", "batches", "noise", "dof", "towards", "tilting", "spatial")
     refuse(options, (*useless, "method", *ANALYSIS), "with a folder, whose files say it")
     if options.model and ":" not in options.model:
@@ -167,16 +171,20 @@ def _of_folder(options: argparse.Namespace) -> dict[str, Any]:
     chosen = None
     if options.causes:
         found = _causes(options.causes) or ()
-        chosen = [ALL[c]() if isinstance(c, str) and c in ALL else c for c in found]
+        known = lm.causes.ALL
+        chosen = [known[c]() if isinstance(c, str) and c in known else c for c in found]
         if words := [c for c in chosen if isinstance(c, str)]:
-            raise InputError(f"there is no cause {words[0]!r}; known: {', '.join(ALL)}")
-    return {
-        "model": model, "causes": chosen, "inputs": dict(_input(text) for text in options.input),
-        "covariates": options.covariates, "shared": options.shared, "title": options.title, "levels": options.levels,
-    }
+            raise InputError(f"there is no cause {words[0]!r}; known: {', '.join(known)}")
+    return {"model": model, "causes": chosen, **_stated(options)}
 
 
-def _stated(options: argparse.Namespace) -> dict[str, Any]:
+def _stated(options: argparse.Namespace, *more: str) -> dict[str, Any]:
+    """What the options say in the words of a study, and the measured inputs."""
+    names = ("covariates", "shared", "title", "levels", *more)
+    return {name: getattr(options, name) for name in names} | {"inputs": dict(map(_input, options.input))}
+
+
+def _of_table(options: argparse.Namespace) -> dict[str, Any]:
     """What the options say of the data and the model, as ``Study.from_table`` takes it."""
     own = bool(options.model) and ":" in options.model
     series = series_of(options.model) if options.model and not own else None
@@ -188,24 +196,9 @@ def _stated(options: argparse.Namespace) -> dict[str, Any]:
     if own and not options.causes:
         raise InputError("a model of your own needs its list of causes: --causes module:LIST")
     return {
-        "model": model,
-        "method": method_of(options),
-        "settings": settings_of(options),
-        "measured": options.measured or "measured",
-        "predicted": options.predicted,
-        "towards": options.towards,
-        "group": options.group,
-        "covariates": options.covariates,
-        "batches": options.batches,
-        "shared": options.shared,
-        "noise": _noise(options.noise),
-        "dof": options.dof,
-        "inputs": dict(_input(text) for text in options.input),
-        "causes": _causes(options.causes),
-        "tilting": options.tilting,
-        "spatial": options.spatial,
-        "title": options.title,
-        "levels": options.levels,
+        "model": model, "method": method_of(options), "settings": settings_of(options),
+        "measured": options.measured or "measured", "noise": _noise(options.noise), "causes": _causes(options.causes),
+        **_stated(options, "predicted", "towards", "group", "batches", "dof", "tilting", "spatial"),
     }
 
 
@@ -270,16 +263,13 @@ def _causes(text: str | None) -> list | None:
     if ":" not in text:
         return [name.strip() for name in text.split(",")]
     chosen = load_object(text, "--causes")
-    return _made(chosen, text) if callable(chosen) else list(chosen)
-
-
-def _made(function: Callable, text: str) -> list:
-    """What the user's function of causes returns."""
+    if not callable(chosen):
+        return list(chosen)
     from limitmason.diagnosis.simulator import note_own
 
     try:
-        return list(function())
-    except Exception as error:
+        return list(chosen())
+    except Exception as error:  # whatever the user's function may raise
         note_own(error, f"--causes {text} failed")
         raise
 
@@ -296,11 +286,9 @@ def _noise(text: str | None) -> float | str | None:
 
 
 def _input(text: str) -> tuple[str, Any]:
-    from limitmason.diagnosis import Measured
-
     name, _, rest = text.partition("=")
     try:
         value, sd = (float(v) for v in rest.split(","))
     except ValueError:
         raise InputError(f"--input must read NAME=VALUE,SD such as friction=0.65,0.03, got {text!r}") from None
-    return name.strip(), Measured(value, sd)
+    return name.strip(), lm.diagnosis.Measured(value, sd)

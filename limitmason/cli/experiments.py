@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
+import limitmason as lm
 from limitmason.cli.console import (
     analysis_options,
+    command,
     figure_file,
     lines,
     method_of,
@@ -14,9 +16,10 @@ from limitmason.cli.console import (
     settings_of,
     show_text,
     writable,
+    write_figure,
 )
+from limitmason.display.text_table import abridged, aligned
 from limitmason.errors import InputError
-from limitmason.storage.files import save_figure
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -24,39 +27,37 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     packaged = commands.add_parser("experiments", help="list, show and run the packaged experiments")
     packaged.set_defaults(run=lambda o: (packaged.print_help(), 0)[1])
     actions = packaged.add_subparsers(metavar="ACTION")
-    listing = actions.add_parser("list", help="sources and specimens")
+    listing = command(actions, "list", _list, help="sources and specimens")
     listing.add_argument("source", nargs="?", help="only this source")
-    listing.set_defaults(run=_list)
-    show = actions.add_parser("show", help="data sheet of one specimen: parameters, values, source, assumptions")
+    show = command(
+        actions, "show", _show, help="data sheet of one specimen: parameters, values, source, assumptions"
+    )
     show.add_argument("source")
     show.add_argument("specimen", nargs="?")
-    show.set_defaults(run=_show)
-    run = actions.add_parser("run", help="predict and print beside measured and published values")
+    run = command(actions, "run", _run, help="predict and print beside measured and published values")
     run.add_argument("source", nargs="?", help="a source, or SOURCE/SPECIMEN")
     run.add_argument("specimens", nargs="*", help="only these specimens")
     run.add_argument("--all", action="store_true", help="every packaged experiment that has a model")
     run.add_argument("--csv", type=writable, metavar="FILE", help="also write the table to a file")
-    run.add_argument(
-        "--figure", type=figure_file, metavar="FILE", help="also draw predicted against measured or published"
-    )
+    run.add_argument("--figure", type=figure_file, metavar="FILE",
+                     help="also draw predicted against measured or published")
     analysis_options(run, flow_default="as published")
-    run.set_defaults(run=_run)
 
-    command = commands.add_parser("predict", help="a large series of tests by a model of its ladder (resumable)")
-    command.add_argument("series", metavar="SERIES", help="a packaged series with a page of its own")
-    command.add_argument("walls", nargs="*", metavar="WALL", help="only these walls; default: all")
-    command.add_argument("--method", required=True, metavar="METHOD",
-                         help="formulas, first, extended or non-associative (blocks), pushover, dem (a dozen walls)")
-    command.add_argument("--store", type=writable, metavar="FILE", help="keep answers here and go on after a kill")
-    command.add_argument("--workers", type=int, default=1, help="processes, one wall each")
-    command.add_argument("--no-interval", action="store_true", help="do not move the inputs: a seventh of the time")
-    command.add_argument("--csv", type=writable, metavar="FILE", help="write the table here, not to the terminal")
-    command.set_defaults(run=_predict)
+    series = command(
+        commands, "predict", _predict, help="a large series of tests by a model of its ladder (resumable)"
+    )
+    series.add_argument("series", metavar="SERIES", help="a packaged series with a page of its own")
+    series.add_argument("walls", nargs="*", metavar="WALL", help="only these walls; default: all")
+    series.add_argument("--method", required=True, metavar="METHOD",
+                        help="formulas, first, extended or non-associative (blocks), pushover, dem (a dozen walls)")
+    series.add_argument("--store", type=writable, metavar="FILE", help="keep answers here and go on after a kill")
+    series.add_argument("--workers", type=int, default=1, help="processes, one wall each")
+    series.add_argument("--no-interval", action="store_true", help="do not move the inputs: a seventh of the time")
+    series.add_argument("--csv", type=writable, metavar="FILE", help="write the table here, not to the terminal")
 
 
 def _predict(options: argparse.Namespace) -> int:
     from limitmason.comparison.wall_ladder import predict_walls
-    from limitmason.display.text_table import abridged, aligned
     from limitmason.experiments import registry
     from limitmason.storage.csv_table import write_table
 
@@ -82,62 +83,51 @@ def _predict(options: argparse.Namespace) -> int:
 
 
 def _list(options: argparse.Namespace) -> int:
-    from limitmason import experiments
-
-    for source in [options.source] if options.source else experiments.sources():
-        names = experiments.specimens(source)
-        case = experiments.load(source, names[0])
+    for source in [options.source] if options.source else lm.experiments.sources():
+        names = lm.experiments.specimens(source)
+        case = lm.experiments.load(source, names[0])
         show_text(f"{source}: {case.source.title}\n  {' '.join(names)}")
     return 0
 
 
 def _show(options: argparse.Namespace) -> int:
-    from limitmason import experiments
-    from limitmason.display.text_table import aligned
     from limitmason.experiments import registry
 
     source, _, specimen = options.source.partition("/")
     if specimen and options.specimen:
         raise InputError(f"specimen {options.specimen!r} is given besides {options.source!r}: name one")
     specimen = options.specimen or specimen
-    if not specimen and source in set(experiments.sources()) - set(registry.tabled()):
-        names = experiments.specimens(source)
-        rows = [[name, experiments.load(source, name).title] for name in names]
-        show_text(f"{source}: {experiments.load(source, names[0]).source.title}\n\n{aligned(rows)}\n\n"
+    if not specimen and source in set(lm.experiments.sources()) - set(registry.tabled()):
+        names = lm.experiments.specimens(source)
+        rows = [[name, lm.experiments.load(source, name).title] for name in names]
+        show_text(f"{source}: {lm.experiments.load(source, names[0]).source.title}\n\n{aligned(rows)}\n\n"
                   f"limitmason experiments show {source} {names[0]} shows the data sheet of one")
         return 0
-    for name in [specimen] if specimen else experiments.specimens(source):
-        show_text(str(experiments.load(source, name)) + "\n")
+    for name in [specimen] if specimen else lm.experiments.specimens(source):
+        show_text(str(lm.experiments.load(source, name)) + "\n")
     return 0
 
 
 def _run(options: argparse.Namespace) -> int:
-    from limitmason import comparison
-
     if options.all == bool(options.source):
         raise InputError("name a source, or give --all; see `limitmason experiments list`")
     settings = settings_of(options)
     flow_rule = settings.pop("flow_rule", None)
-    rows = comparison.table(
+    rows = lm.comparison.table(
         _cases(options), method=method_of(options), flow_rule=flow_rule, progress=lines(), **settings
     )
-    show_text(comparison.as_text(rows))
+    show_text(lm.comparison.as_text(rows))
     if options.csv:
-        comparison.write_rows(rows, options.csv)
+        lm.comparison.write_rows(rows, options.csv)
         say(f"wrote {options.csv}")
     if options.figure:
-        from limitmason import figures
-
-        save_figure(figures.predicted_beside_references(rows), options.figure)
-        say(f"wrote {options.figure}")
+        write_figure(options.figure, lm.figures.predicted_beside_references(rows))
     return 0
 
 
 def _cases(options: argparse.Namespace) -> Sequence:
-    from limitmason import experiments
-
     if options.all:
-        return experiments.all_cases(with_model=True)
+        return lm.experiments.all_cases(with_model=True)
     source, _, one = options.source.partition("/")
     names = ([one] if one else []) + options.specimens
-    return [experiments.load(source, name) for name in names] or experiments.all_cases(source=source)
+    return [lm.experiments.load(source, name) for name in names] or lm.experiments.all_cases(source=source)

@@ -6,10 +6,12 @@ import argparse
 import webbrowser
 from pathlib import Path
 
+import limitmason as lm
 from limitmason.answers.results import Prediction
 from limitmason.cli.console import (
     ANALYSIS,
     analysis_options,
+    command,
     drawing_options,
     figure_file,
     load_target,
@@ -21,27 +23,28 @@ from limitmason.cli.console import (
     settings_of,
     told,
     writable,
+    write_figure,
 )
 from limitmason.errors import InputError
 from limitmason.mechanics.joint_forces import force_table
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
-from limitmason.storage.files import save_figure
+from limitmason.model.load import Loads
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``solve``, ``figure``, ``view`` and ``template``."""
-    solve = commands.add_parser("solve", help="collapse multiplier of a model with its certificate")
-    solve.add_argument("target", metavar="TARGET")
+    solve = command(
+        commands, "solve", _solve, target="", help="collapse multiplier of a model with its certificate"
+    )
     solve.add_argument("--output", type=writable, metavar="FILE", help="write the whole prediction as JSON")
     solve.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the mechanism (.png, .pdf, .svg)")
     solve.add_argument("--forces", type=writable, metavar="FILE", help="write joint forces and reactions as CSV")
     solve.add_argument("--vtu", type=writable, metavar="FILE", help="write blocks and mechanism for ParaView")
     analysis_options(solve)
     drawing_options(solve)
-    solve.set_defaults(run=_solve)
 
-    figure = commands.add_parser("figure", help="draw an assembly, its mechanism or its contact forces")
+    figure = command(commands, "figure", _figure, help="draw an assembly, its mechanism or its contact forces")
     figure.add_argument("kind", choices=("assembly", "mechanism", "forces"))
     figure.add_argument("target", metavar="TARGET")
     figure.add_argument("-o", "--output", type=figure_file, metavar="FILE", help="default: KIND.png")
@@ -49,39 +52,40 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     figure.add_argument("--dpi", type=int, default=200)
     analysis_options(figure)
     drawing_options(figure)
-    figure.set_defaults(run=_figure)
 
-    view = commands.add_parser("view", help="write a scene of a model and its answer to turn in a browser")
-    view.add_argument("target", metavar="TARGET")
+    view = command(
+        commands, "view", _view, target="", help="write a scene of a model and its answer to turn in a browser"
+    )
     view.add_argument("-o", "--output", type=page_file, metavar="FILE", help="default: scene.html")
     view.add_argument("--open", action="store_true", help="open it in the browser")
     view.add_argument("--alone", action="store_true", help="the structure alone: nothing is analysed")
     analysis_options(view)
     drawing_options(view)
-    view.set_defaults(run=_view)
 
-    template = commands.add_parser("template", help="write a small model file, or a drawing, to edit")
+    template = command(commands, "template", _template, help="write a small model file, or a drawing, to edit")
     template.add_argument("file", type=Path, help="a model (.json), or a drawing in millimetres (.svg)")
     template.add_argument("--arch", action="store_true", help="the arch of a bridge instead of a wall")
-    template.set_defaults(run=_template)
+
+
+def _predicted(options: argparse.Namespace, assembly: Assembly, loads: Loads) -> tuple[Prediction, int]:
+    """The prediction that the options ask for, printed, and the exit status."""
+    method = method_of(options)
+    prediction = predict(assembly, loads, method, **told(settings_of(options), method))
+    return prediction, report(prediction, assembly)
 
 
 def _solve(options: argparse.Namespace) -> int:
     assembly, loads, title = load_target(options.target, options)
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces, {loads.name}")
-    method = method_of(options)
-    prediction = predict(assembly, loads, method, **told(settings_of(options), method))
-    status = report(prediction, assembly)
-    from limitmason import formats
-
+    prediction, status = _predicted(options, assembly, loads)
     if options.output:
-        formats.write_prediction(options.output, prediction, assembly=assembly)
+        lm.formats.write_prediction(options.output, prediction, assembly=assembly)
         say(f"wrote {options.output}")
     if options.forces:
         force_table(prediction, assembly).to_csv(options.forces)
         say(f"wrote {options.forces}")
     if options.vtu:
-        formats.write_vtu(options.vtu, assembly, prediction)
+        lm.formats.write_vtu(options.vtu, assembly, prediction)
         say(f"wrote {options.vtu}")
     if options.figure:
         draw(options.figure, "mechanism", assembly, prediction, title)
@@ -95,26 +99,20 @@ def _figure(options: argparse.Namespace) -> int:
         refuse(options, ("method", *ANALYSIS), "by `figure assembly`, which analyses nothing")
         draw(output, "assembly", assembly, None, title, view=options.view, dpi=options.dpi)
         return 0
-    method = method_of(options)
-    prediction = predict(assembly, loads, method, **told(settings_of(options), method))
-    status = report(prediction, assembly)
+    prediction, status = _predicted(options, assembly, loads)
     if status == 0 or (options.kind == "mechanism" and prediction.mechanism is not None):
         draw(output, options.kind, assembly, prediction, title, view=options.view, dpi=options.dpi)
     return status
 
 
 def _view(options: argparse.Namespace) -> int:
-    from limitmason import figures
-
     assembly, loads, title = load_target(options.target, options, needs_live_load=not options.alone)
     output, shown, status = options.output or Path("scene.html"), None, 0
     if options.alone:
         refuse(options, ("method", *ANALYSIS), "with --alone, which analyses nothing")
     else:
-        method = method_of(options)
-        shown = predict(assembly, loads, method, **told(settings_of(options), method))
-        status = report(shown, assembly)
-    figures.view(assembly, shown, output, title=title)
+        shown, status = _predicted(options, assembly, loads)
+    lm.figures.view(assembly, shown, output, title=title)
     say(f"wrote {output}: open it in a browser; it needs no network")
     if options.open:
         webbrowser.open(output.resolve().as_uri())
@@ -124,29 +122,24 @@ def _view(options: argparse.Namespace) -> int:
 def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | None, title: str, *, view: str = "auto",
          dpi: int = 200) -> None:
     """Draw an assembly, the mechanism or the forces of a prediction to a file, and say so."""
-    from limitmason import figures
-
     if kind == "assembly":
-        figure = figures.assembly(assembly, title=title, view=view)
+        figure = lm.figures.assembly(assembly, title=title, view=view)
     elif prediction is None or (prediction.mechanism is None and prediction.resultants is None):
         say(f"no figure: {'without an answer' if prediction is None else prediction.status}")
         return
     elif kind == "mechanism":
         if prediction.mechanism is None:
             raise InputError(f"there is no mechanism to draw: {prediction.method!r} gives none")
-        figure = figures.mechanism(assembly, prediction, title=title, view=view)
+        figure = lm.figures.mechanism(assembly, prediction, title=title, view=view)
     else:
         if prediction.resultants is None:
             raise InputError(f"there are no joint forces to draw: {prediction.method!r} gives none")
-        figure = figures.contact_forces(assembly, prediction, title=title, view=view)
-    save_figure(figure, path, dpi=dpi)
-    say(f"wrote {path}")
+        figure = lm.figures.contact_forces(assembly, prediction, title=title, view=view)
+    write_figure(path, figure, dpi=dpi)
 
 
 def _template(options: argparse.Namespace) -> int:
-    from limitmason import formats
-
-    formats.write_model_template(options.file, of="arch" if options.arch else "wall")
+    lm.formats.write_model_template(options.file, of="arch" if options.arch else "wall")
     what = "a small wall; edit its outlines, joint and loads, then `limitmason solve`"
     if options.arch:
         what = "the arch of a bridge; `limitmason stability` and `axles` read it"

@@ -6,9 +6,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from limitmason.answers.curve import Curve
+import limitmason as lm
 from limitmason.cli.console import (
     DRAWING,
+    command,
     drawing_options,
     figure_file,
     length,
@@ -17,6 +18,7 @@ from limitmason.cli.console import (
     say,
     show_text,
     writable,
+    write_figure,
 )
 from limitmason.errors import InputError
 from limitmason.experiments.record import Experiment
@@ -25,37 +27,35 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.stages import Drive
 from limitmason.storage.csv_table import write_table
-from limitmason.storage.files import save_figure
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``pushover``."""
-    command = commands.add_parser(
-        "pushover", help="drive a structure to a displacement: load-displacement curve, cracks, mode",
+    push = command(
+        commands, "pushover", _push, target="",
+        help="drive a structure to a displacement: load-displacement curve, cracks, mode",
         description="Own weight settles, then a block is driven; it runs to the end whatever the load does. Lengths "
         "may carry a unit: 2mm, 0.002, 37.5mm.",
     )
-    command.add_argument("target", metavar="TARGET")
-    command.add_argument("--to", type=length, nargs="+", metavar="LENGTH", required=True,
-                         help="displacement at the end; several are turning points of cycles")
-    command.add_argument("--method", default=DEM, help=f"a method that follows driven structures; default: {DEM}")
-    command.add_argument("--block", metavar="NAME", help="block to drive; default: what the experiment drives")
-    command.add_argument("--direction", type=float, nargs=3, metavar=("X", "Y", "Z"), help="needs --block")
+    push.add_argument("--to", type=length, nargs="+", metavar="LENGTH", required=True,
+                      help="displacement at the end; several are turning points of cycles")
+    push.add_argument("--method", default=DEM, help=f"a method that follows driven structures; default: {DEM}")
+    push.add_argument("--block", metavar="NAME", help="block to drive; default: what the experiment drives")
+    push.add_argument("--direction", type=float, nargs=3, metavar=("X", "Y", "Z"), help="needs --block")
     kinds = "rigid (default), lumped (into the joints), 'simply deformable', zoned"
-    command.add_argument("--blocks", help=f"how units deform: {kinds}")
-    command.add_argument("--zone-size", type=length, metavar="LENGTH", help="largest edge of a zone, of zoned blocks")
-    command.add_argument("--stress", help="of zoned blocks: plane stress (default) or plane strain")
-    command.add_argument("--spacing", type=length, metavar="LENGTH", help="largest distance between contact points")
-    command.add_argument("--steps", type=int, help="of the faster of the two runs; default: by the slowest swing")
-    command.add_argument("--once", action="store_true", help="one speed: no rate error, a quarter of the time")
-    command.add_argument("--option", action="append", default=[], metavar="NAME=VALUE",
-                         help="of the experiment, for example outline=675/8/5; may be given again")
-    command.add_argument("--checkpoint", type=writable, metavar="FILE", help="go on from here after a kill")
-    command.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the curve (.png, .pdf, .svg)")
-    command.add_argument("--cracks", type=figure_file, metavar="FILE", help="draw the cracks at first crack, peak, end")
-    command.add_argument("--csv", type=writable, metavar="FILE", help="write displacement [m] and load [N]")
-    drawing_options(command, tilt=False)
-    command.set_defaults(run=_push)
+    push.add_argument("--blocks", help=f"how units deform: {kinds}")
+    push.add_argument("--zone-size", type=length, metavar="LENGTH", help="largest edge of a zone, of zoned blocks")
+    push.add_argument("--stress", help="of zoned blocks: plane stress (default) or plane strain")
+    push.add_argument("--spacing", type=length, metavar="LENGTH", help="largest distance between contact points")
+    push.add_argument("--steps", type=int, help="of the faster of the two runs; default: by the slowest swing")
+    push.add_argument("--once", action="store_true", help="one speed: no rate error, a quarter of the time")
+    push.add_argument("--option", action="append", default=[], metavar="NAME=VALUE",
+                      help="of the experiment, for example outline=675/8/5; may be given again")
+    push.add_argument("--checkpoint", type=writable, metavar="FILE", help="go on from here after a kill")
+    push.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the curve (.png, .pdf, .svg)")
+    push.add_argument("--cracks", type=figure_file, metavar="FILE", help="draw the cracks at first crack, peak, end")
+    push.add_argument("--csv", type=writable, metavar="FILE", help="write displacement [m] and load [N]")
+    drawing_options(push, tilt=False)
 
 
 def _push(options: argparse.Namespace) -> int:
@@ -78,7 +78,8 @@ def _push(options: argparse.Namespace) -> int:
     )
     show_text(str(curve))
     if options.csv:
-        _write(options.csv, curve)
+        units, rows = curve.tabulated()
+        write_table(options.csv, units, ([f"{v:.9g}" for v in row] for row in rows))
         say(f"wrote {options.csv}")
     if options.figure or options.cracks:
         _draw(options, curve, test, title)
@@ -89,10 +90,8 @@ def _target(options: argparse.Namespace) -> tuple[Experiment | None, Assembly, L
     """The experiment, where the target is one, with its assembly, dead loads and name."""
     source, slash, specimen = options.target.partition("/")
     if slash and not Path(options.target).exists():
-        from limitmason import experiments
-
         refuse(options, DRAWING, "by an experiment, which holds its own")
-        test = experiments.load(source, specimen, **_chosen(options.option))
+        test = lm.experiments.load(source, specimen, **_chosen(options.option))
         assembly = test.assembly()
         return test, assembly, test.loads(), f"{source} {specimen}"
     if options.option:
@@ -128,22 +127,11 @@ def _drive(options: argparse.Namespace, test: Experiment | None) -> Drive:
     return test.drive()
 
 
-def _write(path: Path, curve: Curve) -> None:
-    units, rows = curve.tabulated()
-    write_table(path, units, ([f"{v:.9g}" for v in row] for row in rows))
-
-
 def _draw(options: argparse.Namespace, curve: Any, test: Experiment | None, title: str) -> None:
-    from limitmason import figures
-
-    marks = []
-    if test is not None and test.inferred:
-        marks.append("Outline inferred, not published.")
+    marks = ["Outline inferred, not published."] if test is not None and test.inferred else []
     if options.figure:
         known = test if test is not None and (test.measured or test.published) else None
         text = " ".join([*marks, *str(curve).splitlines()[3:6]])
-        save_figure(figures.load_displacement(curve, measured=known, title=title, caption=text), options.figure)
-        say(f"wrote {options.figure}")
+        write_figure(options.figure, lm.figures.load_displacement(curve, measured=known, title=title, caption=text))
     if options.cracks:
-        save_figure(figures.cracks(curve, title=title, caption=" ".join(marks) or None), options.cracks)
-        say(f"wrote {options.cracks}")
+        write_figure(options.cracks, lm.figures.cracks(curve, title=title, caption=" ".join(marks) or None))

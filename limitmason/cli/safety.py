@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+import limitmason as lm
 from limitmason.cli import models
 from limitmason.cli.console import (
+    command,
     drawing_options,
     figure_file,
     length,
@@ -18,25 +20,26 @@ from limitmason.cli.console import (
     say,
     show_text,
     writable,
+    write_figure,
 )
 from limitmason.errors import InputError
 from limitmason.limit import axle_envelope, load_region, thrust
 from limitmason.model.load import Loads
 from limitmason.standing import stability
-from limitmason.storage.files import save_figure
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``stability``, ``axles``, ``region`` and ``assess``."""
-    stands = commands.add_parser("stability", help="whether a model can stand, how well, and with what thrust")
-    stands.add_argument("target", metavar="TARGET")
+    stands = command(
+        commands, "stability", _stability, target="", help="whether a model can stand, how well, and with what thrust"
+    )
     stands.add_argument("--support", nargs="+", metavar="BLOCK", help="held blocks: least and greatest thrust on them")
     stands.add_argument("--figure", type=figure_file, metavar="FILE", help="draw its forces, or how it falls")
     drawing_options(stands, tilt=False)
-    stands.set_defaults(run=_stability)
 
-    axles = commands.add_parser("axles", help="multiplier of axles over their positions on an arch bridge")
-    axles.add_argument("target", metavar="TARGET")
+    axles = command(
+        commands, "axles", _axles, target="", help="multiplier of axles over their positions on an arch bridge"
+    )
     axles.add_argument("--axle", nargs=2, type=float, action="append", required=True, metavar=("BEHIND", "FORCE"),
                        help="place behind the first [m] and load [N]; once for every axle")
     axles.add_argument("--level", type=float, required=True, help="top of the fill [m]")
@@ -44,10 +47,10 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     axles.add_argument("--spread", type=float, default=30.0, help="angle of the spread from the vertical [deg]")
     axles.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the envelope")
     drawing_options(axles, tilt=False)
-    axles.set_defaults(run=_axles)
 
-    region = commands.add_parser("region", help="multipliers of two or three loads that a model carries at once")
-    region.add_argument("target", metavar="TARGET")
+    region = command(
+        commands, "region", _region, target="", help="multipliers of two or three loads that a model carries at once"
+    )
     region.add_argument("--push", nargs=4, action="append", default=[], metavar=("BLOCK", "X", "Y", "Z"),
                         help="a load: force on the middle of a block [N]; once for every load")
     region.add_argument("--live", action="store_true", help="the live load of the model is a load too, the first")
@@ -56,10 +59,10 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     region.add_argument("--output", type=writable, metavar="FILE", help="write corners and half-planes as JSON")
     region.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the set of two loads")
     drawing_options(region)
-    region.set_defaults(run=_region)
 
-    verdict = commands.add_parser("assess", help="verdict on the mechanism of the live load by the Italian Circular")
-    verdict.add_argument("target", metavar="TARGET")
+    verdict = command(
+        commands, "assess", _assess, target="", help="verdict on the mechanism of the live load by the Italian Circular"
+    )
     site = ("AG", "F0", "TC")
     verdict.add_argument("--site", type=float, nargs=3, required=True, metavar=site,
                          help="a_g over g, F0 and Tc* [s] of SLV, and of SLD and SLC by default")
@@ -77,7 +80,6 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     verdict.add_argument("-o", "--output", type=page_file, default=Path("assessment.html"), metavar="FILE",
                          help="default: assessment.html")
     drawing_options(verdict)
-    verdict.set_defaults(run=_assess)
 
 
 def _stability(options: argparse.Namespace) -> int:
@@ -101,10 +103,7 @@ def _axles(options: argparse.Namespace) -> int:
     found = axle_envelope(assembly, dead, train, level=options.level, spread_deg=options.spread)
     show_text(str(found))
     if options.figure:
-        from limitmason import figures
-
-        save_figure(figures.axle_envelope(found, title=title), options.figure)
-        say(f"wrote {options.figure}")
+        write_figure(options.figure, lm.figures.axle_envelope(found, title=title))
     return 0
 
 
@@ -135,10 +134,7 @@ def _region(options: argparse.Namespace) -> int:
         found.to_json(options.output)
         say(f"wrote {options.output}")
     if options.figure:
-        from limitmason import figures
-
-        save_figure(figures.load_region(found, title=title), options.figure)
-        say(f"wrote {options.figure}")
+        write_figure(options.figure, lm.figures.load_region(found, title=title))
     return 0 if found.status == "closed" else 3
 
 
@@ -149,7 +145,6 @@ def _push(loads: Loads, name: str, others: list[Loads]) -> Loads:
 
 
 def _assess(options: argparse.Namespace) -> int:
-    from limitmason import figures
     from limitmason.capacity import pushover
     from limitmason.codes import FloorSpectrum, GroundSpectrum, assess
 
@@ -169,6 +164,6 @@ def _assess(options: argparse.Namespace) -> int:
     except InputError as error:
         raise InputError(f"--to: {error}" if "the curve ends" in str(error) else str(error)) from None
     show_text(str(found))
-    figures.assessment_report(found, options.output, title=options.title or title)
+    lm.figures.assessment_report(found, options.output, title=options.title or title)
     say(f"wrote {options.output}")
     return 0
