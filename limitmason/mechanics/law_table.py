@@ -118,7 +118,7 @@ _PLASTIC_THEORIES = {**_all(_NO_SOFTENING, *LIMIT, MECHANISMS), PROVEN_RANGE: _L
 _NO_PROOF, _NO_TIES = (
     Cell(
         Taken.REFUSED,
-        f"a proof does not take: {why} the smallest multiplier can only be searched for",
+        f"a proof does not cover: {why} the smallest multiplier can only be searched for",
         "use lm.limit_analysis(..., flow_rule='non-associative') without prove=True",
     )
     for why in ("where joints crush", "with ties")
@@ -183,7 +183,7 @@ STRESS_BLOCK = Term(
             "has no exact crushing stress block",
             "use contact_model='grid', which limits the normal force of every contact point",
         ),
-        INTERIOR_POINT: _NOT_COVERED._replace(why=f"as stress blocks of in-plane sections {_NOT_COVERED.why}"),
+        INTERIOR_POINT: _NOT_COVERED._replace(why=f"{_NOT_COVERED.why} with exact stress blocks of in-plane sections"),
     }, SECTIONS,
 )
 CORNER_CRUSHING = Term(
