@@ -113,9 +113,7 @@ def mechanism(
     moving = rates > threshold * max(float(rates.max(initial=0.0)), 1e-300)
     marks = moving_joints(model, twists, threshold) if joints else None
     ghosts = ghost & ~model.fixed & (rates > max(threshold, 0.03) * max(float(rates.max(initial=0.0)), 1e-300))
-    canvas = Canvas(
-        model, view, ax, twists=twists, motions=[motion], viewpoint_deg=viewpoint_deg
-    )
+    canvas = Canvas(model, view, ax, twists=twists, motions=[motion], viewpoint_deg=viewpoint_deg)
     canvas.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
     rods = canvas.ties(motion, yields=stretching(model, twists, threshold) if model.ties else None)
     settles = prediction.reaction is not None  # its load is what holds the support

@@ -54,9 +54,7 @@ def _with_range(value: Any, where: str) -> tuple[float, float, float]:
         numbers = [float(v) for v in (value if np.ndim(value) else [value])]
     except (TypeError, ValueError):
         raise InputError(f"{where}: {value!r} is not a number or a range of numbers") from None
-    if len(numbers) == 1:
-        return numbers[0], numbers[0], numbers[0]
-    if len(numbers) == 2:
+    if len(numbers) in (1, 2):
         low, high = min(numbers), max(numbers)
         return low, 0.5 * (low + high), high
     if len(numbers) == 3 and numbers[0] <= numbers[1] <= numbers[2]:
@@ -160,10 +158,7 @@ def predicted_against_published(
                         gid="band")
     ax.plot(ends, ends, color=style.FAINT, linewidth=0.8, zorder=1.0, gid="1:1")
     groups = list(dict.fromkeys(r.group for r in finite))
-    handles = []
-    for k, group in enumerate(groups):
-        members = [r for r in finite if r.group == group]
-        handles.append(_draw_group(ax, members, group, k))
+    handles = [_draw_group(ax, [r for r in finite if r.group == g], g, k) for k, g in enumerate(groups)]
     x = np.array([r.published[1] for r in finite])
     y = np.array([r.predicted[1] for r in finite])
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PathCollection, PolyCollection
@@ -18,7 +20,7 @@ from limitmason.model import Assembly
 from limitmason.model.contact_report import ContactReport, NearMiss
 
 _CONTACT, _MISS, _WEDGE, _TINY, _EDGE = style.GREEN, style.VERMILION, style.BLUE, style.ORANGE, style.BLACK
-_BARE = style.PURPLE
+_BARE, _BROKEN = style.PURPLE, (0, (1.2, 2.0))
 _LABELLED = 12
 """So many near misses get a label; more would cover the drawing, and the printed report names them all."""
 
@@ -60,20 +62,20 @@ def contact_report(
     page, plane, axes, width = canvas.page, canvas.plane, canvas.axes, canvas.width
     loose = np.array([b.name in set(report.floating) for b in model.blocks])
     canvas.blocks(moving=loose if plane is None else np.zeros(model.n_blocks, dtype=bool))
+    found = [i.polygon for i in model.interfaces]
+    kept, missed = ([p for row in rows for p in row.polygons] for rows in (report.kept, report.near_misses))
     if plane is not None:
         _loose(page.ax, canvas.drawing, loose, width)
-        _bare_faces(page.ax, report, plane.normal, axes, width)
-        _lines(page.ax, [i.polygon for i in model.interfaces], axes, _CONTACT, 1.6 * width + 0.5, "contacts", 3.0)
+        bare = [f.corners for f in report.untouched if abs(f.normal @ plane.normal) < 0.05]  # seen edge on
+        _lines(page.ax, bare, axes, _BARE, width + 0.6, "untouched", 2.5, linestyle=_BROKEN, capstyle="butt")
+        _lines(page.ax, found, axes, _CONTACT, 1.6 * width + 0.5, "contacts", 3.0)
+        _lines(page.ax, kept, axes, _WEDGE, 2.0 * width + 1.0, "kept", 4.0)
+        _lines(page.ax, missed, axes, _MISS, 2.0 * width + 1.0, "near misses", 4.0)
     else:
-        _areas(page.ax, [i.polygon for i in model.interfaces], axes, _CONTACT, 0.25, "contacts")
+        _areas(page.ax, found, axes, _CONTACT, 0.25, "contacts")
+        _areas(page.ax, kept, axes, _WEDGE, 0.7, "kept")
+        _areas(page.ax, missed, axes, _MISS, 0.7, "near misses")
     canvas.frame()
-    thick = 2.0 * width + 1.0
-    for rows, colour, gid in ((report.kept, _WEDGE, "kept"), (report.near_misses, _MISS, "near misses")):
-        polygons = [p for row in rows for p in row.polygons]
-        if plane is not None:
-            _lines(page.ax, polygons, axes, colour, thick, gid, 4.0)
-        else:
-            _areas(page.ax, polygons, axes, colour, 0.7, gid)
     _points(page.ax, [c.place for c in report.tiny], axes, "o", _TINY, "tiny")
     _points(page.ax, [e.place for e in report.edges], axes, "x", _EDGE, "edges")
     if labels:
@@ -84,7 +86,7 @@ def contact_report(
 
 
 def _lines(
-    ax: Axes, polygons: list[Array], axes: Array, colour: str, width: float, gid: str, zorder: float
+    ax: Axes, polygons: list[Array], axes: Array, colour: str, width: float, gid: str, zorder: float, **look: Any
 ) -> None:
     """Polygons seen edge on: their longest stretch on the page."""
     if not polygons:
@@ -95,39 +97,24 @@ def _lines(
         apart = np.linalg.norm(flat[:, None] - flat[None], axis=2)
         i, j = np.unravel_index(int(apart.argmax()), apart.shape)
         segments.append(flat[[i, j]])
-    ax.add_collection(
-        LineCollection(segments, colors=colour, linewidths=width, gid=gid, zorder=zorder, capstyle="round")
-    )
+    look = {"capstyle": "round", **look}
+    ax.add_collection(LineCollection(segments, colors=colour, linewidths=width, gid=gid, zorder=zorder, **look))
 
 
 def _areas(ax: Axes, polygons: list[Array], axes: Array, colour: str, alpha: float, gid: str) -> None:
     if polygons:
-        ax.add_collection(
-            PolyCollection(
-                [p @ axes for p in polygons], facecolors=colour, edgecolors=colour, linewidths=0.5, alpha=alpha,
-                gid=gid, zorder=5.0,
-            )
-        )
-
-
-def _bare_faces(ax: Axes, report: ContactReport, towards: Array, axes: Array, width: float) -> None:
-    """Faces that touch nothing, those seen edge on, as broken lines."""
-    rows = [f.corners for f in report.untouched if abs(f.normal @ towards) < 0.05]
-    _lines(ax, rows, axes, _BARE, width + 0.6, "untouched", 2.5)
-    for artist in ax.collections:
-        if artist.get_gid() == "untouched":
-            artist.set_linestyle((0, (1.2, 2.0)))
-            artist.set_capstyle("butt")
+        flat = [p @ axes for p in polygons]
+        ax.add_collection(PolyCollection(
+            flat, facecolors=colour, edgecolors=colour, linewidths=0.5, alpha=alpha, gid=gid, zorder=5.0,
+        ))
 
 
 def _loose(ax: Axes, drawing: elevation.Elevation, loose: Flags, width: float) -> None:
     if loose.any():
-        ax.add_collection(
-            PathCollection(
-                drawing.paths(np.flatnonzero(loose)), facecolors=style.pale(_MISS, 0.25), edgecolors=style.OUTLINE,
-                linewidths=width, gid="floating", zorder=2.2,
-            )
-        )
+        ax.add_collection(PathCollection(
+            drawing.paths(np.flatnonzero(loose)), facecolors=style.pale(_MISS, 0.25), edgecolors=style.OUTLINE,
+            linewidths=width, gid="floating", zorder=2.2,
+        ))
 
 
 def _points(ax: Axes, places: list[Array], axes: Array, marker: str, colour: str, gid: str) -> None:
@@ -179,24 +166,18 @@ def _caption(report: ContactReport) -> str:
 
 def _handles(report: ContactReport, *, plane: bool) -> list[Patch | Line2D]:
     """Legend entries for what is really in the drawing."""
-    handles: list[Patch | Line2D] = []
-
-    def line(colour: str, label: str, **options: object) -> None:
-        handles.append(Line2D([], [], color=colour, label=label, **{"linewidth": 1.8, **options}))  # type: ignore[arg-type]
-
-    if report.contacts:
-        line(_CONTACT, "contact")
-    if report.kept:
-        line(_WEDGE, "wedge kept: gap, angle")
-    if report.near_misses:
-        line(_MISS, "near miss: gap, angle")
-    if plane and report.untouched:
-        line(_BARE, "touches nothing", linewidth=1.2, linestyle=(0, (1.2, 2.0)))
-    for rows, marker, colour, label in (
-        (report.tiny, "o", _TINY, "tiny contact"), (report.edges, "x", _EDGE, "edge or corner only"),
-    ):
-        if rows:
-            line(colour, label, linestyle="none", marker=marker, markersize=4.5, markerfacecolor="none")
+    mark: dict[str, Any] = {"linestyle": "none", "markersize": 4.5, "markerfacecolor": "none"}
+    entries: list[tuple[Any, str, str, dict[str, Any]]] = [
+        (report.contacts, _CONTACT, "contact", {}), (report.kept, _WEDGE, "wedge kept: gap, angle", {}),
+        (report.near_misses, _MISS, "near miss: gap, angle", {}),
+        (plane and report.untouched, _BARE, "touches nothing", {"linewidth": 1.2, "linestyle": _BROKEN}),
+        (report.tiny, _TINY, "tiny contact", {**mark, "marker": "o"}),
+        (report.edges, _EDGE, "edge or corner only", {**mark, "marker": "x"}),
+    ]
+    handles: list[Patch | Line2D] = [
+        Line2D([], [], color=colour, label=label, **{"linewidth": 1.8, **look})
+        for rows, colour, label, look in entries if rows
+    ]
     if report.floating:
         handles.append(Patch(facecolor=style.pale(_MISS, 0.25), edgecolor=style.OUTLINE, linewidth=0.5, label="floats"))
     return handles

@@ -65,10 +65,8 @@ def cracks(
     plane = chosen_plane(model, "elevation", np.concatenate(moved[-1], axis=1))
     if plane is None:
         raise InputError("cracks are drawn in elevation, and this structure has no plane of its own")
-    size = structure_size(model)
     if scale is None:
-        travel = max(float(np.abs(moved[-1][0]).max()), 1e-300)
-        scale = max(style.round_length(_DRAWN * size / travel), 1.0)
+        scale = style.seen_at(moved[-1][0], _DRAWN * structure_size(model))
     view = elevation.Elevation(model, plane)
     motions = [rigid_motion(model, u, v, scale) for u, v in moved]
     frame = elevation.window_of([view.frame(m) for m in motions])
@@ -86,11 +84,11 @@ def cracks(
         if ax is not axes[-1]:
             ax.set_xlabel("")
             ax.tick_params(labelbottom=False)
-    handles = [
-        Line2D([], [], color=style.OPENING, linewidth=_WIDEST, label="joint opened"),
-        Line2D([], [], color=style.SLIDING, linewidth=_WIDEST, label="joint slid"),
-        Line2D([], [], color=style.GHOST, linewidth=0.7, label="failed, hardly moved"),
-    ]
+    entries = (
+        (style.OPENING, _WIDEST, "joint opened"), (style.SLIDING, _WIDEST, "joint slid"),
+        (style.GHOST, 0.7, "failed, hardly moved"),
+    )
+    handles = [Line2D([], [], color=colour, linewidth=wide, label=label) for colour, wide, label in entries]
     return style.finished(figure, title, " · ".join(text), handles)
 
 
@@ -131,27 +129,25 @@ def _draw_joints(ax: Axes, view: elevation.Elevation, motion: RigidMotion, curve
     movement = np.maximum(opening, slip) * failed
     largest = float(movement.max(initial=0.0))
     small = failed & (movement <= largest / 30.0)
-    groups = (
-        (small, style.GHOST, "failed", np.full(len(failed), 0.7)),
-        (failed & ~small & (opening >= slip), style.OPENING, "opening", None),
-        (failed & ~small & (slip > opening), style.SLIDING, "sliding", None),
-    )
-    for flags, colour, gid, widths in groups:
+    widths = np.where(small, 0.7, 0.6 + (_WIDEST - 0.6) * movement / max(largest, 1e-300))
+    for flags, colour, gid in (
+        (small, style.GHOST, "failed"), (failed & ~small & (opening >= slip), style.OPENING, "opening"),
+        (failed & ~small & (slip > opening), style.SLIDING, "sliding"),
+    ):
         rows = np.flatnonzero(flags)
-        if not len(rows):
-            continue
-        a, b = view.segments(rows, motion)
-        wide = widths[rows] if widths is not None else 0.6 + (_WIDEST - 0.6) * movement[rows] / largest
-        ax.add_collection(
-            LineCollection(
-                list(0.5 * (a + b)), colors=colour, linewidths=wide, gid=gid, zorder=3.0, capstyle="butt"
-            )
-        )
+        if len(rows):
+            middle = list(0.5 * np.add(*view.segments(rows, motion)))
+            ax.add_collection(LineCollection(
+                middle, colors=colour, linewidths=widths[rows], gid=gid, zorder=3.0, capstyle="butt"
+            ))
 
 
 def _heading(curve: Any, index: int, name: str) -> str:
-    point = curve.point(index)
     widest = 1e3 * float(np.nan_to_num(curve.opening[index]).max(initial=0.0))
-    return (
-        f"{name}: {style.force_text(point.load)} at {1e3 * point.displacement:.3g} mm, widest opening {widest:.2g} mm"
-    )
+    return f"{point_text(curve, index, name)}, widest opening {widest:.2g} mm"
+
+
+def point_text(curve: Any, index: int, name: str) -> str:
+    """A moment of a curve in words: its name, load and displacement."""
+    point = curve.point(index)
+    return f"{name}: {style.force_text(point.load)} at {1e3 * point.displacement:.3g} mm"

@@ -67,14 +67,12 @@ def deformed(
         When the state is not one of this assembly, not finite, or the scale not positive.
     """
     shift, vector = moved_blocks(model, state, sample)
-    motion = rigid_motion(model, shift, vector, scale)
-    marks = cracked_joints(model, rigid_motion(model, shift, vector, 1.0), crack)
-    travel = _travel(model, rigid_motion(model, shift, vector, 1.0))
+    motion, true = (rigid_motion(model, shift, vector, factor) for factor in (scale, 1.0))
+    marks, travel = cracked_joints(model, true, crack), _travel(model, true)
     moving = travel > 0.01 * max(float(travel.max(initial=0.0)), 1e-300)
     ghosts = ghost & moving & ~model.fixed
-    canvas = Canvas(
-        model, view, ax, twists=np.concatenate([shift, vector], axis=1), motions=[motion], viewpoint_deg=viewpoint_deg,
-    )
+    twists = np.concatenate([shift, vector], axis=1)
+    canvas = Canvas(model, view, ax, twists=twists, motions=[motion], viewpoint_deg=viewpoint_deg)
     canvas.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
     canvas.frame()
     parts = [f"largest displacement {1e3 * float(travel.max(initial=0.0)):.3g} mm"]
@@ -134,12 +132,12 @@ def animate(
     if crack is None:
         crack = 0.1 * largest_movement(model, last)
     marks = [cracked_joints(model, rigid_motion(model, u, v, 1.0), crack) for u, v in moved]
-    moving = _travel(model, last) > 0.01 * max(float(_travel(model, last).max(initial=0.0)), 1e-300)
+    travel = _travel(model, last)
+    moving = travel > 0.01 * max(float(travel.max(initial=0.0)), 1e-300)
     farthest = max(moved, key=lambda m: float(np.abs(m[0]).max(initial=0.0)))
     with style.print_style():
-        canvas = Canvas(
-            model, view, None, twists=np.concatenate(farthest, axis=1), motions=motions, viewpoint_deg=viewpoint_deg,
-        )
+        twists = np.concatenate(farthest, axis=1)
+        canvas = Canvas(model, view, None, twists=twists, motions=motions, viewpoint_deg=viewpoint_deg)
         canvas.frame()
         figure = canvas.page.finish(title, f"drawn {scale:g} times" if scale != 1.0 else None, [])
         kept = set(canvas.ax.get_children())

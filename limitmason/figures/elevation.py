@@ -90,12 +90,9 @@ class Elevation:
     def frame(self, motion: RigidMotion | None = None) -> Window:
         """Free blocks before and after the motion, and as much of the fixed ones as needs to be seen."""
         free = np.flatnonzero(~self.assembly.fixed)
-        corners = [self._corners(free)]
-        if motion is not None:
-            corners.append(self._corners(free, motion))
-        if not len(free):
-            corners = [self._corners(np.arange(self.assembly.n_blocks))]
-        points = np.concatenate(corners)
+        points = self._corners(free if len(free) else np.arange(self.assembly.n_blocks))
+        if motion is not None and len(free):
+            points = np.concatenate([points, self._corners(free, motion)])
         low, high = points.min(axis=0), points.max(axis=0)
         fixed = np.flatnonzero(self.assembly.fixed)
         if len(fixed) and len(free):
@@ -124,19 +121,13 @@ class Elevation:
             along = np.cross(self.plane.normal, x.normal[k])
             s = corners @ along
             ends = corners[[int(s.argmin()), int(s.argmax())]]
-            on_a = ends if motion is None else motion.moved(ends, int(x.block_a[k]))
-            on_b = ends if motion is None else motion.moved(ends, int(x.block_b[k]))
-            a[row], b[row] = on_a @ self.axes, on_b @ self.axes
+            for side, block in ((a, x.block_a[k]), (b, x.block_b[k])):
+                side[row] = (ends if motion is None else motion.moved(ends, int(block))) @ self.axes
         return a, b
 
 
 def draw_blocks(
-    ax: Axes,
-    view: Elevation,
-    width: float,
-    *,
-    motion: RigidMotion | None = None,
-    moving: Flags | None = None,
+    ax: Axes, view: Elevation, width: float, *, motion: RigidMotion | None = None, moving: Flags | None = None,
     outline: str = style.OUTLINE,
 ) -> None:
     """Blocks as three collections: free and moving, free and still, fixed (grey, hatched)."""
@@ -147,32 +138,27 @@ def draw_blocks(
         rows = view.order[flags[view.order]]
         if len(rows):
             paths = view.paths(rows, motion if gid == "blocks" else None)
-            ax.add_collection(
-                PathCollection(
-                    paths, facecolors=colour, edgecolors=outline, linewidths=width, gid=gid, zorder=2.0,
-                    joinstyle="round",
-                )
-            )
+            ax.add_collection(PathCollection(
+                paths, facecolors=colour, edgecolors=outline, linewidths=width, gid=gid, zorder=2.0, joinstyle="round",
+            ))
     rows = view.order[fixed[view.order]]
     if len(rows):
+        paths = view.paths(rows, motion)
         held = PathCollection(
-            view.paths(rows, motion), facecolors=style.FIXED, edgecolors=style.HATCH, linewidths=width, hatch="/////",
-            gid="fixed", zorder=1.5,
+            paths, facecolors=style.FIXED, edgecolors=style.HATCH, linewidths=width, hatch="/////", gid="fixed",
+            zorder=1.5,
         )
         _thin_hatch(held)
         ax.add_collection(held)
         # the hatch takes the edge colour, so the outline is drawn once more
-        ax.add_collection(
-            PathCollection(
-                view.paths(rows, motion), facecolors="none", edgecolors=outline, linewidths=width, zorder=2.1,
-                gid="fixed outline",
-            )
-        )
+        ax.add_collection(PathCollection(
+            paths, facecolors="none", edgecolors=outline, linewidths=width, zorder=2.1, gid="fixed outline",
+        ))
 
 
-def _thin_hatch(collection: PathCollection) -> None:
-    if hasattr(collection, "set_hatch_linewidth"):  # matplotlib 3.10 and later
-        collection.set_hatch_linewidth(0.4)
+def _thin_hatch(artist: PathCollection | Patch) -> None:
+    if hasattr(artist, "set_hatch_linewidth"):  # matplotlib 3.10 and later
+        artist.set_hatch_linewidth(0.4)
 
 
 def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
@@ -181,13 +167,10 @@ def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
     if not len(rows):
         return
     dense = len(rows) > 150
-    ax.add_collection(
-        PathCollection(
-            view.paths(rows), facecolors="none", edgecolors=style.GHOST, linewidths=0.8 * width,
-            linestyles="solid" if dense else (0, (3.0, 2.0)), alpha=0.5 if dense else 0.9, gid="ghost",
-            zorder=1.0 if dense else 2.4,
-        )
-    )
+    ax.add_collection(PathCollection(
+        view.paths(rows), facecolors="none", edgecolors=style.GHOST, linewidths=0.8 * width, gid="ghost",
+        linestyles="solid" if dense else (0, (3.0, 2.0)), alpha=0.5 if dense else 0.9, zorder=1.0 if dense else 2.4,
+    ))
 
 
 def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMotion, width: float) -> None:
@@ -198,11 +181,9 @@ def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMo
             continue
         a, b = view.segments(rows, motion)
         gaps = np.concatenate([a, b[:, ::-1]], axis=1)
-        ax.add_collection(
-            PolyCollection(
-                list(gaps), facecolors=style.pale(colour), edgecolors="none", linewidths=0.0, gid=gid, zorder=2.6
-            )
-        )
+        ax.add_collection(PolyCollection(
+            list(gaps), facecolors=style.pale(colour), edgecolors="none", linewidths=0.0, gid=gid, zorder=2.6
+        ))
         faces, thick = np.concatenate([a, b]), 1.3 * width + 0.3
         ax.add_collection(LineCollection(list(faces), colors=colour, linewidths=thick, gid=f"{gid} faces", zorder=3.0))
 
@@ -211,19 +192,15 @@ def joint_handles(joints: MovingJoints | None, *, fixed: bool, ghost: bool, hatc
     """Legend entries for what is really in the drawing."""
     handles: list[Patch | Line2D] = []
     if joints is not None:
-        for flags, colour, label in (
-            (joints.opens, style.OPENING, "joint opens"),
-            (joints.slides, style.SLIDING, "joint slides"),
-        ):
-            if flags.any():
-                handles.append(Patch(facecolor=style.pale(colour), edgecolor=colour, linewidth=1.0, label=label))
+        moves = (joints.opens, style.OPENING, "joint opens"), (joints.slides, style.SLIDING, "joint slides")
+        for colour, label in [(c, text) for flags, c, text in moves if flags.any()]:
+            handles.append(Patch(facecolor=style.pale(colour), edgecolor=colour, linewidth=1.0, label=label))
     if ghost:
         handles.append(Line2D([], [], color=style.GHOST, linewidth=0.8, linestyle=(0, (3, 2)), label="before"))
     if fixed:
         patch = Patch(facecolor=style.FIXED, edgecolor=style.HATCH, hatch="/////" if hatch else None, linewidth=0.4,
                       label="fixed")
-        if hasattr(patch, "set_hatch_linewidth"):
-            patch.set_hatch_linewidth(0.4)
+        _thin_hatch(patch)
         handles.append(patch)
     return handles
 

@@ -170,15 +170,11 @@ def contact_forces(
     for line in lines:
         _draw_line(page.ax, line, forces, axes, thickest)
     unit, newtons = style.force_unit(largest)
-    handles = [
-        Line2D([], [], color=style.BLACK, linewidth=max(share * thickest, 0.3),
-               label=f"{share * largest / newtons:.3g} {unit}")
-        for share in ((1.0, 0.5, 0.1) if largest > 0.0 else ())
-    ]
-    if (forces.at_friction_limit & forces.carries).any():
-        handles.append(Line2D([], [], color=style.BLUE, linewidth=2.0, label="at friction limit"))
-    if lines:
-        handles.append(Line2D([], [], color=style.VERMILION, linewidth=1.6, label="line of thrust"))
+    shares = (1.0, 0.5, 0.1) if largest > 0.0 else ()
+    entries = [(style.BLACK, max(s * thickest, 0.3), f"{s * largest / newtons:.3g} {unit}") for s in shares]
+    entries += [(style.BLUE, 2.0, "at friction limit")] * bool((forces.at_friction_limit & forces.carries).any())
+    entries += [(style.VERMILION, 1.6, "line of thrust")] * bool(lines)
+    handles = [Line2D([], [], color=colour, linewidth=width, label=text) for colour, width, text in entries]
     return page.finish(title, style.prediction_text(prediction), [*handles, *pulls, *canvas.handles()])
 
 
@@ -202,22 +198,20 @@ def _draw_segments(
     half = 0.5 * length * forces.force[rows] / size[rows, None]
     ends = np.stack([forces.centre[rows] - half, forces.centre[rows] + half], axis=1) @ axes
     colours = [style.BLUE if limit else style.BLACK for limit in forces.at_friction_limit[rows]]
-    ax.add_collection(
-        LineCollection(list(ends), colors=colours, linewidths=np.maximum(thickest * size[rows] / size.max(), 0.25),
-                       zorder=4, gid="forces", capstyle="round")
-    )
+    ax.add_collection(LineCollection(
+        list(ends), colors=colours, linewidths=np.maximum(thickest * size[rows] / size.max(), 0.25), zorder=4,
+        gid="forces", capstyle="round",
+    ))
 
 
 def _draw_line(ax: Axes, line: ThrustLine, forces: JointForces, axes: Array, thickest: float) -> None:
     """Polyline as thick as the force, a dot at every centre of pressure, blue at the friction limit."""
     flat = line.centre @ axes
     width = thickest * line.force / np.linalg.norm(forces.force, axis=1).max()
-    ax.add_collection(
-        LineCollection(
-            list(np.stack([flat[:-1], flat[1:]], axis=1)), colors=style.VERMILION, capstyle="round", zorder=4,
-            linewidths=np.maximum(0.5 * (width[:-1] + width[1:]), 0.4), gid="thrust line",
-        )
-    )
+    ax.add_collection(LineCollection(
+        list(np.stack([flat[:-1], flat[1:]], axis=1)), colors=style.VERMILION, capstyle="round", zorder=4,
+        linewidths=np.maximum(0.5 * (width[:-1] + width[1:]), 0.4), gid="thrust line",
+    ))
     sliding = [bool(forces.at_friction_limit[k]) for k in line.interfaces] if len(line.interfaces) == len(flat) else []
     colours = [style.BLUE if s else style.BLACK for s in sliding] or style.BLACK
     ax.scatter(flat[:, 0], flat[:, 1], s=7.0, c=colours, linewidths=0.0, zorder=4.5, gid="centres of pressure")

@@ -45,9 +45,6 @@ def plot(shown: Any, *which: Any, **options: Any) -> Figure:
     raise InputError(f"there is no figure of a {type(shown).__name__}{with_them}")
 
 
-@plot.register
-def _(shown: Assembly, **options: Any) -> Figure:
-    return assembly(shown, **options)
 
 
 @plot.register
@@ -58,9 +55,6 @@ def _(shown: Prediction, structure: Assembly | None = None, **options: Any) -> F
     return mechanism(model, shown, **options)
 
 
-@plot.register
-def _(shown: Curve, **options: Any) -> Figure:
-    return load_displacement(shown, **options)
 
 
 @plot.register
@@ -69,23 +63,13 @@ def _(shown: Modes, number: int = 1, **options: Any) -> Figure:
 
 
 @plot.register
-def _(shown: SideBySide, **options: Any) -> Figure:
-    return side_by_side(shown, **options)
-
-
-@plot.register
-def _(shown: Diagnosis, **options: Any) -> Figure:
-    return diagnosis(shown, **options)
-
-
-@plot.register
 def _(shown: Table, x: str | None = None, **options: Any) -> Figure:
     return study_lines(shown, varied(shown, options.get("y", "multiplier")) if x is None else x, **options)
 
 
 for kind, draw in {
-    Mac: mac_matrix, LoadRegion: load_region, AxleEnvelope: axle_envelope,
-    Confusable: confusable,
+    Assembly: assembly, Curve: load_displacement, SideBySide: side_by_side, Diagnosis: diagnosis, Mac: mac_matrix,
+    LoadRegion: load_region, AxleEnvelope: axle_envelope, Confusable: confusable,
 }.items():
     plot.register(kind, draw)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.figures.crack_patterns import one_a_sample, sample_of
+from limitmason.figures.crack_patterns import one_a_sample, point_text, sample_of
 
 _DRAWN = 0.04
 """Largest displacement in the drawing over the size of the structure [-]."""
@@ -46,41 +46,33 @@ def plasticity(
     mesh = curve.mesh
     start = curve.zones[0].shift
     shifts = [curve.zones[i].shift - start for i, _ in drawn]
-    size = float(np.ptp(mesh.place, axis=0).max())
     if scale is None:
-        travel = max(float(np.abs(shifts[-1]).max()), 1e-300)
-        scale = max(style.round_length(_DRAWN * size / travel), 1.0)
-    low = np.min([(mesh.place + scale * u).min(axis=0) for u in shifts], axis=0)
-    high = np.max([(mesh.place + scale * u).max(axis=0) for u in shifts], axis=0)
+        scale = style.seen_at(shifts[-1], _DRAWN * float(np.ptp(mesh.place, axis=0).max()))
+    places = [mesh.place + scale * u for u in shifts]
+    low, high = np.min(places, axis=(0, 1)), np.max(places, axis=(0, 1))
     span = high - low
     page = style.page_width()
     inch = min((page - 0.7) / span[0], 3.4 / span[1])
     figure, axes = style.panels(page, len(drawn) * (span[1] * inch + 0.3), rows=len(drawn))
     colours: tuple[Any, ...] = ("white", style.VERMILION, style.pale(style.VERMILION, 0.45), style.BLUE)
-    for ax, (i, name), u in zip(axes, drawn, shifts, strict=True):
-        place = mesh.place + scale * u
+    for ax, (i, name), place in zip(axes, drawn, places, strict=True):
         marks = curve.zones[i].marks
         ax.add_collection(PolyCollection(
             list(place[mesh.zones]), facecolors=[colours[m] for m in marks], edgecolors=style.GHOST, linewidths=0.2,
             gid="zones", zorder=1.0,
         ))
-        _draw_outlines(ax, mesh, place)
+        sides = [place[mesh.sides[a:b]] for a, b in pairwise(mesh.side_start)]
+        ax.add_collection(LineCollection(sides, colors=style.BLACK, linewidths=0.45, gid="sides", zorder=2.0))
         edge = 0.005 * span
         ax.set_xlim(low[0] - edge[0], high[0] + edge[0])
         ax.set_ylim(low[1] - edge[1], high[1] + edge[1])
         ax.set_aspect("equal")
         ax.axis("off")
-        point = curve.point(i)
         share = ", ".join(f"{np.mean(marks == m):.0%} {MARKS[m]}" for m in (1, 2, 3) if (marks == m).any())
-        heading = f"{name}: {style.force_text(point.load)} at {1e3 * point.displacement:.3g} mm"
-        ax.set_title(heading + (f"; {share}" if share else ""), loc="left", fontsize=7.5, pad=3.0)
+        heading = point_text(curve, i, name) + (f"; {share}" if share else "")
+        ax.set_title(heading, loc="left", fontsize=7.5, pad=3.0)
     handles: list[Any] = [
         Patch(facecolor=c, edgecolor=style.GHOST, linewidth=0.4, label=m) for c, m in zip(colours, MARKS, strict=True)
     ]
     handles.append(Line2D([], [], color=style.BLACK, linewidth=0.6, label=f"displacements drawn {scale:g} times"))
     return style.finished(figure, title, None, handles)
-
-
-def _draw_outlines(ax: Any, mesh: Any, place: Array) -> None:
-    lines = [place[mesh.sides[a:b]] for a, b in zip(mesh.side_start[:-1], mesh.side_start[1:], strict=True)]
-    ax.add_collection(LineCollection(lines, colors=style.BLACK, linewidths=0.45, gid="sides", zorder=2.0))

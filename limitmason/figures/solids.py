@@ -119,9 +119,9 @@ def _paint(
         owner = mesh.boundary_owner[seen]
         base = colormaps[colours](norm(values[owner]))[:, :3]
     shade = base * (0.78 + 0.22 * light)[:, None]
+    flat = list(view.project(p[seen].reshape(-1, 3)).reshape(-1, 4, 2))
     ax.add_collection(
-        PolyCollection(list(view.project(p[seen].reshape(-1, 3)).reshape(-1, 4, 2)), facecolors=shade,
-                       edgecolors=style.BLACK, linewidths=0.5 * width, gid="bricks")
+        PolyCollection(flat, facecolors=shade, edgecolors=style.BLACK, linewidths=0.5 * width, gid="bricks")
     )
 
 

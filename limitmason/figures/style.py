@@ -11,11 +11,13 @@ from contextvars import ContextVar
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
+from limitmason.arrays import Array
 from limitmason.errors import InputError, NotApplicable
 
 # Okabe and Ito (2008): told apart with every common colour vision, and in grey by their different lightness
@@ -39,24 +41,12 @@ _LEFT, _RIGHT, _BOTTOM, _BARE = 0.62, 0.14, 0.42, 0.12
 
 _FONT, _SMALL = 8.5, 7.5
 _RC: dict[str, Any] = {
-    "font.size": _FONT,
-    "font.family": "sans-serif",
-    "axes.titlesize": 9.5,
-    "axes.labelsize": _FONT,
-    "axes.linewidth": 0.6,
-    "axes.edgecolor": FAINT,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.axisbelow": True,
-    "legend.fontsize": _SMALL,
-    "legend.frameon": False,
-    "legend.handlelength": 1.6,
-    "legend.columnspacing": 1.4,
-    "lines.solid_capstyle": "butt",
-    "patch.linewidth": 0.5,
-    "savefig.dpi": "figure",
-    "pdf.fonttype": 42,
-    "svg.fonttype": "none",
+    "font.size": _FONT, "font.family": "sans-serif",
+    "axes.titlesize": 9.5, "axes.labelsize": _FONT, "axes.linewidth": 0.6, "axes.edgecolor": FAINT,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
+    "legend.fontsize": _SMALL, "legend.frameon": False, "legend.handlelength": 1.6, "legend.columnspacing": 1.4,
+    "lines.solid_capstyle": "butt", "patch.linewidth": 0.5,
+    "savefig.dpi": "figure", "pdf.fonttype": 42, "svg.fonttype": "none",
 }
 
 
@@ -225,7 +215,7 @@ class Page:
         """
         return float(min(max(0.03 * 72.0 * self.inch * size, 0.12), 0.7))
 
-    def finish(self, title: str | None, text: str | None, handles: list[Any], *, extent: float = 0.0) -> Figure:
+    def finish(self, title: str | None, text: str | None, handles: list[Any]) -> Figure:
         """Set limits of the page, then title, caption and legend.
 
         Returns the figure.
@@ -234,13 +224,12 @@ class Page:
         ----------
         title, text : heading, and the small caption under it
         handles : legend entries; none, no legend
-        extent : height added to the drawing since the page was made, in its units
         """
         if not self.own:
             self._finish_axes(title, text, handles)
             return self.figure
         left, right, bottom = (_LEFT, _RIGHT, _BOTTOM) if self.framed else (_BARE, _BARE, _BARE)
-        wide, high = self.width * self.inch, (self.height + extent) * self.inch
+        wide, high = self.width * self.inch, self.height * self.inch
         page = max(wide + left + right, min(3.3, self.room))
         left += 0.5 * (page - wide - left - right)
         heading = Heading(title, text, page)
@@ -358,6 +347,11 @@ def round_length(length: float) -> float:
     return max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= length * (1.0 + 1e-9))
 
 
+def seen_at(shift: Array, length: float) -> float:
+    """Round factor of at least 1 that draws the largest of some displacements no longer than a length [m]."""
+    return max(round_length(length / max(float(np.abs(shift).max()), 1e-300)), 1.0)
+
+
 def force_unit(force: float) -> tuple[str, float]:
     """The unit that fits a force, and its size [N]."""
     return next(((unit, size) for unit, size in (("MN", 1e6), ("kN", 1e3)) if abs(force) >= size), ("N", 1.0))
@@ -375,20 +369,15 @@ def prediction_text(prediction: Any) -> str:
     settles = prediction.reaction is not None
     silent = math.isnan(prediction.collapse_multiplier) and not settles
     answer = str(prediction.answer) if settles else f"λ = {prediction.collapse_multiplier:.4g}"
-    parts = [] if silent else [answer]
-    parts += [] if silent else [str(prediction.bound)]
-    parts.append(str(prediction.method))
+    parts = [*([] if silent else [answer, str(prediction.bound)]), str(prediction.method)]
     rule = prediction.flow_rule
-    if rule and not _mentions(prediction.method, str(rule)):
+    if rule and rule.lower() not in prediction.method.lower().replace("_", "-").replace(",", " ").split():
         parts.append(f"{rule} flow rule")
     if prediction.status != "solved":
         parts.append(f"status: {prediction.status}")
     return " · ".join(p for p in parts if p)
 
 
-def _mentions(text: str, rule: str) -> bool:
-    words = text.lower().replace("_", "-").replace(",", " ").split()
-    return rule.lower() in words
 
 
 def wrapped(text: str, width: float) -> str:

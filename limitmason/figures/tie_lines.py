@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -58,9 +59,7 @@ def draw_ties(
             thick = 2.0 * width + 0.7
             ax.add_collection(LineCollection(lines, colors=colour, linewidths=thick, gid=gid, zorder=3.4))
             at = np.concatenate(lines)
-            ax.plot(*at.T, linestyle="none", marker="s", markersize=1.6 * thick, color=colour, zorder=3.5,
-                    gid=f"{gid} ends")
-            handles.append(
-                Line2D([], [], color=colour, linewidth=thick, marker="s", markersize=1.6 * thick, label=label)
-            )
+            ends_of: dict[str, Any] = {"marker": "s", "markersize": 1.6 * thick, "color": colour}
+            ax.plot(*at.T, linestyle="none", zorder=3.5, gid=f"{gid} ends", **ends_of)
+            handles.append(Line2D([], [], linewidth=thick, label=label, **ends_of))
     return handles

@@ -17,6 +17,8 @@ from limitmason.errors import InputError
 from limitmason.figures import style
 
 _WIDTH, _PANEL, _FOOT = style.FULL_WIDTH, 2.35, 0.46
+_IMPOSED: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (4, 2))}
+_AT_FALL: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (1, 1.5))}
 _FIELDS = ("vertical", "horizontal", "ratio", "steps", "tilt_deg", "collapse", "collapse_multiplier")
 
 
@@ -71,33 +73,29 @@ def tilt_test(
     if measured is not None:
         _band(left, right, low, high)
     angle = np.deg2rad(np.linspace(0.0, 1.05 * steepest, 200))
-    left.plot(np.cos(angle), np.sin(angle), color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 2)), gid="imposed path")
+    left.plot(np.cos(angle), np.sin(angle), color=style.FAINT, gid="imposed path", **_IMPOSED)
     entries: list[Any] = []
     for (label, test), colour, marker in zip(named.items(), cycle(style.SERIES), cycle(style.MARKERS), strict=False):
         k, lam = int(test.collapse), float(test.collapse_multiplier)
         left.plot(test.vertical, test.horizontal, color=colour, linewidth=1.1, gid=f"path {label}")
         ray = np.array([0.0, 1.0]) / math.hypot(1.0, lam)
-        left.plot(ray, lam * ray, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), gid=f"ray {label}")
+        left.plot(ray, lam * ray, color=colour, gid=f"ray {label}", **_AT_FALL)
         fell = getattr(test, "status", "") != "did not fall"
-        if fell:
-            left.plot(
-                test.vertical[k], test.horizontal[k], marker, color=colour, markersize=4.5, gid=f"collapse {label}"
-            )
         steps = np.asarray(test.steps) / 1e3
         imposed = np.tan(np.deg2rad(test.tilt_deg))
-        right.plot(steps, imposed, color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 2)), gid=f"imposed {label}")
+        right.plot(steps, imposed, color=style.FAINT, gid=f"imposed {label}", **_IMPOSED)
         right.plot(steps, test.ratio, color=colour, linewidth=1.1, gid=f"ratio {label}")
         if fell:
-            right.axhline(lam, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), gid=f"lambda {label}")
+            place = test.vertical[k], test.horizontal[k]
+            left.plot(*place, marker, color=colour, markersize=4.5, gid=f"collapse {label}")
+            right.axhline(lam, color=colour, gid=f"lambda {label}", **_AT_FALL)
             right.plot(steps[k], test.ratio[k], marker, color=colour, markersize=4.5, zorder=4)
         degrees = math.degrees(math.atan(lam))
         text = f"{label}: λ = {lam:.3f} ({degrees:.1f}°)" if fell else f"{label}: did not fall, λ > {lam:.3f}"
         shown = marker if fell else None
         entries.append(Line2D([], [], color=colour, linewidth=1.1, marker=shown, markersize=4.5, label=text))
-    entries.append(
-        Line2D([], [], color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 2)), label="imposed by the table, tan α")
-    )
-    entries.append(Line2D([], [], color=style.FAINT, linewidth=0.8, linestyle=(0, (1, 1.5)), label="λ at the fall"))
+    for dash, label in ((_IMPOSED, "imposed by the table, tan α"), (_AT_FALL, "λ at the fall")):
+        entries.append(Line2D([], [], color=style.FAINT, label=label, **dash))
     if measured is not None:
         values = f"{low:.1f}°" if low == high else f"{low:.1f}° to {high:.1f}°"
         band: dict[str, Any] = {"color": style.BLACK, "label": f"measured, {values}"}

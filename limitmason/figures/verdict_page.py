@@ -10,17 +10,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from limitmason.diagnosis import words as said
 from limitmason.diagnosis.rehearse import OUTCOMES, Rehearsal
 from limitmason.diagnosis.report import check_lines
-from limitmason.diagnosis.words import (
-    basis,
-    gate_words,
-    headline,
-    if_it_were_missing,
-    meaning,
-    seen_from,
-    trend_words,
-)
 from limitmason.figures.diagnosis_panels import diagnosis as diagnosis_figure
 from limitmason.figures.diagnosis_panels import with_unit
 from limitmason.figures.page import bullets, image, paragraphs, table, write_page
@@ -61,7 +53,7 @@ def diagnosis_page(
         The file.
     """
     units = units or {}
-    words = headline(result)
+    words = said.headline(result)
     count = len(result.listed)
     picture = figure if figure is not None else diagnosis_figure(result, units=units, quantity=quantity)
     parts = [
@@ -69,16 +61,17 @@ def diagnosis_page(
         f'<p class="list"><strong>Conditional on the list.</strong> The verdict chooses among the {count} '
         f"cause{'s' * (count != 1)} listed below, alone and in pairs. A cause that is not on the list cannot be named; "
         "a p beside a cause means that it is not rejected, not that it is true; a cause is identified only where no "
-        f"model discrepancy does as well, otherwise the data behave like it. {escape(if_it_were_missing(result))}</p>",
-        "<h2>What it means</h2>" + paragraphs(meaning(result)),
+        "model discrepancy does as well, otherwise the data behave like it. "
+        f"{escape(said.if_it_were_missing(result))}</p>",
+        "<h2>What it means</h2>" + paragraphs(said.meaning(result)),
         "<h2>The picture</h2>" + image(picture, "residuals, sizes, distances and predictions"),
     ]
     if result.kept:
         parts.append("<h2>What the better model gains</h2>" + _gains(result))
     parts.append("<h2>The causes considered</h2>" + _causes(result))
-    parts.append("<h2>What it rests on</h2>" + bullets([*basis(result), *notes]))
-    parts += [f"<p>{escape(text)}</p>" for text in trend_words(result)]
-    gate = escape(gate_words(result.verdict.p))
+    parts.append("<h2>What it rests on</h2>" + bullets([*said.basis(result), *notes]))
+    parts += [f"<p>{escape(text)}</p>" for text in said.trend_words(result)]
+    gate = escape(said.gate_words(result.verdict.p))
     parts.append(f'<p class="small">Gate for &ldquo;none&rdquo;: {gate}. Seed {result.seed}.</p>')
     hangs = check_lines(result, result.checks) if checks else []
     parts.append("<h2>What to keep in mind</h2>" + bullets([*hangs, *result.warnings]))
@@ -127,7 +120,7 @@ def _causes(result: Any) -> str:
         rows.append(("kept" if tested.kept else "", [
             cause.name, cause.acts_on, physics, (f"{cause.baseline:g}; {bounds}",), (cause.show(tested.sizes[0]),),
             (f"{tested.gain:+.1f}",), result.state_of((cause.name,)),
-            seen_from(cause, result.detectable[cause.name]),
+            said.seen_from(cause, result.detectable[cause.name]),
         ]))
     header = ["cause", "acts on", "physics", "baseline; bounds", "best fit", "log-likelihood", "verdict",
               "would have been seen from"]
@@ -135,9 +128,10 @@ def _causes(result: Any) -> str:
 
 
 def _distances(result: Any) -> str:
-    rows = []
-    for row in result.distances.table():
-        rows.append(("", [row["cause"], (f"{row['d2_baseline']:.0f}",), row["rival"], (f"{row['d2']:.1f}",)]))
+    rows = [
+        ("", [row["cause"], (f"{row['d2_baseline']:.0f}",), row["rival"], (f"{row['d2']:.1f}",)])
+        for row in result.distances.table()
+    ]
     text = (
         "d2: squared distance in units of the noise after the rival and the measured inputs are refitted, at a clearly "
         "visible size. 25 and more: told apart nearly always; below 1: twins, no data of this design can decide."
@@ -171,23 +165,14 @@ def _specimens(result: Any, units: Mapping[str, str], quantity: str) -> str:
     before, best = result.predicted(()), result.predicted() if result.kept else None
     named = [s.removeprefix("specimen ") for s in result.specimens]
     shown = [n for n in result.covariates if [str(v) for v in result.covariates[n]] != named]
-    header = [
-        "specimen",
-        *(with_unit(n, units) for n in shown),
-        f"measured {quantity}".strip(),
-        "baseline",
-        "left [%]",
-    ]
-    if best is not None:
-        header += [" + ".join(result.kept[0]), "left [%]"]
+    told = {"baseline": before} if best is None else {"baseline": before, " + ".join(result.kept[0]): best}
+    header = ["specimen", *(with_unit(n, units) for n in shown), f"measured {quantity}".strip()]
+    header += [text for name in told for text in (name, "left [%]")]
     rows = []
     for i in range(result.n):
-        cells: list[Any] = [named[i], *(_number(result.covariates[n][i]) for n in shown)]
         value = float(result.measured[i])
-        for predicted in [None, before, best]:
-            if predicted is None:
-                cells += [(f"{value:.4g}",)] if len(cells) == 1 + len(shown) else []
-                continue
+        cells: list[Any] = [named[i], *(_number(result.covariates[n][i]) for n in shown), (f"{value:.4g}",)]
+        for predicted in told.values():
             left = 100.0 * float(np.expm1(np.log(value / predicted[i])))
             cells += [(f"{predicted[i]:.4g}",), (f"{left:+.1f}",)]
         rows.append(("", cells))
