@@ -206,6 +206,9 @@ def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
         p = active[i]
         for r in range(3):
             plastic[r] += lam[i] * f[p, r]
+        # in plane stress what shears against the zero stress across also strains across, which no stress resists
+        if not plane_strain and p > 0 and shear[p]:
+            plastic[2] += lam[i] * q if p > 2 else -lam[i] / q
         if lam[i] > 0.0:
             flags |= SHEAR_NOW if shear[p] else TENSION_NOW
     for r in range(3 if plane_strain else 2):

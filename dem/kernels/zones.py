@@ -102,8 +102,9 @@ def stress_at(z: int, g: int, zones: Zones, tables: QuadTable, u: Array) -> tupl
 def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plastic: Array) -> tuple[float, int]:
     """Return the stress points of a zone to the surface; work lost [J] and whether one could not be returned."""
     kind, m = np.uint64(zones.kind[z]), np.uint64(zones.material[z])
-    lost = 0.0
+    lost = a0 = a1 = a2 = a3 = 0.0
     missed = 0
+    release, amplitude = tables.release, zones.amplitude
     for g in range(4):
         xx, zz, xz, yy = stress_at(z, g, zones, tables, u)
         old = zones.flag[z, g]
@@ -129,11 +130,10 @@ def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plas
                 tables.strain[kind, g, 0, j] * d0 + tables.strain[kind, g, 1, j] * d1
                 + tables.strain[kind, g, 2, j] * d2
             )
-        for j in range(4):
-            zones.amplitude[z, j] += (
-                tables.release[kind, g, j, 0] * d0 + tables.release[kind, g, j, 1] * d1
-                + tables.release[kind, g, j, 2] * d2
-            )
+        a0 += release[kind, g, 0, 0] * d0 + release[kind, g, 0, 1] * d1 + release[kind, g, 0, 2] * d2
+        a1 += release[kind, g, 1, 0] * d0 + release[kind, g, 1, 1] * d1 + release[kind, g, 1, 2] * d2
+        a2 += release[kind, g, 2, 0] * d0 + release[kind, g, 2, 1] * d1 + release[kind, g, 2, 2] * d2
+        a3 += release[kind, g, 3, 0] * d0 + release[kind, g, 3, 1] * d1 + release[kind, g, 3, 2] * d2
         lost += w * (
             trial[0] * plastic[0] + trial[1] * plastic[1] + trial[2] * plastic[2] + trial[3] * plastic[3]
         )
@@ -141,6 +141,11 @@ def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plas
         zones.plastic[z, g] += np.sqrt(
             plastic[0] * plastic[0] + plastic[1] * plastic[1] + plastic[3] * plastic[3] + 0.5 * plastic[2] * plastic[2]
         )
+    # all at once: point by point, an even strain would be uneven on the way, and be returned in part
+    amplitude[z, 0] += a0
+    amplitude[z, 1] += a1
+    amplitude[z, 2] += a2
+    amplitude[z, 3] += a3
     return lost, missed
 
 

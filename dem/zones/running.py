@@ -49,7 +49,8 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
     Raises
     ------
     UnstableError
-        Where a node has left the structure's surroundings, and where a stress could not be returned to its surface.
+        Where a node has left the structure's surroundings, a zone is pressed flat, or a stress could not be returned to
+        its surface.
     """
     advance_zones(model.arrays, steps, model.dt, damping, drifts)
     lost = ~np.isfinite(model.nodes.shift).all(axis=1)
@@ -61,6 +62,13 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
         refuse_explosion(model)
         name = model.assembly.blocks[int(model.mesh.block[int(np.argmax(flown))])].name
         raise UnstableError(f"block {name!r} has moved farther than the structure is large")
+    corner = (model.nodes.place + model.nodes.shift)[model.zones.node]
+    one, two = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]
+    flat = one[:, 0] * two[:, 1] <= one[:, 1] * two[:, 0]
+    if flat.any():
+        refuse_explosion(model)
+        name = model.assembly.blocks[int(model.mesh.block[model.zones.node[int(np.argmax(flat)), 0]])].name
+        raise UnstableError(f"a zone of block {name!r} is pressed flat: the block bears less than what loads it")
     if model.total[Z_MISSED] > 0.0:
         raise UnstableError("a stress could not be returned to its yield surface: dilatancy beyond the friction angle")
 

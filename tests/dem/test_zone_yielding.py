@@ -8,8 +8,12 @@ from scipy.optimize import brentq
 from zone_bodies import ZoneBody, grid
 
 import limitmason as lm
+from dem.kernels.zone_arrays import Z_PLASTIC, Z_SUPPORT
 from dem.kernels.zone_plasticity import MAT_D, MAT_DN, MAT_G, SHEAR_NOW, TENSION_NOW, stress_return
+from dem.model.state import UnstableError
+from dem.zones import running
 from dem.zones.material_row import material_row
+from dem.zones.model import make_model
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, Elasticity
 
 PLANES = (PLANE_STRESS, PLANE_STRAIN)
@@ -114,6 +118,70 @@ def test_tension_is_cut_off_and_flagged(plane):
     assert not (body.zones.flag & SHEAR_NOW).any()
 
 
+@pytest.mark.parametrize("steps", [20, 80])
+@pytest.mark.parametrize("phi", [0.0, 30.0])
+@pytest.mark.parametrize("strains", [[[0.0, 1.0], [0.0, 0.0]], [[1.0, 0.0], [0.0, -1.0]]], ids=["sheared", "shortened"])
+def test_an_even_strain_at_constant_volume_meets_c_cos_phi_at_any_step_and_balances(steps, phi, strains):
+    # psi 0: no mean stress, so Mohr's circle has the radius min(k strain, c cos phi), k = G or 2 G; 20: .4 of yield
+    strain, c, side, way = 2e-6, 1e3, 0.1, np.array(strains)
+    entry, stiff = (0, 10e9 / 2.4) if way[0, 1] else (1, 2 * 10e9 / 2.4)
+    place, cells = grid(np.array([0.0, side]), np.array([0.0, side]))
+    body = ZoneBody(place, cells, stone(phi, 0, c), np.ones(place.shape, bool), PLANE_STRAIN)
+    body.nodes.velocity[:] = strain / steps * place @ way.T
+    force = []
+    for _ in range(steps):
+        body.run(1)
+        force.append(abs(body.nodes.force[place[:, 1] > 0.0, entry].sum()))
+    bound = c * np.cos(np.deg2rad(phi))
+    radius = np.minimum(stiff * strain * np.arange(steps) / steps, bound)
+    assert force == pytest.approx(radius * side, rel=1e-4)
+    body.forces()
+    each = np.abs(way).sum() * side**2  # work of a unit stress by a unit strain
+    assert body.total[Z_PLASTIC] == pytest.approx(bound * (strain - bound / stiff) * each, rel=1e-4)
+    # forces of both ends of every step count half; what is over is of the step in which it begins to yield
+    work = body.total[Z_SUPPORT] + 0.5 * bound * each * strain / steps
+    over = abs(work - body.stresses()[1] - body.total[Z_PLASTIC])
+    assert over < 0.5 * stiff * (strain / steps) ** 2 * each
+
+
+@pytest.fixture
+def crushed():
+    """A wall of three courses of zoned units, its beam driven down, and the speed of the beam per step."""
+    joint = lm.Joint(22.0, cohesion=2e5, normal_stiffness=20e9, shear_stiffness=8e9)
+    wall = lm.build.wall(length=0.735, courses=3, unit=(0.245, 0.25, 0.3), joint=joint, density=1000.0, top_beam=0.3)
+    units = [b.name for b in wall.blocks if b.name != "beam"]
+    wall = wall.with_material(stone(10.0, 0.0, c=0.05e6, ft=0.01e6, modulus=3e9, poisson=0.15), blocks=units)
+    model = make_model(wall, lm.Loads.weight(wall), zone_size=0.12)
+    assert running.settle(model)
+    held = np.zeros(model.rigid.held.shape, bool)
+    held[np.argmax(model.rigid.centre[:, 1])] = True
+
+    def press(speed):
+        running.drive(model, np.where(held, [0.0, -speed, 0.0], 0.0), held)
+
+    return model, press
+
+
+def test_a_wall_that_yields_bears_its_uniaxial_strength_at_its_foot_and_its_energy_balances(crushed):
+    model, press = crushed
+    press(1e-6)
+    running.advance(model, 2000)
+    running.advance(model, 500)
+    beam = np.argmax(model.rigid.centre[:, 1])
+    weight = model.assembly.weights[~model.assembly.fixed].sum()
+    borne = weight + model.rigid.total[beam, 1] / 500
+    # what yields is the lowest row of zones: a row weighs .7 % of what it bears
+    assert borne == pytest.approx(0.1e6 * np.tan(np.deg2rad(50.0)) * 0.735 * 0.3, rel=0.015)
+    assert abs(running.energy_error(model)) < 1e-3
+
+
+def test_a_zone_that_is_pressed_flat_is_refused_by_its_block(crushed):
+    model, press = crushed
+    press(1e-4)
+    with pytest.raises(UnstableError, match=r"a zone of block .* is pressed flat"):
+        running.advance(model, 12_000)
+
+
 def test_dilation_of_a_yielding_body_is_that_of_psi():
     # plane strain, shear yielding between the stresses in the plane: volume over shortening from the flow k_psi, -1
     psi = 20.0
@@ -164,7 +232,7 @@ def test_smooth_strip_footing_carries_2_plus_pi_times_cohesion():
 @pytest.mark.slow
 def test_footing_on_dilatant_ground_carries_the_bearing_factor_of_30_degrees():
     factor = (np.exp(np.pi * np.tan(np.deg2rad(30))) * 3 - 1) / np.tan(np.deg2rad(30))  # Prandtl: 30.14
-    pressure, h = footing(30, 1 / 16, 1.2, 8.0, 4.0, 1.6e-4, 16_000)
+    pressure, h = footing(30, 1 / 16, 1.2, 8.0, 4.0, 1.6e-4, 32_000)
     assert abs(pressure[-1] / pressure[-3] - 1) < 2e-3
     assert pressure[-1] / (1 + h / 2) == pytest.approx(factor, rel=0.03)
 
