@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     )
     from limitmason.mechanics.joint_forces import force_table
     from limitmason.methods import answer, predict, predict_cases
-    from limitmason.standing import minimum_thickness, stability
+    from limitmason.stability_check import minimum_thickness, stability
     from limitmason.vibration import mac, modes
 
 __version__ = VERSION
@@ -96,10 +96,10 @@ _NAMES = {
     "limit_analysis": "limitmason.limit",
     "limit_bracket": "limitmason.limit",
     "load_region": "limitmason.limit",
-    "minimum_thickness": "limitmason.standing",
+    "minimum_thickness": "limitmason.stability_check",
     "proven_range": "limitmason.limit",
     "settlement_analysis": "limitmason.limit",
-    "stability": "limitmason.standing",
+    "stability": "limitmason.stability_check",
     "strengthen": "limitmason.limit",
     "thrust": "limitmason.limit",
     "force_table": "limitmason.mechanics.joint_forces",

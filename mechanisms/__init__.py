@@ -6,7 +6,7 @@ prescribe their friction: engineering estimates, no bounds of limit analysis; ``
 """
 
 from limitmason.display.notebook import shows
-from limitmason.mechanics.wall_forces import CircularPierForces, WallForces, circular_pier_forces, wall_forces
+from limitmason.mechanics.pier_strength import CircularPierForces, WallForces, circular_pier_forces, wall_forces
 from mechanisms.arch import ArchLimit, arch_limit
 from mechanisms.catalogue import NAMES, catalogue, smallest
 from mechanisms.classical import inclined_hinge, overturning, rigid_block, rondelet_thickness, sliding, stack
@@ -22,7 +22,7 @@ from mechanisms.in_plane import slender_wall, sloping_crack, sloping_crack_limit
 from mechanisms.light_damage import LightDamage, light_damage
 from mechanisms.out_of_plane import compound_rocking, simple_rocking
 from mechanisms.parameters import Facade
-from mechanisms.virtual_work import PowerBalance, check_contacts, flexure_power, rocking_power
+from mechanisms.virtual_work_check import PowerBalance, check_contacts, flexure_power, rocking_power
 
 __all__ = [
     "NAMES",

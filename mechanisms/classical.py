@@ -14,10 +14,10 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.flexure import flexure_terms
-from mechanisms.motion import FREE_WALL, THIS_MOTION, UPPER_IDEAL, answer, flexure_twists, rotation, translation
 from mechanisms.out_of_plane import simple_rocking
 from mechanisms.parameters import Facade, foot_level, read
-from mechanisms.virtual_work import check_contacts
+from mechanisms.velocity_field import FREE_WALL, THIS_MOTION, UPPER_IDEAL, answer, flexure_twists, rotation, translation
+from mechanisms.virtual_work_check import check_contacts
 
 EXACT = Bound(BoundKind.EXACT, "exact for rigid blocks without tension")
 

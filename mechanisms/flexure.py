@@ -12,10 +12,10 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.friction import bed_joint_friction, edge_radii, torsion_radius
-from mechanisms.motion import ESTIMATE, THIS_MOTION, answer, flexure_twists
 from mechanisms.optimum import PowerRatio, SmallestValue, least
 from mechanisms.parameters import Facade, check_reduction, courses_to_try, foot_level, read
-from mechanisms.virtual_work import flexure_power
+from mechanisms.velocity_field import ESTIMATE, THIS_MOTION, answer, flexure_twists
+from mechanisms.virtual_work_check import flexure_power
 
 SOURCE_D = (
     "structure of Murano et al., eq (26), after Casapulla et al.; kinematics derived (docs/mechanisms.md, section 4.2)"

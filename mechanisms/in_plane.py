@@ -12,9 +12,9 @@ from limitmason.checks import count, not_negative, positive
 from limitmason.errors import NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from mechanisms.motion import ESTIMATE, UPPER_IDEAL, above, answer, rotation
 from mechanisms.parameters import Facade, foot_level, load_direction, read, wall_recipe
-from mechanisms.virtual_work import ContactCheck, check_contacts
+from mechanisms.velocity_field import ESTIMATE, UPPER_IDEAL, above, answer, rotation
+from mechanisms.virtual_work_check import ContactCheck, check_contacts
 
 BEDS_ONLY = Bound(
     BoundKind.UPPER,

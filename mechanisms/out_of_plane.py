@@ -14,11 +14,11 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.friction import FrictionSums, bed_joint_friction, joint_friction
-from mechanisms.motion import ESTIMATE, UPPER_IDEAL, answer, rocking_twists
 from mechanisms.optimum import PowerRatio, SmallestValue, least
 from mechanisms.parameters import Facade, ReadParameters, check_reduction, courses_to_try, foot_level, read
 from mechanisms.stepping import best_steps
-from mechanisms.virtual_work import rocking_power
+from mechanisms.velocity_field import ESTIMATE, UPPER_IDEAL, answer, rocking_twists
+from mechanisms.virtual_work_check import rocking_power
 
 SOURCE_A = "Murano et al., eq (24), after Casapulla et al.; terms derived (docs/mechanisms.md, section 3)"
 SOURCE_B = "Murano et al., eq (25), after Casapulla et al.; terms derived (docs/mechanisms.md, section 3)"

@@ -4,12 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.contact.inheritance import close_setbacks, inherit, keep_energy
 from dem.contact.internal_edges import FLAT, Bearings, moved_together
-from dem.contact.meeting import PiecesMeet, area_of, least_area, on_faces_that_go_on
-from dem.contact.near import ALWAYS, SMALL, Neighbours, placed
-from dem.contact.new_joints import Fresh, assemble, cut
-from dem.contact.outworn import (
+from dem.contact.joint_renewal import (
     PIVOT_SLIP,
     PIVOT_TURN,
     SLIP_FRACTION,
@@ -21,6 +17,10 @@ from dem.contact.outworn import (
     spacing_of,
     turned_since,
 )
+from dem.contact.near import ALWAYS, SMALL, Neighbours, placed
+from dem.contact.new_joints import Fresh, assemble, cut
+from dem.contact.piece_contacts import PiecesMeet, area_of, least_area, on_faces_that_go_on
+from dem.contact.state_transfer import close_setbacks, inherit, keep_energy
 from dem.kernels import APART, CROSSING, E_DAMPING, FACES, Joints, NearPairs
 from dem.kernels.arrays import Index
 from dem.model.edge_points import note_slid
@@ -60,7 +60,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     for. New pairs take the law of a joint of one of their blocks without cohesion and tension: they were never bonded.
     A new joint starts with the shear force and the dilation of the nearest old point of its pair, or of the joint whose
     face goes on in its own (:mod:`dem.internal_edges`), and with the elastic energy that these had, as far as that does
-    not press harder, never with more: see :func:`dem.contact.inheritance.keep_energy`. What contacts found anew no
+    not press harder, never with more: see :func:`dem.contact.state_transfer.keep_energy`. What contacts found anew no
     longer store is counted as artificial damping.
 
     A pair is looked at again when its blocks have moved or turned against each other by as much as it takes for a joint

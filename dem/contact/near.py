@@ -7,8 +7,8 @@ import numpy as np
 from dem import kernels
 from dem.kernels import NearPairs
 from dem.kernels.arrays import Index
-from dem.model.holding import smallest_edge
 from dem.model.pieces import Pieces
+from dem.model.rest_criterion import smallest_edge
 from dem.model.state import State
 from limitmason.arrays import Array, Flags
 from limitmason.geometry.boxtree import overlapping_pairs

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.contact.meeting import least_area
+from dem.contact.piece_contacts import least_area
 from dem.kernels import CROSSING, E_DAMPING, E_KINETIC, LAW, ROOM, Cut, Heirs, Joints, Meetings, Points, Poses
 from dem.kernels.cutting import LATTICE
 from dem.model.stable_step import block_stiffness, points_of, scaled_masses, stable_step

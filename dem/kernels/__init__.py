@@ -1,14 +1,14 @@
 """Compiled functions of the explicit distinct element method, one subject to a file; only these import each other.
 
-``joint_law`` is the joint law at a point and ``added`` the terms that are added to it, ``sums`` adds it up over the
-points of a joint, ``kinematics`` says how the blocks of a joint lie to each other, ``forces`` brings the sums to the
-blocks, ``ties`` the pull of rods, ``deformed`` what goes with blocks that strain, ``stepping`` moves these, ``measure``
-reads a position without changing it, ``springs`` says how stiffly its joints hold a block, ``shapes`` finds where
-pieces touch, ``going_on`` the faces that go on from one block to the next, ``pivots`` the joints that bear on an edge,
-``outlines`` whose edges end a joint, ``cutting`` makes the points of joints that are cut and ``inheriting`` gives them
-what the old ones carried; ``arrays`` is what all of them see. ``zones`` has the forces of blocks cut into zones in the
-plane, with the same joint law, ``zone_plasticity`` returns a zone's stress to its strength (Mohr-Coulomb),
-``zone_motion`` moves zones, ``zone_measure`` reads them.
+``joint_law`` is the joint law at a point and ``added_terms`` the terms that are added to it, ``sums`` adds it up over
+the points of a joint, ``kinematics`` says how the blocks of a joint lie to each other, ``joint_forces`` brings the sums
+to the blocks, ``ties`` the pull of rods, ``deformed`` what goes with blocks that strain, ``stepping`` moves these,
+``measure`` reads a position without changing it, ``spring_stiffness`` says how stiffly its joints hold a block,
+``contact_geometry`` finds where pieces touch, ``internal_edges`` the faces that go on from one block to the next,
+``pivots`` the joints that bear on an edge, ``outlines`` whose edges end a joint, ``cutting`` makes the points of joints
+that are cut and ``point_transfer`` gives them what the old ones carried; ``arrays`` is what all of them see. ``zones``
+has the forces of blocks cut into zones in the plane, with the same joint law, ``zone_plasticity`` returns a zone's
+stress to its strength (Mohr-Coulomb), ``zone_motion`` moves zones, ``zone_measure`` reads them.
 
 Rule: a compiled function of ``dem`` stands in this package, is made by ``compiled.kernel`` and uses nothing from
 outside but numpy and numba. What is kept on disk is stamped with the content of all files of the package and of the
@@ -21,7 +21,7 @@ delta = d + G (s, t, 0): exact at any rotation, without drift. Forces act at blo
 on a, so that elastic contact conserves energy and momentum exactly in continuous time.
 """
 
-from dem.kernels.added import COLUMNS, LAW_SIZE
+from dem.kernels.added_terms import COLUMNS, LAW_SIZE
 from dem.kernels.arrays import (
     E_APPLIED,
     E_DAMPING,
@@ -44,14 +44,7 @@ from dem.kernels.arrays import (
     Ties,
 )
 from dem.kernels.compiled import ADDED
-from dem.kernels.cutting import ROOM, Cut, Poses, cut_joints, facing_interface
-from dem.kernels.forces import contact_wrenches
-from dem.kernels.going_on import TURNED, Carrying, faces_that_go_on
-from dem.kernels.inheriting import Heirs, Testators, inherit, keep_energy
-from dem.kernels.measure import measure
-from dem.kernels.outlines import SolidArrays, find_ends
-from dem.kernels.pivots import OF_A, OF_B, OF_BOTH, ON_A, UNKNOWN, bearing_ends
-from dem.kernels.shapes import (
+from dem.kernels.contact_geometry import (
     APART,
     CORNER,
     CROSSING,
@@ -65,7 +58,14 @@ from dem.kernels.shapes import (
     place_pieces,
     relative_motion,
 )
-from dem.kernels.springs import add_springs
+from dem.kernels.cutting import ROOM, Cut, Poses, cut_joints, facing_interface
+from dem.kernels.internal_edges import TURNED, Carrying, faces_that_go_on
+from dem.kernels.joint_forces import contact_wrenches
+from dem.kernels.measure import measure
+from dem.kernels.outlines import SolidArrays, find_ends
+from dem.kernels.pivots import OF_A, OF_B, OF_BOTH, ON_A, UNKNOWN, bearing_ends
+from dem.kernels.point_transfer import Heirs, Testators, inherit, keep_energy
+from dem.kernels.spring_stiffness import add_springs
 from dem.kernels.stepping import advance, rotation_of
 from dem.kernels.ties import add_tie_forces
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.kernels.added import entries_of, with_added
+from dem.kernels.added_terms import entries_of, with_added
 from dem.kernels.arrays import LAW, Array
 from dem.kernels.compiled import kernel
 

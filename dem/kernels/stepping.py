@@ -23,7 +23,7 @@ from dem.kernels.arrays import (
 )
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import move_modes
-from dem.kernels.forces import _crossing_forces, _joint_forces
+from dem.kernels.joint_forces import _crossing_forces, _joint_forces
 from dem.kernels.local_damping import brake_of
 from dem.kernels.ties import add_tie_forces
 

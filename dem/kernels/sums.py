@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dem.kernels.added import has_added
+from dem.kernels.added_terms import has_added
 from dem.kernels.arrays import LAW, Joints, Points, RigidBodies
 from dem.kernels.compiled import kernel
 from dem.kernels.joint_law import (

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.model.holding import (
+from dem.model.rest_criterion import (
     EQUILIBRIUM,
     EVENLY,
     MOVING,

@@ -9,11 +9,11 @@ import numpy as np
 
 from dem import kernels
 from dem.contact.detection import SOONEST, redetect
+from dem.contact.joint_renewal import pivots_on_wrong_face
 from dem.contact.near import SMALL, Neighbours, farthest, near_margin, travel_per_step
-from dem.contact.outworn import pivots_on_wrong_face
-from dem.model.holding import SLID, Scale, slid_and_moved, stand_back, unbalance
 from dem.model.joint_marks import JointMarks, joint_marks
 from dem.model.pieces import Pieces, reaches
+from dem.model.rest_criterion import SLID, Scale, slid_and_moved, stand_back, unbalance
 from dem.model.state import DYNAMIC, State, UnstableError
 from dem.model.tie_arrays import pulls
 from dem.stages.floor import Floor

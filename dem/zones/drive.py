@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_LOST, Z_SUPPORT
-from dem.model.holding import CALM
 from dem.model.joint_marks import JointMarks
+from dem.model.rest_criterion import CALM
 from dem.stages.resuming import RunStatus
 from dem.stages.samples import Samples
 from dem.zones import running

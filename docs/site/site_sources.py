@@ -24,7 +24,7 @@ PACKAGES = {
     "limitmason.deformable": "Elasticity and shapes of blocks that deform.",
     "limitmason.geometry": "Polygons, polyhedra and contact detection on plain arrays.",
     "limitmason.limit": "Limit analysis: associative, non-associative, proven ranges, settlement.",
-    "limitmason.standing": "Whether a structure stands, and how well.",
+    "limitmason.stability_check": "Whether a structure stands, and how well.",
     "limitmason.capacity": "Capacity curves.",
     "limitmason.continuum": "Walls as a continuum.",
     "limitmason.vibration": "Modes, and modes identified from motion.",

@@ -26,7 +26,7 @@ from limitmason.display.progress import reached, task, told_to
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.formats import proposal
 from limitmason.model import ContactError
-from limitmason.standing import Standing
+from limitmason.stability_check import Standing
 
 NAMED = (InputError, NotApplicable, NotConverged, TypeError, KeyError, OSError, ImportError, UnicodeError, MemoryError)
 """Errors that are an answer: their words go to the page; any other is a mistake of ours and is called one."""

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import lsq_linear
-from scipy.stats import qmc
 
 from limitmason.arrays import Array
 from limitmason.calibration.objective import LOST, Minimum, Objective
 from limitmason.errors import InputError, NotConverged
+from limitmason.study.sampling import latin_hypercube
 
 SAME = 0.1
 """Misfits, sums of squares over the variance, that differ by less are the same minimum."""
@@ -229,8 +229,7 @@ def searched(objective: Objective, effort: SearchSettings) -> tuple[Minimum, Arr
     scale, first = objective.scale, objective.scale.start
     points, width = [first], scale.high - scale.low
     if effort.starts > 1:
-        count, random = SCREENED * (effort.starts - 1), np.random.default_rng(effort.seed)
-        cube = qmc.LatinHypercube(d=len(scale), seed=random).random(count)
+        cube = latin_hypercube(len(scale), SCREENED * (effort.starts - 1), effort.seed)
         points += list(scale.low + cube * width)
     objective.runs.stage = "screening"
     r = objective.residuals(points)

@@ -17,6 +17,7 @@ from limitmason.arrays import Array, Flags
 from limitmason.capacity import path
 from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
+from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.contact_search.crossing import faces_that_meet
 from limitmason.capacity.contacts import (
     carried_firmly,
@@ -27,9 +28,8 @@ from limitmason.capacity.contacts import (
 )
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
 from limitmason.capacity.edges import told_of_edges, told_of_sharing
-from limitmason.capacity.generations import Generations
+from limitmason.capacity.initial_gaps import begun_with, of_forces, of_gaps
 from limitmason.capacity.kinematics import at_rest, make_bodies
-from limitmason.capacity.misfit import begun_with, of_forces, of_gaps
 from limitmason.capacity.outcomes import CANNOT_STAND, REACHED
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.point_law import ElastoplasticLaw, softening_by_plastic_slip
@@ -131,7 +131,7 @@ def pushover(
         be the same up to a factor, which may be negative. ``to`` counts from the state under dead load, as before
     initial : prediction of limit analysis on the same points, with whose joint forces the path begins, at its
         multiplier in the reference pose and along its mechanism: joints misfit by what their springs need for these
-        forces. The way to states that no path from the unstressed structure reaches; see :mod:`.misfit`
+        forces. The way to states that no path from the unstressed structure reaches; see :mod:`.initial_gaps`
     progress : called with a line per step
 
     Returns

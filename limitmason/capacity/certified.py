@@ -7,8 +7,8 @@ import numpy as np
 from limitmason.answers.curve import Energy, Event
 from limitmason.answers.references import data_behind
 from limitmason.capacity.certificate import Balance, StepCertificate, certify, equilibrium
+from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.contact_search.touching import outside
-from limitmason.capacity.generations import Generations
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.papers import PAPERS

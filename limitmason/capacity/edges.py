@@ -12,7 +12,7 @@ with -g the slope that displacements give it. It is largest at u = (C / 2 g)^(2/
 
 import numpy as np
 
-from limitmason.capacity.generations import Generations
+from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.program import solve_step
 from limitmason.capacity.stepping import Node

@@ -10,8 +10,8 @@ from limitmason.answers.method import DISPLACED, Look, Method, settings_of
 from limitmason.answers.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.papers import PAPERS
-from limitmason.capacity.spread import governing_point
-from limitmason.capacity.spread import spread as variants
+from limitmason.capacity.sensitivity import governing_point
+from limitmason.capacity.sensitivity import spread as variants
 from limitmason.capacity.steps import Steps
 from limitmason.errors import NotApplicable
 from limitmason.mechanics.model_notes import lost_in_failure

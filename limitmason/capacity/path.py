@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from limitmason.capacity import breaking, stepping
-from limitmason.capacity.generations import Generations
+from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.limit_point import DROP, LEVEL, passed
 from limitmason.capacity.outcomes import (

@@ -13,7 +13,7 @@ from limitmason.answers.curve import Curve, CurvePoint, Energy
 from limitmason.answers.results import Mechanism, Resultants
 from limitmason.arrays import Array, Index
 from limitmason.capacity.certificate import StepCertificate, Structure, strength, tensions
-from limitmason.capacity.generations import Generations
+from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.limit_point import first_limit_point
 from limitmason.capacity.stepping import Node, handed_over

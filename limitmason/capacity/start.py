@@ -8,7 +8,7 @@ import numpy as np
 
 from limitmason.capacity import breaking, stepping
 from limitmason.capacity.certificate import Structure
-from limitmason.capacity.generations import Generations
+from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.stepping import Node

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from limitmason.capacity.generations import LEAST, Generations
+from limitmason.capacity.contact_generations import LEAST, Generations
 from limitmason.capacity.kinematics import Pose, contact, motion_between, moved
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.system import System

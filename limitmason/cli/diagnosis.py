@@ -123,7 +123,7 @@ def _run(options: argparse.Namespace) -> int:
         elif options.model:
             raise InputError(f"a template of the series {options.model} is a file: --template {options.template}.csv")
         else:
-            lm.diagnosis.from_folder.write_folder(options.template)
+            lm.diagnosis.read_folder.write_folder(options.template)
         say(f"wrote {options.template}: replace its rows, keep the line of units, then `limitmason diagnose`")
         return 0
     if options.next == 0:

@@ -25,7 +25,7 @@ from limitmason.cli.console import (
 from limitmason.errors import InputError
 from limitmason.limit import axle_envelope, load_region, thrust
 from limitmason.model.load import Loads
-from limitmason.standing import stability
+from limitmason.stability_check import stability
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:

@@ -20,7 +20,7 @@ from limitmason.experiments.modern_walls import MODELS, NAME, shear_span, value
 from limitmason.experiments.modern_walls.inputs import has_shear_span, inputs_of
 from limitmason.experiments.record import Experiment
 from limitmason.limit.analysis import limit_analysis
-from limitmason.mechanics.wall_forces import wall_forces
+from limitmason.mechanics.pier_strength import wall_forces
 from limitmason.study.content import fingerprint
 from limitmason.study.memo import Memo
 

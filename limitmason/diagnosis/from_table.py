@@ -14,13 +14,12 @@ import numpy as np
 from limitmason import causes, experiments
 from limitmason.answers.method import Method
 from limitmason.answers.references import Cited, data_behind
+from limitmason.causes.catalogue import DELIVERED
 from limitmason.causes.cause import Cause
-from limitmason.causes.lists import DELIVERED
 from limitmason.constants import VERSION
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.simulate import Collapse, packaged
 from limitmason.errors import InputError
-from limitmason.experiments.measured_table import MeasuredTable, read_measured
 from limitmason.experiments.series import (
     cases_of,
     check_names,
@@ -32,6 +31,7 @@ from limitmason.experiments.series import (
     tilted,
 )
 from limitmason.methods import get_method
+from limitmason.storage.measured_table import MeasuredTable, read_measured
 
 ROLES = ("specimen", "direction", "group", "noise", "predicted")
 BATCHES = ("batch", "sensor", "operator", "laboratory")

@@ -13,7 +13,7 @@ from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.diagnosis.report import Diagnosis
 from limitmason.diagnosis.study import Study
 from limitmason.display.progress import watched
-from limitmason.experiments.measured_table import MeasuredTable
+from limitmason.storage.measured_table import MeasuredTable
 
 Pool = str | Path | MeasuredTable | Sequence[Any]
 

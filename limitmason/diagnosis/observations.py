@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.checks import choice
-from limitmason.diagnosis.inference.shared import is_circumstance
+from limitmason.diagnosis.inference.shared_noise import is_circumstance
 from limitmason.errors import InputError
 from limitmason.vibration import ModalTest
 

@@ -14,12 +14,12 @@ from limitmason.causes.cause import Cause
 from limitmason.diagnosis.from_table import About
 from limitmason.diagnosis.inference.checks import LIKE, CheckedVerdict, Checks
 from limitmason.diagnosis.inference.plan import NextTests
-from limitmason.diagnosis.inference.shared import PLAUSIBLE
+from limitmason.diagnosis.inference.shared_noise import PLAUSIBLE
 from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.inference.verdict import Rule, VerdictKind
 from limitmason.diagnosis.observations import FLAGS
 from limitmason.diagnosis.result import Findings
-from limitmason.diagnosis.words import (
+from limitmason.diagnosis.verdict_text import (
     basis,
     enumerated,
     gate_words,

@@ -14,12 +14,12 @@ from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.checks import Checks, judge_again
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.estimate import Estimate, estimate
+from limitmason.diagnosis.inference.evidence_by_kind import Evidence, by_kind, foretold
 from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.gain import Gain, measure_gain
-from limitmason.diagnosis.inference.kinds import Evidence, by_kind, foretold
 from limitmason.diagnosis.inference.noise import Draws, Measured, Noise
 from limitmason.diagnosis.inference.plan import Confusable, confusable, detectable
-from limitmason.diagnosis.inference.shared import Shares, seen_if_shared
+from limitmason.diagnosis.inference.shared_noise import Shares, seen_if_shared
 from limitmason.diagnosis.inference.verdict import Identification, Rule, Verdict, VerdictKind
 from limitmason.diagnosis.observations import linked, unlinked
 from limitmason.diagnosis.rehearse import Rehearsal

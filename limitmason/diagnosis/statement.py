@@ -11,18 +11,18 @@ from typing import Any, Self
 import numpy as np
 
 from limitmason.causes.cause import Cause
-from limitmason.diagnosis.from_folder import folder_arguments
 from limitmason.diagnosis.from_table import About, TableStudy
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.noise import Measured, Noise
-from limitmason.diagnosis.inference.shared import unstated
+from limitmason.diagnosis.inference.shared_noise import unstated
 from limitmason.diagnosis.observations import Observation, Rows, called, circumstances_of, covariates_of, unlinked
+from limitmason.diagnosis.read_folder import folder_arguments
 from limitmason.diagnosis.simulator import Simulator
 from limitmason.diagnosis.tables import CauseTables, StudyCache, placing_noise
 from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.errors import InputError
-from limitmason.experiments.measured_table import MeasuredTable
 from limitmason.storage.frozen import ReadOnly
+from limitmason.storage.measured_table import MeasuredTable
 
 FEWEST = 4  # numbers, where their noise is not stated; two where it is
 STATEMENTS = ("measured", "noise", "groups", "covariates", "causes", "about", "shared")  # no table depends on them
@@ -153,7 +153,7 @@ class Statement(ReadOnly):
 
         Parameters
         ----------
-        folder : with specimens.csv, measured.csv and quantities.csv, see :mod:`limitmason.diagnosis.from_folder`
+        folder : with specimens.csv, measured.csv and quantities.csv, see :mod:`limitmason.diagnosis.read_folder`
         cache, n_jobs : as for the study
         stated : ``model``, ``simulate(specimen, **parameters)``, which returns a mapping of quantities; without one
             predicted.csv holds the predictions. ``causes``; else those in the measurement. ``inputs``, measured inputs

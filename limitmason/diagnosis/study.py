@@ -16,7 +16,7 @@ from limitmason.diagnosis.inference.grid import Tabulation, at_measured
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.noise import DRAWS, Draws, Noise
 from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusable
-from limitmason.diagnosis.inference.shared import Shares, estimated_shares
+from limitmason.diagnosis.inference.shared_noise import Shares, estimated_shares
 from limitmason.diagnosis.inference.verdict import Rule
 from limitmason.diagnosis.observations import linked
 from limitmason.diagnosis.rehearse import Rehearsal, planted, rehearse

@@ -11,10 +11,10 @@ import numpy as np
 
 from limitmason.errors import InputError
 from limitmason.experiments import registry
-from limitmason.experiments.measured_table import MeasuredTable, force_factor, write_measured
 from limitmason.experiments.record import Experiment
 from limitmason.model import Loads
 from limitmason.storage.files import write_text
+from limitmason.storage.measured_table import MeasuredTable, force_factor, write_measured
 
 WORDS = ("stone", "loading")  # of a packaged row, beside its parameters
 RESULTS = ("failure type", "failure")  # parameters that are outcomes, not covariates

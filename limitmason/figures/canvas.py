@@ -16,8 +16,8 @@ from limitmason.figures import elevation, solid, style
 from limitmason.figures.outline import elevation_plane, wall_plane
 from limitmason.figures.painter import VIEWPOINT_DEG, camera
 from limitmason.figures.tie_lines import draw_ties
-from limitmason.mechanics.motion import MovingJoints, RigidMotion, structure_size
 from limitmason.mechanics.plane import Plane
+from limitmason.mechanics.rigid_motion import MovingJoints, RigidMotion, structure_size
 from limitmason.model import Assembly, Loads
 
 VIEWS = ("auto", "elevation", "3d")

@@ -10,7 +10,7 @@ from limitmason.figures import elevation, style
 from limitmason.figures.canvas import Canvas
 from limitmason.figures.painter import VIEWPOINT_DEG
 from limitmason.figures.tie_lines import stretching
-from limitmason.mechanics.motion import checked_twists, drawn_motion, largest_rates, moving_joints
+from limitmason.mechanics.rigid_motion import checked_twists, drawn_motion, largest_rates, moving_joints
 from limitmason.model import Assembly
 from limitmason.model.model_call import of_model
 

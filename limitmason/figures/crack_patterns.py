@@ -16,7 +16,7 @@ from limitmason.figures import elevation, style
 from limitmason.figures.canvas import chosen_plane
 from limitmason.figures.deformation import rigid_motion
 from limitmason.geometry.rotation import rotation_vectors
-from limitmason.mechanics.motion import RigidMotion, structure_size
+from limitmason.mechanics.rigid_motion import RigidMotion, structure_size
 
 MOMENTS = ("first crack", "peak", "end")
 _WIDEST = 3.0

@@ -18,7 +18,7 @@ from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
 from limitmason.figures.painter import VIEWPOINT_DEG
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
-from limitmason.mechanics.motion import MovingJoints, RigidMotion, largest_jumps, structure_size
+from limitmason.mechanics.rigid_motion import MovingJoints, RigidMotion, largest_jumps, structure_size
 from limitmason.model import Assembly
 
 

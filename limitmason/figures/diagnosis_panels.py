@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from limitmason.diagnosis.inference.trends import is_numeric
-from limitmason.diagnosis.words import headline
+from limitmason.diagnosis.verdict_text import headline
 from limitmason.figures import style
 from limitmason.figures.confusion import distance_legend, draw_distances
 from limitmason.figures.residuals import few_labels, kinds_note, of_covariate, ordered_covariates, residual_panel

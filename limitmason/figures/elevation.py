@@ -15,8 +15,8 @@ from matplotlib.path import Path
 from limitmason.arrays import Array, Flags, Index
 from limitmason.figures import style
 from limitmason.figures.outline import elevation_loops
-from limitmason.mechanics.motion import MovingJoints, RigidMotion
 from limitmason.mechanics.plane import Plane
+from limitmason.mechanics.rigid_motion import MovingJoints, RigidMotion
 from limitmason.model import Assembly
 
 

@@ -1,8 +1,6 @@
-"""Joint forces at collapse: resultants as segments at the centres of pressure, and the line of thrust."""
+"""Joint forces at collapse: resultants as segments at the centres of pressure."""
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,103 +9,18 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from limitmason.answers.results import Prediction
-from limitmason.arrays import Array, Flags, Index
+from limitmason.arrays import Array, Index
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
 from limitmason.figures.painter import VIEWPOINT_DEG
+from limitmason.figures.thrust_line import draw_thrust_line, thrust_lines
 from limitmason.mechanics.joint_forces import JointForces, joint_forces
-from limitmason.model import Assembly, AssemblyArrays
+from limitmason.model import Assembly
 from limitmason.model.model_call import of_model
-
-Pair = tuple[int, int]
 
 _PALE = "#b5b5b5"
 """Outlines under forces."""
-
-
-class ThrustLine(NamedTuple):
-    """Centres of pressure in the order of the blocks [m], (p, 3), the forces there [N], (p,), and their interfaces."""
-
-    centre: Array
-    force: Array
-    interfaces: tuple[int, ...]
-
-
-def thrust_lines(model: Assembly, forces: JointForces) -> list[ThrustLine]:
-    """Lines of thrust of arches and columns: centres of pressure in the order in which blocks follow each other.
-
-    There is one for every group of free blocks that form a chain, each with at most two neighbours; several interfaces
-    between the same two blocks count as one, their centres weighted by the normal forces.
-
-    Notes
-    -----
-    Between two joints the polyline is straight, the true line bends under the block's own weight.
-    """
-    x, fixed = model.arrays, model.fixed
-    pairs: dict[Pair, list[int]] = {}
-    for k, (a, b) in enumerate(zip(x.block_a.tolist(), x.block_b.tolist(), strict=True)):
-        if not (fixed[a] and fixed[b]):
-            pairs.setdefault((min(a, b), max(a, b)), []).append(k)
-    around: dict[int, list[Pair]] = {}
-    for pair in pairs:
-        for block in pair:
-            if not fixed[block]:
-                around.setdefault(block, []).append(pair)
-    lines, seen = [], set()
-    for start in around:
-        if start in seen:
-            continue
-        group, front = {start}, [start]
-        while front:
-            for pair in around[front.pop()]:
-                for other in pair:
-                    if not fixed[other] and other not in group:
-                        group.add(other)
-                        front.append(other)
-        seen |= group
-        if all(len(around[b]) <= 2 for b in group):
-            line = _line([pairs[p] for p in _in_order(group, around, fixed)], forces, x)
-            if line is not None:
-                lines.append(line)
-    return lines
-
-
-def _in_order(group: set[int], around: dict[int, list[Pair]], fixed: Flags) -> list[Pair]:
-    """Pairs of blocks along a chain, from a support or a free end, or none for a closed ring."""
-
-    def held(pair: Pair) -> bool:
-        return bool(fixed[pair[0]] or fixed[pair[1]])
-
-    ends = [b for b in sorted(group) if any(held(p) for p in around[b])]
-    ends += [b for b in sorted(group) if len(around[b]) == 1]
-    if not ends:
-        return []
-    block = ends[0]
-    first = next((p for p in around[block] if held(p)), around[block][0])
-    if not held(first):
-        block = first[0] + first[1] - block
-    order = [first]
-    while (pair := next((p for p in around[block] if p not in order), None)) is not None:
-        order.append(pair)
-        if held(pair):
-            break
-        block = pair[0] + pair[1] - block
-    return order
-
-
-def _line(joints: list[list[int]], forces: JointForces, x: AssemblyArrays) -> ThrustLine | None:
-    centres, sizes, used = [], [], []
-    for interfaces in joints:
-        rows = [k for k in interfaces if forces.carries[k]]
-        if not rows:
-            continue
-        weight = np.maximum(np.einsum("ij,ij->i", forces.force[rows], x.normal[rows]), 0.0)
-        weight = weight if weight.sum() > 0 else np.ones(len(rows))
-        centres.append((weight[:, None] * forces.centre[rows]).sum(axis=0) / weight.sum())
-        sizes.append(float(np.linalg.norm(forces.force[rows].sum(axis=0))))
-        used += rows
-    return ThrustLine(np.array(centres), np.array(sizes), tuple(used)) if len(centres) > 1 else None
 
 
 @of_model
@@ -168,7 +81,7 @@ def contact_forces(
     rows = np.array([k for k in np.flatnonzero(forces.carries).tolist() if k not in in_line], dtype=np.intp)
     _draw_segments(page.ax, forces, rows, axes, length * size, thickest)
     for line in lines:
-        _draw_line(page.ax, line, forces, axes, thickest)
+        draw_thrust_line(page.ax, line, forces, axes, thickest)
     unit, newtons = style.force_unit(largest)
     shares = (1.0, 0.5, 0.1) if largest > 0.0 else ()
     entries = [(style.BLACK, max(s * thickest, 0.3), f"{s * largest / newtons:.3g} {unit}") for s in shares]
@@ -202,16 +115,3 @@ def _draw_segments(
         list(ends), colors=colours, linewidths=np.maximum(thickest * size[rows] / size.max(), 0.25), zorder=4,
         gid="forces", capstyle="round",
     ))
-
-
-def _draw_line(ax: Axes, line: ThrustLine, forces: JointForces, axes: Array, thickest: float) -> None:
-    """Polyline as thick as the force, a dot at every centre of pressure, blue at the friction limit."""
-    flat = line.centre @ axes
-    width = thickest * line.force / np.linalg.norm(forces.force, axis=1).max()
-    ax.add_collection(LineCollection(
-        list(np.stack([flat[:-1], flat[1:]], axis=1)), colors=style.VERMILION, capstyle="round", zorder=4,
-        linewidths=np.maximum(0.5 * (width[:-1] + width[1:]), 0.4), gid="thrust line",
-    ))
-    sliding = [bool(forces.at_friction_limit[k]) for k in line.interfaces] if len(line.interfaces) == len(flat) else []
-    colours = [style.BLUE if s else style.BLACK for s in sliding] or style.BLACK
-    ax.scatter(flat[:, 0], flat[:, 1], s=7.0, c=colours, linewidths=0.0, zorder=4.5, gid="centres of pressure")

@@ -16,7 +16,7 @@ from limitmason.figures import style
 from limitmason.figures.outline import Edge, visible_edges
 from limitmason.figures.painter import Camera, back_to_front, piece_faces, places_behind
 from limitmason.geometry import Solid
-from limitmason.mechanics.motion import MovingJoints, RigidMotion
+from limitmason.mechanics.rigid_motion import MovingJoints, RigidMotion
 from limitmason.model import Assembly
 
 _LIGHT = np.array([-0.28, 0.55, 0.79])

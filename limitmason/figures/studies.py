@@ -17,7 +17,7 @@ from limitmason.comparison import SideBySide
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.methods import available_methods, get_method
-from limitmason.study.spread import running
+from limitmason.study.sampling import running
 from limitmason.study.table import Table
 
 _MONOLITH = Look("in one piece", "BLACK", "s")

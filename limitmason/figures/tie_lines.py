@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from limitmason.arrays import Array, Flags
 from limitmason.figures import style
-from limitmason.mechanics.motion import RigidMotion, largest_rates, velocity
+from limitmason.mechanics.rigid_motion import RigidMotion, largest_rates, velocity
 from limitmason.model import Assembly
 
 HELD, YIELDS = style.GREEN, style.PURPLE

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from limitmason.diagnosis import words as said
+from limitmason.diagnosis import verdict_text as said
 from limitmason.diagnosis.rehearse import OUTCOMES, Rehearsal
 from limitmason.diagnosis.report import check_lines
 from limitmason.figures.diagnosis_panels import diagnosis as diagnosis_figure

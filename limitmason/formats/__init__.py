@@ -12,7 +12,6 @@ from typing import Any
 from limitmason.answers.results import Prediction
 from limitmason.display.notebook import shows
 from limitmason.errors import InputError
-from limitmason.experiments.measured_table import MeasuredTable, read_measured, write_measured
 from limitmason.formats.answers import read_prediction, write_prediction
 from limitmason.formats.drawing import DRAWINGS, PLANE_DRAWINGS, DrawingModel, model_of_drawing, read_drawing
 from limitmason.formats.drawn_joints import Proposal, proposal
@@ -20,14 +19,15 @@ from limitmason.formats.dxf import read_dxf
 from limitmason.formats.meshes import read_solids
 from limitmason.formats.native import Model, read_json, write_json
 from limitmason.formats.obj import Solids, read_obj, write_obj
+from limitmason.formats.outline_repair import Cleaned, clean
 from limitmason.formats.outlines import Outlines
 from limitmason.formats.stones import MetStones, Stones, read_stones
 from limitmason.formats.svg import read_svg
 from limitmason.formats.template import write_model_template
-from limitmason.formats.tracing import Cleaned, clean
 from limitmason.formats.vtu import write_vtu
 from limitmason.model import Assembly, Loads
 from limitmason.storage.files import named_path
+from limitmason.storage.measured_table import MeasuredTable, read_measured, write_measured
 
 __all__ = [
     "DRAWINGS",

@@ -14,9 +14,9 @@ from limitmason.errors import InputError
 from limitmason.formats.dxf import read_dxf
 from limitmason.formats.meshes import read_solids
 from limitmason.formats.obj import read_obj
+from limitmason.formats.outline_repair import Cleaned, clean
 from limitmason.formats.outlines import Outlines
 from limitmason.formats.svg import read_svg
-from limitmason.formats.tracing import Cleaned, clean
 from limitmason.model import Assembly, Joint, Loads, Support
 from limitmason.storage.files import named_path
 

@@ -12,8 +12,8 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.formats.drawing import OPENINGS, PLANE_DRAWINGS, outlines_of, read_drawing
+from limitmason.formats.outline_repair import need_shapely
 from limitmason.formats.outlines import Outlines
-from limitmason.formats.tracing import need_shapely
 from limitmason.model import ContactError
 from limitmason.storage.files import named_path
 

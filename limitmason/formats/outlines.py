@@ -13,8 +13,8 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.checks import several
 from limitmason.errors import InputError
+from limitmason.formats.outline_repair import loops, need_shapely
 from limitmason.formats.svg_paths import LARGEST
-from limitmason.formats.tracing import loops, need_shapely
 from limitmason.model.plausibility import PlausibilityWarning
 
 _OVER = 0.02

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from limitmason.answers.results import Prediction
 from limitmason.checks import choice
 from limitmason.errors import InputError
-from limitmason.mechanics.motion import checked_twists, finite_motion, joint_rates, velocity
+from limitmason.mechanics.rigid_motion import checked_twists, finite_motion, joint_rates, velocity
 from limitmason.model import Assembly
 from limitmason.storage.files import named_path, utf8, write_text
 

@@ -9,7 +9,7 @@ from limitmason.limit.range.bracket import Bracket, limit_bracket
 from limitmason.limit.range.proven_range import ProvenRange, proven_range
 from limitmason.limit.settlement import settlement_analysis
 from limitmason.limit.strengthening import Strengthening, strengthen
-from limitmason.limit.thrusts import Thrust, thrust
+from limitmason.limit.thrust_range import Thrust, thrust
 
 __all__ = [
     "AxleEnvelope",

@@ -21,7 +21,7 @@ from limitmason.methods import get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.storage.frozen import ReadOnly
-from limitmason.study.draws import (
+from limitmason.study.random_joints import (
     BLOCK_BOUNDS,
     BOUNDS,
     UNITS,
@@ -32,7 +32,7 @@ from limitmason.study.draws import (
     draw_blocks,
     draw_joints,
 )
-from limitmason.study.spread import Stop
+from limitmason.study.sampling import Stop, latin_hypercube
 from limitmason.study.sweep import RunOptions, sweep
 from limitmason.study.table import Table
 from limitmason.study.ties import LinkedFormulas
@@ -114,7 +114,7 @@ def monte_carlo(
         raise InputError('a stopping rule needs scheme="random": a Latin hypercube is one whole')
     choice("scheme", scheme, SCHEMES)
     samples = count("samples", samples)
-    shares = _stratified(len(names), samples, seed) if scheme == SCHEMES[0] else _independent(names, samples, seed)
+    shares = latin_hypercube(len(names), samples, seed) if scheme == SCHEMES[0] else _independent(names, samples, seed)
     points = [{"sample": k, "shares": dict(zip(names, shares[k].tolist(), strict=True))} for k in range(samples)]
     drawn = RandomInputs(joints, blocks, ties, parameters, seed)
     one = functools.partial(_sample, build, run or _Multiplier(method, dict(options or {})), drawn)
@@ -207,12 +207,6 @@ def _variables(
     once = [n for n in BOUNDS if n in joints and joints[n].per == "assembly"]
     once += [n for n in BLOCK_BOUNDS if n in blocks and blocks[n].per == "assembly"]
     return [*once, *parameters], joints, parameters
-
-
-def _stratified(width: int, samples: int, seed: int) -> Array:
-    if width == 0:
-        return np.zeros((samples, 0))
-    return qmc.LatinHypercube(d=width, seed=np.random.default_rng(seed)).random(samples)
 
 
 def _independent(names: Sequence[str], samples: int, seed: int) -> Array:

@@ -17,7 +17,7 @@ from limitmason.model.assembly import Assembly
 from limitmason.storage.csv_table import Tabular
 from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.blocks import closed_system
-from limitmason.vibration.lowest import REST, largest_of, lowest
+from limitmason.vibration.eigensolver import REST, largest_of, lowest
 from limitmason.vibration.system import Vibrates, VibratingSystem
 
 _AT_REST = 1e-6  # of the largest frequency found: below it nothing holds the motion

@@ -38,12 +38,12 @@ def test_every_example_of_the_help_runs_as_printed(tmp_path, monkeypatch, capsys
     pytest.importorskip("svg.path")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(models.webbrowser, "open", lambda address: True)
-    printed = re.findall(r"^  limitmason (.*?)(?: {2,}.*)?$", cli._EPILOG, re.MULTILINE)
+    printed = re.findall(r"^  limitmason (.*?)(?: {2,}.*)?$", cli.parser._EPILOG, re.MULTILINE)
     assert len(printed) > 20
     for line in printed:
         words = shlex.split(line)
         if line.startswith(LONG):
-            assert hasattr(cli._parser().parse_args(words), "run"), line
+            assert hasattr(cli.parser.command_parser().parse_args(words), "run"), line
             continue
         status, _, err = run(*words, capsys=capsys)
         assert status == (1 if "facade.svg" in line and words[0] == "check" else 0), f"{line}\n{err}"

@@ -88,7 +88,7 @@ def leaves(parser: argparse.ArgumentParser, path: tuple[str, ...] = ()):
             yield from leaves(child, (*path, name))
 
 
-COMMANDS = dict(leaves(cli._parser()))
+COMMANDS = dict(leaves(cli.parser.command_parser()))
 BASES = {
     "experiments list": ["experiments", "list"],
     "experiments show": ["experiments", "show", "ferris-tin-loi-2001/wall-1"],

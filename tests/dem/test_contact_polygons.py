@@ -5,12 +5,12 @@ import pytest
 
 import dem
 import limitmason as lm
-from dem.contact.inheritance import inherit, keep_energy
 from dem.contact.new_joints import cut
+from dem.contact.state_transfer import inherit, keep_energy
 from dem.kernels import CROSSING, FACES, MOST, ROOM, Meetings
 from dem.kernels.cutting import spread
-from dem.kernels.inheriting import HARDER
 from dem.kernels.outlines import convex_hull, slope_of
+from dem.kernels.point_transfer import HARDER
 from limitmason.geometry import box
 
 SQUARE = ((0.0, 0.0), (0.3, 0.0), (0.3, 0.2), (0.0, 0.2))

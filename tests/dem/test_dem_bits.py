@@ -20,8 +20,8 @@ from dem.kernels import compiled
 @pytest.mark.parametrize(
     "name",
     [
-        "joint_law.return_map", "joint_law.stress", "joint_law.strength_of", "added.with_added", "sums.point_sums",
-        "deformed.strained_sums", "forces._joint_forces", "zone_measure._zone_stresses",
+        "joint_law.return_map", "joint_law.stress", "joint_law.strength_of", "added_terms.with_added",
+        "sums.point_sums", "deformed.strained_sums", "joint_forces._joint_forces", "zone_measure._zone_stresses",
     ],
 )
 def test_what_sums_over_contact_points_is_part_of_its_caller(name):

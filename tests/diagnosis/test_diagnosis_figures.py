@@ -11,7 +11,7 @@ from diagnosis_models import CAUSES, HEIGHTS, ROUNDING, data, kinds, pulled, spe
 
 import limitmason as lm
 from limitmason.diagnosis import Cause, Noise, Study
-from limitmason.diagnosis.words import headline
+from limitmason.diagnosis.verdict_text import headline
 from limitmason.figures.residuals import kinds_note, residual_panel
 
 KINDS = ("none", "cause", "either", "two", "unexplained", "scatter")

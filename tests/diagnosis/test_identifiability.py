@@ -14,7 +14,7 @@ from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, CONSTANT, Discrepancy
 from limitmason.diagnosis.inference.fit import Likelihood
 from limitmason.diagnosis.inference.noise import Draws
-from limitmason.diagnosis.inference.shared import (
+from limitmason.diagnosis.inference.shared_noise import (
     LEAST,
     alike,
     assumed,

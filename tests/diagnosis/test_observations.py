@@ -12,10 +12,10 @@ import limitmason as lm
 from limitmason import causes
 from limitmason.cli import main
 from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study, curves
-from limitmason.diagnosis.from_folder import write_folder
-from limitmason.diagnosis.inference.kinds import Evidence, agree, foretold
+from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, foretold
+from limitmason.diagnosis.outliers import standing_out
+from limitmason.diagnosis.read_folder import write_folder
 from limitmason.diagnosis.simulate import several
-from limitmason.diagnosis.standing_out import standing_out
 from limitmason.errors import InputError
 
 SCATTER = {"peak": 0.04, "stiffness": 0.05, "frequency 1": 0.01}

@@ -13,7 +13,7 @@ from limitmason.diagnosis import Cause, Observation, Rule, Study
 from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, Rivals, dependences
 from limitmason.diagnosis.inference.fit import Likelihood
 from limitmason.diagnosis.inference.judge import Judge
-from limitmason.diagnosis.inference.shared import Components
+from limitmason.diagnosis.inference.shared_noise import Components
 from limitmason.diagnosis.inference.trends import Trends, one_of_each, same
 
 LISTED = [Cause("first", "x", 0.0, (-1.0, 1.0)), Cause("second", "y", 0.0, (-1.0, 1.0))]

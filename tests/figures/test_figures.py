@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 from limitmason import Assembly, Loads, figures
 from limitmason.figures import outline
 from limitmason.geometry import box
-from limitmason.mechanics import motion
+from limitmason.mechanics import rigid_motion
 
 # ---- mechanism in elevation -------------------------------------------------------------------------------------
 
@@ -59,7 +59,7 @@ def test_largest_displacement_is_the_stated_fraction_of_the_structure():
 
 def test_rotation_is_bounded_however_large_the_scale():
     assembly = make_column(1)
-    turned = motion.drawn_motion(assembly, rocking(assembly, [1]).mechanism.twists, 50.0)
+    turned = rigid_motion.drawn_motion(assembly, rocking(assembly, [1]).mechanism.twists, 50.0)
     angle = math.acos(0.5 * (np.trace(turned.rotation[1]) - 1.0))
     assert angle == pytest.approx(0.35)
     with pytest.raises(ValueError, match="scale must be positive"):
@@ -71,16 +71,16 @@ def test_finite_motion_is_a_rotation_about_the_instantaneous_axis():
     centroids, twists = rng.normal(size=(5, 3)), rng.normal(size=(5, 6))
     twists[0, 3:] = 0.0
     twists[1, 3:] *= 1e-6
-    small = motion.finite_motion(centroids, twists, 1e-6)
+    small = rigid_motion.finite_motion(centroids, twists, 1e-6)
     points = centroids + rng.normal(size=(5, 3))
     rate = twists[:, :3] + np.cross(twists[:, 3:], points - centroids)
     assert np.allclose((small.moved(points, np.arange(5)) - points) / 1e-6, rate, atol=1e-5)
     # following the same twist twice as long equals going on from where the block is, with the twist it carries along
-    half, full = motion.finite_motion(centroids, twists, 0.4), motion.finite_motion(centroids, twists, 0.8)
+    half, full = rigid_motion.finite_motion(centroids, twists, 0.4), rigid_motion.finite_motion(centroids, twists, 0.8)
     middle = half.moved(centroids, np.arange(5))
     spin = twists[:, 3:]
     velocity = twists[:, :3] + np.cross(spin, middle - centroids)
-    again = motion.finite_motion(middle, np.hstack([velocity, spin]), 0.4)
+    again = rigid_motion.finite_motion(middle, np.hstack([velocity, spin]), 0.4)
     there = half.moved(points, np.arange(5))
     assert np.allclose(again.moved(there, np.arange(5)), full.moved(points, np.arange(5)), atol=1e-9)
     assert np.allclose(full.rotation @ np.swapaxes(full.rotation, 1, 2), np.eye(3))

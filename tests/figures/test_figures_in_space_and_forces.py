@@ -23,9 +23,11 @@ from matplotlib.colors import to_rgba
 import limitmason as lm
 from limitmason import Assembly, figures
 from limitmason.answers.results import Resultants
-from limitmason.figures import forces, outline, painter, style
+from limitmason.figures import outline, painter, style
+from limitmason.figures.thrust_line import thrust_lines
 from limitmason.geometry import box
 from limitmason.geometry.rotation import rotation_matrices
+from limitmason.mechanics.joint_forces import joint_forces
 
 # ---- space ------------------------------------------------------------------------------------------------------
 
@@ -213,9 +215,9 @@ def test_a_wall_has_no_line_of_thrust():
     resultants = Resultants(
         np.ones(k), np.zeros((k, 2)), np.zeros((k, 2)), np.zeros(k), x.centre, np.arange(k), x.area, 1e3 * x.normal
     )
-    found = forces.joint_forces(wall, make_prediction(wall, None, resultants))
+    found = joint_forces(wall, make_prediction(wall, None, resultants))
     assert found.carries.all()
-    assert forces.thrust_lines(wall, found) == []
+    assert thrust_lines(wall, found) == []
 
 
 def test_line_of_thrust_of_an_arch_runs_from_springing_to_springing():
@@ -230,7 +232,7 @@ def test_line_of_thrust_of_an_arch_runs_from_springing_to_springing():
     resultants = Resultants(
         np.ones(k), np.zeros((k, 2)), np.zeros((k, 2)), np.zeros(k), x.centre, np.arange(k), x.area, 1e3 * x.normal
     )
-    (line,) = forces.thrust_lines(arch, forces.joint_forces(arch, make_prediction(arch, None, resultants)))
+    (line,) = thrust_lines(arch, joint_forces(arch, make_prediction(arch, None, resultants)))
     polar = np.arctan2(line.centre[:, 2], line.centre[:, 0])
     assert len(polar) == 8
     assert (np.diff(polar) > 0).all() or (np.diff(polar) < 0).all()

@@ -10,7 +10,7 @@ import limitmason as lm
 from limitmason import formats
 from limitmason.cli import main
 from limitmason.errors import InputError
-from limitmason.formats.tracing import loops
+from limitmason.formats.outline_repair import loops
 from limitmason.geometry import polygon_area_centroid
 
 ezdxf = pytest.importorskip("ezdxf")

@@ -8,7 +8,7 @@ from facades import JOINT, MU, associative, built, outwards
 
 import limitmason as lm
 import mechanisms as me
-from mechanisms.motion import ESTIMATE_INADMISSIBLE, UPPER
+from mechanisms.velocity_field import ESTIMATE_INADMISSIBLE, UPPER
 
 
 def test_smallest_bound_leads_and_the_smallest_estimate_is_named_beside_it():

@@ -11,7 +11,7 @@ import mechanisms as me
 from limitmason.constants import GRAVITY
 from limitmason.mechanics.dissipation import point_rates
 from mechanisms.classical import flat_levels
-from mechanisms.motion import ESTIMATE_INADMISSIBLE, UPPER
+from mechanisms.velocity_field import ESTIMATE_INADMISSIBLE, UPPER
 
 
 def without_heads(wall):

@@ -10,7 +10,7 @@ from pulled_in_ends import AT, OTHERS, between, check_falling_branch, check_fram
 import dem
 import limitmason as lm
 from limitmason import experiments
-from limitmason.capacity import Steps, generations, imperfection_ensemble
+from limitmason.capacity import Steps, contact_generations, imperfection_ensemble
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import box
 
@@ -75,7 +75,7 @@ def test_a_corner_that_comes_over_a_deep_gap_before_another_leaves_does_not_bear
 
 
 def test_a_curve_whose_contacts_are_never_found_anew_is_noticed(monkeypatch):
-    monkeypatch.setattr(generations, "found_anew", lambda *_: None)
+    monkeypatch.setattr(contact_generations, "found_anew", lambda *_: None)
     curve = lm.pushover(*on_a_plinth(), stiffness=1e9, to=0.3)
     assert curve.load[-1] == pytest.approx(0.4, rel=1e-3)  # it slides on over the edge
 

@@ -12,10 +12,10 @@ from referee.statics import Statics
 import dem
 import limitmason as lm
 from limitmason.capacity import Steps
+from limitmason.capacity.contact_generations import RUNS_OFF
 from limitmason.capacity.contact_search.crossing import is_crossing
 from limitmason.capacity.contact_search.touching import outside
 from limitmason.capacity.contacts import NO_CORNER
-from limitmason.capacity.generations import RUNS_OFF
 from limitmason.geometry import box
 from limitmason.mechanics.contact_points import contact_points
 from limitmason.mechanics.plane import find_plane

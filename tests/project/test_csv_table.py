@@ -11,10 +11,10 @@ import limitmason as lm
 from limitmason import experiments, study
 from limitmason.cli.pushover import _write
 from limitmason.errors import InputError
-from limitmason.experiments.measured_table import read_measured, write_measured
 from limitmason.experiments.tables import folder, parse_table, read_description, read_table
 from limitmason.storage import csv_table
 from limitmason.storage.csv_table import parsed, table_text, write_table
+from limitmason.storage.measured_table import read_measured, write_measured
 
 OLD = "stone,height,peak\n-,m,kN\ngranite,1.2,41.5\nsandstone,1.0,22.9\n"
 NEW = "stone,height,peak\n# units: -,m,kN\n# a note\ngranite,1.2,41.5\nsandstone,1.0,22.9\n"

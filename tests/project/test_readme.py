@@ -50,7 +50,7 @@ def test_a_newcomer_reads_one_page():
 
 
 def test_commands_of_the_readme_and_its_pages_exist():
-    from limitmason.cli import _parser
+    from limitmason.cli.parser import command_parser
 
     text = README + "".join((ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") for name in MOVED)
     commands = re.findall(r"`limitmason ([^`]*)`", text) + re.findall(r"^limitmason (.*)$", README, flags=re.MULTILINE)
@@ -58,7 +58,7 @@ def test_commands_of_the_readme_and_its_pages_exist():
     for command in commands:
         words = ["x" if w in ("SOURCE", "SPECIMEN") else w for w in command.split()]
         if "--help" not in words:
-            _parser().parse_args(words)
+            command_parser().parse_args(words)
 
 
 def test_linked_files_exist():

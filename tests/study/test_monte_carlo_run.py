@@ -16,7 +16,7 @@ from walls import bonded_stack
 
 import limitmason as lm
 from limitmason import study
-from limitmason.study.draws import draw_blocks
+from limitmason.study.random_joints import draw_blocks
 from limitmason.study.ties import LinkedFormulas
 from validation import panel_surrogate as surrogate
 

@@ -12,7 +12,7 @@ from walls import on_slab
 import limitmason as lm
 from limitmason import study
 from limitmason.study.block_size import scaled_unit
-from limitmason.study.draws import draw_joints
+from limitmason.study.random_joints import draw_joints
 
 DRAWS = {
     "friction_coefficient": study.Random(study.normal(0.65, 0.1)),

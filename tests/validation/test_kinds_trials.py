@@ -11,7 +11,7 @@ import limitmason as lm
 from limitmason import causes
 from limitmason.diagnosis import Cause, Observation, Study, curves
 from limitmason.diagnosis.inference import judge
-from limitmason.diagnosis.inference.kinds import Evidence
+from limitmason.diagnosis.inference.evidence_by_kind import Evidence
 from limitmason.diagnosis.observations import Rows
 
 pytestmark = pytest.mark.slow

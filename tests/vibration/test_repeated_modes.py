@@ -12,7 +12,7 @@ from limitmason.continuum import Box, Continuum
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.vibration import ModalTest
-from limitmason.vibration.lowest import lowest
+from limitmason.vibration.eigensolver import lowest
 from limitmason.vibration.system import VibratingSystem
 
 JOINT = lm.Joint(40.0, normal_stiffness=1e9, shear_stiffness=1e9)

@@ -7,7 +7,7 @@ import numpy as np
 
 from limitmason.diagnosis import Extension, Rule
 from limitmason.diagnosis.inference.plan import distances
-from limitmason.diagnosis.inference.shared import assumed
+from limitmason.diagnosis.inference.shared_noise import assumed
 
 from . import campaign_store as store
 from . import campaigns, surface

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from limitmason.diagnosis.rehearse import binomial_interval
-from limitmason.diagnosis.words import headline
+from limitmason.diagnosis.verdict_text import headline
 
 from . import campaigns
 from .kinds_curves import Curves

@@ -9,7 +9,7 @@ import numpy as np
 from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.noise import Draws, Noise
-from limitmason.diagnosis.inference.shared import Shares, alike, assumed
+from limitmason.diagnosis.inference.shared_noise import Shares, alike, assumed
 from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.inference.verdict import Rule
 from limitmason.display.progress import reached, watched

@@ -10,7 +10,7 @@ from scipy.special import bdtr, bdtrc, chdtrc
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.fit import BestFit, Likelihood
 from limitmason.diagnosis.inference.noise import Drawn, Draws
-from limitmason.diagnosis.inference.shared import PLAUSIBLE, much_and_little
+from limitmason.diagnosis.inference.shared_noise import PLAUSIBLE, much_and_little
 from limitmason.diagnosis.inference.trends import same
 from limitmason.diagnosis.inference.verdict import Doubt, Rule, Tested, Verdict, VerdictKind
 

@@ -7,9 +7,9 @@ import numpy as np
 from scipy.special import chdtrc
 
 from limitmason.diagnosis.inference.design import Design, Listed, Names
+from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, by_kind
 from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.grid import Grid, at_measured
-from limitmason.diagnosis.inference.kinds import Evidence, agree, by_kind
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.plan import NINE_IN_TEN, distances, reached_at
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from limitmason.diagnosis.inference.design import Names
+from limitmason.diagnosis.inference.evidence_by_kind import Evidence
 from limitmason.diagnosis.inference.fit import BestFit
-from limitmason.diagnosis.inference.kinds import Evidence
 from limitmason.diagnosis.inference.missing import Missing
 from limitmason.diagnosis.inference.noise import DRAWS
 

@@ -33,7 +33,7 @@ from limitmason.figures.solid import block_size
 from limitmason.figures.style import force_text, round_length
 from limitmason.geometry.polyhedron import face_plane
 from limitmason.mechanics.joint_forces import joint_forces
-from limitmason.mechanics.motion import checked_twists, drawn_motion, free_bounds, structure_size
+from limitmason.mechanics.rigid_motion import checked_twists, drawn_motion, free_bounds, structure_size
 from limitmason.model import Assembly
 from limitmason.storage.files import named_path, write_text
 from limitmason.vibration import Modes

@@ -34,8 +34,8 @@ from limitmason.diagnosis.inference.noise import Measured
 from limitmason.diagnosis.observations import Observation
 from limitmason.diagnosis.simulate import MODAL_TEST
 from limitmason.errors import InputError
-from limitmason.experiments.measured_table import MeasuredTable, read_measured
 from limitmason.experiments.series import copy_template
+from limitmason.storage.measured_table import MeasuredTable, read_measured
 from limitmason.vibration import ModalTest
 
 SPECIMENS, MEASURED, QUANTITIES, PREDICTED = FILES = "specimens.csv", "measured.csv", "quantities.csv", "predicted.csv"

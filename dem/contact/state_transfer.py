@@ -62,8 +62,8 @@ def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, fami
     Energy is lost where keeping it would press harder. On an area A an even force N stores N^2 / (2 kn A), so that with
     the same force a joint of which dA is gone holds dA / A more: who keeps the energy has a force sqrt(1 - dA / A) of
     what it was, and on points that are pressed less evenly than before, one that is larger. It may be so by
-    :data:`dem.kernels.inheriting.HARDER`: at twice the force a block that slides from one stone to the next is shaken
-    at every edge that it passes.
+    :data:`dem.kernels.point_transfer.HARDER`: at twice the force a block that slides from one stone to the next is
+    shaken at every edge that it passes.
 
     Parameters
     ----------

@@ -7,8 +7,8 @@ import numpy as np
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.discrepancy import CONSTANT, DRIFT, TOGETHER
 from limitmason.diagnosis.inference.verdict import Identification
+from limitmason.diagnosis.outliers import carried_by, standing_out_words
 from limitmason.diagnosis.result import Findings
-from limitmason.diagnosis.standing_out import carried_by, standing_out_words
 
 FEW = 5  # causes named in one sentence
 OPEN = 0.10  # largest share of sets without the truth, upper end, for a set to be said as closed

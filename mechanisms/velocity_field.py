@@ -20,7 +20,7 @@ from limitmason.mechanics.resultants import scaled_mechanism
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.parameters import Facade, load_direction, wall_recipe
-from mechanisms.virtual_work import check_contacts
+from mechanisms.virtual_work_check import check_contacts
 
 UPPER = Bound(
     BoundKind.UPPER,

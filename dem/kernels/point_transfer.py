@@ -6,7 +6,7 @@ import numpy as np
 
 from dem.kernels.arrays import LAW, Array, Index, Joints, Points
 from dem.kernels.compiled import kernel
-from dem.kernels.shapes import CROSSING
+from dem.kernels.contact_geometry import CROSSING
 
 HARDER = 1.05
 """Normal force of joints on one face after they are cut anew, over that before, up to which they keep their energy."""

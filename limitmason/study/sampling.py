@@ -1,15 +1,23 @@
-"""What many random runs say: mean and spread with their sampling error, and when to stop."""
+"""Random samples: a Latin hypercube, what many runs say with its sampling error, and when to stop."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import qmc
 
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
 from limitmason.study.table import Table
+
+
+def latin_hypercube(width: int, samples: int, seed: int) -> Array:
+    """Points in the unit cube, one in each of n slices of every coordinate [-], shape (n = samples, width)."""
+    if width == 0:  # which scipy refuses
+        return np.zeros((samples, 0))
+    return np.asarray(qmc.LatinHypercube(d=width, seed=np.random.default_rng(seed)).random(samples))
 
 
 @dataclass(frozen=True, eq=False)
