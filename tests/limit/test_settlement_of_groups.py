@@ -22,17 +22,18 @@ def reaction(assembly, support, direction="-z"):
     return found.reaction.least
 
 
-def test_a_support_that_carries_nothing_has_no_reaction():
-    """A block beside the structure, alone on the ground: nothing rests on it."""
+@pytest.mark.parametrize("joint", [JOINT, lm.Joint(30.0, compressive_strength=1e6)], ids=["dry", "crushing"])
+def test_a_support_that_carries_nothing_has_no_reaction(joint):
+    """A block beside the structure, alone on the ground: nothing rests on it, and no joint of others is asked."""
     pier, beside, load = (box(*p) for p in (((0, 0, 0), (1, 1, 1)), ((2, 0, 0), (3, 1, 1)), ((0, 0, 1), (1, 1, 2))))
-    made = lm.Assembly.from_polyhedra([pier, beside, load], joint=JOINT, fixed=[0, 1])
+    made = lm.Assembly.from_polyhedra([pier, beside, load], joint=joint, fixed=[0, 1])
     found = lm.settlement_analysis(made, 1)
     assert found.status == "solved"
     assert found.reaction.least == 0.0
     assert found.reaction.stands_without
     wall = lm.Assembly.from_polygons(
         [np.array([(x, z), (x + 1, z), (x + 1, z + 1), (x, z + 1)], float) for x, z in ((0, 0), (2, 0), (0, 1))],
-        thickness=1.0, joint=JOINT, fixed=[0, 1],
+        thickness=1.0, joint=joint, fixed=[0, 1],
     )
     assert lm.settlement_analysis(wall, 1).reaction.least == 0.0
 

@@ -41,6 +41,11 @@ def test_an_answer_that_is_off_is_found_by_own_statics():
     assert list(spoiled("limit", more)) == ["own statics"]
 
 
+def test_own_statics_hold_where_sizes_lie_decades_apart():
+    """Shims under a giant: an interior point ends at .601, the tangent planes of the same cones at .636 from above."""
+    assert trial(ENGINES["limit"], 4711, 436, ())["outcome"] == "agree"
+
+
 def test_an_answer_that_depends_on_axes_numbers_or_units_is_found_by_the_laws():
     def by_place(answer, model):
         q = answer["frequency"]

@@ -1,5 +1,7 @@
 """Adapters of limit analysis, settlement, elastic range and modes, judged by own programs and own elasticity."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .engine import REFUSED, number
@@ -33,10 +35,18 @@ def judge_limit(model: Model, answer: Answer) -> list[str]:
     """The static theorem by own programs; for cohesive faces in space an upper bound of it."""
     own, found = Statics(model), answer["multiplier"].value
     if exact(model):
-        return _beside(own.limit(), found, answer["status"])
+        return _sharply(lambda sharp: _beside(own.limit(sharp=sharp), found, answer["status"]))
     if any(np.isfinite(w.crushing) for w in (model.law, *model.laws.values())) or np.isnan(found):
         return []
-    most = own.limit()
+    return _sharply(lambda sharp: _at_most(own.limit(sharp=sharp), found))
+
+
+def _sharply(complaints: Callable[[bool], list[str]]) -> list[str]:
+    """Complaints that own statics keep where their interior point gives way to linear programs of full precision."""
+    return complaints(False) and complaints(True)
+
+
+def _at_most(most: float, found: float) -> list[str]:
     # both meet equilibrium to 1e-6 of a block's own load, which may be worth some times that in the multiplier
     return [f"{found!r}, own statics at most {most!r}"] if found > most + 1e-5 * abs(most) else []
 
@@ -74,8 +84,12 @@ def judge_settlement(model: Model, answer: Answer) -> list[str]:
     dead, push = model.dead.copy(), np.zeros_like(model.dead)
     dead[list(model.group)] = 0.0
     push[model.group[0], :3] = model.down * model.weight
-    own = Statics(model).largest(dead, push, model.group, model.down)
-    return _beside(own, -answer["reaction"].value / model.weight, answer["status"], 1.0)
+    own, found = Statics(model), -answer["reaction"].value / model.weight
+    return _sharply(
+        lambda sharp: _beside(
+            own.largest(dead, push, model.group, model.down, sharp=sharp), found, answer["status"], 1.0
+        )
+    )
 
 
 # ---- elastic range, modes -------------------------------------------------------------------------------------------

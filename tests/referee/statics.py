@@ -9,6 +9,7 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import eigh
 
+from .linear import INFEASIBLE, OPTIMAL, maximise
 from .model import Model, Pull
 from .space import Face, find_contacts, mass
 
@@ -37,14 +38,16 @@ class Statics:
     # ---- the static theorem -----------------------------------------------------------------------------------------
 
     def largest(
-        self, dead: Array, live: Array, group: tuple[int, ...] = (), down: Array | None = None, turning: bool = False
+        self, dead: Array, live: Array, group: tuple[int, ...] = (), down: Array | None = None, turning: bool = False,
+        sharp: bool = False,
     ) -> float:
         """Largest t with forces within the law in balance with dead + t live [-]; NaN without one, inf without end.
 
         Exact for dry faces, and in plane for cohesive ones: forces at corners, strength shared as areas are. A group is
         one body guided along ``down``. Every block's rows are in units of its own load, every force of the lighter one.
         Cohesion in space: an upper bound, since corners bear every torsion that a face does. A tie that
-        is ``turning`` pulls any way: an upper bound for one that turns as its blocks slide.
+        is ``turning`` pulls any way: an upper bound for one that turns as its blocks slide. ``sharp``: by linear
+        programs to full precision, where sizes and weights decades apart leave an interior point too little.
         """
         m = self.model
         force, size = np.full(len(self.volume), m.weight / len(m.free)), m.length
@@ -77,14 +80,17 @@ class Statics:
             strengths.append(t.strength / unit)
         matrix = np.hstack([rows @ np.hstack(columns), (rows @ (live.ravel() / scale))[:, None]])
         right = -rows @ (dead.ravel() / scale)
+        if sharp and not np.isnan(found := _sharp(matrix, right, cones, bounds, np.array(strengths))):
+            return found
         return _maximise(matrix, right, cones, bounds, np.array(strengths), turning)
 
-    def limit(self, turning: bool = False) -> float:
+    def limit(self, turning: bool = False, sharp: bool = False) -> float:
         """Multiplier by the static theorem [-]: -inf where dead load alone cannot be borne, NaN where none is found."""
-        stands = self.largest(np.zeros_like(self.model.dead), self.model.dead, turning=turning)
+        m = self.model
+        stands = self.largest(np.zeros_like(m.dead), m.dead, turning=turning)
         if abs(stands - 1.0) < 1e-6 or np.isnan(stands):
             return float("nan")
-        return self.largest(self.model.dead, self.model.live, turning=turning) if stands > 1.0 else float("-inf")
+        return self.largest(m.dead, m.live, turning=turning, sharp=sharp) if stands > 1.0 else float("-inf")
 
     # ---- elasticity -------------------------------------------------------------------------------------------------
 
@@ -279,3 +285,34 @@ def _maximise(matrix, right, cones, bounds, strengths, turning: bool, accuracy: 
     if status == "Solved":
         return float(answer.x[-1])
     return {"DualInfeasible": np.inf, "PrimalInfeasible": -np.inf}.get(status, np.nan)
+
+
+def _sharp(matrix, right, cones, bounds, strengths) -> float:
+    """The same without turning ties, from above: cones by tangent planes, more where a maximiser leaves them."""
+    count, n, before = matrix.shape[1], len(cones), np.inf
+    planes, limits = [], []
+
+    def bound(limit: float, first: int, *values: float) -> None:
+        planes.append(np.pad(values, (first, count - first - len(values))))
+        limits.append(limit)
+
+    for k, ((mu, c), pull) in enumerate(zip(cones, bounds, strict=True)):
+        bound(pull, 3 * k, -1.0)
+        for angle in np.arange(8) * np.pi / 4:
+            bound(c, 3 * k, -mu, np.cos(angle), np.sin(angle))
+    for k, strength in enumerate(strengths, start=3 * n):
+        bound(strength, k, 1.0)
+        bound(0.0, k, -1.0)
+    for _ in range(100):
+        found = maximise(np.eye(count)[-1], matrix, right, np.array(planes), np.array(limits))
+        if found.status != OPTIMAL:
+            return -np.inf if found.status == INFEASIBLE else np.nan
+        if before - found.value <= 1e-11 * abs(found.value):
+            return found.value
+        before = found.value
+        for k, (mu, c) in enumerate(cones):
+            normal, x, y = found.x[3 * k : 3 * k + 3]
+            size = float(np.hypot(x, y))
+            if size > c + mu * normal:
+                bound(c, 3 * k, -mu, x / size, y / size)
+    return np.nan

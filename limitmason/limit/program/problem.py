@@ -167,7 +167,8 @@ def make_problem(
             "in_plane=True, but blocks, rectangular interfaces and loads are not all symmetric about one plane"
         )
     x = assembly.links
-    refuse(ASSOCIATIVE, assembly, where=CORNERS if contact_model == "vertices" and plane is None else "")
+    seen = np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b]))
+    refuse(ASSOCIATIVE, assembly, seen, where=CORNERS if contact_model == "vertices" and plane is None else "")
     points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, ties=True)
     if plane is not None or contact_model != "vertices":
         cells = {}
