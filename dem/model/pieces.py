@@ -78,7 +78,7 @@ def _bent(vertices: Array, faces: Sequence[tuple[int, ...]], edges: Index) -> Fl
     """Edges of solids of one topology that are none inside a plane, as triangulation leaves them, shape (k, e)."""
     normal = np.empty((len(vertices), len(faces), 3))
     for f, face in enumerate(faces):
-        x = vertices[:, list(face)]
+        x = vertices[:, list(face)] - vertices[:, :1]  # products of map coordinates would leave nothing of a face
         n = np.cross(x, np.roll(x, -1, axis=1)).sum(axis=1)
         normal[:, f] = n / np.linalg.norm(n, axis=1)[:, None]
     return np.asarray(np.einsum("kei,kei->ke", normal[:, edges[:, 2]], normal[:, edges[:, 3]]) < 1.0 - 1e-10)

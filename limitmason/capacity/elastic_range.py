@@ -37,6 +37,9 @@ from limitmason.storage.frozen import ReadOnly
 _NOTHING = 1e-9
 """Of the largest stress that a load makes: below is none. Blocks moved by 1e-12 m make 1e-12, rounding alone 5e-15."""
 
+_ROUNDED = 2e-14
+"""The same for each size of the model between it and the origin: what is rounded in map coordinates."""
+
 _SAME = 1e-9  # of a stiffness, of an area, and of the model's size
 
 
@@ -128,7 +131,7 @@ class ElasticRange(ReadOnly):
         """
         if sense not in (-1, 1) or criterion not in (None, *CRITERIA):
             raise InputError(f"sense is 1 or -1 and criterion one of {', '.join(CRITERIA)}, got {sense}, {criterion!r}")
-        dead, live = _beyond_rounding(self.dead), _beyond_rounding(self.live)
+        dead, live = self._beyond_rounding(self.dead), self._beyond_rounding(self.live)
         found = []
         for name in CRITERIA if criterion is None else (criterion,):
             bound = sense * point_range(name, self._law, dead, live)[(1 + sense) // 2]
@@ -141,9 +144,15 @@ class ElasticRange(ReadOnly):
     def _law(self) -> PointLaw:
         return interface_law(self.assembly.arrays, convex=False).at(self.points.interface)
 
+    def _beyond_rounding(self, stress: Array) -> Array:
+        """Stresses of a load without those of no size beside the largest, which dry joints have no strength to hide."""
+        corners = self.assembly.arrays.corners
+        nothing = max(_NOTHING, _ROUNDED * np.abs(corners).max() / np.ptp(corners, axis=0).max())
+        return np.where(np.abs(stress) > nothing * np.abs(stress).max(), stress, 0.0)
+
     def _by_dead_load(self, high: Onset) -> str:
         """What own weight alone does where it is farthest beyond a strength, where nothing lies below an upper end."""
-        law, dead = self._law, _beyond_rounding(self.dead)
+        law, dead = self._law, self._beyond_rounding(self.dead)
         bears = law.shear_strength(dead[:, 0])
         bears = np.where(law.cut_off, bears, np.maximum(bears, 0.0))
         shear = np.linalg.norm(dead[:, 1:], axis=1)
@@ -245,8 +254,8 @@ def elastic_range(
     Exact for small displacements and joints that are closed over their whole faces and bear tension up to there: joints
     without tensile strength open at any pull, so that the range then ends where the first point is free of pressure.
     Beyond the apex of the cone, where ft > c / tan(phi), a point bears pull up to ft and no shear: where neither load
-    makes shear, slip sets no bound, else it does so at the apex at the latest. Stresses below 1e-12 of the largest that
-    the load makes anywhere count as none.
+    makes shear, slip sets no bound, else it does so at the apex at the latest. Stresses below 1e-9 of the largest that
+    the load makes anywhere count as none, more where map coordinates are rounded.
     Stresses at corners of blocks that deform grow with points and shapes: the answer is that of the points it is asked
     on, as in every method on contact points. Where slip comes first, a structure whose joints lose nothing by it goes
     on: the range ``end(1, "opening")`` is then no more than an estimate.
@@ -305,7 +314,3 @@ def _solved(matrix: sparse.csc_array, loads: Array) -> Array:
         raise NotApplicable("the joints do not hold the blocks in place: there is no elastic state")
     return np.asarray(found / size[:, None])
 
-
-def _beyond_rounding(stress: Array) -> Array:
-    """Stresses of a load without those of no size beside the largest, which dry joints have no strength to hide."""
-    return np.where(np.abs(stress) > _NOTHING * np.abs(stress).max(), stress, 0.0)

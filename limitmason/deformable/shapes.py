@@ -191,7 +191,8 @@ def block_axes(solid: Solid, normal: Array | None) -> Array:
     In space they are the longest side of the largest face, the direction across it, and its normal. In a plane they are
     the longest side, the normal of the plane, and their cross product.
     """
-    corners = [solid.vertices[list(face)] for face in solid.faces]
+    # from a corner of its own: products of map coordinates would leave nothing of the block
+    corners = [solid.vertices[list(face)] - solid.vertices[0] for face in solid.faces]
     sides = [np.roll(c, -1, axis=0) - c for c in corners]
     if normal is not None:
         flat = np.concatenate([s - np.outer(s @ normal, normal) for s in sides])

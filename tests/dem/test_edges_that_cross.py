@@ -23,6 +23,16 @@ def edge_up(along, out):
     return np.stack([out, np.cross(along, out), along]).T @ own
 
 
+def test_a_cube_on_a_map_has_its_twelve_edges_and_no_more():
+    """Its faces are given as triangles, whose diagonals are no edges; products of map coordinates leave no normal."""
+    cube = box((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1))
+    faces = [f for a, b, c, d in cube.faces for f in ((a, b, c), (a, c, d))]
+    turn, at = rotation([0.3, -1.1, 0.7])[1], np.array([6e5, 5.3e6, 100.0])
+    solids = [((cube.vertices + [0.0, 0.0, z]) @ turn.T + at, faces) for z in (0.0, 0.2)]
+    made = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(30.0), fixed=[0])
+    assert Pieces.of(made).n_edges.tolist() == [12, 12]
+
+
 def two_cubes(size=1.0, density=2000.0, mu=FRICTIONLESS, stiffness=1e8, dt=1e-4):
     """Two cubes of 0.2 size on a slab, to be put elsewhere; no loads, no dashpots."""
     x = 0.1 * size

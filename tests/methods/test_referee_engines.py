@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 from referee.engines import ENGINES
 from referee.lane import DISAGREE, trial
+from referee.laws import different
+from referee.model import Frame
+from scipy.spatial.transform import Rotation
 
 from limitmason.errors import NotConverged
 
@@ -22,6 +25,17 @@ def test_an_engine_keeps_the_laws(name):
     rows = [trial(engine, 22, k, engine.laws[:3]) for k in range(SLICE.get(name, 1))]
     assert not [row for row in rows if row["outcome"] == DISAGREE], rows
     assert any(row["outcome"] == "agree" for row in rows), rows
+
+
+@pytest.mark.parametrize(("name", "number"), [
+    ("elastic", 1), ("elastic", 20), ("elastic simply deformable", 2), ("elastic simply deformable", 5)
+])
+def test_what_stands_on_a_map_answers_as_at_the_origin(name, number):
+    """Coordinates 5,300 km from the origin are rounded to 1e-9 m, and no product of them may enter."""
+    engine, turn = ENGINES[name], Rotation.from_euler("z", 34.0, degrees=True).as_matrix()
+    frame = Frame(matrix=turn, shift=turn.T @ [6e5, 5.3e6, 100.0])
+    model = engine.model(4711, number)
+    assert not different(engine.ask(model.seen(frame)), engine.ask(model), frame, 1e-5)
 
 
 # ---- the referee itself ---------------------------------------------------------------------------------------------
