@@ -187,12 +187,7 @@ def compound_rocking(
 
 
 def rocking_terms(
-    facade: Facade,
-    hinge: int,
-    crossed: int,
-    *,
-    reduction: float | None = None,
-    below_crack: str = "connected",
+    facade: Facade, hinge: int, crossed: int, *, reduction: float | None = None, below_crack: str = "connected",
     friction: FrictionSums | None = None,
 ) -> PowerRatio:
     """Return numerator and denominator of lambda_B as polynomials in the crack's tangent.

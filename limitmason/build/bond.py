@@ -65,11 +65,7 @@ class Ends(NamedTuple):
 
 
 def make_bond(
-    name: str,
-    unit: tuple[float, float, float],
-    *,
-    leaves: int | None = None,
-    staggering: float | None = None,
+    name: str, unit: tuple[float, float, float], *, leaves: int | None = None, staggering: float | None = None,
     min_piece: float | None = None,
 ) -> Bond:
     """Return the bond `name` for units (length, height, thickness) [m].

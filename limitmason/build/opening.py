@@ -83,13 +83,8 @@ class Placed:
 
 
 def place_openings(
-    openings: Sequence[Opening | Mapping],
-    *,
-    length: float,
-    thickness: float,
-    levels: Sequence[float],
-    unit: tuple[float, float, float],
-    occupied: Sequence[tuple[str, float, float]] = (),
+    openings: Sequence[Opening | Mapping], *, length: float, thickness: float, levels: Sequence[float],
+    unit: tuple[float, float, float], occupied: Sequence[tuple[str, float, float]] = (),
 ) -> list[Placed]:
     """Settle and check the openings of a facade.
 

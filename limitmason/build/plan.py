@@ -167,12 +167,7 @@ def lay_courses(bond: Bond, run: StraightWall, *, ragged: bool | tuple[bool, boo
 
 
 def lay_run(
-    run: StraightWall,
-    courses: Courses,
-    levels: list[float],
-    *,
-    bond: Bond,
-    start_half: bool = False,
+    run: StraightWall, courses: Courses, levels: list[float], *, bond: Bond, start_half: bool = False,
     header_every: tuple[int, int] | None = None,
 ) -> list[list[Unit]]:
     """Return the units of a run, course by course from the bottom.

@@ -8,15 +8,7 @@ from limitmason.continuum.solid import Continuum
 from limitmason.display.notebook import shows
 
 __all__ = [
-    "Box",
-    "Continuum",
-    "ElasticState",
-    "Mesh",
-    "SolidCurve",
-    "load_curve",
-    "mesh_boxes",
-    "push",
-    "solve_elastic",
+    "Box", "Continuum", "ElasticState", "Mesh", "SolidCurve", "load_curve", "mesh_boxes", "push", "solve_elastic",
 ]
 
 shows(__name__)

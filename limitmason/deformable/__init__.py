@@ -7,17 +7,8 @@ from limitmason.deformable.simple_shapes import simply_deformable_block, simply_
 from limitmason.display.notebook import shows
 
 __all__ = [
-    "PLANE_STRAIN",
-    "PLANE_STRESS",
-    "SOLID",
-    "STATES",
-    "Body",
-    "Elasticity",
-    "plane_normal",
-    "polynomial_block",
-    "polynomial_blocks",
-    "simply_deformable_block",
-    "simply_deformable_blocks",
+    "PLANE_STRAIN", "PLANE_STRESS", "SOLID", "STATES", "Body", "Elasticity", "plane_normal", "polynomial_block",
+    "polynomial_blocks", "simply_deformable_block", "simply_deformable_blocks",
 ]
 
 shows(__name__)

@@ -16,21 +16,8 @@ from limitmason.experiments.registry import all_cases, load, recipe_of, sources,
 from limitmason.experiments.shown import Departure, Settings, Shown, Variant
 
 __all__ = [
-    "Departure",
-    "Experiment",
-    "Option",
-    "Quantity",
-    "Recipe",
-    "Settings",
-    "Shown",
-    "Source",
-    "TargetValue",
-    "Variant",
-    "all_cases",
-    "load",
-    "recipe_of",
-    "sources",
-    "specimens",
+    "Departure", "Experiment", "Option", "Quantity", "Recipe", "Settings", "Shown", "Source", "TargetValue", "Variant",
+    "all_cases", "load", "recipe_of", "sources", "specimens",
 ]
 
 shows(__name__)

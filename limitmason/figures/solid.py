@@ -92,15 +92,8 @@ class _Ink:
 
 
 def draw_solids(
-    ax: Axes,
-    scene: SolidView,
-    width: float,
-    *,
-    moving: Flags,
-    joints: MovingJoints | None = None,
-    before: SolidView | None = None,
-    ghosts: Flags | None = None,
-    outline: str = style.OUTLINE,
+    ax: Axes, scene: SolidView, width: float, *, moving: Flags, joints: MovingJoints | None = None,
+    before: SolidView | None = None, ghosts: Flags | None = None, outline: str = style.OUTLINE,
 ) -> None:
     """All blocks from back to front, moving joints marked where they show on the surface.
 

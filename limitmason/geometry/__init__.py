@@ -14,17 +14,8 @@ from limitmason.geometry.polygon import (
 from limitmason.geometry.polyhedron import Solid, box, mass_properties, prism
 
 __all__ = [
-    "ContactPatches",
-    "ContactRules",
-    "Solid",
-    "box",
-    "clean_outline",
-    "convex_pieces",
-    "find_contacts",
-    "mass_properties",
-    "polar_mean_radius",
-    "polygon_area_centroid",
-    "prism",
+    "ContactPatches", "ContactRules", "Solid", "box", "clean_outline", "convex_pieces", "find_contacts",
+    "mass_properties", "polar_mean_radius", "polygon_area_centroid", "prism",
 ]
 
 shows(__name__)

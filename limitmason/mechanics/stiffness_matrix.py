@@ -15,12 +15,8 @@ from limitmason.model.assembly import Assembly
 
 
 def stiffness_matrix(
-    assembly: Assembly,
-    points: ContactPoints,
-    stiffness: Array,
-    plane: Plane | None = None,
-    shapes: Sequence[BlockShapes | None] | None = None,
-    blocks: str = RIGID,
+    assembly: Assembly, points: ContactPoints, stiffness: Array, plane: Plane | None = None,
+    shapes: Sequence[BlockShapes | None] | None = None, blocks: str = RIGID,
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
     """A and K = A k A^T, with the stiffness of the shapes beside that of the joints.
 

@@ -19,23 +19,8 @@ from limitmason.model.tie import Tie
 from limitmason.model.tied import ring_beam
 
 __all__ = [
-    "DEGREES_OF_FREEDOM",
-    "Assembly",
-    "AssemblyArrays",
-    "Block",
-    "ContactError",
-    "ContactWarning",
-    "Interface",
-    "Joint",
-    "Loads",
-    "LostBy",
-    "Material",
-    "PlausibilityWarning",
-    "Support",
-    "SupportMotion",
-    "Tie",
-    "Unloading",
-    "ring_beam",
+    "DEGREES_OF_FREEDOM", "Assembly", "AssemblyArrays", "Block", "ContactError", "ContactWarning", "Interface", "Joint",
+    "Loads", "LostBy", "Material", "PlausibilityWarning", "Support", "SupportMotion", "Tie", "Unloading", "ring_beam",
 ]
 
 shows(__name__)

@@ -20,11 +20,7 @@ _UP = 1e-6  # least upward part of the normal of a loaded face
 
 
 def backfill_wrenches(
-    assembly: "Assembly",
-    level: float,
-    density: float,
-    *,
-    lateral: float = 0.0,
+    assembly: "Assembly", level: float, density: float, *, lateral: float = 0.0,
     blocks: Iterable[int | str] | None = None,
 ) -> Array:
     """Wrenches of a fill that reaches up to a level, on the blocks it lies on.

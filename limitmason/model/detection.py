@@ -224,10 +224,7 @@ def joined(doubt: DoubtfulContact, present: Mapping[tuple[int, int], list[Interf
 
 
 def near_misses(
-    doubts: Sequence[DoubtfulContact],
-    present: Mapping[tuple[int, int], list[Interface]],
-    slack: float = 0.0,
-    *,
+    doubts: Sequence[DoubtfulContact], present: Mapping[tuple[int, int], list[Interface]], slack: float = 0.0, *,
     least_width_given: bool = False,
 ) -> list[DoubtfulContact]:
     """Faces that may have been meant to touch and do not.

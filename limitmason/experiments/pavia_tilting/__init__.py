@@ -32,16 +32,8 @@ CORNERS = ("half lap", "whole units")
 
 
 def specimen(
-    *,
-    facade_units: float,
-    courses: int,
-    return_walls: int = 2,
-    return_units: float = 3.0,
-    corner: str = "half lap",
-    first_through: str = "facade",
-    sense: str = "outward",
-    dilatancy_angle_deg: float = 0.0,
-    block_scale: float = 1.0,
+    *, facade_units: float, courses: int, return_walls: int = 2, return_units: float = 3.0, corner: str = "half lap",
+    first_through: str = "facade", sense: str = "outward", dilatancy_angle_deg: float = 0.0, block_scale: float = 1.0,
 ) -> tuple[Assembly, Loads]:
     """A dry wall of 80 x 40 x 28 mm blocks held by one or two return walls, and the loads of its tilting table.
 
