@@ -11,7 +11,7 @@ from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from types import UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.storage.files import read_json, write_text
 
+T = TypeVar("T")
+D = TypeVar("D")
 _NOT_FINITE = {"Infinity": math.inf, "-Infinity": -math.inf, "NaN": math.nan}
 
 
@@ -53,9 +55,11 @@ class DocumentNode:
 
     def get(self, key: str) -> DocumentNode | None:
         """The value of a key, or None where it is missing or null."""
-        if key not in self:
-            return None
-        return self[key]
+        return self.given(key, lambda node: node, None)
+
+    def given(self, key: str, read: Callable[[DocumentNode], T], default: D) -> T | D:
+        """The value of a key as a reader takes it, or a default where it is missing or null."""
+        return read(self[key]) if key in self else default
 
     def __iter__(self) -> Iterator[DocumentNode]:
         """Entries of a list."""
@@ -97,6 +101,23 @@ class DocumentNode:
             raise self.error(f"expected a number, got {_shown(self.value)}")
         return self.value
 
+    def whole(self, what: str = "a whole number", least: float = -math.inf) -> int:
+        """The value as a whole number."""
+        if isinstance(self.value, bool) or not isinstance(self.value, int) or self.value < least:
+            raise self.error(f"expected {what}, got {_shown(self.value)}")
+        return self.value
+
+    def block(self) -> int | str:
+        """The value as the name or number of a block."""
+        return self.value if isinstance(self.value, str) else self.whole("the name or number of a block")
+
+    def pair(self, what: str) -> tuple[DocumentNode, DocumentNode]:
+        """Both entries of a list of two."""
+        entries = list(self)
+        if len(entries) != 2:
+            raise self.error(f"expected two {what}, got {len(entries)}")
+        return entries[0], entries[1]
+
     def read(self, hint: Any) -> Any:
         """The value as the type of a field: text, number, flag, word of a closed set, texts, numbers, plain data."""
         if get_origin(hint) in (Union, UnionType):
@@ -115,10 +136,8 @@ class DocumentNode:
             raise self.error(f"expected true or false, got {_shown(self.value)}")
         if kind is bool:
             return self.value
-        if kind is int and (isinstance(self.value, bool) or not isinstance(self.value, int)):
-            raise self.error(f"expected a whole number, got {_shown(self.value)}")
         if kind in (int, float):
-            return self.number()
+            return self.whole() if kind is int else self.number()
         if issubclass(kind, StrEnum) and self.text() not in tuple(kind):
             raise self.error(f"expected one of {', '.join(kind)}, got {self.text()!r}")
         return kind(self.text())
@@ -151,22 +170,23 @@ class DocumentNode:
             said = str(error).removeprefix(f"{self.where}: ")
             raise (error if own else self.error(said)) from None
 
-    def array(self, columns: int | None, *, rows: int | None = None) -> Array:
-        """The value as numbers: rows of a number of columns, or one row when ``columns`` is None.
+    def row(self) -> Array:
+        """The value as one row of numbers."""
+        return np.array([entry.number() for entry in self], dtype=float)
+
+    def array(self, columns: int, *, rows: int | None = None) -> Array:
+        """The value as numbers: rows of a number of columns.
 
         Raises
         ------
         InputError
             Naming the entry that is not a number or the row whose length is wrong.
         """
-        if columns is None:
-            return np.array([entry.number() for entry in self], dtype=float)
         out = []
-        for row in self:
-            numbers = [entry.number() for entry in row]
-            if len(numbers) != columns:
-                raise row.error(f"expected {columns} numbers, got {len(numbers)}")
-            out.append(numbers)
+        for entry in self:
+            out.append(entry.row())
+            if len(out[-1]) != columns:
+                raise entry.error(f"expected {columns} numbers, got {len(out[-1])}")
         if rows is not None and len(out) != rows:
             raise self.error(f"expected {rows} rows, got {len(out)}")
         return np.array(out, dtype=float).reshape(-1, columns)
@@ -187,19 +207,15 @@ def read_document(path: str | Path, schema: str, version: int) -> DocumentNode:
     FileNotFoundError
         When there is no such file.
     """
-    name = str(path)
-    value = read_json(path)
-    node = DocumentNode(value, name)
+    node = DocumentNode(read_json(path), str(path))
     node.mapping()
     if "schema" not in node:
         raise node.error(f'"schema" is missing; the file must declare "schema": "{schema}", "version": {version}')
     if node["schema"].text() != schema:
         raise node["schema"].error(f"expected {schema!r}, got {node['schema'].value!r}")
-    number = node["version"]
-    if isinstance(number.value, bool) or not isinstance(number.value, int) or number.value < 1:
-        raise number.error(f"expected a whole number of at least 1, got {_shown(number.value)}")
-    if number.value > version:
-        raise number.error(f"the file has version {number.value}, this limitmason reads up to {version}: update it")
+    if (number := node["version"].whole("a whole number of at least 1", 1)) > version:
+        text = f"the file has version {number}, this limitmason reads up to {version}: update it"
+        raise node["version"].error(text)
     return node
 
 

@@ -24,7 +24,7 @@ def blocks_of(node: DocumentNode) -> dict[str, Any]:
     default = node.get("density")
     for k, block in enumerate(node["blocks"]):
         block.mapping(("name", "density", "axis", "material", "parts", *_PIECE_KEYS))
-        names.append(block["name"].text() if "name" in block else f"block-{k}")
+        names.append(block.given("name", DocumentNode.text, f"block-{k}"))
         density = block.get("density") or default
         if density is not None and isinstance(density.value, list):
             entries = list(density)
@@ -32,25 +32,16 @@ def blocks_of(node: DocumentNode) -> dict[str, Any]:
                 raise density.error(f"{len(entries)} densities, but there are more blocks")
             density = entries[k]
         densities.append(2000.0 if density is None else density.number())
-        axes.append(block["axis"].array(None) if "axis" in block else None)
-        if "parts" in block:
-            parts = list(block["parts"])
-            for part in parts:
-                part.mapping(_PIECE_KEYS)
-        else:
-            parts = [block]
+        axes.append(block.given("axis", DocumentNode.row, None))
+        parts = list(block["parts"]) if "parts" in block else [block]
+        for part in parts if "parts" in block else ():
+            part.mapping(_PIECE_KEYS)
         solids.append([(part["vertices"].array(3), _faces(part["faces"])) for part in parts])
     return {"solids": solids, "names": names, "density": densities, "axes": axes}
 
 
 def _faces(node: DocumentNode) -> tuple[tuple[int, ...], ...]:
-    faces = []
-    for face in node:
-        for index in face:
-            if isinstance(index.value, bool) or not isinstance(index.value, int):
-                raise index.error(f"expected the number of a vertex, from 0, got {index.value!r}")
-        faces.append(tuple(face.value))
-    return tuple(faces)
+    return tuple(tuple(index.whole("the number of a vertex, from 0") for index in face) for face in node)
 
 
 def joint_of(node: DocumentNode) -> Joint:
@@ -81,10 +72,8 @@ def joint_table(node: DocumentNode) -> dict[Any, Joint]:
         table |= {kind: joint_of(law) for kind, law in node["joints"].items()}
     for entry in node.get("joints_between") or ():
         entry.mapping(("blocks", "joint"))
-        pair = [b.text() for b in entry["blocks"]]
-        if len(pair) != 2:
-            raise entry["blocks"].error(f"expected two block names, got {len(pair)}")
-        table[tuple(pair)] = joint_of(entry["joint"])
+        a, b = entry["blocks"].pair("block names")
+        table[a.text(), b.text()] = joint_of(entry["joint"])
     return table
 
 
@@ -103,7 +92,7 @@ def with_materials(node: DocumentNode, assembly: Assembly) -> Assembly:
     A density that the file gives a block goes before that of its material.
     """
     table = {name: material_of(entry) for name, entry in node["materials"].items()} if "materials" in node else {}
-    default = material_of(node["material"]) if "material" in node else None
+    default = node.given("material", material_of, None)
     entries = list(node["blocks"]) if "blocks" in node else [None] * assembly.n_blocks
     blocks = list(assembly.blocks)
     for k, entry in enumerate(entries):
@@ -125,24 +114,14 @@ def with_materials(node: DocumentNode, assembly: Assembly) -> Assembly:
 
 def block_pair(node: DocumentNode, assembly: Assembly) -> tuple[int, int]:
     """Numbers of two blocks given by name or number."""
-    pair = list(node)
-    if len(pair) != 2:
-        raise node.error(f"expected two block names, got {len(pair)}")
-    a, b = (node.make(assembly.block_index, block_of(block)) for block in pair)
+    a, b = (node.make(assembly.block_index, block.block()) for block in node.pair("block names"))
     return a, b
-
-
-def block_of(node: DocumentNode) -> int | str:
-    """Name or number of a block."""
-    if isinstance(node.value, bool) or not isinstance(node.value, int | str):
-        raise node.error(f"expected the name or number of a block, got {node.value!r}")
-    return node.value
 
 
 def support_of(node: DocumentNode) -> Support:
     """A support from its fields."""
     values = node.values(Support, block=None)
-    return node.make(Support, block_of(node["block"]), **values)
+    return node.make(Support, node["block"].block(), **values)
 
 
 def tie_of(node: DocumentNode) -> Tie:
@@ -154,10 +133,10 @@ def tie_of(node: DocumentNode) -> Tie:
     blocks, points = list(node["blocks"]), list(node["points"])
     if len(blocks) != 2 or len(points) != 2:
         raise node.error("a tie has two 'blocks' (null for the ground) and two 'points'")
-    numbers = {name: node[name].number() for name in TIE_NUMBERS if name in node and node[name].value is not None}
+    numbers = {name: node[name].number() for name in TIE_NUMBERS if name in node}
     return node.make(
-        Tie, block_of(blocks[0]), points[0].array(None), None if blocks[1].value is None else block_of(blocks[1]),
-        points[1].array(None), name=node["name"].text() if "name" in node else "", **numbers,
+        Tie, blocks[0].block(), points[0].row(), None if blocks[1].value is None else blocks[1].block(),
+        points[1].row(), name=node.given("name", DocumentNode.text, ""), **numbers,
     )
 
 
@@ -170,7 +149,7 @@ def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
         return Loads.weight(assembly)
     loads = node["loads"]
     loads.mapping(_LOAD_KEYS)
-    name = loads["name"].text() if "name" in loads else ""
+    name = loads.given("name", DocumentNode.text, "")
     kinds = [k for k in ("dead", "horizontal", "body_force", "tilting") if k in loads]
     if len(kinds) > 1:
         raise loads.error(f"{kinds[0]!r} and {kinds[1]!r} exclude each other")
@@ -179,28 +158,25 @@ def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
         return Loads(loads["dead"].array(6, rows=n), loads["live"].array(6, rows=n), name)
     out = Loads.weight(assembly)
     if kinds:
-        out = getattr(Loads, kinds[0])(assembly, loads[kinds[0]].array(None))
+        out = getattr(Loads, kinds[0])(assembly, loads[kinds[0]].row())
     for entry in loads.get("point_loads") or ():
         entry.mapping(("block", "force", "at", "case"))
         out = out.with_point_load(
-            assembly, block_of(entry["block"]), entry["force"].array(None),
-            at=entry["at"].array(None) if "at" in entry else None, case=_case(entry, "live"),
+            assembly, entry["block"].block(), entry["force"].row(), at=entry.given("at", DocumentNode.row, None),
+            case=entry.given("case", DocumentNode.text, "live"),
         )
     for entry in loads.get("pressures") or ():
         entry.mapping(("block", "pressure", "traction", "face", "case"))
         face = entry.get("face")
         out = out.with_pressure(
-            assembly, block_of(entry["block"]), pressure=entry["pressure"].number() if "pressure" in entry else None,
-            traction=entry["traction"].array(None) if "traction" in entry else None, case=_case(entry, "dead"),
-            face="top" if face is None else face.text() if isinstance(face.value, str) else tuple(face.array(None)),
+            assembly, entry["block"].block(), pressure=entry.given("pressure", DocumentNode.number, None),
+            traction=entry.given("traction", DocumentNode.row, None),
+            case=entry.given("case", DocumentNode.text, "dead"),
+            face="top" if face is None else face.text() if isinstance(face.value, str) else tuple(face.row()),
         )
     if "precompression" in loads:
         entry = loads["precompression"]
         entry.mapping(("force", "block"))
-        block = block_of(entry["block"]) if "block" in entry else "beam"
+        block = entry.given("block", DocumentNode.block, "beam")
         out = out.with_precompression(assembly, entry["force"].number(), block=block)
     return replace(out, name=name) if name else out
-
-
-def _case(node: DocumentNode, default: str) -> str:
-    return node["case"].text() if "case" in node else default

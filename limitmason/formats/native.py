@@ -42,7 +42,7 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -50,32 +50,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from limitmason.errors import InputError
+from limitmason.formats import entries
 from limitmason.formats.document import DocumentNode, plain, read_document, restored, write_document
-from limitmason.formats.entries import (
-    TIE_NUMBERS,
-    block_of,
-    block_pair,
-    blocks_of,
-    joint_of,
-    joint_table,
-    loads_of,
-    support_of,
-    tie_of,
-    with_materials,
-)
 from limitmason.geometry.contact import ContactRules
-from limitmason.model import (
-    Assembly,
-    ContactError,
-    Interface,
-    Joint,
-    Loads,
-    Material,
-    PlausibilityWarning,
-    Support,
-    Tie,
-)
+from limitmason.model import Assembly, ContactError, Interface, Joint, Loads, Material, Support, Tie
 from limitmason.model.joint_term import name_of
+from limitmason.model.plausibility import PlausibilityWarning
 
 SCHEMA, VERSION = "limitmason-model", 1
 UNITS = {
@@ -116,33 +96,22 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
     """
     if loads is not None and len(loads.dead) != assembly.n_blocks:
         raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
-    laws: dict[Joint, str] = {}
-    for interface in assembly.interfaces:
-        if interface.joint not in laws:
-            laws[interface.joint] = _name_of(interface.joint, laws, "joint")
-    materials: dict[Material, str] = {}
-    for block in assembly.blocks:
-        if block.material is not None and block.material not in materials:
-            materials[block.material] = _name_of(block.material, materials, "material")
+    laws = _names("joint", (i.joint for i in assembly.interfaces))
+    materials = _names("material", (b.material for b in assembly.blocks if b.material is not None))
     names = [b.name for b in assembly.blocks]
-    given = not _same_as_found(assembly)
-    interfaces = []
-    for i in assembly.interfaces:
-        entry: dict[str, Any] = {"blocks": [names[i.block_a], names[i.block_b]], "kind": i.kind, "law": laws[i.joint]}
-        if given:
-            entry |= {"polygon": plain(i.polygon, "polygon"), "normal": plain(i.normal, "normal")}
-        interfaces.append(entry)
+    shapes = () if _same_as_found(assembly) else ("polygon", "normal")
+    interfaces = [
+        {"blocks": [names[i.block_a], names[i.block_b]], "kind": i.kind, "law": laws[i.joint],
+         **{shape: plain(getattr(i, shape), shape) for shape in shapes}}
+        for i in assembly.interfaces
+    ]
     document: dict[str, Any] = {
-        "schema": SCHEMA,
-        "version": VERSION,
-        "units": UNITS,
-        "tolerance": plain(assembly.tolerance, "tolerance"),
+        "schema": SCHEMA, "version": VERSION, "units": UNITS, "tolerance": plain(assembly.tolerance, "tolerance"),
         **_rules(assembly),
         **({"materials": {name: _given(m) for m, name in materials.items()}} if materials else {}),
         "blocks": [
             {
-                "name": b.name,
-                "density": plain(b.density, "density"),
+                "name": b.name, "density": plain(b.density, "density"),
                 **({} if b.axis is None else {"axis": plain(b.axis, "axis")}),
                 **({} if b.material is None else {"material": materials[b.material]}),
                 "parts": [
@@ -178,17 +147,21 @@ def _rules(assembly: Assembly) -> dict[str, Any]:
 
 
 def _tie(tie: Tie) -> dict[str, Any]:
-    numbers = {name: getattr(tie, name) for name in TIE_NUMBERS if getattr(tie, name) is not None}
+    numbers = {name: getattr(tie, name) for name in entries.TIE_NUMBERS if getattr(tie, name) is not None}
     name = {"name": tie.name} if tie.name else {}
     return {"blocks": [tie.block_a, tie.block_b], "points": plain(tie.ends, "ties"), **numbers, **name}
 
 
-def _name_of(law: Any, taken: Mapping[Any, str], kind: str) -> str:
-    base = law.name or f"{kind}-{len(taken)}"
-    name, k = base, 2
-    while name in taken.values():
-        name, k = f"{base} ({k})", k + 1
-    return name
+def _names(kind: str, laws: Iterable[Any]) -> dict[Any, str]:
+    """Laws or materials, each once, with names of their own."""
+    out: dict[Any, str] = {}
+    for law in dict.fromkeys(laws):
+        base = law.name or f"{kind}-{len(out)}"
+        name, k = base, 2
+        while name in out.values():
+            name, k = f"{base} ({k})", k + 1
+        out[law] = name
+    return out
 
 
 def _given(law: Joint | Material) -> dict[str, Any]:
@@ -252,10 +225,10 @@ def read_json(path: str | Path) -> Model:
     if ("interfaces" in node) == ("joint" in node):
         raise node.error("give exactly one of 'joint' and 'interfaces' (with 'joint_laws')")
     try:
-        assembly = with_materials(node, _stored(node) if "interfaces" in node else _simple(node))
+        assembly = entries.with_materials(node, _stored(node) if "interfaces" in node else _simple(node))
         if "ties" in node:
-            assembly = assembly.with_ties(tie_of(entry) for entry in node["ties"])
-        return Model(assembly, loads_of(node, assembly))
+            assembly = assembly.with_ties(entries.tie_of(entry) for entry in node["ties"])
+        return Model(assembly, entries.loads_of(node, assembly))
     except ContactError as error:
         raise ContactError(f"{node.file}: {error}", error.assembly) from None
     except InputError as error:
@@ -274,26 +247,22 @@ def _check_units(node: DocumentNode) -> None:
 
 def _tolerances(node: DocumentNode) -> dict[str, Any]:
     """Arguments of the constructors that say which faces touch."""
-    rules = node.get("contact_rules")
-    distance = node["tolerance"].number() if "tolerance" in node else None
+    rules, distance = node.get("contact_rules"), node.given("tolerance", DocumentNode.number, None)
     if rules is None:
         return {"tolerance": distance}
     given = rules.mapping(("distance", "angle_deg", "wedge_deg", "width"))
     if "distance" in given:
-        distance = rules["distance"].number() if "distance" in rules else None
+        distance = rules.given("distance", DocumentNode.number, None)
     names = {"angle_deg": "angle_tolerance_deg", "wedge_deg": "wedge_tolerance_deg", "width": "smallest_contact"}
     return {"tolerance": distance, **{names[key]: rules[key].number() for key in names if key in rules}}
 
 
 def _simple(node: DocumentNode) -> Assembly:
-    supports = [support_of(s) for s in node.get("supports") or ()]
-    fixed = [block_of(f) for f in node.get("fixed") or ()] + [s.block for s in supports if all(s.held)]
+    supports = [entries.support_of(s) for s in node.get("supports") or ()]
+    fixed = [f.block() for f in node.get("fixed") or ()] + [s.block for s in supports if all(s.held)]
     options: dict[str, Any] = {
-        "joint": joint_of(node["joint"]),
-        "joints": joint_table(node),
-        "fixed": fixed,
-        "recipe": restored(node["recipe"].mapping()) if "recipe" in node else None,
-        **_tolerances(node),
+        "joint": entries.joint_of(node["joint"]), "joints": entries.joint_table(node), "fixed": fixed,
+        "recipe": node.given("recipe", _recipe, None), **_tolerances(node),
     }
     if "outlines" in node:
         count = len(list(node["outlines"]))
@@ -304,13 +273,17 @@ def _simple(node: DocumentNode) -> Assembly:
         names = [n.text() for n in node["names"]] if "names" in node else None
         assembly = Assembly.from_polygons(
             [outline.array(2) for outline in node["outlines"]], thickness=node["thickness"].number(), names=names,
-            density=2000.0 if density is None else density.array(None) if isinstance(density.value, list)
+            density=2000.0 if density is None else density.row() if isinstance(density.value, list)
             else density.number(), **options,
         )
     else:
-        assembly = Assembly.from_polyhedra(**blocks_of(node), **options)
+        assembly = Assembly.from_polyhedra(**entries.blocks_of(node), **options)
     partial = [s for s in supports if not all(s.held)]
     return assembly.with_supports(partial) if partial else assembly
+
+
+def _recipe(node: DocumentNode) -> dict[str, Any]:
+    return restored(node.mapping())
 
 
 def _stored(node: DocumentNode) -> Assembly:
@@ -319,17 +292,16 @@ def _stored(node: DocumentNode) -> Assembly:
             raise node[key].error("does not go with 'interfaces', which assign the laws; remove one of the two")
     if "outlines" in node:
         raise node["interfaces"].error("needs 'blocks'; give 'joint' with 'outlines'")
-    laws = {name: joint_of(law) for name, law in node["joint_laws"].items()}
+    laws = {name: entries.joint_of(law) for name, law in node["joint_laws"].items()}
     assembly = Assembly.from_polyhedra(
-        **blocks_of(node), joint=Joint(0.0), **_tolerances(node),
-        recipe=restored(node["recipe"].mapping()) if "recipe" in node else None,
+        **entries.blocks_of(node), joint=Joint(0.0), **_tolerances(node), recipe=node.given("recipe", _recipe, None),
     )
     # of blocks that were turned the stored one is the same but for rounding
     assembly = replace(assembly, tolerance=node["tolerance"].number())
     rows = []
     for entry in node["interfaces"]:
         entry.mapping(("blocks", "kind", "law", "polygon", "normal"))
-        a, b = block_pair(entry["blocks"], assembly)
+        a, b = entries.block_pair(entry["blocks"], assembly)
         if entry["law"].text() not in laws:
             raise entry["law"].error(f"there is no law {entry['law'].value!r} in 'joint_laws'")
         rows.append((a, b, laws[entry["law"].value], entry["kind"].text(), entry))
@@ -338,14 +310,13 @@ def _stored(node: DocumentNode) -> Assembly:
         raise rows[given.index(False)][4].error("'polygon' is missing; give it for every interface or for none")
     if any(given):
         interfaces = [
-            Interface(a, b, e["polygon"].array(3), e["normal"].array(None), law, kind) for a, b, law, kind, e in rows
+            Interface(a, b, e["polygon"].array(3), e["normal"].row(), law, kind) for a, b, law, kind, e in rows
         ]
     else:
         interfaces = _assigned(node, assembly, rows)
     assembly = replace(assembly, interfaces=tuple(interfaces))
-    supports = [support_of(s) for s in node.get("supports") or ()] + [
-        Support.fixed(block_of(f)) for f in node.get("fixed") or ()
-    ]
+    supports = [entries.support_of(s) for s in node.get("supports") or ()]
+    supports += [Support.fixed(f.block()) for f in node.get("fixed") or ()]
     return assembly.with_supports(supports) if supports else assembly
 
 
