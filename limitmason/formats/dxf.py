@@ -16,9 +16,9 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.checks import positive
 from limitmason.errors import InputError
-from limitmason.formats.outlines import DrawnOutlines, Outlines, named_layers
+from limitmason.formats.outlines import DrawnOutlines, Outlines, check_layers, named_layers
 from limitmason.model.plausibility import PlausibilityWarning
-from limitmason.storage.files import named_path
+from limitmason.storage.files import named_path, needed
 
 # $INSUNITS: code -> (name, metres)
 _UNITS = {
@@ -84,15 +84,10 @@ def read_dxf(
         With the number of single lines, arcs and splines of each layer that enclose nothing, of hatches that are taken
         as blocks or have islands, and of regions, solids and images, which cannot be read.
     """
+    ezdxf, ezpath = (needed(name, "DXF drawings", "dxf") for name in ("ezdxf", "ezdxf.path"))
     try:
-        from ezdxf import path as ezpath
-        from ezdxf.filemanagement import readfile
-        from ezdxf.lldxf.const import DXFError
-    except ImportError:
-        raise ImportError("reading DXF needs ezdxf: pip install 'limitmason[dxf]' (or pip install ezdxf)") from None
-    try:
-        drawing = readfile(named_path(path))
-    except DXFError as error:
+        drawing = ezdxf.readfile(named_path(path))
+    except ezdxf.DXFError as error:
         raise InputError(f"{path}: not a DXF drawing that can be read: {error}") from None
     except OSError as error:
         # ezdxf reports text that is no DXF as an OSError; a missing file stays what it is
@@ -104,13 +99,8 @@ def read_dxf(
         raise InputError(f"{path}: not a whole DXF drawing ({type(error).__name__} {error}): written again?") from None
     metres = _metres_per_unit(drawing, path) if scale is None else positive("scale", scale, "m per drawing unit")
     wanted = named_layers(layers)
-    if wanted is not None:
-        known = {layer.dxf.name.casefold(): layer.dxf.name for layer in drawing.layers}
-        known |= {layer.casefold(): layer for _, layer in _entities(drawing.modelspace())}
-        unknown = sorted(wanted - set(known))
-        if unknown:
-            there = ", ".join(sorted(known.values()))
-            raise InputError(f"{path}: there is no layer {unknown[0]!r}; there are {there}")
+    there = [layer.dxf.name for layer in drawing.layers]
+    check_layers(wanted, [*there, *(layer for _, layer in _entities(drawing.modelspace()))], path)
     drawn = DrawnOutlines()
     unread: Counter[tuple[str, str]] = Counter()
     for entity, layer in _entities(drawing.modelspace()):
@@ -148,7 +138,7 @@ def _line(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) 
 def _flat(path: Any, metres: float, flatness: float, where: str) -> Array:
     """Points x, z [m] of a path of the library."""
     points = np.array([tuple(p) for p in path.flattening(max(flatness / metres, 1e-12))])
-    return _in_plane(points.reshape(-1, 3), where) * metres
+    return _in_plane(points, where) * metres
 
 
 def _entities(space: Any, inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
@@ -181,19 +171,19 @@ def _polyline(entity: Any, ezpath: Any, metres: float, flatness: float, where: s
     if kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline):
         raise InputError(f"{where}: a mesh is no outline; explode it or leave its layer out")
     if kind == "POLYLINE" and (entity.is_3d_polyline or entity.dxf.flags & _FITTED):
-        points = np.array([tuple(p) for p in ezpath.make_path(entity).flattening(max(flatness / metres, 1e-12))])
-    else:
-        corners = entity.get_points("xyb") if kind == "LWPOLYLINE" else [
-            (*tuple(v.dxf.location)[:2], v.dxf.get("bulge", 0.0)) for v in entity.vertices
-        ]
-        flat = _with_arcs(np.array(corners, dtype=float).reshape(-1, 3), entity.is_closed, flatness / metres)
-        height = float(entity.dxf.get("elevation", 0.0)) if kind == "LWPOLYLINE" else 0.0
-        points = np.array([tuple(p) for p in entity.ocs().points_to_wcs([(x, y, height) for x, y in flat.tolist()])])
-    return _in_plane(points.reshape(-1, 3), where) * metres, bool(entity.is_closed)
+        return _flat(ezpath.make_path(entity), metres, flatness, where), bool(entity.is_closed)
+    corners = entity.get_points("xyb") if kind == "LWPOLYLINE" else [
+        (*tuple(v.dxf.location)[:2], v.dxf.get("bulge", 0.0)) for v in entity.vertices
+    ]
+    flat = _with_arcs(np.array(corners, dtype=float).reshape(-1, 3), entity.is_closed, flatness / metres)
+    height = float(entity.dxf.get("elevation", 0.0)) if kind == "LWPOLYLINE" else 0.0
+    points = np.array([tuple(p) for p in entity.ocs().points_to_wcs([(x, y, height) for x, y in flat.tolist()])])
+    return _in_plane(points, where) * metres, bool(entity.is_closed)
 
 
 def _in_plane(points: Array, where: str) -> Array:
-    size = float(np.ptp(points, axis=0).max(initial=0.0))
+    points = points.reshape(-1, 3)
+    size = float(np.ptp(points, axis=0).max(initial=0.0)) if len(points) else 0.0
     if len(points) and np.ptp(points[:, 2]) > 1e-6 * max(size, 1e-300):
         raise InputError(f"{where}: the line does not lie in the plane of the drawing")
     return points[:, :2]

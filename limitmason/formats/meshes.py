@@ -15,6 +15,7 @@ from limitmason.checks import choice, positive
 from limitmason.errors import InputError
 from limitmason.formats.obj import Solids
 from limitmason.geometry import Solid
+from limitmason.storage.files import needed
 
 MESHES = (".ply", ".stl", ".obj", ".off")
 _TURNS = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
@@ -82,11 +83,7 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
     """
     choice("up", up, _TURNS)
     positive("scale", scale, "m per unit")
-    try:
-        import trimesh
-    except ImportError:
-        message = "meshes need trimesh: pip install 'limitmason[solids]' (or pip install trimesh)"
-        raise ImportError(message) from None
+    trimesh = needed("trimesh", "meshes", "solids")
     files = list(_files(path))
     if not files:
         raise InputError(f"{path}: no file {', '.join(MESHES)} there")

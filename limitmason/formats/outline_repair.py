@@ -12,6 +12,7 @@ from limitmason.arrays import Array
 from limitmason.checks import not_negative, numbers, positive
 from limitmason.errors import InputError
 from limitmason.formats.mortar import grown
+from limitmason.storage.files import needed
 
 SAME = 0.95
 """Two outlines whose common area is this share of the larger one are one stone, drawn twice."""
@@ -146,12 +147,7 @@ def clean(
 
 def need_shapely() -> Any:
     """The library, or an error that says how to install it."""
-    try:
-        import shapely
-    except ImportError:
-        message = "traced drawings need shapely: pip install 'limitmason[dxf]' (or pip install shapely)"
-        raise ImportError(message) from None
-    return shapely
+    return needed("shapely", "traced drawings", "dxf")
 
 
 def _checked(outline: ArrayLike, name: str, gap: float, shapely: Any) -> Array:
@@ -296,11 +292,8 @@ def loops(lines: Sequence[ArrayLike], gap: float) -> tuple[list[Array], list[int
     enclosed = shapely.get_parts(shapely.polygonize([noded]))
     faces = [np.array(p.exterior.coords[:-1]) for p in enclosed if 2.0 * p.area > gap * p.length]
     edges = shapely.union_all([shapely.LinearRing(f) for f in faces]).buffer(1e-6 * max(gap, 1e-9)) if faces else None
-    unused = [
-        k
-        for k, s in enumerate(strokes)
-        if edges is None or not edges.intersects(shapely.LineString(s).interpolate(0.5, normalized=True))
-    ]
+    middles = [shapely.LineString(s).interpolate(0.5, normalized=True) for s in strokes]
+    unused = [k for k, middle in enumerate(middles) if edges is None or not edges.intersects(middle)]
     return [_straight(f) for f in faces], unused
 
 

@@ -165,6 +165,13 @@ def named_layers(layers: str | Iterable[str] | None) -> set[str] | None:
     return {name.casefold() for name in wanted}
 
 
+def check_layers(wanted: set[str] | None, there: Iterable[str], path: str | Path) -> None:
+    """Refuse layers asked for that a drawing does not have."""
+    known = {name.casefold(): name for name in there}
+    for name in sorted((wanted or set()) - set(known)):
+        raise InputError(f"{path}: there is no layer {name!r}; there are {', '.join(sorted(known.values())) or 'none'}")
+
+
 def _open(ring: Array) -> Array:
     """A ring whose last point does not repeat the first."""
     size = float(np.ptp(ring, axis=0).max())

@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.arrays import Array
 from limitmason.errors import InputError
-from limitmason.formats.outlines import DrawnOutlines, Outlines, named_layers
+from limitmason.formats.outlines import DrawnOutlines, Outlines, check_layers, named_layers
 from limitmason.formats.svg_paths import Line, matrix_of, numbers_of, shape_lines, viewport
 from limitmason.storage.files import named_path
 
@@ -169,14 +169,8 @@ def _shapes(
 
 def _on_layers(shapes: list[_Shape], layers: str | Iterable[str] | None, path: str | Path) -> list[_Shape]:
     wanted = named_layers(layers)
-    if wanted is None:
-        return shapes
-    known = {s.layer.casefold(): s.layer for s in shapes}
-    unknown = sorted(wanted - set(known))
-    if unknown:
-        there = ", ".join(sorted(known.values())) or "none"
-        raise InputError(f"{path}: there is no layer {unknown[0]!r}; there are {there}")
-    return [s for s in shapes if s.layer.casefold() in wanted]
+    check_layers(wanted, [s.layer for s in shapes], path)
+    return [s for s in shapes if wanted is None or s.layer.casefold() in wanted]
 
 
 def _lines(shape: _Shape, flatness: float) -> Iterator[Line]:

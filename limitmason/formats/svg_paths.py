@@ -11,6 +11,7 @@ import numpy as np
 
 from limitmason.arrays import Array
 from limitmason.errors import InputError
+from limitmason.storage.files import needed
 
 LARGEST = 1e30
 """Numbers beyond it are errors of a drawing; the squares and products of others can be taken."""
@@ -188,11 +189,7 @@ def _segments(data: str, where: str) -> Any:
 
     What svg.path would pass over in silence is refused.
     """
-    try:
-        from svg.path import parse_path
-    except ImportError:
-        message = "reading SVG needs svg.path: pip install 'limitmason[dxf]' (or pip install svg.path)"
-        raise ImportError(message) from None
+    svg = needed("svg.path", "SVG drawings", "dxf")
     odd = re.search(r"[^\s,]", _WORD.sub(lambda word: " " * len(word[0]), data))
     if odd:
         raise InputError(f"{where}: path data cannot be read at {data[odd.start() : odd.start() + 12]!r}")
@@ -204,7 +201,7 @@ def _segments(data: str, where: str) -> Any:
         if len(_NUMBER.findall(pairs)) % 2:  # svg.path ends there in silence
             raise InputError(f"{where}: path data {data[:20]!r} cannot be read: an odd number of coordinates")
     try:
-        return parse_path(data)
+        return svg.parse_path(data)
     except (ValueError, ArithmeticError, IndexError, AssertionError) as error:
         raise InputError(f"{where}: path data {data[:20]!r} cannot be read: {error}") from None
 

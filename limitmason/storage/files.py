@@ -11,6 +11,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import IO, Any
 
@@ -24,6 +25,15 @@ DEEPEST = 100
 
 LONGEST_INTEGER = 300
 """Digits of an integer in a JSON file; longer ones are no floating-point number."""
+
+
+def needed(module: str, what: str, extra: str) -> Any:
+    """A library that is no dependency, or an error that says what needs it and how to install it."""
+    try:
+        return import_module(module)
+    except ImportError:
+        install = f"pip install 'limitmason[{extra}]' (or pip install {module})"
+        raise ImportError(f"{what} need {module}: {install}") from None
 
 
 def named_path(path: object) -> Path:
