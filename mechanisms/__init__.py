@@ -3,6 +3,7 @@
 Facades out of plane: simple rocking (A), compound rocking with stepped cracks in the side walls (B), horizontal flexure
 (D); overturning, sliding, inclined hinges and Rondelet's rule; stepped cracks in plane; thinnest arches. A, B and D
 prescribe their friction: engineering estimates, no bounds of limit analysis; ``Prediction.bound`` says which is what.
+All are at the reference pose: for alpha(d), the load along the motion, see ``lm.pushover`` (``limitmason.capacity``).
 """
 
 from limitmason.display.notebook import shows

@@ -14,7 +14,6 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.flexure import flexure_terms
-from mechanisms.out_of_plane import simple_rocking
 from mechanisms.parameters import Facade, foot_level, read
 from mechanisms.velocity_field import FREE_WALL, THIS_MOTION, UPPER_IDEAL, answer, flexure_twists, rotation, translation
 from mechanisms.virtual_work_check import check_contacts
@@ -31,20 +30,19 @@ class Level(NamedTuple):
     tan_phi: float
 
 
-def overturning(
-    facade: Facade | Assembly, *, loads: Loads | None = None, hinge_courses: int | None = None
-) -> Prediction:
+def overturning(assembly: Assembly, *, loads: Loads | None = None) -> Prediction:
     """Return overturning in one piece of everything above a flat joint.
 
-    t/H for a free wall.
+    The centre of the weights W_i stands x_i inside the toe and z_i above it, so that
 
-        lambda = sum(W_i x_i) / sum(W_i z_i), arms from the toe; with numbers (W t/2 + Q X_Q) / (W H_k/2 + Q H_k)
+        lambda = sum(W_i x_i) / sum(W_i z_i)
+
+    and t/H for a free wall. From the numbers of a facade it is ``simple_rocking(facade, side_walls=0)``.
 
     Parameters
     ----------
-    facade : numbers of a facade (side walls are left out), or any assembly with flat joints
-    loads : of the assembly, live part horizontal on the whole; weights along -y where omitted
-    hinge_courses : courses between top and hinge, for numbers; the worst where omitted
+    assembly : with flat joints through it; all of them are tried
+    loads : live part horizontal on the whole; weights along -y where omitted
 
     Returns
     -------
@@ -61,26 +59,17 @@ def overturning(
     Always admissible as a contact field, so an upper bound of associative limit analysis; exact for a free wall.
     Wrong as an estimate of walls with cracks in their side walls, which fall earlier.
     """
-    if isinstance(facade, Facade):
-        if loads is not None:
-            raise InputError("loads go with an assembly; a Facade carries its overload itself")
-        free = simple_rocking(facade.changed(side_walls=0), hinge_courses=hinge_courses)
-        details = {"hinge_height": free.details["hinge_height"], "hinge_courses": free.details["hinge_courses"]}
-        return answer(
-            "overturning", free.collapse_multiplier, facade=facade, details=details,
-            ideal_bound=FREE_WALL if facade.side_walls else UPPER_IDEAL, source="moment equilibrium about the toe",
-        )
-    if hinge_courses is not None:
-        raise InputError("hinge_courses is for numbers; all flat joints of an assembly are tried")
-    loads, direction = _direction(facade, loads)
+    if isinstance(assembly, Facade):
+        raise InputError("overturning is of an assembly; from a Facade it is simple_rocking(facade, side_walls=0)")
+    loads, direction = _direction(assembly, loads)
     sideways = np.array([direction[1], -direction[0], 0.0])
 
     def turned(level: Level) -> Array:
         toe = level.corners[np.argmax(level.corners @ direction)]
         # spin x (r - toe) moves the top along the load and lifts what stands behind the toe
-        return rotation(facade, level.moving, toe, -sideways)
+        return rotation(assembly, level.moving, toe, -sideways)
 
-    return _worst_level("overturning", facade, loads, turned, "moment equilibrium about the toe")
+    return _worst_level("overturning", assembly, loads, turned, "moment equilibrium about the toe")
 
 
 def sliding(facade: Facade | Assembly, *, loads: Loads | None = None) -> Prediction:
@@ -91,7 +80,7 @@ def sliding(facade: Facade | Assembly, *, loads: Loads | None = None) -> Predict
     Parameters
     ----------
     facade : numbers of a facade, or any assembly with flat joints
-    loads : as in :func:`overturning`
+    loads : of the assembly, as in :func:`overturning`
 
     Notes
     -----
