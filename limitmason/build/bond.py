@@ -247,15 +247,21 @@ def _core(bond: Bond, crossing: float) -> list[tuple[float, bool]]:
     """Units centred on a wall that meets the run in a T: one, or two with their joint on its axis.
 
     Of the two, the one whose joints stay farther from the faces of the crossing wall, where the lapping course stops.
+
+    Returns
+    -------
+    list
+        Length along the run [m] of every unit, and whether it is a header.
     """
     if bond.name == "flemish":
         return [(bond.header_width, True)]
-    pitch = bond.pitch
-    edge = crossing / (2.0 * pitch)
-    single = abs(edge - max(round(edge - 0.5), 0) - 0.5)
-    double = abs(edge - round(edge))
-    number = 1 if single >= double - 1e-9 else 2
-    return [(pitch, bond.module[0][1])] * number
+    face = crossing / (2.0 * bond.pitch)  # from the axis to a face of the crossing wall, in units
+    # joints of one unit stand 1/2, 3/2, ... from the axis, those of two 0, 1, 2, ...
+    one_clears = abs(face - max(round(face - 0.5), 0) - 0.5)
+    two_clear = abs(face - round(face))
+    number = 1 if one_clears >= two_clear - 1e-9 else 2  # where both clear it alike, one, whatever the last bit
+    _, header = bond.module[0]
+    return [(bond.pitch, header)] * number
 
 
 def _symmetric(

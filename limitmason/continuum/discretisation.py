@@ -184,7 +184,15 @@ def _jacobian(corners: Array, place: Array) -> Array:
 
 
 def _strain_matrix(gradient: Array) -> Array:
-    """B from gradients of shape functions, shape (n, 3, q), as (q, 6, 3 n)."""
+    """Strains of nodal displacements, B in e = B u, at q points of bricks with n nodes, shape (q, 6, 3 n).
+
+    Strains stand as xx, yy, zz, xy, yz, zx, and the last three are engineering shear, twice the tensor's: their product
+    with stresses in this order is the work. Displacements stand as x, y, z of one node after another.
+
+    Parameters
+    ----------
+    gradient : derivatives of the shape functions by x, y, z [1/m], shape (n, 3, q)
+    """
     n, _, q = gradient.shape
     b = np.zeros((q, 6, n, 3))
     dx, dy, dz = gradient[:, 0].T, gradient[:, 1].T, gradient[:, 2].T

@@ -32,7 +32,9 @@ def patch_forces(mesh: Mesh, corners: ArrayLike) -> tuple[Array, float, Array]:
     """
     patch, faces = read_patch(corners), mesh.boundary_corners
     across = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]) @ patch.normal
-    place, weight = get_quadrature(RefTri, 4)  # exact for shape functions of a face, of degree 3
+    # a face of 20-node bricks has functions with xi^2 eta, of degree 3, and the rule is exact up to degree 4; its
+    # weights add up to the area of the reference triangle, 1/2
+    place, weight = get_quadrature(RefTri, 4)
     bricks, points, shares = [], [], []
     total = 0.0
     for f in np.flatnonzero(patch.holds(faces) & (across > 0.0)):
@@ -40,15 +42,15 @@ def patch_forces(mesh: Mesh, corners: ArrayLike) -> tuple[Array, float, Array]:
         if len(left) < 3:
             continue
         brick = int(mesh.boundary_owner[f])
-        for a, b in pairwise(left[1:]):
+        for a, b in pairwise(left[1:]):  # a convex polygon as triangles that share its first corner
             edges = np.array([a - left[0], b - left[0]])
-            twice = abs(float(np.linalg.det(edges)))
-            if twice <= (NEAR * patch.size) ** 2:
+            twice_area = abs(float(np.linalg.det(edges)))
+            if twice_area <= (NEAR * patch.size) ** 2:
                 continue
             bricks.append(np.full(len(weight), brick))
             points.append(patch.corners[0] + (left[0] + place.T @ edges) @ patch.axes)
-            shares.append(twice * weight)
-            total += 0.5 * twice
+            shares.append(twice_area * weight)
+            total += 0.5 * twice_area
     if total == 0.0:
         raise patch.missed("free face of the solid")
     owner = np.concatenate(bricks)

@@ -73,9 +73,10 @@ def read_solids(path: str | Path | Sequence[str | Path], *, scale: float = 1.0, 
 
 
 def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) -> Iterator[list[MeshBody]]:
-    """Bodies of every file.
+    """Bodies of every file, as a list for each.
 
-    Only a file that comes alone is taken apart.
+    A file that comes alone is split into its connected shells: it may hold a whole structure. Of several files each is
+    one body, as programs write them that export part by part, even where its faces hang together loosely.
 
     Parameters
     ----------
@@ -94,10 +95,9 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
         except Exception as error:  # its readers raise whatever they meet
             raise InputError(f"{name}{suffix}: not a mesh that can be read: {error}") from None
         # some versions of trimesh give a list where there is nothing
-        full = isinstance(mesh, trimesh.Trimesh) and len(mesh.faces) > 0
-        parts = [] if not full else [mesh] if len(files) > 1 else list(mesh.split(only_watertight=False))
-        if not parts:
+        if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
             raise InputError(f"{name}{suffix}: not a mesh that can be read: it holds no faces")
+        parts = [mesh] if len(files) > 1 else list(mesh.split(only_watertight=False))
         yield [
             MeshBody(
                 name if len(parts) == 1 else f"{name}-{k + 1}",

@@ -163,12 +163,18 @@ def shape_lines(element: ElementTree.Element, kind: str, flatness: float, where:
 
 
 def _path(data: str, flatness: float, where: str) -> Iterator[Line]:
+    """Lines of path data; curves become chords.
+
+    Points are complex, x + iy, as svg.path has them. ``flatness`` is the largest distance between curve and chord in
+    units of the drawing, ``where`` names the shape in errors.
+    """
     points: list[complex] = []
     for segment in _segments(data, where):
         kind = type(segment).__name__
         if kind in ("Move", "Close"):
             if len(points) > 1:
                 yield _line(points, kind == "Close")
+            # after Close the pen stands where the closed line began: what follows without Move is a new line from there
             points = [segment.end] if kind == "Move" else []
             continue
         points = points or [segment.start]

@@ -246,7 +246,8 @@ def refuse(theory: str, assembly: Assembly, rows: Index | None = None, *, where:
     ----------
     theory : of ``THEORIES``
     rows : interfaces that the theory sees; all where omitted
-    where : those joints are judged: ``GRID``, ``SECTIONS`` or ``CORNERS``; terms of other places do not count
+    where : the contact points of the theory, ``GRID``, ``SECTIONS`` or ``CORNERS``. A row of the table that is for
+        other points is passed over: an in-plane section can take what a corner in space cannot
 
     Raises
     ------

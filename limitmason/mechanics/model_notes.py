@@ -64,25 +64,25 @@ def tension_above_apex(assembly: Assembly, taken: bool = False) -> str:
 
     The text is empty where there are none.
 
-    The convex law ends at the apex of the Coulomb cone, so ft > c / tan(phi) is never reached. Codes that check ft
+    The convex law ends at the apex of the Coulomb cone, so ft > c / tan(phi) is never reached. Programs that check ft
     apart from the cone do not cut it, nor does the DEM here: parameters calibrated in them lose tension elsewhere.
 
     Parameters
     ----------
     taken : whether the theory takes ft as it is
     """
-    x, corner = assembly.arrays, interface_law(assembly.arrays).tension
-    lost = np.where(x.tensile_strength > (1.0 + _SAME) * corner, x.tensile_strength - corner, 0.0)
+    x, apex_stress = assembly.arrays, interface_law(assembly.arrays).tension  # both [Pa], shape (interfaces,)
+    lost = np.where(x.tensile_strength > (1.0 + _SAME) * apex_stress, x.tensile_strength - apex_stress, 0.0)
     if not lost.any():
         return ""
     k = int(np.argmax(lost))
     worst = assembly.interfaces[k].joint
     name = f" ({worst.name})" if worst.name else ""
-    how, counts = "cut at", f"counts as c / tan(phi) = {corner[k]:.4g} Pa"
+    how, counts = "cut at", f"counts as c / tan(phi) = {apex_stress[k]:.4g} Pa"
     if taken:
         how = "taken beyond"
         counts = (
-            f"counts in full, without shear beyond c / tan(phi) = {corner[k]:.4g} Pa, at which limit analysis and "
+            f"counts in full, without shear beyond c / tan(phi) = {apex_stress[k]:.4g} Pa, at which limit analysis and "
             "mechanisms cut it: their loads are lower"
         )
     return (

@@ -56,6 +56,8 @@ def tie_springs(assembly: Assembly) -> tuple[TieSprings, tuple[str, ...]]:
     a, b = x.block_a[rows], x.block_b[rows]
     ends = np.array([t.ends for t in assembly.ties]).reshape(-1, 2, 3)
     span = ends[:, 1] - ends[:, 0]
+    # among the links a tie is a joint of area one that faces the other way: its pull is what this joint bears in
+    # compression, and its strength [N] stands there
     strength, stiffness = x.compressive_strength[rows].copy(), x.normal_stiffness[rows].copy()
     without = np.isnan(stiffness)
     said: tuple[str, ...] = ()

@@ -88,16 +88,19 @@ class Memo:
         self, function: Callable[..., Any], jobs: Mapping[Any, Mapping[str, Any]], *, executor: Any = None,
         workers: int = 1, row: Callable[[Any, Any], Any] = lambda _, result: result,
     ) -> Iterator[tuple[Any, Any]]:
-        """Compute what is missing of some jobs.
-
-        Key and result of each as it is done.
+        """Compute the jobs that are not kept yet, and keep each as it is done.
 
         Parameters
         ----------
         jobs : keywords of the function, by key
         executor, workers : as for :func:`limitmason.study.sweep`
-        row : from key and answer, what is kept
+        row : row(key, result) is what is kept in place of the result itself
+
+        Yields
+        ------
+        key, kept : of computed jobs alone, in the order in which they end; those that were kept before are in the memo
         """
+        # calls run by number: workers hand back numbers, and keys may be anything
         missing = [key for key in jobs if key not in self]
         numbered = [(k, jobs[key]) for k, key in enumerate(missing)]
         for k, result in run_points(function, numbered, executor, workers):

@@ -116,7 +116,21 @@ def identify_modes(
 
 
 def _spectra(y: Array, step: float, lines: int) -> tuple[Array, Array, Complex]:
-    """Frequencies, first singular values and vectors of the spectral matrix."""
+    """First singular value and vector of the spectral matrix, line by line.
+
+    Where one mode governs, the cross spectra of all channels are of rank one: the vector is its shape.
+
+    Parameters
+    ----------
+    y : signals, over their common standard deviation [-], shape (samples, channels)
+    step : between samples [s]
+    lines : samples of a segment, over which periodograms are averaged; lines of the spectrum lie 1 / (lines step) apart
+
+    Returns
+    -------
+    tuple
+        Frequencies [Hz], (f,); first singular values [s], (f,); first vectors, complex, (f, channels).
+    """
     from scipy.signal import csd  # takes as long to load as the rest of the DEM, which loads this file
 
     channels = y.shape[1]
@@ -129,6 +143,7 @@ def _spectra(y: Array, step: float, lines: int) -> tuple[Array, Array, Complex]:
             matrix[:, i, j] = p
     assert matrix is not None
     u, s, _ = np.linalg.svd(matrix)
+    # scipy's cross spectrum conjugates the first channel, so entry ij is conj(shape_i) shape_j
     return np.asarray(f), s[:, 0], np.conj(u[:, :, 0])
 
 

@@ -91,10 +91,12 @@ def joint_law(problem: Problem) -> JointLaw:
     law, tension = problem.law.from_corner(), problem.law.tension
     corner = np.zeros(problem.matrix.shape[1])
     corner[:: problem.components] = tension
+    # forces are over the total load / sqrt(free blocks), so the total load itself is their root
+    total = float(np.sqrt((~problem.assembly.fixed).sum()))
     return JointLaw(
         problem.matrix, problem.dead - problem.matrix @ corner, problem.live, law.tan_phi, law.tan_psi,
         tension, law.cohesion, law.crushing, problem.components, float(np.abs(problem.live).sum()),
-        float(np.sqrt((~problem.assembly.fixed).sum())),
+        total,
     )
 
 

@@ -282,15 +282,17 @@ class BoundedProgram:
         info = model.getInfo()
         status = model.modelStatusToString(model.getModelStatus())
         x = np.array(model.getSolution().col_value)
-        state, share = None, float("nan")
-        if len(x) == at["slide-"].stop and info.primal_solution_status == 2:
-            share = float(np.max(np.abs(x[at["v"]]) / self.limits.velocity))
+        state, velocity_share = None, float("nan")
+        feasible = info.primal_solution_status == int(highspy.SolutionStatus.kSolutionStatusFeasible)
+        if len(x) == at["slide-"].stop and feasible:
+            # at 1 the bound on velocities, which is chosen and not physical, may have cut better states off
+            velocity_share = float(np.max(np.abs(x[at["v"]]) / self.limits.velocity))
             state = self._exact(x, at, largest)
-        seconds = time.perf_counter() - began
-        nodes = int(info.mip_node_count)
-        infeasible = model.getModelStatus() == highspy.HighsModelStatus.kInfeasible
         return Proof(
-            state, float(info.mip_dual_bound), status, nodes, share, self.limits.forces_assumed, seconds, infeasible
+            state=state, bound=float(info.mip_dual_bound), status=status, nodes=int(info.mip_node_count),
+            velocity_share=velocity_share, forces_assumed=self.limits.forces_assumed,
+            seconds=time.perf_counter() - began,
+            infeasible=model.getModelStatus() == highspy.HighsModelStatus.kInfeasible,
         )
 
     def _exact(self, x: Array, at: dict[str, slice], largest: bool) -> ForceState | None:
