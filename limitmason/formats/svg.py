@@ -68,7 +68,8 @@ def read_svg(
     ImportError
         Where svg.path is not installed, or shapely where lines have to be joined to loops; the message says how.
     InputError
-        Naming the file, and the shape where one is wrong: not an SVG, no scale, an unknown layer, nothing to read.
+        Naming the file, and the shape where one is wrong: not an SVG, no scale, an unknown layer, a path with a hole,
+        nothing to read.
 
     Warns
     -----
@@ -176,8 +177,19 @@ def _on_layers(shapes: list[_Shape], layers: str | Iterable[str] | None, path: s
 def _lines(shape: _Shape, flatness: float) -> Iterator[Line]:
     """Lines of a shape in the units of the drawing."""
     stretch = float(np.linalg.norm(shape.matrix[:2, :2], 2)) or 1.0
-    for points, closed in shape_lines(shape.element, shape.kind, flatness / stretch, shape.where):
+    lines = list(shape_lines(shape.element, shape.kind, flatness / stretch, shape.where))
+    rings = [line.points for line in lines if line.closed]
+    if any(a is not b and all(_within(p, b) for p in a) for a in rings for b in rings):
+        raise InputError(f"{shape.where}: it has a hole, and a block has one outline: draw it as several blocks around")
+    for points, closed in lines:
         yield Line(points @ shape.matrix[:2, :2].T + shape.matrix[:2, 2], closed)
+
+
+def _within(point: Array, outline: Array) -> bool:
+    """Whether a ray from a point crosses an outline an odd number of times."""
+    (x, z), a, b = point, outline, np.roll(outline, -1, axis=0)
+    a, b = (end[(a[:, 1] > z) != (b[:, 1] > z)] for end in (a, b))
+    return bool((a[:, 0] + (z - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0]) > x).sum() % 2)
 
 
 def _size_text(root: ElementTree.Element, shapes: list[_Shape]) -> str:

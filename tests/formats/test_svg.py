@@ -119,6 +119,7 @@ def test_layers_are_those_of_inkscape_or_the_outermost_named_group(tmp_path):
         ('<rect width="3" height="3" transform="spin(3)"/>', r"transform spin\(3\) cannot be read"),
         ('<use href="#lost"/>', "a copy of '#lost', which is not in the drawing"),
         ('<use id="u" href="#u"/>', "nested more than 50 deep"),
+        ('<path id="ring" d="M0 0h9v9h-9z M3 3v3h3v-3z"/>', "path ring: it has a hole"),
         ('<line x2="9"/>', "1 lines and no closed outline"),
     ],
 )
@@ -126,6 +127,10 @@ def test_layers_are_those_of_inkscape_or_the_outermost_named_group(tmp_path):
 def test_what_is_wrong_is_named(tmp_path, text, message):
     with pytest.raises(InputError, match=message):
         read(tmp_path, text)
+
+
+def test_a_path_of_two_blocks_beside_each_other_is_two_outlines(tmp_path):
+    assert len(read(tmp_path, '<path d="M0 0h9v9h-9z M9 3v3h3v-3z"/>').outlines) == 2
 
 
 def test_the_scale_is_asked_for_with_the_size_of_what_is_drawn(tmp_path):

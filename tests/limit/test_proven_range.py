@@ -5,6 +5,7 @@ import pytest
 from walls import on_slab, running_bond
 
 import limitmason as lm
+from limitmason.geometry import box
 from limitmason.limit import make_problem
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.nonassociative.joint_law import from_corner, joint_law, violation
@@ -142,3 +143,22 @@ def test_problems_that_it_cannot_take_are_refused():
     weak = running_bond(2, 2, joint=lm.Joint(33.0, compressive_strength=1e6))
     with pytest.raises(ValueError, match="compressive strength"):
         lm.proven_range(weak, lm.Loads.horizontal(weak))
+
+
+def test_smallest_multiplier_is_proven_where_the_associative_one_has_no_end():
+    """Under a ceiling a block that dilates is wedged, one that does not slides at mu W: any force of the ceiling adds.
+
+    The floor bears W + N, the ceiling N, so that lambda W = mu (W + 2 N).
+    """
+    mu = 0.5
+    boxes = [box((-1, 0, -0.2), (2, 0.3, 0)), box((0, 0, 0), (1, 0.3, 0.2)), box((-1, 0, 0.2), (2, 0.3, 0.4))]
+    wedged = lm.Assembly.from_polyhedra(boxes, joint=lm.Joint.from_friction_coefficient(mu), fixed=[0, 2])
+    loads = lm.Loads.horizontal(wedged)
+    assert lm.limit_analysis(wedged, loads).status == "unbounded"
+    found = lm.proven_range(wedged, loads, which="smallest")
+    assert found.proven
+    assert found.smallest == pytest.approx(mu, abs=1e-6)
+    assert found.associative == np.inf
+    assert "without end" in str(found)
+    with pytest.raises(lm.errors.NotConverged, match="ask for which='smallest'"):
+        lm.proven_range(wedged, loads)

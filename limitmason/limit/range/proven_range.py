@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.answers.results import ALMOST_SOLVED, SOLVED
+from limitmason.answers.results import ALMOST_SOLVED, SOLVED, UNBOUNDED
 from limitmason.arrays import Array
 from limitmason.checks import choice, positive
 from limitmason.display.progress import reached, watched
@@ -79,7 +79,7 @@ class ProvenRange:
     ----------
     smallest, largest : multipliers of certified states at the ends [-]; NaN where not asked for
     ends : what is proven of each, by name
-    associative : upper bound for every flow rule between psi and phi [-]
+    associative : upper bound for every flow rule between psi and phi, infinite where there is none [-]
     velocity_bound, force_bound : stated bounds, where an end needs them
     seconds : of everything
     """
@@ -100,6 +100,8 @@ class ProvenRange:
     def __str__(self) -> str:
         """What is proven, in words."""
         lines = [f"associative value {self.associative:.6f}: no flow rule between psi and phi admits more (Radenkovic)"]
+        if np.isinf(self.associative):
+            lines = ["associative value without end: it sets no upper end for other flow rules"]
         for name, end in self.ends.items():
             side = "below" if name == "smallest" else "above"
             within = "without bounds on forces or velocities"
@@ -167,7 +169,8 @@ def proven_range(
     NotApplicable
         For a problem that is not plane, and joints that crush.
     NotConverged
-        For a structure without a finite associative multiplier, and where no admissible state is found.
+        For a structure that cannot stand, the largest multiplier of one without a finite associative one, and where no
+        admissible state is found.
 
     Notes
     -----
@@ -193,18 +196,26 @@ def proven_range(
         )
     refuse(PROVEN_RANGE, assembly, problem.interfaces, where=GRID)
     upper = solve_associative(problem)
-    if upper.status not in (SOLVED, ALMOST_SOLVED) or upper.resultants is None:
-        raise NotConverged(f"the associative analysis ended '{upper.status}': there is no range to prove")
     ends: dict[str, RangeEnd] = {}
     law = joint_law(problem)
-    scale, top = problem.live_scale, upper.collapse_multiplier / problem.live_scale
+    scale, top, endless = problem.live_scale, upper.collapse_multiplier, upper.status == UNBOUNDED
+    if not endless and (upper.status not in (SOLVED, ALMOST_SOLVED) or upper.resultants is None):
+        raise NotConverged(f"the associative analysis ended '{upper.status}': there is no range to prove")
+    if endless and ("largest" in which or law.dilatant.all()):
+        raise NotConverged(
+            "the associative multiplier has no end, so that no largest one is found; "
+            + ("psi = phi: there is no other" if law.dilatant.all() else "ask for which='smallest'")
+        )
+    top = np.inf if endless else top / scale
     if law.dilatant.all():
         value = upper.collapse_multiplier
         ends = {name: RangeEnd(value, value, True, ASSOCIATIVE) for name in which}
         low, high = (value if name in which else float("nan") for name in ENDS)
         return ProvenRange(low, high, ends, value, velocity_bound, force_bound, time.perf_counter() - began)
 
-    normal = (upper.resultants.point_force * problem.points.directions[:, 0]).sum(axis=1) / problem.force_scale
+    normal = np.full(len(law.tan_phi), law.total / len(law.tan_phi))
+    if upper.resultants is not None:
+        normal = (upper.resultants.point_force * problem.points.directions[:, 0]).sum(axis=1) / problem.force_scale
     found = search_smallest(law, from_corner(law, normal), effort=EFFORTS[search], seed=seed).best
     programs = PlanePrograms(law)
     lowest: Extreme | None = None
@@ -239,7 +250,7 @@ def proven_range(
         )
     low, high = (ends[name].value if name in ends else float("nan") for name in ENDS)
     seconds = time.perf_counter() - began
-    return ProvenRange(low, high, ends, upper.collapse_multiplier, velocity_bound, force_bound, seconds)
+    return ProvenRange(low, high, ends, top * scale, velocity_bound, force_bound, seconds)
 
 
 def _largest(
