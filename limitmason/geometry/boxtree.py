@@ -56,10 +56,7 @@ def _morton(points: Array) -> NDArray[np.uint64]:
         x = cell[:, axis]
         # spread 21 bits to every third place
         for shift, mask in (
-            (32, 0x1F00000000FFFF),
-            (16, 0x1F0000FF0000FF),
-            (8, 0x100F00F00F00F00F),
-            (4, 0x10C30C30C30C30C3),
+            (32, 0x1F00000000FFFF), (16, 0x1F0000FF0000FF), (8, 0x100F00F00F00F00F), (4, 0x10C30C30C30C30C3),
             (2, 0x1249249249249249),
         ):
             x = (x | (x << np.uint64(shift))) & np.uint64(mask)

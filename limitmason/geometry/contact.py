@@ -14,6 +14,7 @@ from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.geometry.facing import Faces, FacingPairs, all_faces, facing_pairs
 from limitmason.geometry.overlap import near_pairs, penetrations
+from limitmason.geometry.polygon import area_in_space, joined_in_pairs
 from limitmason.geometry.polyhedron import Solid
 
 LOOKED_AT_DEG = 45.0
@@ -263,11 +264,8 @@ def closed_part(polygon: Array, gap: Array, limit: float) -> Array:
 
 
 def _mean_width(polygon: Array) -> float:
-    if len(polygon) < 3:
-        return 0.0
-    r = polygon - polygon[0]
     perimeter = np.linalg.norm(np.roll(polygon, -1, axis=0) - polygon, axis=1).sum()
-    return float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0)) / perimeter)
+    return float(2.0 * area_in_space(polygon) / perimeter) if len(polygon) > 2 else 0.0
 
 
 def places(pairs: FacingPairs, rows: Index) -> Array:
@@ -338,6 +336,15 @@ def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None =
     return sorted(out, key=lambda d: (d.a, d.b))
 
 
+class _Patch(NamedTuple):
+    """A contact patch: its polygon [m], normal, area [m2] and the tolerance of its blocks [m]."""
+
+    polygon: Array
+    normal: Array
+    area: float
+    tolerance: float
+
+
 def _merge_patches(
     a: Index, b: Index, polygons: list[Array], normals: Array, areas: Array, tolerance: Array, overlaps: list,
     doubts: list[DoubtfulContact],
@@ -345,41 +352,24 @@ def _merge_patches(
     """Join coplanar patches of one block pair when together they fill their convex hull (faces cut into triangles)."""
     if not len(a):
         return ContactPatches(a, b, [], np.empty((0, 3)), overlaps, doubts)
-    # patches of one pair stand in a row after this; two of them are joined at a time until no two fill their hull
-    order = np.lexsort((b, a))
-    a, b, normals, areas, tolerance = a[order], b[order], normals[order], areas[order], tolerance[order]
-    polygons = [polygons[i] for i in order]
-    new_pair = np.r_[True, (np.diff(a) != 0) | (np.diff(b) != 0)]
-    first = np.flatnonzero(new_pair)
-    last = np.r_[first[1:], len(a)]
-    drop: set[int] = set()
-    for i, j in zip(first.tolist(), last.tolist(), strict=True):
-        if j - i < 2:
-            continue
-        group = list(range(i, j))
-        merged = True
-        while merged and len(group) > 1:
-            merged = False
-            for x in range(len(group)):
-                for y in range(x + 1, len(group)):
-                    u, v = group[x], group[y]
-                    joined = _hull_if_filled(
-                        polygons[u], polygons[v], normals[u], normals[v], areas[u] + areas[v], float(tolerance[u])
-                    )
-                    if joined is not None:
-                        polygons[u] = joined
-                        areas[u] += areas[v]
-                        drop.add(v)
-                        group.remove(v)
-                        merged = True
-                        break
-                if merged:
-                    break
-    keep = np.array([k for k in range(len(a)) if k not in drop], dtype=np.intp)
-    return ContactPatches(a[keep], b[keep], [polygons[k] for k in keep], normals[keep], overlaps, doubts)
+    # two patches of one pair of blocks are joined at a time until no two fill their hull
+    groups: dict[tuple[int, int], list[_Patch]] = {}
+    rows = np.lexsort((b, a))
+    for k in rows.tolist():
+        patch = _Patch(polygons[k], normals[k], float(areas[k]), float(tolerance[k]))
+        groups.setdefault((int(a[k]), int(b[k])), []).append(patch)
+    kept = [(pair, patch) for pair, group in groups.items() for patch in joined_in_pairs(group, _hull_if_filled)]
+    ends = np.array([pair for pair, _ in kept], dtype=np.intp)
+    found = [patch for _, patch in kept]
+    return ContactPatches(
+        ends[:, 0], ends[:, 1], [p.polygon for p in found], np.array([p.normal for p in found]), overlaps, doubts
+    )
 
 
-def _hull_if_filled(p: Array, q: Array, n_p: Array, n_q: Array, area: float, tolerance: float) -> Array | None:
+def _hull_if_filled(one: _Patch, other: _Patch) -> _Patch | None:
+    """Two coplanar patches as one, where they fill their convex hull."""
+    p, q, n_p, n_q, tolerance = one.polygon, other.polygon, one.normal, other.normal, one.tolerance
+    area = one.area + other.area
     if n_p @ n_q < 1.0 - 1e-9 or np.abs((q - p[0]) @ n_p).max() > tolerance:
         return None
     t1 = p[1] - p[0]
@@ -393,7 +383,7 @@ def _hull_if_filled(p: Array, q: Array, n_p: Array, n_q: Array, area: float, tol
     hull_area = 0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
     if hull_area - area > tolerance * np.sqrt(area):
         return None
-    return points[hull]
+    return _Patch(points[hull], n_p, area, tolerance)
 
 
 def _hull(points: Array, slack: float) -> list[int]:

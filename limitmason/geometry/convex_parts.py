@@ -8,7 +8,7 @@ import numpy as np
 
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
-from limitmason.geometry.polygon import clean_outline, convex_pieces
+from limitmason.geometry.polygon import area_in_space, clean_outline, convex_pieces
 from limitmason.geometry.polyhedron import Solid, box, face_plane, face_planes, group_by_topology, mass_properties
 from limitmason.geometry.splitting import below_planes, split_polygon, split_solid
 
@@ -127,9 +127,7 @@ class _Face:
         self.pieces: list[Array] = []
         self.triangles: list[Array] = []
         self.area = 0.0
-        size = float(np.ptp(corners, axis=0).max())
-        r = corners - corners[0]
-        if float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0))) <= slack * size:
+        if 2.0 * area_in_space(corners) <= slack * float(np.ptp(corners, axis=0).max()):
             return  # a sliver closes the surface and encloses nothing
         along = np.eye(3)[int(np.abs(self.normal).argmin())]
         along = along - (along @ self.normal) * self.normal
@@ -219,8 +217,7 @@ def _common_face(a: Solid, b: Solid, slack: float) -> float:
             p, q = a.vertices[list(f)], b.vertices[list(g)]
             apart = np.linalg.norm(p[:, None] - q[None], axis=2)
             if (apart.min(axis=1) <= 10.0 * slack).all() and (apart.min(axis=0) <= 10.0 * slack).all():
-                r = p - p[0]
-                return 0.5 * float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0)))
+                return area_in_space(p)
     return 0.0
 
 
@@ -266,10 +263,8 @@ def _touch(a: Solid, b: Solid, slack: float) -> bool:
             if abs(side @ n) > 1.0 - 1e-9 or common is None:
                 continue
             common = split_polygon(common, distance * side, side, slack)[0]
-        if common is not None and len(common) > 2:
-            r = common - common[0]
-            if 0.5 * float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0))) > slack * float(np.ptp(common)):
-                return True
+        if common is not None and area_in_space(common) > slack * float(np.ptp(common)):
+            return True
     return False
 
 

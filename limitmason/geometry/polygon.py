@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
 from limitmason.errors import InputError
+
+T = TypeVar("T")
 
 
 def polygon_area_centroid(polygon: ArrayLike) -> tuple[float, Array]:
@@ -34,6 +38,14 @@ def polygon_area_centroid(polygon: ArrayLike) -> tuple[float, Array]:
     if abs(area) <= 1e-300:
         return 0.0, origin
     return float(area), origin + ((q + r) * cross[:, None]).sum(axis=0) / (6.0 * area)
+
+
+def area_in_space(corners: Array) -> float:
+    """Area of a plane polygon in space [m2], corners [m], shape (n, 3); zero for fewer than three."""
+    if len(corners) < 3:
+        return 0.0
+    r = corners - corners[0]
+    return 0.5 * float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0)))
 
 
 def clean_outline(outline: ArrayLike, tolerance: float) -> Array:
@@ -103,21 +115,18 @@ def convex_pieces(polygon: ArrayLike) -> list[Array]:
     p = np.asarray(polygon, dtype=float)
     if _is_convex(p, range(len(p))):
         return [p]
-    pieces = [list(t) for t in _ears(p)]
-    merged = True
-    while merged:
-        merged = False
-        for i in range(len(pieces)):
-            for j in range(i + 1, len(pieces)):
-                joined = _join(p, pieces[i], pieces[j])
-                if joined is not None:
-                    pieces[i] = joined
-                    del pieces[j]
-                    merged = True
-                    break
-            if merged:
-                break
+    pieces = joined_in_pairs([list(t) for t in _ears(p)], partial(_join, p))
     return [p[piece] for piece in pieces]
+
+
+def joined_in_pairs(items: list[T], join: Callable[[T, T], T | None]) -> list[T]:
+    """Items of which no two can be joined: the first pair that can is made one, in its first place, and so on."""
+    while True:
+        pairs = ((i, j, join(items[i], items[j])) for i in range(len(items)) for j in range(i + 1, len(items)))
+        i, j, both = next((pair for pair in pairs if pair[2] is not None), (0, 0, None))
+        if both is None:
+            return items
+        items = [*items[:i], both, *items[i + 1 : j], *items[j + 1 :]]
 
 
 def _turn(a: Array, b: Array, c: Array) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 from limitmason.arrays import Array, Flags, Index
 from limitmason.geometry.contact import find_contacts
 from limitmason.geometry.facing import Faces, all_faces
+from limitmason.geometry.polygon import area_in_space
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.detection import BlockPieces, contact_distances
 
@@ -109,12 +110,7 @@ def _inner_faces(assembly: Blockwork, pieces: BlockPieces, faces: Faces, start: 
         for piece, outward in ((i, normal), (j, -normal)):
             face = _face_under(faces, slice(start[piece], start[piece + 1]), polygon, outward)
             if face is not None:
-                covered[face] += _area(polygon)
+                covered[face] += area_in_space(polygon)
     for k in np.flatnonzero(covered > 0.0).tolist():
-        out[k] = covered[k] > 0.99 * _area(faces.corners[k, : faces.corners_of[k]])
+        out[k] = covered[k] > 0.99 * area_in_space(faces.corners[k, : faces.corners_of[k]])
     return out
-
-
-def _area(polygon: Array) -> float:
-    r = polygon - polygon[0]
-    return 0.5 * float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0)))
