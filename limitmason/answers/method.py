@@ -130,13 +130,11 @@ class Method:
         """Options of one run of a study or diagnosis: without what costs more than the answer, unless asked for."""
         return {**self.cheap, **options}
 
-    def row_of(self, found: Prediction) -> dict[str, Any]:
-        """Multiplier, range and status of one of its predictions as columns of a table."""
-        low, high, _ = found.range
-        return {
-            "multiplier": float(found.collapse_multiplier), "low": float(low), "high": float(high),
-            "status": found.status,
-        }
+    def row(self, assembly: Assembly, loads: Loads, options: Mapping[str, Any]) -> dict[str, Any]:
+        """Multiplier, range and status of one run of a study as columns of a table, see :meth:`one_of_many`."""
+        found = self.predict(assembly, loads, **self.one_of_many(options))
+        low, high = map(float, found.range[:2])
+        return {"multiplier": float(found.collapse_multiplier), "low": low, "high": high, "status": found.status}
 
     def check_options(self, options: Mapping[str, Any]) -> None:
         """Refuse an option that the method does not take.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -213,11 +214,7 @@ def _by_curve(test: Experiment, by: str = "pushover") -> tuple[float, float, str
     return found.peak, 1.0 if found.mode == "F" else 0.0, found.mode  # the curve itself names the mode
 
 
-def _by_dem(test: Experiment) -> tuple[float, float, str]:
-    return _by_curve(test, "dem")
-
-
 _SOLVERS: Mapping[str, Callable[[Experiment], tuple[float, float, str]]] = {
     "formulas": _by_formulas, "first": _by_blocks, "extended": _by_blocks, "non-associative": _without_dilatancy,
-    "pushover": _by_curve, "dem": _by_dem,
+    "pushover": _by_curve, "dem": partial(_by_curve, by="dem"),
 }

@@ -23,6 +23,7 @@ Build = Callable[[Unit], tuple[Assembly, Loads]]
 SIZES = (0.25, 0.5, 1.0, 2.0)
 IN_PLANE, WHOLE = "in plane", "whole block"
 MONOLITH = "monolith"
+UNIT_COLUMNS = ("unit_length", "unit_height", "unit_thickness")
 _PIECES = ("overturning", "sliding")
 
 
@@ -103,7 +104,7 @@ def block_size_study(
     key = ("block size", build, unit, jobs, chosen)
     table = sweep(
         functools.partial(_at_size, build, unit, chosen), jobs, key=key, **runs,
-        units=dict.fromkeys(("unit_length", "unit_height", "unit_thickness"), "m"),
+        units=dict.fromkeys(UNIT_COLUMNS, "m"),
     )
     rows = []
     for method in (*methods, MONOLITH):
@@ -136,12 +137,9 @@ def _at_size(
     """Answer of one method for the wall of units of a size, as a row."""
     scaled = scaled_unit(unit, size, vary)
     assembly, loads = build(scaled)
-    chosen = get_method(MECHANISMS if method == MONOLITH else method)
-    found = chosen.predict(assembly, loads, **chosen.one_of_many(options[method]))
-    return {
-        "unit_length": scaled[0], "unit_height": scaled[1], "unit_thickness": scaled[2],
-        "blocks": int((~assembly.fixed).sum()), **chosen.row_of(found),
-    }
+    found = get_method(MECHANISMS if method == MONOLITH else method).row(assembly, loads, options[method])
+    units = dict(zip(UNIT_COLUMNS, scaled, strict=True))
+    return {**units, "blocks": int((~assembly.fixed).sum()), **found}
 
 
 def _extrapolated(smallest: Mapping[str, Any], next_one: Mapping[str, Any]) -> dict[str, Any]:

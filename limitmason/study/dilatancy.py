@@ -73,10 +73,8 @@ def dilatancy_study(
         with_dilatancy(assembly, share)
     points = [{"method": m, "share": float(s), "psi": float(s) * phi} for m in methods for s in shares]
     key = ("dilatancy", assembly, loads, points, chosen)
-    table = sweep(
-        functools.partial(_at_dilatancy, assembly, loads, chosen), points, key=key, **runs,
-        units={"psi": "deg", "change": "%"},
-    )
+    run = functools.partial(_at_dilatancy, assembly, loads, chosen)
+    table = sweep(run, points, key=key, **runs, units={"psi": "deg", "change": "%"})
     rows = []
     for row in table:
         own = {r["share"]: r["multiplier"] for r in table if r["method"] == row["method"]}
@@ -91,8 +89,7 @@ def _at_dilatancy(
     assembly: Assembly, loads: Loads, options: Mapping[str, Mapping[str, Any]], *, method: str, share: float, psi: float
 ) -> dict[str, Any]:
     del psi
-    chosen = get_method(method)
-    return chosen.row_of(chosen.predict(with_dilatancy(assembly, share), loads, **chosen.one_of_many(options[method])))
+    return get_method(method).row(with_dilatancy(assembly, share), loads, options[method])
 
 
 @of_model
@@ -139,17 +136,14 @@ def contact_point_study(
         jobs += [{"method": ASSOCIATIVE, "share": 1.0, "points": int(n)} for n in points]
     chosen = dict(options or {})
     key = ("contact points", assembly, loads, jobs, along, chosen)
-    return sweep(
-        functools.partial(_at_points, assembly, loads, along, chosen), jobs, key=key, **runs,
-    )
+    return sweep(functools.partial(_at_points, assembly, loads, along, chosen), jobs, key=key, **runs)
 
 
 def _at_points(
     assembly: Assembly, loads: Loads, along: int, options: Mapping[str, Any], *, method: str, share: float, points: int
 ) -> dict[str, Any]:
-    chosen = get_method(method)
     if method == ASSOCIATIVE:
         grid = {"contact_model": "grid", "grid": (along, points), "in_plane": False}
-        return chosen.row_of(chosen.predict(assembly, loads, **grid))
-    settings = chosen.one_of_many({"contact_points": (along, points), **options})
-    return chosen.row_of(chosen.predict(with_dilatancy(assembly, share), loads, **settings))
+        return get_method(method).row(assembly, loads, grid)
+    settings = {"contact_points": (along, points), **options}
+    return get_method(method).row(with_dilatancy(assembly, share), loads, settings)

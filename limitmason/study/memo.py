@@ -32,7 +32,6 @@ class Memo:
     path : file, made with its folder when the first result comes; None keeps results in memory only
     of : fingerprint of the study that all of them belong to; empty where every key says what its result belongs to
     kind : type of the results; another one in the file is damage
-    any_version : read what another version of this package has written too
 
     Attributes
     ----------
@@ -51,11 +50,10 @@ class Memo:
     """
 
     def __init__(
-        self, path: str | Path | None, of: str = "", *, kind: type | tuple[type, ...] = object,
-        any_version: bool = False,
+        self, path: str | Path | None, of: str = "", *, kind: type | tuple[type, ...] = object
     ) -> None:
         self.path = None if path is None else Path(path)
-        self.of, self.kind, self.any_version = of, kind, any_version
+        self.of, self.kind = of, kind
         self.rows: dict[str, Any] = {}
         if self.path is not None and self.path.is_dir():
             raise InputError(f"{self.path} is a folder: give a file")
@@ -143,7 +141,7 @@ class Memo:
             raise InputError(f"{self.path} was written by limitmason 0.2 or before: delete it, or give another file")
         if schema != SCHEMA:
             raise InputError(f"{self.path} is not a store of runs of limitmason: give another file")
-        if header.get("limitmason") != VERSION and not self.any_version:
+        if header.get("limitmason") != VERSION:
             raise InputError(
                 f"{self.path} was written by limitmason {header.get('limitmason')}, whose answers may differ from "
                 f"those of {VERSION}: delete it, or give another file"

@@ -117,7 +117,9 @@ def monte_carlo(
     shares = latin_hypercube(len(names), samples, seed) if scheme == SCHEMES[0] else _independent(names, samples, seed)
     points = [{"sample": k, "shares": dict(zip(names, shares[k].tolist(), strict=True))} for k in range(samples)]
     drawn = RandomInputs(joints, blocks, ties, parameters, seed)
-    one = functools.partial(_sample, build, run or _Multiplier(method, dict(options or {})), drawn)
+    refusals = () if run is None else (NotApplicable, NotConverged)
+    solve = run or functools.partial(_by_method, method, dict(options or {}))
+    one = functools.partial(_sample, build, solve, refusals, drawn)
     # the samples of a random run follow from the seed, so that a longer one goes on with the rows of a shorter
     which = points if scheme == SCHEMES[0] else scheme
     key = ("monte carlo", build, run or method, joints, blocks, ties.formulas, parameters, seed, options, which)
@@ -171,16 +173,10 @@ class RandomInputs:
     seed: int
 
 
-@dataclass(frozen=True)
-class _Multiplier:
-    """The multiplier of a method as the run of a sample."""
-
-    method: str
-    options: Mapping[str, Any]
-
-    def __call__(self, assembly: Assembly, loads: Loads) -> Any:
-        chosen = get_method(self.method)
-        return chosen.predict(assembly, loads, **chosen.one_of_many(self.options))
+def _by_method(method: str, options: Mapping[str, Any], assembly: Assembly, loads: Loads) -> Prediction:
+    """The prediction of a method as the run of a sample."""
+    chosen = get_method(method)
+    return chosen.predict(assembly, loads, **chosen.one_of_many(options))
 
 
 def _variables(
@@ -219,8 +215,11 @@ def _independent(names: Sequence[str], samples: int, seed: int) -> Array:
     return out
 
 
-def _sample(build: Any, run: Run, drawn: RandomInputs, *, sample: int, shares: Mapping[str, float]) -> dict[str, Any]:
-    """One sample: the model with its drawn numbers is built, run, and recorded."""
+def _sample(
+    build: Any, run: Run, refusals: tuple[type[Exception], ...], drawn: RandomInputs, *, sample: int,
+    shares: Mapping[str, float],
+) -> dict[str, Any]:
+    """One sample: the model with its drawn numbers is built, run, and recorded, as is a refusal of the kinds named."""
     given = {name: float(random.value(shares[name])) for name, random in drawn.parameters.items()}
     assembly, loads = build(**given) if callable(build) else build
     record: dict[str, float] = {}
@@ -233,12 +232,9 @@ def _sample(build: Any, run: Run, drawn: RandomInputs, *, sample: int, shares: M
             raise InputError("a random density needs loads that follow it: let build return a function of the assembly")
     if callable(loads):
         loads = loads(assembly)
-    if isinstance(run, _Multiplier):
-        found = run(assembly, loads)
-        return {**given, **record, "multiplier": float(found.collapse_multiplier), "status": found.status}
     try:
         answer = _answers(run(assembly, loads))
-    except (NotApplicable, NotConverged) as refused:
+    except refusals as refused:
         answer = {"status": f"no answer: {refused}"}
     if twice := [n for n in answer if n in record or n in given]:
         raise InputError(f"run returns {twice[0]!r}, which is the name of a drawn value: call it otherwise")
@@ -332,7 +328,8 @@ def sobol(
     shares = np.concatenate([a, b, mixed.reshape(-1, d)])
     points = [{"sample": k, "shares": dict(zip(names, row, strict=True))} for k, row in enumerate(shares.tolist())]
     drawn = RandomInputs(joints, {}, LinkedFormulas({}), parameters, seed)
-    run = functools.partial(_sample, build, _Multiplier(method, dict(options or {})), drawn)
+    solve = functools.partial(_by_method, method, dict(options or {}))
+    run = functools.partial(_sample, build, solve, (), drawn)
     key = ("sobol", build, method, joints, parameters, seed, options, points)
     table = sweep(run, points, key=key, **runs, units=UNITS)
     value = table["multiplier"]
