@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import webbrowser
 
-from limitmason.cli.console import command, say, show_text
+from limitmason.cli import console
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``app``."""
-    app = command(
+    app = console.command(
         commands, "app", _serve,
         help="open the application in the browser: build or load a structure, solve, look, download the script",
         description="Serves one page on the loopback address of this machine, behind a random token, until Ctrl-C. It "
@@ -26,12 +26,12 @@ def _serve(options: argparse.Namespace) -> int:
     from limitmason.app.server import Server
 
     with Server(options.folder, options.port) as server:
-        show_text(server.url)
-        say(f"folder {server.folder.path}; Ctrl-C ends the application")
+        console.show_text(server.url)
+        console.say(f"folder {server.folder.path}; Ctrl-C ends the application")
         if not options.no_browser:
             webbrowser.open(server.url)
         try:
             server.serve_forever()
         except KeyboardInterrupt:
-            say("ended")
+            console.say("ended")
     return 0

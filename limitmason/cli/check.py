@@ -7,34 +7,23 @@ import warnings
 from pathlib import Path
 
 import limitmason as lm
-from limitmason.cli.console import (
-    DRAWING,
-    command,
-    figure_file,
-    length,
-    load_target,
-    outline_options,
-    outline_settings,
-    refuse,
-    show_text,
-    write_figure,
-)
+from limitmason.cli import console
 from limitmason.model import Assembly, ContactError, ContactWarning, PlausibilityWarning
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``check``."""
-    check = command(
+    check = console.command(
         commands, "check", _check, help="contact report: near misses, floating blocks, implausible input",
         description="Lists the contacts of a model and what may be wrong with them. Exit status 0 when there is "
         "nothing to decide, 1 when there is, 2 for input that cannot be read.",
         target="model file, experiment, or a drawing (.dxf, .svg, .obj, .ply, .stl), for which it proposes the options "
         "that make stones meet",
     )
-    check.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the report (.png, .pdf, .svg)")
+    check.add_argument("--figure", type=console.figure_file, metavar="FILE", help="draw the report (.png, .pdf, .svg)")
     check.add_argument("--distance", type=float, metavar="M", help="list near misses up to this gap [m]")
     check.add_argument("--angle", type=float, metavar="DEG", help="and up to this angle between faces [deg]")
-    outline_options(check).add_argument("--tolerance", type=length, metavar="LENGTH",
+    console.outline_options(check).add_argument("--tolerance", type=console.length, metavar="LENGTH",
                                         help="gap or overlap up to which faces touch; default: --gap")
 
 
@@ -61,23 +50,23 @@ def _check(options: argparse.Namespace) -> int:
     if found is not None:
         left = "no block floats" if not found.floating else f"{found.floating} of {len(report.floating)} blocks float"
         units = f" --scale {scale:g}" if scale is not None else ""
-        show_text(f"{found.why}: try `limitmason check {path}{units} {found.flags}`; then {left}")
-    show_text(f"{title}: {report}")
+        console.show_text(f"{found.why}: try `limitmason check {path}{units} {found.flags}`; then {left}")
+    console.show_text(f"{title}: {report}")
     # what the report lists block by block needs no second mention
     told = [w for w in caught if issubclass(w.category, PlausibilityWarning)]
     said += dict.fromkeys(str(w.message) for w in told if not issubclass(w.category, ContactWarning))
     for text in said:
-        show_text(f"warning: {text}")
+        console.show_text(f"warning: {text}")
     if options.figure:
-        write_figure(options.figure, lm.figures.contact_report(assembly, report, title=title))
+        console.write_figure(options.figure, lm.figures.contact_report(assembly, report, title=title))
     return 1 if report.decisions or said else 0
 
 
 def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
     path = Path(options.target)
     if path.suffix.lower() not in lm.formats.DRAWINGS:
-        refuse(options, ("tolerance", *DRAWING), "by a model or an experiment, which holds its own")
-        assembly, _, title = load_target(options.target, needs_live_load=False)
+        console.refuse(options, ("tolerance", *console.DRAWING), "by a model or an experiment, which holds its own")
+        assembly, _, title = console.load_target(options.target, needs_live_load=False)
         return assembly, title
-    settings = {"tolerance": options.tolerance, "thickness": options.thickness, **outline_settings(options)}
+    settings = {"tolerance": options.tolerance, "thickness": options.thickness, **console.outline_settings(options)}
     return lm.formats.read_drawing(path, **settings), path.stem

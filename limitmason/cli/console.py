@@ -56,6 +56,12 @@ def write_figure(path: Path, figure: Any, *, dpi: int = 200) -> None:
     say(f"wrote {path}")
 
 
+def say_what(title: str, assembly: Assembly, loads: Loads | None = None) -> None:
+    """Say what is analysed: free blocks, interfaces and, where they are given, the loads."""
+    under = "" if loads is None else f", {loads.name}"
+    say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces{under}")
+
+
 def figure_file(text: str) -> Path:
     """A path that a figure can be written to, checked before an analysis begins."""
     path = Path(text)

@@ -11,17 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import limitmason as lm
-from limitmason.cli.console import (
-    ANALYSIS,
-    analysis_options,
-    command,
-    lines,
-    method_of,
-    refuse,
-    say,
-    settings_of,
-    show_text,
-)
+from limitmason.cli import console
 from limitmason.errors import InputError
 from limitmason.experiments.series import cases_of, series_of, write_template
 
@@ -48,7 +38,7 @@ _DEFAULTS = {"out": Path("diagnosis"), "seed": 0, "jobs": 1, "next": 4, "rehears
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``diagnose``."""
-    asked = command(
+    asked = console.command(
         commands, "diagnose", _diagnose, help="what a simulation gets wrong on measured data, and why",
         description=ABOUT, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -94,7 +84,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     run.add_argument("--missing", type=int, metavar="N", help="blind trials with each cause taken off the list in "
                      "turn: how often a name is given to something else")
     run.add_argument("--no-checks", action="store_true", help="skip judging the data again without each specimen")
-    analysis_options(asked)
+    console.analysis_options(asked)
 
 
 def _diagnose(options: argparse.Namespace) -> int:
@@ -107,7 +97,7 @@ def _diagnose(options: argparse.Namespace) -> int:
         if options.debug or not is_own(error) or ":" not in f"{options.model}{options.causes}":
             raise
         # an error of the user's own function: where it happened stands in its traceback, never in one line
-        say("".join(traceback.format_exception(error)).rstrip())
+        console.say("".join(traceback.format_exception(error)).rstrip())
         return 2
 
 
@@ -115,7 +105,7 @@ def _run(options: argparse.Namespace) -> int:
     """Diagnose what the options name, write the folder, and print the answer."""
     if options.template:
         others = [name for name in vars(options) if name not in ("template", "model", "run", "debug", "progress")]
-        refuse(options, others, "with --template, which writes a file and stops")
+        console.refuse(options, others, "with --template, which writes a file and stops")
         if options.model and ":" in options.model:
             raise InputError(f"--template with --model needs a packaged series, got {options.model!r}")
         if options.template.suffix:
@@ -124,10 +114,10 @@ def _run(options: argparse.Namespace) -> int:
             raise InputError(f"a template of the series {options.model} is a file: --template {options.template}.csv")
         else:
             lm.diagnosis.read_folder.write_folder(options.template)
-        say(f"wrote {options.template}: replace its rows, keep the line of units, then `limitmason diagnose`")
+        console.say(f"wrote {options.template}: replace its rows, keep the line of units, then `limitmason diagnose`")
         return 0
     if options.next == 0:
-        refuse(options, ("pool",), "with --next 0")
+        console.refuse(options, ("pool",), "with --next 0")
     for name, default in _DEFAULTS.items():
         if getattr(options, name) is None:
             setattr(options, name, default)
@@ -140,16 +130,16 @@ def _run(options: argparse.Namespace) -> int:
     read = lm.diagnosis.Study.from_folder if of_folder else lm.diagnosis.Study.from_table
     stated = _of_folder(options) if of_folder else _of_table(options)
     study = read(options.data, cache=store, n_jobs=options.jobs, **stated)
-    say(str(study))
+    console.say(str(study))
     found = lm.diagnosis.investigate(
         study, seed=options.seed, next_tests=options.next, pool=options.pool, rehearse=options.rehearse,
-        missing=options.missing, progress=lines(),
+        missing=options.missing, progress=console.lines(),
     )
     if not options.no_checks:
-        say("judging again under other statements of the noise and without each specimen")
+        console.say("judging again under other statements of the noise and without each specimen")
     files = lm.figures.diagnosis_folder(found, options.out, checks=not options.no_checks)
-    show_text("\n".join(_in_short(found.answer.record())))
-    say(f"wrote {options.out}: {', '.join(str(file.relative_to(options.out)) for file in files)}")
+    console.show_text("\n".join(_in_short(found.answer.record())))
+    console.say(f"wrote {options.out}: {', '.join(str(file.relative_to(options.out)) for file in files)}")
     return 0
 
 
@@ -164,7 +154,7 @@ def _in_short(record: Mapping[str, Any]) -> list[str]:
 def _of_folder(options: argparse.Namespace) -> dict[str, Any]:
     """What the options say of a folder's model, as ``Study.from_folder`` takes it."""
     useless = ("measured", "predicted", "group", "batches", "noise", "dof", "towards", "tilting", "spatial")
-    refuse(options, (*useless, "method", *ANALYSIS), "with a folder, whose files say it")
+    console.refuse(options, (*useless, "method", *console.ANALYSIS), "with a folder, whose files say it")
     if options.model and ":" not in options.model:
         raise InputError(f"--model {options.model}: a folder takes a function, module:function or file.py:function")
     model = load_object(options.model, "--model") if options.model else None
@@ -196,7 +186,7 @@ def _of_table(options: argparse.Namespace) -> dict[str, Any]:
     if own and not options.causes:
         raise InputError("a model of your own needs its list of causes: --causes module:LIST")
     return {
-        "model": model, "method": method_of(options), "settings": settings_of(options),
+        "model": model, "method": console.method_of(options), "settings": console.settings_of(options),
         "measured": options.measured or "measured", "noise": _noise(options.noise), "causes": _causes(options.causes),
         **_stated(options, "predicted", "towards", "group", "batches", "dof", "tilting", "spatial"),
     }
@@ -211,17 +201,18 @@ def _refuse_unused(options: argparse.Namespace, *, own: bool, has_model: bool) -
     has_model : it is a packaged series whose walls can be built
     """
     if own:
-        refuse(options, ("predicted",), f"with --model {options.model}, which predicts itself")
+        console.refuse(options, ("predicted",), f"with --model {options.model}, which predicts itself")
     if not (has_model and options.predicted is None):
         what = f"--model {options.model}" if own else "predictions in a column (--predicted)"
-        refuse(options, ("method", *ANALYSIS), f"with {what}: no analysis is made here")
-        refuse(options, ("spatial",), f"with {what}: it chooses among causes inside a packaged model")
+        console.refuse(options, ("method", *console.ANALYSIS), f"with {what}: no analysis is made here")
+        console.refuse(options, ("spatial",), f"with {what}: it chooses among causes inside a packaged model")
     if options.data and options.predicted and has_model:
-        refuse(options, ("model",), "with --predicted, which takes the predictions from a column")
+        console.refuse(options, ("model",), "with --predicted, which takes the predictions from a column")
     if options.causes and ":" in options.causes:
-        refuse(options, ("tilting", "batches", "spatial"), "with a list of causes of your own: add them to the list")
+        own_list = "with a list of causes of your own: add them to the list"
+        console.refuse(options, ("tilting", "batches", "spatial"), own_list)
     if options.noise == "replicates":
-        refuse(options, ("dof",), "with --noise replicates, which counts its own degrees of freedom")
+        console.refuse(options, ("dof",), "with --noise replicates, which counts its own degrees of freedom")
 
 
 def load_object(text: str, what: str) -> Any:

@@ -6,18 +6,7 @@ import argparse
 from collections.abc import Sequence
 
 import limitmason as lm
-from limitmason.cli.console import (
-    analysis_options,
-    command,
-    figure_file,
-    lines,
-    method_of,
-    say,
-    settings_of,
-    show_text,
-    writable,
-    write_figure,
-)
+from limitmason.cli import console
 from limitmason.display.text_table import abridged, aligned
 from limitmason.errors import InputError
 
@@ -27,33 +16,35 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     packaged = commands.add_parser("experiments", help="list, show and run the packaged experiments")
     packaged.set_defaults(run=lambda o: (packaged.print_help(), 0)[1])
     actions = packaged.add_subparsers(metavar="ACTION")
-    listing = command(actions, "list", _list, help="sources and specimens")
+    listing = console.command(actions, "list", _list, help="sources and specimens")
     listing.add_argument("source", nargs="?", help="only this source")
-    show = command(
+    show = console.command(
         actions, "show", _show, help="data sheet of one specimen: parameters, values, source, assumptions"
     )
     show.add_argument("source")
     show.add_argument("specimen", nargs="?")
-    run = command(actions, "run", _run, help="predict and print beside measured and published values")
+    run = console.command(actions, "run", _run, help="predict and print beside measured and published values")
     run.add_argument("source", nargs="?", help="a source, or SOURCE/SPECIMEN")
     run.add_argument("specimens", nargs="*", help="only these specimens")
     run.add_argument("--all", action="store_true", help="every packaged experiment that has a model")
-    run.add_argument("--csv", type=writable, metavar="FILE", help="also write the table to a file")
-    run.add_argument("--figure", type=figure_file, metavar="FILE",
+    run.add_argument("--csv", type=console.writable, metavar="FILE", help="also write the table to a file")
+    run.add_argument("--figure", type=console.figure_file, metavar="FILE",
                      help="also draw predicted against measured or published")
-    analysis_options(run, flow_default="as published")
+    console.analysis_options(run, flow_default="as published")
 
-    series = command(
+    series = console.command(
         commands, "predict", _predict, help="a large series of tests by a model of its ladder (resumable)"
     )
     series.add_argument("series", metavar="SERIES", help="a packaged series with a page of its own")
     series.add_argument("walls", nargs="*", metavar="WALL", help="only these walls; default: all")
     series.add_argument("--method", required=True, metavar="METHOD",
                         help="formulas, first, extended or non-associative (blocks), pushover, dem (a dozen walls)")
-    series.add_argument("--store", type=writable, metavar="FILE", help="keep answers here and go on after a kill")
+    series.add_argument("--store", type=console.writable, metavar="FILE",
+                        help="keep answers here and go on after a kill")
     series.add_argument("--workers", type=int, default=1, help="processes, one wall each")
     series.add_argument("--no-interval", action="store_true", help="do not move the inputs: a seventh of the time")
-    series.add_argument("--csv", type=writable, metavar="FILE", help="write the table here, not to the terminal")
+    series.add_argument("--csv", type=console.writable, metavar="FILE",
+                        help="write the table here, not to the terminal")
 
 
 def _predict(options: argparse.Namespace) -> int:
@@ -66,7 +57,7 @@ def _predict(options: argparse.Namespace) -> int:
         raise InputError(f"series must be {' or '.join(known)}, got {options.series!r}: it has a ladder of models")
     found = predict_walls(
         options.method, options.walls or None, store=options.store, spread=not options.no_interval,
-        workers=options.workers, progress=say,
+        workers=options.workers, progress=console.say,
     )
     cells = [
         [p.wall, p.method, *(f"{v:.4g}" for v in (p.force, *p.interval)), p.mode or "-", p.status] for p in found
@@ -74,10 +65,10 @@ def _predict(options: argparse.Namespace) -> int:
     units = {"wall": "-", "method": "-", "V": "kN", "V_low": "kN", "V_high": "kN", "mode": "-", "status": "-"}
     if options.csv:
         write_table(options.csv, units, cells)
-        say(f"wrote {options.csv}")
+        console.say(f"wrote {options.csv}")
     else:
         rows, cut = abridged(cells)
-        show_text("\n".join([aligned([[k if u == "-" else f"{k} [{u}]" for k, u in units.items()], *rows]),
+        console.show_text("\n".join([aligned([[k if u == "-" else f"{k} [{u}]" for k, u in units.items()], *rows]),
                              *(f"{c}: --csv FILE writes them" for c in cut)]))
     return 0
 
@@ -86,7 +77,7 @@ def _list(options: argparse.Namespace) -> int:
     for source in [options.source] if options.source else lm.experiments.sources():
         names = lm.experiments.specimens(source)
         case = lm.experiments.load(source, names[0])
-        show_text(f"{source}: {case.source.title}\n  {' '.join(names)}")
+        console.show_text(f"{source}: {case.source.title}\n  {' '.join(names)}")
     return 0
 
 
@@ -100,28 +91,28 @@ def _show(options: argparse.Namespace) -> int:
     if not specimen and source in set(lm.experiments.sources()) - set(registry.tabled()):
         names = lm.experiments.specimens(source)
         rows = [[name, lm.experiments.load(source, name).title] for name in names]
-        show_text(f"{source}: {lm.experiments.load(source, names[0]).source.title}\n\n{aligned(rows)}\n\n"
+        console.show_text(f"{source}: {lm.experiments.load(source, names[0]).source.title}\n\n{aligned(rows)}\n\n"
                   f"limitmason experiments show {source} {names[0]} shows the data sheet of one")
         return 0
     for name in [specimen] if specimen else lm.experiments.specimens(source):
-        show_text(str(lm.experiments.load(source, name)) + "\n")
+        console.show_text(str(lm.experiments.load(source, name)) + "\n")
     return 0
 
 
 def _run(options: argparse.Namespace) -> int:
     if options.all == bool(options.source):
         raise InputError("name a source, or give --all; see `limitmason experiments list`")
-    settings = settings_of(options)
+    settings = console.settings_of(options)
     flow_rule = settings.pop("flow_rule", None)
     rows = lm.comparison.table(
-        _cases(options), method=method_of(options), flow_rule=flow_rule, progress=lines(), **settings
+        _cases(options), method=console.method_of(options), flow_rule=flow_rule, progress=console.lines(), **settings
     )
-    show_text(lm.comparison.as_text(rows))
+    console.show_text(lm.comparison.as_text(rows))
     if options.csv:
         lm.comparison.write_rows(rows, options.csv)
-        say(f"wrote {options.csv}")
+        console.say(f"wrote {options.csv}")
     if options.figure:
-        write_figure(options.figure, lm.figures.predicted_beside_references(rows))
+        console.write_figure(options.figure, lm.figures.predicted_beside_references(rows))
     return 0
 
 

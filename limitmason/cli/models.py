@@ -8,23 +8,7 @@ from pathlib import Path
 
 import limitmason as lm
 from limitmason.answers.results import Prediction
-from limitmason.cli.console import (
-    ANALYSIS,
-    analysis_options,
-    command,
-    drawing_options,
-    figure_file,
-    load_target,
-    method_of,
-    page_file,
-    refuse,
-    report,
-    say,
-    settings_of,
-    told,
-    writable,
-    write_figure,
-)
+from limitmason.cli import console
 from limitmason.errors import InputError
 from limitmason.mechanics.joint_forces import force_table
 from limitmason.methods import predict
@@ -34,69 +18,71 @@ from limitmason.model.load import Loads
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``solve``, ``figure``, ``view`` and ``template``."""
-    solve = command(
+    solve = console.command(
         commands, "solve", _solve, target="", help="collapse multiplier of a model with its certificate"
     )
-    solve.add_argument("--output", type=writable, metavar="FILE", help="write the whole prediction as JSON")
-    solve.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the mechanism (.png, .pdf, .svg)")
-    solve.add_argument("--forces", type=writable, metavar="FILE", help="write joint forces and reactions as CSV")
-    solve.add_argument("--vtu", type=writable, metavar="FILE", help="write blocks and mechanism for ParaView")
-    analysis_options(solve)
-    drawing_options(solve)
+    solve.add_argument("--output", type=console.writable, metavar="FILE", help="write the whole prediction as JSON")
+    solve.add_argument("--figure", type=console.figure_file, metavar="FILE",
+                       help="draw the mechanism (.png, .pdf, .svg)")
+    solve.add_argument("--forces", type=console.writable, metavar="FILE",
+                       help="write joint forces and reactions as CSV")
+    solve.add_argument("--vtu", type=console.writable, metavar="FILE", help="write blocks and mechanism for ParaView")
+    console.analysis_options(solve)
+    console.drawing_options(solve)
 
-    figure = command(commands, "figure", _figure, help="draw an assembly, its mechanism or its contact forces")
+    figure = console.command(commands, "figure", _figure, help="draw an assembly, its mechanism or its contact forces")
     figure.add_argument("kind", choices=("assembly", "mechanism", "forces"))
     figure.add_argument("target", metavar="TARGET")
-    figure.add_argument("-o", "--output", type=figure_file, metavar="FILE", help="default: KIND.png")
+    figure.add_argument("-o", "--output", type=console.figure_file, metavar="FILE", help="default: KIND.png")
     figure.add_argument("--view", choices=("auto", "elevation", "3d"), default="auto")
     figure.add_argument("--dpi", type=int, default=200)
-    analysis_options(figure)
-    drawing_options(figure)
+    console.analysis_options(figure)
+    console.drawing_options(figure)
 
-    view = command(
+    view = console.command(
         commands, "view", _view, target="", help="write a scene of a model and its answer to turn in a browser"
     )
-    view.add_argument("-o", "--output", type=page_file, metavar="FILE", help="default: scene.html")
+    view.add_argument("-o", "--output", type=console.page_file, metavar="FILE", help="default: scene.html")
     view.add_argument("--open", action="store_true", help="open it in the browser")
     view.add_argument("--alone", action="store_true", help="the structure alone: nothing is analysed")
-    analysis_options(view)
-    drawing_options(view)
+    console.analysis_options(view)
+    console.drawing_options(view)
 
-    template = command(commands, "template", _template, help="write a small model file, or a drawing, to edit")
+    template = console.command(commands, "template", _template, help="write a small model file, or a drawing, to edit")
     template.add_argument("file", type=Path, help="a model (.json), or a drawing in millimetres (.svg)")
     template.add_argument("--arch", action="store_true", help="the arch of a bridge instead of a wall")
 
 
 def _predicted(options: argparse.Namespace, assembly: Assembly, loads: Loads) -> tuple[Prediction, int]:
     """The prediction that the options ask for, printed, and the exit status."""
-    method = method_of(options)
-    prediction = predict(assembly, loads, method, **told(settings_of(options), method))
-    return prediction, report(prediction, assembly)
+    method = console.method_of(options)
+    prediction = predict(assembly, loads, method, **console.told(console.settings_of(options), method))
+    return prediction, console.report(prediction, assembly)
 
 
 def _solve(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target, options)
-    say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces, {loads.name}")
+    assembly, loads, title = console.load_target(options.target, options)
+    console.say_what(title, assembly, loads)
     prediction, status = _predicted(options, assembly, loads)
     if options.output:
         lm.formats.write_prediction(options.output, prediction, assembly=assembly)
-        say(f"wrote {options.output}")
+        console.say(f"wrote {options.output}")
     if options.forces:
         force_table(prediction, assembly).to_csv(options.forces)
-        say(f"wrote {options.forces}")
+        console.say(f"wrote {options.forces}")
     if options.vtu:
         lm.formats.write_vtu(options.vtu, assembly, prediction)
-        say(f"wrote {options.vtu}")
+        console.say(f"wrote {options.vtu}")
     if options.figure:
         draw(options.figure, "mechanism", assembly, prediction, title)
     return status
 
 
 def _figure(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target, options)
+    assembly, loads, title = console.load_target(options.target, options)
     output = options.output or Path(f"{options.kind}.png")
     if options.kind == "assembly":
-        refuse(options, ("method", *ANALYSIS), "by `figure assembly`, which analyses nothing")
+        console.refuse(options, ("method", *console.ANALYSIS), "by `figure assembly`, which analyses nothing")
         draw(output, "assembly", assembly, None, title, view=options.view, dpi=options.dpi)
         return 0
     prediction, status = _predicted(options, assembly, loads)
@@ -106,14 +92,14 @@ def _figure(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target, options, needs_live_load=not options.alone)
+    assembly, loads, title = console.load_target(options.target, options, needs_live_load=not options.alone)
     output, shown, status = options.output or Path("scene.html"), None, 0
     if options.alone:
-        refuse(options, ("method", *ANALYSIS), "with --alone, which analyses nothing")
+        console.refuse(options, ("method", *console.ANALYSIS), "with --alone, which analyses nothing")
     else:
         shown, status = _predicted(options, assembly, loads)
     lm.figures.view(assembly, shown, output, title=title)
-    say(f"wrote {output}: open it in a browser; it needs no network")
+    console.say(f"wrote {output}: open it in a browser; it needs no network")
     if options.open:
         webbrowser.open(output.resolve().as_uri())
     return status
@@ -125,7 +111,7 @@ def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | Non
     if kind == "assembly":
         figure = lm.figures.assembly(assembly, title=title, view=view)
     elif prediction is None or (prediction.mechanism is None and prediction.resultants is None):
-        say(f"no figure: {'without an answer' if prediction is None else prediction.status}")
+        console.say(f"no figure: {'without an answer' if prediction is None else prediction.status}")
         return
     elif kind == "mechanism":
         if prediction.mechanism is None:
@@ -135,7 +121,7 @@ def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | Non
         if prediction.resultants is None:
             raise InputError(f"there are no joint forces to draw: {prediction.method!r} gives none")
         figure = lm.figures.contact_forces(assembly, prediction, title=title, view=view)
-    write_figure(path, figure, dpi=dpi)
+    console.write_figure(path, figure, dpi=dpi)
 
 
 def _template(options: argparse.Namespace) -> int:
@@ -145,5 +131,5 @@ def _template(options: argparse.Namespace) -> int:
         what = "the arch of a bridge; `limitmason stability` and `axles` read it"
     elif options.file.suffix.lower() == ".svg":
         what = f"a small wall drawn in mm; `limitmason check {options.file} --scale 0.001` reads it, with the extra dxf"
-    say(f"wrote {options.file}: {what}")
+    console.say(f"wrote {options.file}: {what}")
     return 0

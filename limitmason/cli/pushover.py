@@ -7,19 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import limitmason as lm
-from limitmason.cli.console import (
-    DRAWING,
-    command,
-    drawing_options,
-    figure_file,
-    length,
-    load_target,
-    refuse,
-    say,
-    show_text,
-    writable,
-    write_figure,
-)
+from limitmason.cli import console
 from limitmason.errors import InputError
 from limitmason.experiments.record import Experiment
 from limitmason.methods import DEM, get_method
@@ -31,31 +19,34 @@ from limitmason.storage.csv_table import write_table
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``pushover``."""
-    push = command(
+    push = console.command(
         commands, "pushover", _push, target="",
         help="drive a structure to a displacement: load-displacement curve, cracks, mode",
         description="Own weight settles, then a block is driven; it runs to the end whatever the load does. Lengths "
         "may carry a unit: 2mm, 0.002, 37.5mm.",
     )
-    push.add_argument("--to", type=length, nargs="+", metavar="LENGTH", required=True,
+    push.add_argument("--to", type=console.length, nargs="+", metavar="LENGTH", required=True,
                       help="displacement at the end; several are turning points of cycles")
     push.add_argument("--method", default=DEM, help=f"a method that follows driven structures; default: {DEM}")
     push.add_argument("--block", metavar="NAME", help="block to drive; default: what the experiment drives")
     push.add_argument("--direction", type=float, nargs=3, metavar=("X", "Y", "Z"), help="needs --block")
     kinds = "rigid (default), lumped (into the joints), 'simply deformable', zoned"
     push.add_argument("--blocks", help=f"how units deform: {kinds}")
-    push.add_argument("--zone-size", type=length, metavar="LENGTH", help="largest edge of a zone, of zoned blocks")
+    push.add_argument("--zone-size", type=console.length, metavar="LENGTH",
+                      help="largest edge of a zone, of zoned blocks")
     push.add_argument("--stress", help="of zoned blocks: plane stress (default) or plane strain")
-    push.add_argument("--spacing", type=length, metavar="LENGTH", help="largest distance between contact points")
+    push.add_argument("--spacing", type=console.length, metavar="LENGTH",
+                      help="largest distance between contact points")
     push.add_argument("--steps", type=int, help="of the faster of the two runs; default: by the slowest swing")
     push.add_argument("--once", action="store_true", help="one speed: no rate error, a quarter of the time")
     push.add_argument("--option", action="append", default=[], metavar="NAME=VALUE",
                       help="of the experiment, for example outline=675/8/5; may be given again")
-    push.add_argument("--checkpoint", type=writable, metavar="FILE", help="go on from here after a kill")
-    push.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the curve (.png, .pdf, .svg)")
-    push.add_argument("--cracks", type=figure_file, metavar="FILE", help="draw the cracks at first crack, peak, end")
-    push.add_argument("--csv", type=writable, metavar="FILE", help="write displacement [m] and load [N]")
-    drawing_options(push, tilt=False)
+    push.add_argument("--checkpoint", type=console.writable, metavar="FILE", help="go on from here after a kill")
+    push.add_argument("--figure", type=console.figure_file, metavar="FILE", help="draw the curve (.png, .pdf, .svg)")
+    push.add_argument("--cracks", type=console.figure_file, metavar="FILE",
+                      help="draw the cracks at first crack, peak, end")
+    push.add_argument("--csv", type=console.writable, metavar="FILE", help="write displacement [m] and load [N]")
+    console.drawing_options(push, tilt=False)
 
 
 def _push(options: argparse.Namespace) -> int:
@@ -69,18 +60,18 @@ def _push(options: argparse.Namespace) -> int:
         "zone_size": options.zone_size, "stress": options.stress,
         "checkpoint": options.checkpoint, "rate_check": False if options.once else None,
     }
-    say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces")
+    console.say_what(title, assembly)
     if test is not None and test.inferred:
-        say("the outline is inferred, not published")
+        console.say("the outline is inferred, not published")
     curve = follow(
         assembly, drive, to=options.to if len(options.to) > 1 else options.to[0], loads=loads,
         label=f"{options.method}, {title}", **{k: v for k, v in settings.items() if v is not None},
     )
-    show_text(str(curve))
+    console.show_text(str(curve))
     if options.csv:
         units, rows = curve.tabulated()
         write_table(options.csv, units, ([f"{v:.9g}" for v in row] for row in rows))
-        say(f"wrote {options.csv}")
+        console.say(f"wrote {options.csv}")
     if options.figure or options.cracks:
         _draw(options, curve, test, title)
     return 0 if curve.status == "finished" else 3
@@ -90,13 +81,13 @@ def _target(options: argparse.Namespace) -> tuple[Experiment | None, Assembly, L
     """The experiment, where the target is one, with its assembly, dead loads and name."""
     source, slash, specimen = options.target.partition("/")
     if slash and not Path(options.target).exists():
-        refuse(options, DRAWING, "by an experiment, which holds its own")
+        console.refuse(options, console.DRAWING, "by an experiment, which holds its own")
         test = lm.experiments.load(source, specimen, **_chosen(options.option))
         assembly = test.assembly()
         return test, assembly, test.loads(), f"{source} {specimen}"
     if options.option:
         raise InputError("--option is of a packaged experiment, and the target is a file: leave it out")
-    assembly, loads, title = load_target(options.target, options, needs_live_load=False)
+    assembly, loads, title = console.load_target(options.target, options, needs_live_load=False)
     return None, assembly, loads, title
 
 
@@ -132,6 +123,7 @@ def _draw(options: argparse.Namespace, curve: Any, test: Experiment | None, titl
     if options.figure:
         known = test if test is not None and (test.measured or test.published) else None
         text = " ".join([*marks, *str(curve).splitlines()[3:6]])
-        write_figure(options.figure, lm.figures.load_displacement(curve, measured=known, title=title, caption=text))
+        drawn = lm.figures.load_displacement(curve, measured=known, title=title, caption=text)
+        console.write_figure(options.figure, drawn)
     if options.cracks:
-        write_figure(options.cracks, lm.figures.cracks(curve, title=title, caption=" ".join(marks) or None))
+        console.write_figure(options.cracks, lm.figures.cracks(curve, title=title, caption=" ".join(marks) or None))

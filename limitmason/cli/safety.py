@@ -9,19 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import limitmason as lm
-from limitmason.cli import models
-from limitmason.cli.console import (
-    command,
-    drawing_options,
-    figure_file,
-    length,
-    load_target,
-    page_file,
-    say,
-    show_text,
-    writable,
-    write_figure,
-)
+from limitmason.cli import console, models
 from limitmason.errors import InputError
 from limitmason.limit import axle_envelope, load_region, thrust
 from limitmason.model.load import Loads
@@ -30,14 +18,14 @@ from limitmason.stability_check import stability
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``stability``, ``axles``, ``region`` and ``assess``."""
-    stands = command(
+    stands = console.command(
         commands, "stability", _stability, target="", help="whether a model can stand, how well, and with what thrust"
     )
     stands.add_argument("--support", nargs="+", metavar="BLOCK", help="held blocks: least and greatest thrust on them")
-    stands.add_argument("--figure", type=figure_file, metavar="FILE", help="draw its forces, or how it falls")
-    drawing_options(stands, tilt=False)
+    stands.add_argument("--figure", type=console.figure_file, metavar="FILE", help="draw its forces, or how it falls")
+    console.drawing_options(stands, tilt=False)
 
-    axles = command(
+    axles = console.command(
         commands, "axles", _axles, target="", help="multiplier of axles over their positions on an arch bridge"
     )
     axles.add_argument("--axle", nargs=2, type=float, action="append", required=True, metavar=("BEHIND", "FORCE"),
@@ -45,10 +33,10 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     axles.add_argument("--level", type=float, required=True, help="top of the fill [m]")
     axles.add_argument("--fill", type=float, metavar="DENSITY", help="its weight is dead load too [kg/m3]")
     axles.add_argument("--spread", type=float, default=30.0, help="angle of the spread from the vertical [deg]")
-    axles.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the envelope")
-    drawing_options(axles, tilt=False)
+    axles.add_argument("--figure", type=console.figure_file, metavar="FILE", help="draw the envelope")
+    console.drawing_options(axles, tilt=False)
 
-    region = command(
+    region = console.command(
         commands, "region", _region, target="", help="multipliers of two or three loads that a model carries at once"
     )
     region.add_argument("--push", nargs=4, action="append", default=[], metavar=("BLOCK", "X", "Y", "Z"),
@@ -56,11 +44,11 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     region.add_argument("--live", action="store_true", help="the live load of the model is a load too, the first")
     region.add_argument("--within", type=float, nargs="+", metavar="LAMBDA", help="largest multipliers asked for")
     region.add_argument("--tolerance", type=float, default=1e-3, help="gap between proven inside and outside")
-    region.add_argument("--output", type=writable, metavar="FILE", help="write corners and half-planes as JSON")
-    region.add_argument("--figure", type=figure_file, metavar="FILE", help="draw the set of two loads")
-    drawing_options(region)
+    region.add_argument("--output", type=console.writable, metavar="FILE", help="write corners and half-planes as JSON")
+    region.add_argument("--figure", type=console.figure_file, metavar="FILE", help="draw the set of two loads")
+    console.drawing_options(region)
 
-    verdict = command(
+    verdict = console.command(
         commands, "assess", _assess, target="", help="verdict on the mechanism of the live load by the Italian Circular"
     )
     site = ("AG", "F0", "TC")
@@ -74,41 +62,41 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
                          help="it stands on a floor: period [s] and participation times shape there; once for every "
                          "mode of the building, longest first")
     verdict.add_argument("--confidence", type=float, default=1.35, metavar="FC", help="1.35 (default), 1.20 or 1.00")
-    verdict.add_argument("--to", type=length, metavar="LENGTH",
+    verdict.add_argument("--to", type=console.length, metavar="LENGTH",
                          help="follow the curve so far, or until it overturns; default: q = 2 alone")
     verdict.add_argument("--title", help="heading; by default the name of the target")
-    verdict.add_argument("-o", "--output", type=page_file, default=Path("assessment.html"), metavar="FILE",
+    verdict.add_argument("-o", "--output", type=console.page_file, default=Path("assessment.html"), metavar="FILE",
                          help="default: assessment.html")
-    drawing_options(verdict)
+    console.drawing_options(verdict)
 
 
 def _stability(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target, options, needs_live_load=False)
+    assembly, loads, title = console.load_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
     found = stability(assembly, dead)
-    show_text(str(found))
+    console.show_text(str(found))
     if options.support and found.stands:
-        show_text(str(thrust(assembly, options.support, loads=dead)))
+        console.show_text(str(thrust(assembly, options.support, loads=dead)))
     if options.figure:
         models.draw(options.figure, "forces" if found.stands else "mechanism", assembly, found.state, title)
     return 0 if found.stands and found.stands_on_path is not False else 3
 
 
 def _axles(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target, options, needs_live_load=False)
+    assembly, loads, title = console.load_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
     if options.fill is not None:
         dead = dead.with_backfill(assembly, options.level, options.fill)
     train = [(behind, force) for behind, force in options.axle]
     found = axle_envelope(assembly, dead, train, level=options.level, spread_deg=options.spread)
-    show_text(str(found))
+    console.show_text(str(found))
     if options.figure:
-        write_figure(options.figure, lm.figures.axle_envelope(found, title=title))
+        console.write_figure(options.figure, lm.figures.axle_envelope(found, title=title))
     return 0
 
 
 def _region(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target, options, needs_live_load=options.live)
+    assembly, loads, title = console.load_target(options.target, options, needs_live_load=options.live)
     dead = loads.scaled(live=0.0)
     cases = [replace(loads, name=loads.name or "live load")] if options.live else []
     for block, *force in options.push:
@@ -126,15 +114,15 @@ def _region(options: argparse.Namespace) -> int:
         assembly, dead, cases, tolerance=options.tolerance,
         within=within[0] if within is not None and len(within) == 1 else within,
     )
-    show_text(str(found))
+    console.show_text(str(found))
     nothing = 1e-9 * np.abs(found.corners).max(initial=0.0)
     for corner in found.corners:
-        show_text("  " + "  ".join(f"{v:.6g}" for v in np.where(np.abs(corner) < nothing, 0.0, corner)))
+        console.show_text("  " + "  ".join(f"{v:.6g}" for v in np.where(np.abs(corner) < nothing, 0.0, corner)))
     if options.output:
         found.to_json(options.output)
-        say(f"wrote {options.output}")
+        console.say(f"wrote {options.output}")
     if options.figure:
-        write_figure(options.figure, lm.figures.load_region(found, title=title))
+        console.write_figure(options.figure, lm.figures.load_region(found, title=title))
     return 0 if found.status == "closed" else 3
 
 
@@ -148,7 +136,7 @@ def _assess(options: argparse.Namespace) -> int:
     from limitmason.capacity import pushover
     from limitmason.codes import FloorSpectrum, GroundSpectrum, assess
 
-    assembly, loads, title = load_target(options.target, options)
+    assembly, loads, title = console.load_target(options.target, options)
     spectra: dict[str, GroundSpectrum | FloorSpectrum] = {}
     modes = options.mode or []
     for state, values in (("SLD", options.sld), ("SLV", None), ("SLC", options.slc)):
@@ -158,12 +146,12 @@ def _assess(options: argparse.Namespace) -> int:
     curve = None
     if options.to is not None:
         curve = pushover(assembly, loads, to=options.to)
-        say(f"capacity curve: {curve.status} at {curve.displacement[-1]:.4g} m")
+        console.say(f"capacity curve: {curve.status} at {curve.displacement[-1]:.4g} m")
     try:
         found = assess(assembly, loads, spectra, curve=curve, confidence_factor=options.confidence)
     except InputError as error:
         raise InputError(f"--to: {error}" if "the curve ends" in str(error) else str(error)) from None
-    show_text(str(found))
+    console.show_text(str(found))
     lm.figures.assessment_report(found, options.output, title=options.title or title)
-    say(f"wrote {options.output}")
+    console.say(f"wrote {options.output}")
     return 0

@@ -7,18 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import limitmason as lm
-from limitmason.cli.console import (
-    command,
-    drawing_options,
-    figure_file,
-    lines,
-    load_target,
-    page_file,
-    read_target,
-    say,
-    show_text,
-    write_figure,
-)
+from limitmason.cli import console
 from limitmason.errors import InputError
 from limitmason.methods import COMPARED_METHODS, available_methods, get_method
 
@@ -26,47 +15,49 @@ from limitmason.methods import COMPARED_METHODS, available_methods, get_method
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``compare`` and ``report``."""
     known = (*COMPARED_METHODS, *sorted(set(available_methods()) - set(COMPARED_METHODS)))
-    compare = command(commands, "compare", _compare, target="", help="several theories, and a test, side by side")
+    compare = console.command(
+        commands, "compare", _compare, target="", help="several theories, and a test, side by side"
+    )
     compare.add_argument("--methods", nargs="+", choices=known, default=list(COMPARED_METHODS),
                          metavar="METHOD", help=f"out of {', '.join(known)}; default: the four theories")
     compare.add_argument("--measured", type=float, nargs="+", metavar="LAMBDA",
                          help="multiplier of the test: one value, low and high, or low, value and high")
     compare.add_argument("--store", type=Path, metavar="FOLDER", help="keep answers here and go on after a kill")
-    compare.add_argument("--figure", type=figure_file, metavar="FILE", help="draw them (.png, .pdf, .svg)")
+    compare.add_argument("--figure", type=console.figure_file, metavar="FILE", help="draw them (.png, .pdf, .svg)")
     compare.add_argument("--points", type=int, nargs=2, metavar=("ALONG", "ACROSS"),
                          help="contact points of the DEM; default: 4 8")
     compare.add_argument("--no-budget", action="store_true", help="DEM without its error budget: four times as fast")
     compare.add_argument("--proven", type=float, metavar="SECONDS",
                          help="prove the ends of the non-associative range, so long each (small walls)")
     compare.add_argument("--markdown", action="store_true", help="print the table as Markdown")
-    drawing_options(compare)
+    console.drawing_options(compare)
 
-    report = command(
+    report = console.command(
         commands, "report", _report, target="model file, experiment or drawing",
         help="one page on a structure: input, all theories, checks, figures",
     )
-    report.add_argument("-o", "--output", type=page_file, default=Path("report.html"), metavar="FILE",
+    report.add_argument("-o", "--output", type=console.page_file, default=Path("report.html"), metavar="FILE",
                         help="default: report.html")
     report.add_argument("--methods", nargs="+", choices=known, default=list(COMPARED_METHODS), metavar="METHOD",
                         help=f"out of {', '.join(known)}; default: the four theories")
     report.add_argument("--title", help="heading; by default the name of the target")
-    drawing_options(report)
+    console.drawing_options(report)
 
 
 def _report(options: argparse.Namespace) -> int:
-    target = read_target(options.target, options)
+    target = console.read_target(options.target, options)
     title = options.title or target.title
     settings: dict[str, Any] = {m: dict(get_method(m).cheap) for m in options.methods if get_method(m).cheap}
     model = target.assembly, target.loads
-    result = lm.comparison.compare(*model, options.methods, progress=lines(), title=title, **settings)
+    result = lm.comparison.compare(*model, options.methods, progress=console.lines(), title=title, **settings)
     lm.figures.structure_report(*model, result, options.output, title=title, assumed=target.assumed)
-    say(f"wrote {options.output}")
+    console.say(f"wrote {options.output}")
     return 0 if any(row.solved for row in result.rows) else 3
 
 
 def _compare(options: argparse.Namespace) -> int:
-    assembly, loads, title = load_target(options.target, options)
-    say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces, {loads.name}")
+    assembly, loads, title = console.load_target(options.target, options)
+    console.say_what(title, assembly, loads)
     settings: dict[str, dict[str, Any]] = {}
     if "dem" in options.methods:
         dem = {"contact_points": tuple(options.points)} if options.points else {}
@@ -74,13 +65,13 @@ def _compare(options: argparse.Namespace) -> int:
     elif options.points or options.no_budget:
         raise InputError("--points and --no-budget are for the dem, which is not among --methods")
     result = lm.comparison.compare(
-        assembly, loads, options.methods, options.measured, store=options.store, progress=lines(),
+        assembly, loads, options.methods, options.measured, store=options.store, progress=console.lines(),
         proven=options.proven, title=title, **settings,
     )
-    show_text(result.as_markdown() if options.markdown else result.table())
+    console.show_text(result.as_markdown() if options.markdown else result.table())
     solved = any(row.solved for row in result.rows)
     if options.figure and not solved:
-        say("no figure: no theory has a finite multiplier")
+        console.say("no figure: no theory has a finite multiplier")
     if options.figure and solved:
-        write_figure(options.figure, lm.figures.side_by_side(result))
+        console.write_figure(options.figure, lm.figures.side_by_side(result))
     return 0 if solved else 3

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from limitmason.causes.cause import Cause
+from limitmason.diagnosis import verdict_text as words
 from limitmason.diagnosis.from_table import About
 from limitmason.diagnosis.inference.checks import LIKE, CheckedVerdict, Checks
 from limitmason.diagnosis.inference.plan import NextTests
@@ -19,17 +20,6 @@ from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.inference.verdict import Rule, VerdictKind
 from limitmason.diagnosis.observations import FLAGS
 from limitmason.diagnosis.result import Findings
-from limitmason.diagnosis.verdict_text import (
-    basis,
-    enumerated,
-    gate_words,
-    headline,
-    if_it_were_missing,
-    meaning,
-    physics_of,
-    seen_from,
-    trend_words,
-)
 from limitmason.storage.files import write_text
 from limitmason.study.memo import plain
 
@@ -111,12 +101,13 @@ class Diagnosis(Findings):
         progress : told in a line what is judged again
         """
         verdict = self.verdict
-        first = headline(self)
-        lines = [first[0].upper() + first[1:] + ".", "", *meaning(self), ""]
+        first = words.headline(self)
+        lines = [first[0].upper() + first[1:] + ".", "", *words.meaning(self), ""]
         walls = len({name.removesuffix(f", {q}") for name, q in zip(self.specimens, self.quantities, strict=True)})
         counted = f"{walls} specimen{'s' if walls > 1 else ''}" + (f", {self.n} numbers" if self.n > walls else "")
-        lines.append(f"{counted}, seed {self.seed}, at most {self.rule.draws} draws. Gate: {gate_words(verdict.p)}.")
-        lines += [*basis(self), *trend_words(self)]
+        gate = words.gate_words(verdict.p)
+        lines.append(f"{counted}, seed {self.seed}, at most {self.rule.draws} draws. Gate: {gate}.")
+        lines += [*words.basis(self), *words.trend_words(self)]
         if self.kept:
             lines += [
                 "",
@@ -124,10 +115,10 @@ class Diagnosis(Findings):
             ]
             lines += self._kept_lines()
         if self.kind in ("none", "scatter"):
-            told = f" ({enumerated(self.unstated)} are not recorded, which makes them larger)"
+            told = f" ({words.enumerated(self.unstated)} are not recorded, which makes them larger)"
             seen = f"Smallest size that would have been seen nine times in ten{told if self.unstated else ''}:"
             lines += ["", seen]
-            lines += [f"  {c.name}: {seen_from(c, self.detectable[c.name])}" for c in self.listed]
+            lines += [f"  {c.name}: {words.seen_from(c, self.detectable[c.name])}" for c in self.listed]
         lines += ["", "The verdict is conditional on this list:"]
         width = max(len(c.name) for c in self.listed)
         for cause in self.listed:
@@ -135,7 +126,7 @@ class Diagnosis(Findings):
             state = self.state_of((cause.name,))
             size = f"size {cause.show(tested.sizes[0])} within {cause.bounds[0]:g} to {cause.bounds[1]:g}"
             lines.append(f"  {cause.name:<{width}}  {size}, log-likelihood {tested.gain:+.2f}, {state}")
-        lines += filter(None, [if_it_were_missing(self)])
+        lines += filter(None, [words.if_it_were_missing(self)])
         notes = [*self.warnings, *(check_lines(self, self.judged_again(progress)) if checks else [])]
         if notes:
             lines += ["", "To keep in mind:"] + [f"  - {note}" for note in notes]
@@ -144,9 +135,9 @@ class Diagnosis(Findings):
     def _kept_lines(self) -> list[str]:
         lines = []
         for names in self.kept[:8]:
-            evidence = gate_words(self.verdict.tested[names].p)
+            evidence = words.gate_words(self.verdict.tested[names].p)
             lines.append(f"  {' and '.join(self.sized(names))}; {evidence}")
-            physics = physics_of([self.by_name[n] for n in names])
+            physics = words.physics_of([self.by_name[n] for n in names])
             if physics:
                 lines.append(f"    {physics}")
             lines.append(f"    {self.gains[names]}")
@@ -202,8 +193,8 @@ class Diagnosis(Findings):
         units = {c.name: c.unit for c in self.listed}
         return {
             "kind": str(self.kind),
-            "headline": headline(self),
-            "in words": meaning(self),
+            "headline": words.headline(self),
+            "in words": words.meaning(self),
             "causes": list(self.causes),
             "pairs": [list(p) for p in self.pairs],
             "identified": self.identified,
@@ -222,7 +213,8 @@ class Diagnosis(Findings):
                 for k in self.by_kind
             ],
             "if the true cause were missing": None if rehearsed is None else {
-                "in words": if_it_were_missing(self), "share named": rehearsed.rate, "data sets": rehearsed.trials,
+                "in words": words.if_it_were_missing(self), "share named": rehearsed.rate,
+                "data sets": rehearsed.trials,
             },
             "shared noise": dict(self.shares.shares),
             "shared unstated": None if doubt is None else {
@@ -255,10 +247,10 @@ class Diagnosis(Findings):
         return self.study.suggested(self.listed, pool, k, costs, self)
 
     def __str__(self) -> str:
-        return headline(self)
+        return words.headline(self)
 
     def __repr__(self) -> str:
-        return f"<Diagnosis of {self.n} specimens, {headline(self)}>"
+        return f"<Diagnosis of {self.n} specimens, {words.headline(self)}>"
 
 
 def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
@@ -340,7 +332,7 @@ def _copies(diagnosis: Findings) -> list[str]:
 
 def _why(p: Mapping[str, float], rule: Rule) -> str:
     limits = {"deficit": rule.deficit, "shape": rule.kept_shape, "scatter": rule.kept_scatter}
-    return gate_words({k: v for k, v in p.items() if v < limits[k]}) or "far behind the best"
+    return words.gate_words({k: v for k, v in p.items() if v < limits[k]}) or "far behind the best"
 
 
 def write_record(path: str | Path, diagnosis: Diagnosis) -> Path:

@@ -7,19 +7,10 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr
 
+from limitmason.diagnosis.inference import plan
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy
 from limitmason.diagnosis.inference.grid import Grid, at_measured
-from limitmason.diagnosis.inference.plan import (
-    MANY,
-    NextTests,
-    apart,
-    chance_of_verdict,
-    choose_tests,
-    confusable,
-    equivalent_tests,
-    tests_that_identify,
-)
 from limitmason.diagnosis.inference.trends import ROWS, is_numeric
 from limitmason.diagnosis.inference.verdict import Tested
 from limitmason.diagnosis.observations import recorded
@@ -31,7 +22,7 @@ from limitmason.errors import InputError
 def suggest(
     design: Design, there: PoolGrids, pool: Sequence[Any], k: int, diagnosis: Findings | None,
     costs: Mapping[str, float],
-) -> NextTests:
+) -> plan.NextTests:
     """Choose ``k`` specimens of the pool.
 
     With a set of causes (or pairs) they separate its members, with an identified cause they hold it against every
@@ -66,18 +57,18 @@ def suggest(
     truths, pairs, reason = _hypotheses(design, there, diagnosis)
     rivals = dict.fromkeys(rival for _, rival in pairs)
     grids = {names: (design.grid(names).denser(), there[names].denser()) for names in rivals}
-    chosen, before, after = choose_tests(truths, grids, pairs, k, price=price)
+    chosen, before, after = plan.choose_tests(truths, grids, pairs, k, price=price)
     found = _tests(there, chosen, pool, reason, price)
     return replace(
         found, pairs=tuple((" + ".join(a), " + ".join(b)) for a, b in pairs), before=float(before.min()),
-        after=float(after.min()), chance=(chance_of_verdict(before, pairs), chance_of_verdict(after, pairs)),
-        worth=equivalent_tests(*apart(truths, grids, pairs), there.rows.quantities),
+        after=float(after.min()), chance=(plan.chance_of_verdict(before, pairs), plan.chance_of_verdict(after, pairs)),
+        worth=plan.equivalent_tests(*plan.apart(truths, grids, pairs), there.rows.quantities),
     )
 
 
 def _identify(
     design: Design, there: PoolGrids, pool: list[Any], k: int, diagnosis: Findings, price: np.ndarray
-) -> NextTests:
+) -> plan.NextTests:
     """Specimens after which the effect of the one explanation most exceeds what the covariates alone could do."""
     names = diagnosis.kept[0]
     fit = diagnosis.verdict.tested[names].fit
@@ -95,7 +86,7 @@ def _identify(
     scale = np.concatenate([design.scale, there.scale])
     rivals = Discrepancy.of(both, scale, np.concatenate(slopes))
     whole = np.concatenate(slopes), np.concatenate(effect)
-    chosen, before, after, each = tests_that_identify(rivals, *whole, design.n, k, price)
+    chosen, before, after, each = plan.tests_that_identify(rivals, *whole, design.n, k, price)
     lost = [c for c in diagnosis.covariates if c not in both and c not in own and " in " not in c]
     told = f"; the pool does not say its {', '.join(lost)}" if lost else ""
     asked = diagnosis.identification.margin if diagnosis.identification is not None else 0.0
@@ -108,18 +99,19 @@ def _identify(
     low, high = (float(v) for v in ndtr(d - np.sqrt(2.0 * asked)))
     best = {q: float(each[[r == q for r in there.rows.quantities]].max()) for q in there.rows.needed}
     top = max(best.values())
-    worth = {q: float(np.ceil(top / v)) if v > top / MANY else np.inf for q, v in best.items()} if top > 0.0 else {}
+    compared = best.items() if top > 0.0 else ()
+    worth = {q: float(np.ceil(top / v)) if v > top / plan.MANY else np.inf for q, v in compared}
     return replace(_tests(there, chosen, pool, reason, price), chance=(low, high), worth=worth)
 
 
 def _tests(
     there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str, price: np.ndarray
-) -> NextTests:
+) -> plan.NextTests:
     """Rows of a pool as specimens to be tested, each with the quantity to be measured where there are several."""
     rows = there.rows
     indices = tuple(int(rows.of[i]) for i in chosen)
     several = chosen if rows.several else ()
-    return NextTests(
+    return plan.NextTests(
         indices, tuple(pool[i] for i in indices), reason, quantities=tuple(rows.quantities[i] for i in several),
         costs=tuple(float(price[i]) for i in several),
     )
@@ -147,7 +139,7 @@ def _hypotheses(
             rivals = [n for n in verdict.tested if len(n) == 2 and n != kept[0]]
             rivals = sorted(rivals, key=lambda n: verdict.tested[n].deficit)[:8] or [(n,) for n in kept[0]]
         return found, [(kept[0], r) for r in rivals], f"to hold {' + '.join(kept[0])} against the others"
-    map_ = confusable(design)
+    map_ = plan.confusable(design)
     truths: dict[Names, Truth] = {}
     for cause in design.causes:
         size = max(map_.sizes[cause.name], key=lambda s: abs(s - cause.baseline))
@@ -167,7 +159,7 @@ def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: T
     return here, beyond, grid.z_at(fit.position)[0]
 
 
-def _spread(covariate: str | None, pool: list[Any], k: int) -> NextTests:
+def _spread(covariate: str | None, pool: list[Any], k: int) -> plan.NextTests:
     """Ends and middle of the covariate that the residuals vary with, or any repeats for pure scatter."""
     spaced = np.round(np.linspace(0, len(pool) - 1, k)).astype(int)
     if covariate is None:
@@ -191,6 +183,6 @@ def _spread(covariate: str | None, pool: list[Any], k: int) -> NextTests:
     return _picked(picks, pool, f"to see how the residuals vary with {covariate}")
 
 
-def _picked(picks: np.ndarray, pool: list[Any], reason: str) -> NextTests:
+def _picked(picks: np.ndarray, pool: list[Any], reason: str) -> plan.NextTests:
     indices = tuple(int(i) for i in picks)
-    return NextTests(indices, tuple(pool[i] for i in indices), reason)
+    return plan.NextTests(indices, tuple(pool[i] for i in indices), reason)

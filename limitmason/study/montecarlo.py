@@ -21,17 +21,8 @@ from limitmason.methods import get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.storage.frozen import ReadOnly
-from limitmason.study.random_joints import (
-    BLOCK_BOUNDS,
-    BOUNDS,
-    UNITS,
-    Random,
-    check_block_draws,
-    check_joint_draws,
-    check_links,
-    draw_blocks,
-    draw_joints,
-)
+from limitmason.study import random_joints as draws
+from limitmason.study.random_joints import Random
 from limitmason.study.sampling import Stop, latin_hypercube
 from limitmason.study.sweep import RunOptions, sweep
 from limitmason.study.table import Table
@@ -105,8 +96,8 @@ def monte_carlo(
     """
     if run is not None and (method != "limit" or options):
         raise InputError("run takes the place of a method: leave method and options out")
-    blocks, ties = dict(blocks or {}), check_links(dict(links or {}), dict(joints or {}))
-    check_block_draws(blocks)
+    blocks, ties = dict(blocks or {}), draws.check_links(dict(links or {}), dict(joints or {}))
+    draws.check_block_draws(blocks)
     names, joints, parameters = _variables(build, joints, parameters, blocks)
     if "density" in blocks and not callable(build) and not callable(build[1]):
         raise InputError("a random density needs loads that follow it: give a function, such as lm.Loads.weight")
@@ -125,7 +116,7 @@ def monte_carlo(
     key = ("monte carlo", build, run or method, joints, blocks, ties.formulas, parameters, seed, options, which)
     found = sweep(
         one, points, key=key, **runs,
-        units={k: unit for name, unit in UNITS.items() for k in (name, f"{name} mean", f"{name} deviation")},
+        units={k: unit for name, unit in draws.UNITS.items() for k in (name, f"{name} mean", f"{name} deviation")},
         batch=None if stop is None else stop.every, enough=stop,
     )
     return replace(found, notes=(*found.notes, *_truncations(joints, blocks)))
@@ -138,7 +129,7 @@ def _truncations(joints: Mapping[str, Random], blocks: Mapping[str, Random]) -> 
     """
     out = []
     for name, random in (*joints.items(), *blocks.items()):
-        bounds = (BOUNDS if name in joints else BLOCK_BOUNDS)[name]
+        bounds = (draws.BOUNDS if name in joints else draws.BLOCK_BOUNDS)[name]
         lost = random.cut(bounds)
         if lost > 1e-12:
             low, high = max(bounds[0], random.low), min(bounds[1], random.high)
@@ -191,17 +182,17 @@ def _variables(
             raise InputError("build must be a pair (assembly, loads), or a function that returns one")
     if not joints and not parameters and not blocks:
         raise InputError("nothing is random: give joints={...}, blocks={...} or parameters={...}")
-    check_joint_draws(joints)
+    draws.check_joint_draws(joints)
     if parameters and not callable(build):
         raise InputError("parameters vary what a function builds; build is a fixed model")
     for name, random in parameters.items():
         if not isinstance(random, Random) or random.per != "assembly":
             raise InputError(f"parameter {name!r} needs a Random(...) per assembly, got {random!r}")
-        if name in BOUNDS or name in BLOCK_BOUNDS:
-            where = "joints" if name in BOUNDS else "blocks"
+        if name in draws.BOUNDS or name in draws.BLOCK_BOUNDS:
+            where = "joints" if name in draws.BOUNDS else "blocks"
             raise InputError(f"parameter {name!r} has the name of a {where[:-1]} property: draw it in {where}")
-    once = [n for n in BOUNDS if n in joints and joints[n].per == "assembly"]
-    once += [n for n in BLOCK_BOUNDS if n in blocks and blocks[n].per == "assembly"]
+    once = [n for n in draws.BOUNDS if n in joints and joints[n].per == "assembly"]
+    once += [n for n in draws.BLOCK_BOUNDS if n in blocks and blocks[n].per == "assembly"]
     return [*once, *parameters], joints, parameters
 
 
@@ -224,9 +215,9 @@ def _sample(
     assembly, loads = build(**given) if callable(build) else build
     record: dict[str, float] = {}
     if drawn.joints or drawn.links:
-        assembly, record = draw_joints(assembly, drawn.joints, sample, drawn.seed, shares, drawn.links)
+        assembly, record = draws.draw_joints(assembly, drawn.joints, sample, drawn.seed, shares, drawn.links)
     if drawn.blocks:
-        assembly, of_blocks = draw_blocks(assembly, drawn.blocks, sample, drawn.seed, shares)
+        assembly, of_blocks = draws.draw_blocks(assembly, drawn.blocks, sample, drawn.seed, shares)
         record |= of_blocks
         if "density" in drawn.blocks and not callable(loads):
             raise InputError("a random density needs loads that follow it: let build return a function of the assembly")
@@ -331,7 +322,7 @@ def sobol(
     solve = functools.partial(_by_method, method, dict(options or {}))
     run = functools.partial(_sample, build, solve, (), drawn)
     key = ("sobol", build, method, joints, parameters, seed, options, points)
-    table = sweep(run, points, key=key, **runs, units=UNITS)
+    table = sweep(run, points, key=key, **runs, units=draws.UNITS)
     value = table["multiplier"]
     if not np.isfinite(value).all():
         bad = int((~np.isfinite(value)).sum())
