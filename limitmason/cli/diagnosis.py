@@ -89,12 +89,12 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 def _diagnose(options: argparse.Namespace) -> int:
     """Run the command; an error of the user's own function keeps its traceback."""
-    from limitmason.diagnosis.simulator import is_own
+    from limitmason.diagnosis.simulator import is_user_code
 
     try:
         return _run(options)
     except Exception as error:
-        if options.debug or not is_own(error) or ":" not in f"{options.model}{options.causes}":
+        if options.debug or not is_user_code(error) or ":" not in f"{options.model}{options.causes}":
             raise
         # an error of the user's own function: where it happened stands in its traceback, never in one line
         console.say("".join(traceback.format_exception(error)).rstrip())
@@ -223,7 +223,7 @@ def load_object(text: str, what: str) -> Any:
     InputError
         Naming what is not found. An error of the module itself comes through as it is, with a note.
     """
-    from limitmason.diagnosis.simulator import note_own
+    from limitmason.diagnosis.simulator import note_user_code
 
     module, _, name = text.rpartition(":")
     path = Path(module)
@@ -236,11 +236,11 @@ def load_object(text: str, what: str) -> Any:
         found = import_module(path.stem if path.suffix == ".py" else module)
     except ModuleNotFoundError as error:
         if error.name is None or error.name.split(".")[0] != module.split(".")[0]:
-            note_own(error, f"{what} {text}: {path} needs a module that is not there")
+            note_user_code(error, f"{what} {text}: {path} needs a module that is not there")
             raise
         raise InputError(f"{what} {text}: {error}; give module:name or file.py:name") from None
     except Exception as error:  # whatever the user's module may raise
-        note_own(error, f"{what} {text}: {path} fails when it is imported")
+        note_user_code(error, f"{what} {text}: {path} fails when it is imported")
         raise
     if not hasattr(found, name):
         raise InputError(f"{what} {text}: {module} has no {name!r}")
@@ -256,12 +256,12 @@ def _causes(text: str | None) -> list | None:
     chosen = load_object(text, "--causes")
     if not callable(chosen):
         return list(chosen)
-    from limitmason.diagnosis.simulator import note_own
+    from limitmason.diagnosis.simulator import note_user_code
 
     try:
         return list(chosen())
     except Exception as error:  # whatever the user's function may raise
-        note_own(error, f"--causes {text} failed")
+        note_user_code(error, f"--causes {text} failed")
         raise
 
 

@@ -17,7 +17,7 @@ SHARED = 0.05  # the same for what they share, over all recorded columns
 
 
 @dataclass(frozen=True)
-class StandingOut:
+class Outliers:
     """Specimens whose residuals noise alone does not make, the best explanation fitted.
 
     Parameters
@@ -34,7 +34,7 @@ class StandingOut:
     carries: bool
 
 
-def standing_out(diagnosis: Findings) -> StandingOut | None:
+def outliers(diagnosis: Findings) -> Outliers | None:
     """Specimens that stand out, or None.
 
     With r the residuals of a specimen's k values in units of the noise, (sum r^2 - k) / sqrt(2 k) is compared with the
@@ -65,7 +65,7 @@ def standing_out(diagnosis: Findings) -> StandingOut | None:
     first = [int(np.argmax(each[name])) for name in each]
     plain = {k: [v[i] for i in first] for k, v in columns.items() if " in " not in k}
     values = tuple((diagnosis.specimens[i], float(residuals[i])) for i in worst)
-    return StandingOut(tuple(chosen), values, _shared(plain, out), carries)
+    return Outliers(tuple(chosen), values, _shared(plain, out), carries)
 
 
 def _shared(columns: Mapping[str, Sequence[Any]], out: np.ndarray) -> str:
@@ -90,20 +90,20 @@ def _shared(columns: Mapping[str, Sequence[Any]], out: np.ndarray) -> str:
     return min(found)[1] if found and min(found)[0] <= SHARED else ""
 
 
-def standing_out_words(diagnosis: Findings) -> list[str]:
+def outlier_words(diagnosis: Findings) -> list[str]:
     """Which specimens stand out, by how much, and what they share; empty where none does."""
-    found = standing_out(diagnosis)
+    found = outliers(diagnosis)
     if found is None:
         return []
     each = ", ".join(f"{name} ({value:+.1f} sd)" for name, value in found.values)
     after = f" beside {' and '.join(diagnosis.kept[0])}" if diagnosis.kept else ""
     share = f" They share {found.share}." if found.share else ""
     share = share or (" Nothing that is recorded is theirs alone." if len(found.specimens) > 1 else "")
-    carry = " They carry the verdict: the others fit within the noise." if carried_by(diagnosis) else ""
+    carry = " They carry the verdict: the others fit within the noise." if carried_by_outliers(diagnosis) else ""
     return [f"Standing out{after}: {each}.{share}{carry}"]
 
 
-def carried_by(diagnosis: Findings) -> bool:
+def carried_by_outliers(diagnosis: Findings) -> bool:
     """Whether an alarm that no cause explains is that of the specimens that stand out."""
-    found = standing_out(diagnosis)
+    found = outliers(diagnosis)
     return found is not None and found.carries and diagnosis.kind in ("unexplained", "scatter")

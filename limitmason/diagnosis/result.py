@@ -14,7 +14,7 @@ from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.checks import Checks, judge_again
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.estimate import Estimate, estimate
-from limitmason.diagnosis.inference.evidence_by_kind import Evidence, by_kind, foretold
+from limitmason.diagnosis.inference.evidence_by_kind import Evidence, by_kind, predicted_evidence
 from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.gain import Gain, measure_gain
 from limitmason.diagnosis.inference.noise import Draws, Measured, Noise
@@ -235,7 +235,7 @@ class Findings(Displayed, Citable, ReadOnly):
         slopes = later.tables.base().whitened(base, later.scale).slopes
         data = (linked(later.measured, later.rows.log) - base) / later.scale
         kind = " and ".join(dict.fromkeys(later.rows.kinds))
-        return foretold(kind, (at - base) / later.scale, np.column_stack([spread, slopes]), data)
+        return predicted_evidence(kind, (at - base) / later.scale, np.column_stack([spread, slopes]), data)
 
     @cached_property
     def known(self) -> Design:

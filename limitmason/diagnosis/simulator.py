@@ -19,7 +19,7 @@ from limitmason.study.workers import run_points
 OWN = "in code given to the study: "  # begins the note on an error that code of the user raised
 
 
-def note_own(error: Exception, what: str) -> None:
+def note_user_code(error: Exception, what: str) -> None:
     """Say with an error of the user's own function where it was called.
 
     Type and traceback stay the same.
@@ -27,7 +27,7 @@ def note_own(error: Exception, what: str) -> None:
     error.add_note(f"{OWN}{what}")
 
 
-def is_own(error: BaseException) -> bool:
+def is_user_code(error: BaseException) -> bool:
     """Whether an error was raised by code of the user."""
     return any(note.startswith(OWN) for note in getattr(error, "__notes__", ()))
 
@@ -263,7 +263,7 @@ def _call(simulate: Callable[..., Any], specimen: Any, job: Job) -> Any:
     try:
         return simulate(specimen, **parameters)
     except Exception as error:  # whatever the user's function may raise
-        note_own(error, f"simulate failed for {_called(specimen, job)}")
+        note_user_code(error, f"simulate failed for {_called(specimen, job)}")
         raise
 
 

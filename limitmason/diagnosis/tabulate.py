@@ -13,7 +13,7 @@ from limitmason.checks import choice
 from limitmason.diagnosis.inference.grid import Tabulation
 from limitmason.diagnosis.inference.noise import Measured
 from limitmason.diagnosis.observations import Rows
-from limitmason.diagnosis.simulator import Job, Simulator, note_own, number
+from limitmason.diagnosis.simulator import Job, Simulator, note_user_code, number
 from limitmason.errors import InputError
 
 REACH = 4.0  # standard deviations of a measured input that the refit may use
@@ -338,7 +338,7 @@ def transformed(
         read = {"quantity": quantity} if cause.reads_quantity else {}
         value = cause.apply(float(size), float(prediction), specimen, **read)
     except Exception as error:
-        note_own(error, f"cause {cause.name!r} of size {size:g} failed for specimen {index} ({specimen!r})")
+        note_user_code(error, f"cause {cause.name!r} of size {size:g} failed for specimen {index} ({specimen!r})")
         raise
     what = f"cause {cause.name!r} of size {size:g} applied to specimen {index}"
     return number(value, lambda: what, must_be_positive)

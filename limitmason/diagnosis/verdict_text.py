@@ -7,7 +7,7 @@ import numpy as np
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.discrepancy import CONSTANT, DRIFT, TOGETHER
 from limitmason.diagnosis.inference.verdict import Identification
-from limitmason.diagnosis.outliers import carried_by, standing_out_words
+from limitmason.diagnosis.outliers import carried_by_outliers, outlier_words
 from limitmason.diagnosis.result import Findings
 
 FEW = 5  # causes named in one sentence
@@ -154,7 +154,7 @@ def by_kind_words(diagnosis: Findings) -> list[str]:
 def meaning(diagnosis: Findings) -> list[str]:
     """The verdict in plain sentences: what follows from it and what to do."""
     kind, by_name = diagnosis.kind, diagnosis.by_name
-    carried = standing_out_words(diagnosis) if carried_by(diagnosis) else []
+    carried = outlier_words(diagnosis) if carried_by_outliers(diagnosis) else []
     before = 100.0 * float(np.sqrt(np.mean(diagnosis.residuals["baseline"] ** 2)))
     if kind == "none":
         return [
@@ -328,10 +328,10 @@ def if_it_were_missing(diagnosis: Findings) -> str:
 def what_is_shared(diagnosis: Findings) -> list[str]:
     """Shares of the noise that are carried."""
     shares = diagnosis.shares
-    if not shares.looked_at:
+    if not shares.estimated:
         return []
     carried = [f"{100 * v:.0f} % of its variance within {k}" for k, v in shares.shares.items()]
-    rest = [k for k in shares.looked_at if k not in shares.shares]
+    rest = [k for k in shares.estimated if k not in shares.shares]
     text = f"Noise that tests share, estimated and carried: {', '.join(carried)}" if carried else ""
     if rest:
         text += ("; no share worth carrying within " if carried else "No noise shared within ") + ", ".join(rest)
@@ -387,7 +387,7 @@ def basis(diagnosis: Findings) -> list[str]:
         out += what_is_unstated(diagnosis)
     if diagnosis.groups is not None:
         out.append(f"{len(set(diagnosis.groups))} groups of specimens, each left out as a whole for the gain.")
-    out += [] if carried_by(diagnosis) else standing_out_words(diagnosis)
+    out += [] if carried_by_outliers(diagnosis) else outlier_words(diagnosis)
     distances = diagnosis.distances
     twins = "; ".join(f"{a} and {b}" for a, b in distances.twins)
     out.append(f"Twins on this design, which no data of it can tell apart: {twins or 'none'}.")

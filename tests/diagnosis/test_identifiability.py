@@ -19,7 +19,7 @@ from limitmason.diagnosis.inference.shared_noise import (
     alike,
     assumed,
     estimated_shares,
-    much_and_little,
+    two_groups_by_effect,
 )
 from limitmason.diagnosis.inference.trends import same
 from limitmason.errors import InputError
@@ -302,8 +302,8 @@ def test_an_alarm_is_held_against_its_own_specimens_as_generalised_least_squares
     mean, variance = y.mean(), 0.5 + 0.5 / 12
     assert found.p["gain"] == pytest.approx(chdtrc(1.0, mean**2 / variance), abs=0.03)
     assert not found.holds
-    assert much_and_little(np.array([0.1, 0.2, 1.1, -1.2])) == [0, 0, 1, 1]
-    assert much_and_little(np.full(4, -0.3)) == [1] * 4
+    assert two_groups_by_effect(np.array([0.1, 0.2, 1.1, -1.2])) == [0, 0, 1, 1]
+    assert two_groups_by_effect(np.full(4, -0.3)) == [1] * 4
 
 
 def test_what_is_carried_is_said_and_what_cannot_be_is_tried():
@@ -325,7 +325,7 @@ def test_what_is_carried_is_said_and_what_cannot_be_is_tried():
 def test_a_batch_that_a_cause_is_about_is_not_carried_as_noise():
     verdict = study(data(BATCH, 1.2)).diagnose(CAUSES)
     assert verdict.causes == ("batch",)
-    assert "batch" not in verdict.shares.looked_at
+    assert "batch" not in verdict.shares.estimated
     assert verdict.identification.distinct  # its own column, which it declares, is no rival
 
 

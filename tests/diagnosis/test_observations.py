@@ -12,8 +12,8 @@ import limitmason as lm
 from limitmason import causes
 from limitmason.cli import main
 from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study, curves
-from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, foretold
-from limitmason.diagnosis.outliers import standing_out
+from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, predicted_evidence
+from limitmason.diagnosis.outliers import outliers
 from limitmason.diagnosis.read_folder import write_folder
 from limitmason.diagnosis.simulate import several
 from limitmason.errors import InputError
@@ -161,14 +161,14 @@ def test_specimens_that_stand_out_are_told_with_what_they_share_and_whether_they
     options = {"covariates": {"day": days, "height": [s["height"] for s in specimens()]}}
     found = several_kinds(rows, **options).diagnose([ROUNDING, SLOPE], pairs=False)
     assert found.kind == "unexplained"
-    out = standing_out(found)
+    out = outliers(found)
     assert out.specimens == ("specimen 2", "specimen 6", "specimen 9")
     assert out.share == "day = second (3 of 12 have it)"
     assert out.carries
     assert out.values[0] == ("specimen 2, frequency 1", pytest.approx(100.0 * np.log(0.7), abs=6.0))
     assert "They carry the verdict" in found.record()["in words"][1]  # of the three lines of the terminal
     plain = [several_kinds(observed(seed=seed), **options).diagnose([SLOPE], pairs=False) for seed in range(12)]
-    assert sum(standing_out(d) is not None for d in plain) <= 3  # 5 %
+    assert sum(outliers(d) is not None for d in plain) <= 3  # 5 %
 
 
 def test_points_of_curves_are_told_as_the_witnesses_that_they_are():
@@ -424,11 +424,11 @@ def test_a_cause_is_confirmed_by_values_that_it_predicted_and_rejected_where_the
         several_kinds(observed()).diagnose(LISTED).confirmed_by(several_kinds(observed()))
 
 
-def test_what_was_foretold_is_generalised_least_squares():
+def test_evidence_of_what_was_predicted_is_generalised_least_squares():
     rng, n = np.random.default_rng(4), 6
     effect, about, data = rng.standard_normal(n), rng.standard_normal((n, 2)), rng.standard_normal(n)
     w = np.linalg.inv(np.eye(n) + about @ about.T)
-    made = foretold("force", effect, about, data)
+    made = predicted_evidence("force", effect, about, data)
     assert made.share == pytest.approx(effect @ w @ data / (effect @ w @ effect))
     assert made.error == pytest.approx((effect @ w @ effect) ** -0.5)
     assert made.gain == pytest.approx(0.5 * (data @ w @ data - (data - effect) @ w @ (data - effect)))

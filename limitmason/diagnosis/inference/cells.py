@@ -151,7 +151,7 @@ class Cells:
         return self.table[:, self.columns[name]]
 
 
-class Looked:
+class NodeData:
     """What is fetched of the cells that data sets lie in, one array per quantity, data sets along the last axis.
 
     Parameters
@@ -191,7 +191,7 @@ class GridStep:
 
 
 @dataclass(frozen=True)
-class Around:
+class StepData:
     """What data sets know of the cell around a node: y times the node and its neighbours, or their values.
 
     Parameters
@@ -214,14 +214,14 @@ class CellSums:
 
     Parameters
     ----------
-    looked : what is known of it without data
+    here : what is known of it without data
     gram : changes to the 2 d neighbours with each other, shape (2 d, 2 d, b)
     pull : these changes with the residual at the node, shape (2 d, b)
     loss : sum of its squares, shape (b,)
     residuals, sides : residual and changes themselves, shapes (b, n) and (b, 2 d, n); None where not formed
     """
 
-    looked: Looked
+    here: NodeData
     gram: Array
     pull: Array
     loss: Array
@@ -229,7 +229,7 @@ class CellSums:
     sides: Array | None = None
 
 
-def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: Around, inner: Sequence[Array] = ()) -> GridStep:
+def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inner: Sequence[Array] = ()) -> GridStep:
     """One linear step in every cell: which way by the mean of the changes on both sides, how far by that side's.
 
     Parameters
@@ -241,42 +241,35 @@ def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: Around, inn
     inner : inner products of the data with node and neighbours, one array per grid, where they were made
     """
     cell = _cell(grids, owner, column, at, inner)
-    looked, gram, pull, loss = cell.looked, cell.gram, cell.pull, cell.loss
-    d, first = len(looked.index), len(looked.index) - len(looked.z)
-    low, high, z_sides = looked.low, looked.high, looked.z_sides
-    off, per = at.z.T - looked.z, None if at.per is None else at.per(loss)
+    here, gram, pull, loss = cell.here, cell.gram, cell.pull, cell.loss
+    d, first = len(here.index), len(here.index) - len(here.z)
+    low, high, z_sides = here.low, here.high, here.z_sides
+    off, per = at.z.T - here.z, None if at.per is None else at.per(loss)
     inside = np.where((low < 0) & (high > 0), 0.5, 1.0)  # at an end only one side has a change
     sums = gram[:d, :d] + gram[:d, d:] + gram[d:, :d] + gram[d:, d:]
-    mean: Rows = [[inside[i] * inside[j] * sums[i, j] for j in range(d)] for i in range(d)]
-    slope: Row = [inside[i] * (pull[i] + pull[d + i]) for i in range(d)]
+    mean, slope = inside[:, None] * inside * sums, inside * (pull[:d] + pull[d:])
     z_step = (z_sides[0] + z_sides[1]) * inside[first:]
-    move = descend(*_normal(mean, slope, z_step, off, per, looked.flat), low, high)
+    move = descend(*_normal(mean, slope, z_step, off, per, here.flat), low, high)
     after = (move > 0.0) | (low == 0.0)
     low, high = np.where(after, 0.0, low), np.where(after, high, 0.0)
     slope = np.where(after, pull[d:], pull[:d])
-    side: Rows = [
-        [
-            np.where(after[i], np.where(after[j], gram[d + i, d + j], gram[d + i, j]),
-                     np.where(after[j], gram[i, d + j], gram[i, j]))
-            for j in range(d)
-        ]
-        for i in range(d)
-    ]
+    ahead, behind = (np.where(after, half[:, d:], half[:, :d]) for half in (gram[d:], gram[:d]))
+    side = np.where(after[:, None], ahead, behind)
     z_step = np.where(after[first:], z_sides[1], z_sides[0])
-    move = descend(*_normal(side, slope, z_step, off, per, looked.flat), low, high)
+    move = descend(*_normal(side, slope, z_step, off, per, here.flat), low, high)
     off = off - move[first:] * z_step
     if cell.residuals is not None and cell.sides is not None:
         chosen = np.where(after.T[:, :, None], cell.sides[:, d:], cell.sides[:, :d])
-        return GridStep(looked.index, move, off, loss, cell.residuals - np.einsum("db,bdn->bn", move, chosen))
+        return GridStep(here.index, move, off, loss, cell.residuals - np.einsum("db,bdn->bn", move, chosen))
     for i in range(d):
         loss = loss - 2.0 * move[i] * slope[i]
         for j in range(d):
-            loss = loss + move[i] * move[j] * side[i][j]
-    return GridStep(looked.index, move, off, np.maximum(loss, 0.0), None)
+            loss = loss + move[i] * move[j] * side[i, j]
+    return GridStep(here.index, move, off, np.maximum(loss, 0.0), None)
 
 
 def _cell(
-    grids: Sequence[Cells], owner: Index, column: Index, at: Around, inner: Sequence[Array]
+    grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inner: Sequence[Array]
 ) -> CellSums:
     """What a step needs, by inner products where these are enough."""
     d, k = grids[0].d, grids[0].k
@@ -290,11 +283,11 @@ def _cell(
             nodes.append(cells.nodes[np.concatenate([mine[:, None], cells.beside[mine]], axis=1)])
             if at.used is None:
                 products.append(np.einsum("bn,bcn->bc", at.y[part], nodes[-1]))
-    looked = Looked(np.concatenate(tables), d, k)
+    here = NodeData(np.concatenate(tables), d, k)
     if at.used is None:
         to = np.ascontiguousarray(np.concatenate(products).T)
-        pull = np.concatenate([to[0] - to[1 : 1 + d], to[1 + d :] - to[0]]) - looked.cross
-        return CellSums(looked, looked.gram, pull, np.maximum(at.squares - 2.0 * to[0] + looked.squares, 0.0))
+        pull = np.concatenate([to[0] - to[1 : 1 + d], to[1 + d :] - to[0]]) - here.cross
+        return CellSums(here, here.gram, pull, np.maximum(at.squares - 2.0 * to[0] + here.squares, 0.0))
     around = np.concatenate(nodes)
     node = around[:, :1]
     residuals = at.y - node[:, 0]
@@ -302,7 +295,7 @@ def _cell(
     used = at.used(residuals)
     gram = ((sides * used[:, None]) @ sides.transpose(0, 2, 1)).transpose(1, 2, 0)
     pull = np.einsum("bdn,bn->db", sides, residuals * used)
-    return CellSums(looked, gram, pull, (used * residuals**2).sum(axis=1), residuals, sides)
+    return CellSums(here, gram, pull, (used * residuals**2).sum(axis=1), residuals, sides)
 
 
 def _normal(

@@ -102,9 +102,9 @@ def _unestimated(covariates: Mapping, shares: Shares) -> dict[str, Sequence]:
     """Columns of labels whose share of the noise was not estimated, or groups of like specimens without any label."""
     out: dict[str, Sequence] = {}
     for name, column in covariates.items():
-        if name not in shares.looked_at and not is_numeric(column) and 1 < len(set(map(str, column))) < len(column):
+        if name not in shares.estimated and not is_numeric(column) and 1 < len(set(map(str, column))) < len(column):
             out[name] = column
-    if not out and not shares.looked_at and (groups := alike(covariates)) is not None:
+    if not out and not shares.estimated and (groups := alike(covariates)) is not None:
         out[LIKE] = groups
     return out
 

@@ -10,7 +10,7 @@ from scipy.special import bdtr, bdtrc, chdtrc
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.fit import BestFit, Likelihood
 from limitmason.diagnosis.inference.noise import Drawn, Draws
-from limitmason.diagnosis.inference.shared_noise import PLAUSIBLE, much_and_little
+from limitmason.diagnosis.inference.shared_noise import PLAUSIBLE, two_groups_by_effect
 from limitmason.diagnosis.inference.trends import same
 from limitmason.diagnosis.inference.verdict import Doubt, Rule, Tested, Verdict, VerdictKind
 
@@ -160,7 +160,7 @@ class ConfidenceSet:
         design, rule = self.design, self.rule
         names = max(verdict.tested, key=lambda n: verdict.tested[n].gain)
         effect = design.effect(names, verdict.tested[names].fit)
-        groups = same(much_and_little(design.apart(effect) * design.scale))
+        groups = same(two_groups_by_effect(design.apart(effect) * design.scale))
         correlation = (1.0 - PLAUSIBLE) * design.correlation + PLAUSIBLE * groups
         p = dict(ConfidenceSet(design.sharing(correlation), self.draws, rule).gate(y).p)
         if "scatter" in verdict.p:

@@ -70,7 +70,7 @@ def agree(kinds: Sequence[Evidence]) -> bool:
     return bool(chdtrc(len(known) - 1, apart) >= AGREE)
 
 
-def foretold(kind: str, effect: np.ndarray, about: np.ndarray, data: np.ndarray) -> Evidence:
+def predicted_evidence(kind: str, effect: np.ndarray, about: np.ndarray, data: np.ndarray) -> Evidence:
     """Evidence of values that an explanation predicted before they were measured.
 
     Parameters

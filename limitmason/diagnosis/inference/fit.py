@@ -14,7 +14,7 @@ from typing import Any, cast
 import numpy as np
 
 from limitmason.arrays import Array, Index
-from limitmason.diagnosis.inference.cells import Around, Cells, stepped
+from limitmason.diagnosis.inference.cells import Cells, StepData, stepped
 from limitmason.diagnosis.inference.grid import Grid
 from limitmason.diagnosis.inference.noise import Noise
 
@@ -303,7 +303,7 @@ def _step(
 ) -> _Found:
     """One linear step from a node of the grid that each data set is fitted by."""
     known = data.like.kind == "known"
-    at = Around(data.y, data.z, data.squares, None if known else data.per, None if data.plain else data.used)
+    at = StepData(data.y, data.z, data.squares, None if known else data.per, None if data.plain else data.used)
     step = stepped([g.cells for g in grids], owner, column, at, inner)
     loss = step.loss if step.left is None else data.like.loss(step.left, data.weights)
     penalty = (step.off**2).sum(axis=0)

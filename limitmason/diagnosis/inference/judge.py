@@ -152,7 +152,7 @@ class Judge:
         """
         shares = estimated_shares(self.design, y, shared)
         alarm = ConfidenceSet(self.carrying(shares).design, draws, self.rule).alarm(y, self.unstated)
-        if alarm.kind == VerdictKind.UNEXPLAINED and shares.looked_at:  # beside the best explanation
+        if alarm.kind == VerdictKind.UNEXPLAINED and shares.estimated:  # beside the best explanation
             shares = estimated_shares(self.design, y, shared, price=alarm.critical_gain)
         judge = self.carrying(shares)
         verdict = judge.judge_independent(y, draws, pairs, alarm)

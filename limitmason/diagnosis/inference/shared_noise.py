@@ -37,12 +37,12 @@ class Shares:
     ----------
     shares : by column, those that are carried
     correlation : of the noise between specimens, shape (n, n)
-    looked_at : columns whose share was estimated
+    estimated : columns whose share was estimated
     """
 
     shares: Mapping[str, float]
     correlation: np.ndarray
-    looked_at: tuple[str, ...] = ()
+    estimated: tuple[str, ...] = ()
 
 
 def estimated_shares(
@@ -277,7 +277,7 @@ def seen_if_shared(design: Design, effects: np.ndarray) -> np.ndarray:
     extra, one = slopes @ slopes.T, np.eye(design.n)
     out = np.full(len(effects), -np.inf)
     for k, effect in enumerate(effects):
-        groups = same(much_and_little(effect * design.scale))
+        groups = same(two_groups_by_effect(effect * design.scale))
         weight = np.linalg.solve((1.0 - PLAUSIBLE) * one + PLAUSIBLE * groups + extra, effect)
         square = float(effect @ weight)
         if square > 0.0:
@@ -285,7 +285,7 @@ def seen_if_shared(design: Design, effects: np.ndarray) -> np.ndarray:
     return out
 
 
-def much_and_little(effect: np.ndarray) -> list[int]:
+def two_groups_by_effect(effect: np.ndarray) -> list[int]:
     """1 where a cause acts much, 0 where it acts little: the two groups with the least scatter about their means.
 
     Parameters
