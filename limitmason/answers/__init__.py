@@ -25,30 +25,9 @@ from limitmason.answers.results import (
 from limitmason.display.notebook import shows
 
 __all__ = [
-    "ALMOST_SOLVED",
-    "CANNOT_STAND",
-    "NOT_CONVERGED",
-    "NO_TILT",
-    "SOLVED",
-    "STATUSES",
-    "TIME_ENDED",
-    "UNBOUNDED",
-    "Bound",
-    "BoundKind",
-    "Certificate",
-    "Citation",
-    "Cited",
-    "ContactModel",
-    "Curve",
-    "CurvePoint",
-    "Event",
-    "FlowRule",
-    "Mechanism",
-    "Prediction",
-    "Range",
-    "Reference",
-    "Resultants",
-    "Status",
+    "ALMOST_SOLVED", "CANNOT_STAND", "NOT_CONVERGED", "NO_TILT", "SOLVED", "STATUSES", "TIME_ENDED", "UNBOUNDED",
+    "Bound", "BoundKind", "Certificate", "Citation", "Cited", "ContactModel", "Curve", "CurvePoint", "Event",
+    "FlowRule", "Mechanism", "Prediction", "Range", "Reference", "Resultants", "Status",
 ]
 
 shows(__name__)

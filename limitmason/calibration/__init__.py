@@ -17,19 +17,8 @@ from limitmason.calibration.targets import FEATURES, CurveTarget, Target
 from limitmason.display.notebook import shows
 
 __all__ = [
-    "FEATURES",
-    "CurveTarget",
-    "Fit",
-    "JointModel",
-    "LeftOut",
-    "NextTest",
-    "Parameter",
-    "Predicted",
-    "SearchSettings",
-    "SolidModel",
-    "Target",
-    "UnresolvedDirection",
-    "calibrate",
+    "FEATURES", "CurveTarget", "Fit", "JointModel", "LeftOut", "NextTest", "Parameter", "Predicted", "SearchSettings",
+    "SolidModel", "Target", "UnresolvedDirection", "calibrate",
 ]
 
 shows(__name__)

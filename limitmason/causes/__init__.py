@@ -19,21 +19,8 @@ from limitmason.display.notebook import shows
 _BY_FUNCTION = {declared.function.__name__: declared for declared in ALL.values()}
 
 __all__ = [
-    "ALL",
-    "LEVERS",
-    "Cause",
-    "Declared",
-    "Extension",
-    "acts_on",
-    "dead_load_stress",
-    "declare",
-    "delivered",
-    "each_joint",
-    "elastic_displacements",
-    "of_batch",
-    "standard",
-    "table",
-    *_BY_FUNCTION,
+    "ALL", "LEVERS", "Cause", "Declared", "Extension", "acts_on", "dead_load_stress", "declare", "delivered",
+    "each_joint", "elastic_displacements", "of_batch", "standard", "table", *_BY_FUNCTION,
 ]
 
 shows(__name__)

@@ -14,15 +14,6 @@ from limitmason.comparison.rows import Row
 from limitmason.comparison.specimen import as_text, run, table, write_rows
 from limitmason.display.notebook import shows
 
-__all__ = [
-    "Row",
-    "SideBySide",
-    "as_text",
-    "compare",
-    "measured_range",
-    "run",
-    "table",
-    "write_rows",
-]
+__all__ = ["Row", "SideBySide", "as_text", "compare", "measured_range", "run", "table", "write_rows"]
 
 shows(__name__)

@@ -16,21 +16,8 @@ from limitmason.diagnosis.study import Study
 from limitmason.display.notebook import shows
 
 __all__ = [
-    "Cause",
-    "Confusable",
-    "Diagnosis",
-    "EvidenceKind",
-    "Extension",
-    "Investigation",
-    "Measured",
-    "NextTests",
-    "Noise",
-    "Observation",
-    "Rehearsal",
-    "Rule",
-    "Study",
-    "binomial_interval",
-    "investigate",
+    "Cause", "Confusable", "Diagnosis", "EvidenceKind", "Extension", "Investigation", "Measured", "NextTests", "Noise",
+    "Observation", "Rehearsal", "Rule", "Study", "binomial_interval", "investigate",
 ]
 
 shows(__name__)

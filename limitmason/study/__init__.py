@@ -17,28 +17,9 @@ from limitmason.study.table import Table
 from limitmason.study.workers import Unfinished
 
 __all__ = [
-    "Fragility",
-    "Memo",
-    "Random",
-    "Running",
-    "SobolIndices",
-    "Stop",
-    "Table",
-    "Unfinished",
-    "block_size_study",
-    "contact_point_study",
-    "curves_of",
-    "dilatancy_study",
-    "fingerprint",
-    "fragility",
-    "lognormal",
-    "monte_carlo",
-    "normal",
-    "running",
-    "sobol",
-    "sweep",
-    "uniform",
-    "with_dilatancy",
+    "Fragility", "Memo", "Random", "Running", "SobolIndices", "Stop", "Table", "Unfinished", "block_size_study",
+    "contact_point_study", "curves_of", "dilatancy_study", "fingerprint", "fragility", "lognormal", "monte_carlo",
+    "normal", "running", "sobol", "sweep", "uniform", "with_dilatancy",
 ]
 
 shows(__name__)
