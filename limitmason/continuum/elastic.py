@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.continuum.rotating_crack import tensor
 from limitmason.continuum.solid import Continuum, Reactions
 from limitmason.storage.frozen import ReadOnly
 
@@ -73,8 +74,3 @@ def solve_elastic(model: Continuum, multiplier: float = 0.0) -> ElasticState:
     largest = float(np.abs(wanted).max()) or 1.0
     residual = float(np.abs(wanted - model.elastic.product(u[:, None])[:, 0]).max()) / largest
     return ElasticState(model, d.spread(u).reshape(-1, 3), forces.reshape(-1, 3), residual)
-
-
-def tensor(voigt: Array) -> Array:
-    """Symmetric tensors (..., 3, 3) from (xx, yy, zz, xy, yz, zx), shear not engineering, (..., 6)."""
-    return np.asarray(voigt[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])

@@ -66,8 +66,7 @@ class Solver:
         parts = []
         for first in range(0, len(strain), _CHUNK):
             rows = np.arange(first, min(first + _CHUNK, len(strain)))
-            part = Memory(*(m[rows] for m in memory))
-            parts.append(respond(self.curves.rows(rows), strain[rows], part, secant=secant))
+            parts.append(respond(self.curves.rows(rows), strain[rows], memory.rows(rows), secant=secant))
         if len(parts) == 1:
             return parts[0]
         joined = Memory(*(np.concatenate([p.memory[k] for p in parts]) for k in range(3)))

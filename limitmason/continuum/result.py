@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from limitmason.answers.curve import Curve, Energy, Event
 from limitmason.arrays import Array
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.papers import PAPERS
-from limitmason.continuum.rotating_crack import Memory
+from limitmason.continuum.rotating_crack import Memory, strain_tensor
 from limitmason.continuum.solid import Continuum, vibrating
 from limitmason.errors import InputError
 from limitmason.storage.files import read_archive, write_archive
@@ -88,9 +87,8 @@ class SolidCurve(Curve):
     def strain(self, sample: int = -1) -> Array:
         """Largest principal strain at the integration points [-], shape (m, q)."""
         assert self.model is not None
-        s = self.model.discretisation.strains(self.nodes[sample].displacement).copy()
-        s[..., 3:] *= 0.5
-        return np.asarray(np.linalg.eigvalsh(s[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])[..., -1], dtype=np.float64)
+        strain = self.model.discretisation.strains(self.nodes[sample].displacement)
+        return np.asarray(np.linalg.eigvalsh(strain_tensor(strain))[..., -1], dtype=np.float64)
 
     def vibration(self, *, sample: int = -1) -> VibratingSystem:
         """Secant stiffness that cracks have left, for :func:`limitmason.modes`.
@@ -126,17 +124,17 @@ class SolidCurve(Curve):
         :func:`load_curve` reads them back for the same model.
         """
         assert self.control is not None
-        last = self.nodes[-1]
         arrays: dict[str, Array] = {
             "displacement": np.array([n.displacement for n in self.nodes]),
-            "scalars": np.array([_scalars(n) for n in self.nodes]),
+            "scalars": np.array([[getattr(n, k) for k in _SCALARS] for n in self.nodes]),
             "point": self.control[0], "direction": self.control[1],
             "tolerance": np.array(self.tolerance), "band": np.array(self.band), "status": np.array(self.status),
         }
         for i in self.kept:
             node = self.nodes[i]
-            arrays |= {f"{i}/{k}": v for k, v in _fields(node).items()}
-        assert last.memory is not None
+            assert node.memory is not None
+            kept = (*node.memory, node.stress, node.crack)
+            arrays |= {f"{i}/{k}": np.asarray(v) for k, v in zip(_FIELDS, kept, strict=True)}
         write_archive(path, arrays, compressed=True)
 
 
@@ -154,30 +152,20 @@ def load_curve(path: str | Path, model: Continuum) -> SolidCurve:
         raise InputError(f"{path} is of a model with {u.shape[1] // 3} nodes, this one has {len(model.mesh.nodes)}")
     nodes = []
     for i, (row, x) in enumerate(zip(file["scalars"], u, strict=True)):
-        full = {k: file[f"{i}/{k}"] for k in _FIELDS} if f"{i}/stress" in file else None
+        full = [file[f"{i}/{k}"] for k in _FIELDS] if f"{i}/stress" in file else None
         nodes.append(_node(x, row, full))
     control = file["point"], file["direction"]
     return curve_of(model, nodes, control, float(file["tolerance"]), str(file["status"]), (), float(file["band"]))
 
 
-_FIELDS = ("tension", "compression", "lost", "stress", "crack")
+_SCALARS = ("multiplier", "control", "residual", "iterations", "stored", "lost", "jump")
+_FIELDS = ("tension", "compression", "lost", "stress", "crack")  # those of the memory first
 
 
-def _scalars(n: EquilibriumState) -> list[float]:
-    return [n.multiplier, n.control, n.residual, n.iterations, n.stored, n.lost, n.jump]
-
-
-def _fields(n: EquilibriumState) -> dict[str, Array]:
-    assert n.memory is not None
-    assert n.stress is not None
-    assert n.crack is not None
-    return dict(zip(_FIELDS, (*n.memory, n.stress, n.crack), strict=True))
-
-
-def _node(displacement: Array, row: Array, full: Mapping[str, Array] | None) -> EquilibriumState:
+def _node(displacement: Array, row: Array, full: list[Array] | None) -> EquilibriumState:
     multiplier, control, residual, iterations, stored, lost, jump = row.tolist()
-    memory = None if full is None else Memory(full["tension"], full["compression"], full["lost"])
-    stress, crack = (None, None) if full is None else (full["stress"], full["crack"])
+    memory = None if full is None else Memory(*full[:3])
+    stress, crack = (None, None) if full is None else full[3:]
     return EquilibriumState(
         displacement, multiplier, control, residual, int(iterations), memory, stress, crack, stored, lost, bool(jump)
     )

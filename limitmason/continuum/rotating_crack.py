@@ -50,6 +50,10 @@ class Memory(NamedTuple):
     compression: Array
     lost: Array
 
+    def rows(self, rows: Index) -> "Memory":
+        """What some points remember."""
+        return Memory(*(m[rows] for m in self))
+
 
 class PointResponse(NamedTuple):
     """Stress (xx, yy, zz, xy, yz, zx) [Pa], (n, 6).
@@ -61,6 +65,18 @@ class PointResponse(NamedTuple):
     memory: Memory
     tangent: Array
     crack: Array
+
+
+def tensor(components: Array) -> Array:
+    """Symmetric tensors (..., 3, 3) from (xx, yy, zz, xy, yz, zx), shear not engineering, (..., 6)."""
+    return np.asarray(components[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])
+
+
+def strain_tensor(strain: Array) -> Array:
+    """Tensors of strain (..., 3, 3) from (xx, yy, zz, xy, yz, zx), shear engineering, (..., 6)."""
+    half = strain.copy()
+    half[..., 3:] *= 0.5
+    return tensor(half)
 
 
 def curves_of(materials: Sequence[Material], material: Index, width: Array) -> Curves:
@@ -184,7 +200,7 @@ def respond(c: Curves, strain: Array, before: Memory, *, secant: bool = False) -
     memory = Memory(before.tension.copy(), before.compression.copy(), lost)
     rows = np.flatnonzero(beyond)
     if len(rows):
-        part = _cracking(c.rows(rows), strain[rows], Memory(*(m[rows] for m in before)), secant=secant)
+        part = _cracking(c.rows(rows), strain[rows], before.rows(rows), secant=secant)
         stress[rows], tangent[rows], crack[rows] = part.stress, part.tangent, part.crack
         for whole, new in zip(memory, part.memory, strict=True):
             whole[rows] = new
@@ -205,9 +221,7 @@ def _beyond(c: Curves, strain: Array, before: Memory) -> Flags:
 
 def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> PointResponse:
     """The law in principal axes."""
-    half = strain.copy()
-    half[:, 3:] *= 0.5
-    eps, axes = np.linalg.eigh(half[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])
+    eps, axes = np.linalg.eigh(strain_tensor(strain))
     axes = np.swapaxes(axes, 1, 2)  # rows are directions
     kt = np.maximum(np.einsum("nij,njk,nik->ni", axes, before.tension, axes), 0.0)
     kc = np.maximum(np.einsum("nij,njk,nik->ni", axes, before.compression, axes), 0.0)

@@ -103,7 +103,7 @@ class Continuum(ReadOnly):
         z = mesh.nodes[:, 2]
         level = float(z.min()) if foot is None else finite("foot", foot)
         held = np.abs(z - level) <= _ON * float(np.ptp(mesh.nodes, axis=0).max())
-        return cls._bare(mesh, _several(material), np.repeat(held[:, None], 3, axis=1), points)
+        return cls._bare(mesh, _several(material), held, points)
 
     @classmethod
     def from_assembly(
@@ -161,14 +161,14 @@ class Continuum(ReadOnly):
         if not np.array_equal(frame, np.eye(3)):
             mesh = Mesh(mesh.solid.p.T @ frame, mesh.bricks, mesh.material, nodes)
         materials = (material,) if slab is None else (material, slab)
-        return cls._bare(mesh, materials, np.repeat(held[:, None], 3, axis=1), points)
+        return cls._bare(mesh, materials, held, points)
 
     @classmethod
     def _bare(cls, mesh: Mesh, materials: tuple[Material, ...], held: Flags, points: int) -> Continuum:
-        n = len(mesh.nodes)
+        none = np.zeros((len(mesh.nodes), 3))
         if int(mesh.material.max()) >= len(materials):
             raise InputError(f"boxes name material {int(mesh.material.max())}, {len(materials)} are given")
-        return cls(mesh, materials, held, np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), points)
+        return cls(mesh, materials, np.repeat(held[:, None], 3, axis=1), none, none.copy(), none[:, 0].copy(), points)
 
     @cached_property
     def discretisation(self) -> Discretisation:
@@ -197,17 +197,25 @@ class Continuum(ReadOnly):
         """Mass density per material [kg/m3]."""
         return np.array([m.density for m in self.materials], dtype=float)
 
+    @property
+    def brick_densities(self) -> Array:
+        """Mass density per brick [kg/m3]."""
+        return np.asarray(self.densities[self.mesh.material])
+
+    @property
+    def solid_mass(self) -> float:
+        """Of the bricks alone [kg]."""
+        return float(self.discretisation.volume.sum(axis=1) @ self.brick_densities)
+
     @cached_property
     def mass(self) -> float:
         """Of the solid and what it carries [kg]."""
-        solid = self.discretisation.volume.sum(axis=1) @ self.densities[self.mesh.material]
-        return float(solid + self.lumped.sum())
+        return float(self.solid_mass + self.lumped.sum())
 
     @cached_property
     def all_dead(self) -> Array:
         """Dead forces with the own weight and that of lumped masses [N], shape (3 n,)."""
-        force = np.zeros((len(self.mesh), 3))
-        force[:, 2] = -GRAVITY * self.densities[self.mesh.material]
+        force = -GRAVITY * self.brick_densities[:, None] * (0.0, 0.0, 1.0)
         dead = self.dead.copy()
         dead[:, 2] -= GRAVITY * self.lumped
         return frozen(np.asarray(self.discretisation.body_force(force) + dead.ravel()))
@@ -247,7 +255,7 @@ class Continuum(ReadOnly):
         Lumped masses count, and the length of the direction is a factor.
         """
         d = read_vector("direction", direction)
-        solid = self.discretisation.body_force(GRAVITY * self.densities[self.mesh.material][:, None] * d)
+        solid = self.discretisation.body_force(GRAVITY * self.brick_densities[:, None] * d)
         return self._plus(solid.reshape(-1, 3) + GRAVITY * self.lumped[:, None] * d, case)
 
     def with_forces(self, forces: ArrayLike, *, case: str = "live") -> Continuum:
@@ -316,11 +324,9 @@ class NodeCarrier(ReadOnly):
     def masses(self) -> Array:
         """Share of each node in the volume times density, scaled to be positive, and what it carries [kg]."""
         model, d = self.model, self.model.discretisation
-        rho = model.densities[model.mesh.material]
         m = d.assembled(d.mass(model.densities)).diagonal()  # row sums are negative at corners of such bricks
         lumped = d.spread(m).reshape(-1, 3).max(axis=1)
-        whole = float(d.volume.sum(axis=1) @ rho)
-        return frozen(np.asarray(lumped * (whole / lumped.sum()) + model.lumped))
+        return frozen(np.asarray(lumped * (model.solid_mass / lumped.sum()) + model.lumped))
 
     @property
     def moving(self) -> Flags:
@@ -347,10 +353,9 @@ def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str,
     d = model.discretisation
     extra = np.repeat(model.lumped, 3)
     excited = np.zeros((len(model.mesh.nodes), 3, 3))
-    for i in range(3):
-        force = np.zeros((len(model.mesh), 3))
-        force[:, i] = model.densities[model.mesh.material]
-        excited[..., i] = (d.body_force(force) + extra * np.tile(np.eye(3)[i], len(excited))).reshape(-1, 3)
+    for i, along in enumerate(np.eye(3)):
+        force = d.body_force(model.brick_densities[:, None] * along)
+        excited[..., i] = (force + extra * np.tile(along, len(excited))).reshape(-1, 3)
     mass = d.mass(model.densities, extra)
     return VibratingSystem(
         d.assembled(factor.values), d.assembled(mass), excited.reshape(-1, 3)[d.order],

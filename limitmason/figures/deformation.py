@@ -167,7 +167,7 @@ def cracked_joints(model: Assembly, motion: RigidMotion, crack: float | None) ->
 def _joint_movements(model: Assembly, motion: RigidMotion) -> tuple[Array, Array]:
     """Largest opening and sliding at the corners of every interface, seen from block a [m]."""
     x = model.arrays
-    owner = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start))
+    owner = x.corner_owner
     jump = motion.moved(x.corners, x.block_b[owner]) - motion.moved(x.corners, x.block_a[owner])
     return largest_jumps(model, jump, np.einsum("nij,nj->ni", motion.rotation[x.block_a[owner]], x.normal[owner]))
 

@@ -107,7 +107,7 @@ def contact_points(
     else:
         sizes = _grid_sizes(assembly, kinds, contact_model, (2, 2) if isinstance(grid, int | float) else grid)
     n_corners = np.diff(x.corner_start)
-    position, interface, area = [], [], []
+    position, interface, area = [np.empty((0, 3))], [np.empty(0, np.intp)], [np.empty(0)]
     key = np.column_stack([n_corners, sizes])
     for group in np.unique(key[active], axis=0) if len(active) else ():
         rows = active[(key[active] == group).all(axis=1)]
@@ -132,11 +132,6 @@ def contact_points(
         position.append(x.centre[rows])
         area.append(x.area[rows])
         interface.append(rows)
-    if not position:
-        empty = np.empty((0, 3))
-        k = 3 if plane is None else 2
-        none = np.empty(0, np.intp)
-        return ContactPoints(empty, none, np.empty(0), np.empty((0, k, 3)), none, none)
     owner = np.concatenate(interface)
     order = np.argsort(owner, kind="stable")
     owner = owner[order]
@@ -149,10 +144,7 @@ def contact_points(
         n = n - (n @ plane.normal)[:, None] * plane.normal
         n /= np.linalg.norm(n, axis=1)[:, None]
         directions = np.stack([n, np.cross(plane.normal, n)], axis=1)
-    return ContactPoints(
-        at, owner, np.concatenate(area)[order], directions,
-        x.block_a[owner], x.block_b[owner],
-    )
+    return ContactPoints(at, owner, np.concatenate(area)[order], directions, x.block_a[owner], x.block_b[owner])
 
 
 _ENOUGH = 5  # points on a side of a joint that crushes or loses strength
@@ -230,7 +222,7 @@ def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Gr
 
 def extents(x: AssemblyArrays, *directions: Array) -> Array:
     """Extent of every face along directions of its plane, shape (k, 3) each [m]; shape (k, number of directions)."""
-    owner, first = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start)), x.corner_start[:-1]
+    owner, first = x.corner_owner, x.corner_start[:-1]
     arm = x.corners - x.centre[owner]
     along = [np.einsum("ij,ij->i", arm, d[owner]) for d in directions]
     return np.stack([np.maximum.reduceat(a, first) - np.minimum.reduceat(a, first) for a in along], axis=1)
@@ -267,9 +259,8 @@ def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
     """Quadrilaterals renumbered so that their first edge runs along the unit, the second across the thickness."""
     x = assembly.arrays
     e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1]
-    e1 = e1 / np.linalg.norm(e1, axis=1)[:, None]
-    e2 = e2 / np.linalg.norm(e2, axis=1)[:, None]
-    one, two = (np.linalg.norm(corners[:, k + 1] - corners[:, k], axis=1) for k in (0, 1))
+    one, two = np.linalg.norm(e1, axis=1), np.linalg.norm(e2, axis=1)
+    e1, e2 = e1 / one[:, None], e2 / two[:, None]
     turn = one < two
     # the free block decides before the held one, and b before a
     pair = np.column_stack([x.block_b[rows], x.block_a[rows]])

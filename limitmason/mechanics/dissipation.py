@@ -11,6 +11,7 @@ from limitmason.errors import InputError
 from limitmason.geometry.slip import slip_integrals
 from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.mechanics.residuals import PointState
+from limitmason.mechanics.rigid_motion import velocity
 from limitmason.mechanics.stress_block import stress_blocks_of
 from limitmason.model.assembly import Assembly
 
@@ -20,11 +21,8 @@ def point_rates(assembly: Assembly, twists: Array, position: Array, interface: N
     x = assembly.links
     a, b = x.block_a[interface], x.block_b[interface]
 
-    def velocity(block: NDArray) -> Array:
-        arm = position - assembly.centroids[block]
-        return twists[block, :3] + np.cross(twists[block, 3:], arm)
-
-    jump = velocity(b) - velocity(a)
+    c = assembly.centroids
+    jump = velocity(c, twists, b, position) - velocity(c, twists, a, position)
     n = x.normal[interface]
     opening = (jump * n).sum(axis=1)
     return opening, jump - opening[:, None] * n
@@ -85,17 +83,15 @@ class Dissipation:
         whole = (law.cohesion > 0) & (np.bincount(k, minlength=len(x.area)) > 0)
         if prediction.plane:
             whole[:] = False
-        self._faces = np.flatnonzero(whole)
-        if len(self._faces):
-            count = np.diff(x.corner_start)[self._faces]
-            self._start = np.concatenate([[0], np.cumsum(count)])
-            rows = np.concatenate([np.arange(x.corner_start[f], x.corner_start[f + 1]) for f in self._faces])
-            owner = np.repeat(self._faces, count)
+        f = self._faces = np.flatnonzero(whole)
+        if len(f):
+            self._start = np.concatenate([[0], np.cumsum(np.diff(x.corner_start)[f])])
+            rows = np.flatnonzero(whole[x.corner_owner])
+            owner = x.corner_owner[rows]
             arm = x.corners[rows] - x.centre[owner]
             self._corners = np.column_stack(
                 [(arm * x.tangent_1[owner]).sum(axis=1), (arm * x.tangent_2[owner]).sum(axis=1)]
             )
-            f = self._faces
             self._cohesion = law.at(f).corner_cohesion
             lumped = np.zeros(len(x.area))
             lumped[f] = self._cohesion

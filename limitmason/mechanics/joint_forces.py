@@ -29,13 +29,17 @@ COLUMNS: Mapping[str, str] = {
 class JointForces(NamedTuple):
     """Resultants of interfaces.
 
-    On block b [N], (k, 3), the point it passes through [m], (k, 3), and which interfaces carry any.
+    On block b [N], (k, 3), the point it passes through [m], (k, 3), and which interfaces carry any. Its normal part
+    (compression positive), shear, and shear strength c A + N tan(phi) [N], (k,).
     """
 
     force: Array
     centre: Array
     carries: Flags
     at_friction_limit: Flags
+    normal: Array
+    shear: Array
+    strength: Array
 
 
 def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
@@ -81,7 +85,8 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
     shear = np.linalg.norm(force - normal[:, None] * x.normal, axis=1)
     strength = interface_law(x).over(x.area).shear_strength(normal)
     carries = size > 1e-4 * largest
-    return JointForces(force, centre, carries, carries & (shear >= 0.999 * strength - 1e-9 * largest))
+    at_limit = carries & (shear >= 0.999 * strength - 1e-9 * largest)
+    return JointForces(force, centre, carries, at_limit, normal, shear, strength)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,10 +153,7 @@ def force_table(answer: Prediction, assembly: Assembly | None = None) -> ForceTa
     joints, x, r = joint_forces(model, answer), model.links, answer.resultants
     assert r is not None
     rows: list[tuple[Any, ...]] = []
-    law = interface_law(model.arrays).over(model.arrays.area)
-    along = np.einsum("ij,ij->i", joints.force, model.arrays.normal)
-    shear = np.linalg.norm(joints.force - along[:, None] * model.arrays.normal, axis=1)
-    strength = law.shear_strength(along)
+    along, shear, strength = joints.normal, joints.shear, joints.strength
     least = 1e-9 * np.abs(joints.force).max(initial=0.0)
     for k, name in enumerate(model.joint_names):
         used = float(shear[k] / strength[k]) if strength[k] > least else None if shear[k] > least else 0.0

@@ -263,13 +263,12 @@ def residual_law(joints: Sequence[Joint], tan_psi: Array | None = None, *, conve
     angle = [j.residual_friction_angle_deg for j in joints]
     friction = after([None if a is None else float(np.tan(np.deg2rad(a))) for a in angle], peak.tan_phi)
     cohesion = after([_rest(j.residual_cohesion, j.fracture_energy_shear) for j in joints], peak.cohesion)
-    strength = after([_rest(j.residual_tensile_strength, j.fracture_energy_tension) for j in joints], peak.tension)
+    left = [_rest(j.residual_tensile_strength, j.fracture_energy_tension) for j in joints]
+    strength = after(left, peak.tension)
     dilatancy = np.minimum(peak.tan_psi if tan_psi is None else tan_psi, friction)
     tension = tension_corner(strength, cohesion, friction)
     if not convex:
-        named = np.array(
-            [_rest(j.residual_tensile_strength, j.fracture_energy_tension) is not None for j in joints], dtype=bool
-        )
+        named = np.array([v is not None for v in left], dtype=bool)
         tension = np.where(named | (peak.tension > peak.apex), strength, tension)
     return PointLaw(friction, dilatancy, cohesion, tension, peak.crushing)
 

@@ -1,7 +1,6 @@
 """Which theory takes which term of the joint law: one table, which refuses, warns and is docs/laws.md."""
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ from limitmason.display.text_table import markdown
 from limitmason.errors import NotApplicable
 from limitmason.mechanics.law import above_apex
 from limitmason.model.assembly import Assembly
-from limitmason.model.joint import Unloading
+from limitmason.model.joint import Joint, Unloading
 from limitmason.model.joint_term import Cell, JointTerm, Taken, added_terms
 
 LEAST_FRICTION = 1e-6
@@ -75,18 +74,13 @@ def _crushes(assembly: Assembly) -> Flags:
     return np.isfinite(assembly.arrays.compressive_strength)
 
 
-def _softens(assembly: Assembly) -> Flags:
-    return np.array([i.joint.softens for i in assembly.interfaces], dtype=bool)
+def _where(holds: Callable[[Joint], bool]) -> Callable[[Assembly], Flags]:
+    """Interfaces for whose joint something holds."""
+    return lambda assembly: np.array([holds(i.joint) for i in assembly.interfaces], dtype=bool)
 
 
-def _to_the_origin(assembly: Assembly) -> Flags:
-    return np.array(
-        [i.joint.softens and i.joint.unloading is Unloading.SECANT for i in assembly.interfaces], dtype=bool
-    )
-
-
-def _has(kind: type[JointTerm], assembly: Assembly) -> Flags:
-    return np.array([any(type(t) is kind for t in i.joint.terms) for i in assembly.interfaces], dtype=bool)
+def _has(kind: type[JointTerm]) -> Callable[[Assembly], Flags]:
+    return _where(lambda joint: any(type(t) is kind for t in joint.terms))
 
 
 _ASSOCIATIVE_PLASTIC = Cell(
@@ -191,7 +185,7 @@ CORNER_CRUSHING = Term(
     _CRUSHING | _all(_AT_CORNERS, ASSOCIATIVE, NON_ASSOCIATIVE, INTERIOR_POINT), CORNERS,
 )
 RESIDUAL = Term(
-    "softening to residual values", "has residual values or a fracture energy", _softens, {
+    "softening to residual values", "has residual values or a fracture energy", _where(lambda j: j.softens), {
         **_PLASTIC_THEORIES,
         DEM: Cell(Taken.TAKEN, f"{_BY}at once, over fracture energies or JointOptions.softening_slip; every result "
                   "says which"),
@@ -200,7 +194,8 @@ RESIDUAL = Term(
     },
 )
 UNLOADING = Term(
-    "tension that unloads to the origin", "unloads to the origin (unloading='secant')", _to_the_origin, {
+    "tension that unloads to the origin", "unloads to the origin (unloading='secant')",
+    _where(lambda j: j.softens and j.unloading is Unloading.SECANT), {
         **_PLASTIC_THEORIES, DEM: TAKEN,
         PUSHOVER: Cell(Taken.REFUSED, "the capacity curve does not follow", "take 'elastic' or method 'dem'"),
     },
@@ -229,7 +224,7 @@ FIELDS = (
 
 def terms() -> tuple[Term, ...]:
     """All terms of the joint law: those of its fields, and those that are added to it."""
-    added = (Term(kind.title, kind.words, partial(_has, kind), kind.takes) for kind in added_terms().values())
+    added = (Term(kind.title, kind.words, _has(kind), kind.takes) for kind in added_terms().values())
     return (*FIELDS, *added)
 
 

@@ -69,8 +69,8 @@ def is_met_in_plane(assembly: Assembly, plane: Plane) -> bool:
     for body in assembly.blocks:
         for part in body.parts:
             v = np.asarray(part.vertices)
-            spans.append((v @ plane.normal).min(initial=np.inf) - plane.level)
-            spans.append((v @ plane.normal).max(initial=-np.inf) - plane.level)
+            off = v @ plane.normal - plane.level
+            spans.append((off.min(initial=np.inf), off.max(initial=-np.inf)))
             for face in part.faces:
                 x = v[list(face)]
                 n = np.cross(x - x[0], np.roll(x, -1, axis=0) - x[0]).sum(axis=0)
@@ -144,7 +144,6 @@ def _supports_fit(held: Flags, p: Array) -> bool:
     partial = held[held.any(axis=1) & ~held.all(axis=1)]
     if not len(partial):
         return True
-    uniform = (partial[:, :3].all(axis=1) | ~partial[:, :3].any(axis=1)) & (
-        partial[:, 3:].all(axis=1) | ~partial[:, 3:].any(axis=1)
-    )
+    kinds = partial.reshape(-1, 2, 3)  # translations and rotations
+    uniform = kinds.all(axis=2) | ~kinds.any(axis=2)
     return bool(uniform.all() or np.isclose(np.abs(p).max(), 1.0, atol=1e-12))

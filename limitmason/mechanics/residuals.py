@@ -66,14 +66,20 @@ def part_labels(assembly: Assembly, free: Flags | None = None) -> Index:
     ----------
     free : blocks that count as free, shape (n_blocks,); those not wholly held by default
     """
-    x, n = assembly.links, assembly.n_blocks
+    x = assembly.links
     free = ~assembly.fixed if free is None else free
-    both = free[x.block_a] & free[x.block_b]
-    edges = (np.ones(both.sum()), (x.block_a[both], x.block_b[both]))
-    _, label = connected_components(coo_array(edges, shape=(n, n)), directed=False)
-    out = np.full(n, -1)
+    label = _chains(assembly, free[x.block_a] & free[x.block_b])
+    out = np.full(assembly.n_blocks, -1)
     _, out[free] = np.unique(label[free], return_inverse=True)
     return out
+
+
+def _chains(assembly: Assembly, counts: Flags) -> Index:
+    """Number of the chain of blocks that each block is in, joined by the links that count, shape (n_blocks,)."""
+    x, n = assembly.links, assembly.n_blocks
+    edges = (np.ones(counts.sum()), (x.block_a[counts], x.block_b[counts]))
+    _, label = connected_components(coo_array(edges, shape=(n, n)), directed=False)
+    return np.asarray(label)
 
 
 def unbalance(assembly: Assembly, loads: Loads, resultants: Resultants, multiplier: float) -> Array:
@@ -105,14 +111,12 @@ def own_measures(assembly: Assembly, own: Array, largest: Array) -> Array:
     ----------
     own, largest : load of every block and largest joint force on it, shape (n_blocks,); any unit
     """
-    x, n = assembly.links, assembly.n_blocks
+    x = assembly.links
     idle = own <= WEIGHTLESS * largest
     measure = np.where(idle, largest, np.maximum(own, ROUNDING * largest))
     if idle.any():
         both = idle[x.block_a] & idle[x.block_b] & ~(assembly.fixed[x.block_a] | assembly.fixed[x.block_b])
-        edges = (np.ones(both.sum()), (x.block_a[both], x.block_b[both]))
-        _, label = connected_components(coo_array(edges, shape=(n, n)), directed=False)
-        group = np.zeros(n)
+        label, group = _chains(assembly, both), np.zeros(assembly.n_blocks)
         np.maximum.at(group, label, np.where(idle, largest, 0.0))
         measure = np.where(idle, np.maximum(largest, IDLE * group[label]), measure)
     return measure

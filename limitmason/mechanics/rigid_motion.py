@@ -84,7 +84,7 @@ def largest_jumps(assembly: Assembly, jump: Array, normal: Array) -> tuple[Array
     normal : of the face there, from a to b, shape (n, 3)
     """
     x = assembly.arrays
-    owner = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start))
+    owner = x.corner_owner
     apart = np.einsum("ij,ij->i", jump, normal)
     opening, sliding = np.full(len(x.block_a), -np.inf), np.zeros(len(x.block_a))
     np.maximum.at(opening, owner, apart)
@@ -94,9 +94,8 @@ def largest_jumps(assembly: Assembly, jump: Array, normal: Array) -> tuple[Array
 
 def largest_rates(assembly: Assembly, twists: Array) -> Array:
     """Largest speed of any vertex of each block, shape (n_blocks,)."""
-    counts = [sum(len(p.vertices) for p in block.parts) for block in assembly.blocks]
-    owner = np.repeat(np.arange(assembly.n_blocks), counts)
-    points = np.concatenate([part.vertices for block in assembly.blocks for part in block.parts])
+    points, start = assembly.vertices
+    owner = np.repeat(np.arange(assembly.n_blocks), np.diff(start))
     speed = np.linalg.norm(velocity(assembly.centroids, twists, owner, points), axis=1)
     rate = np.zeros(assembly.n_blocks)
     np.maximum.at(rate, owner, speed)
@@ -139,7 +138,7 @@ def free_bounds(assembly: Assembly) -> Array:
 def joint_rates(assembly: Assembly, twists: Array) -> tuple[Array, Array]:
     """Largest opening and sliding rate at the corners of every interface, shape (k,) each."""
     x = assembly.arrays
-    owner = np.repeat(np.arange(len(x.block_a)), np.diff(x.corner_start))
+    owner = x.corner_owner
     a, b = (velocity(x.centroid, twists, block[owner], x.corners) for block in (x.block_a, x.block_b))
     return largest_jumps(assembly, b - a, x.normal[owner])
 

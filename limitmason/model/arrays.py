@@ -38,6 +38,11 @@ class AssemblyArrays(NamedTuple):
     normal_stiffness: Array  # [Pa/m], (k,), NaN where not given
     shear_stiffness: Array  # [Pa/m], (k,), NaN where not given
 
+    @property
+    def corner_owner(self) -> Index:
+        """Interface that each corner belongs to, shape (sum,)."""
+        return np.repeat(np.arange(len(self.corner_start) - 1), np.diff(self.corner_start))
+
 
 def face_arrays(polygons: list[Array], normal: Array) -> tuple[Array, Array, Array, Array, Array, Index]:
     """Tangents, centroids, areas, corners and corner offsets of the contact polygons.
