@@ -301,12 +301,10 @@ def measured_range(measured: float | Sequence[float] | None) -> tuple[float, flo
 
 def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str, Any], proven: float | None) -> Row:
     chosen, begun = get_method(method), time.perf_counter()
-    try:
-        found = chosen.predict(assembly, loads, **settings)
-    except NotApplicable as refusal:
-        return Row.refused(method, refusal, time.perf_counter() - begun)
-    except NotConverged as failure:
-        return Row.unanswered(method, failure, time.perf_counter() - begun)
+    row = Row.attempted(method, lambda: chosen.predict(assembly, loads, **settings))
+    found = row.prediction
+    if found is None:
+        return row
     low, high, range_is = found.range
     warnings = list(found.warnings)
     if chosen.theorem == "admissible" and proven is not None:
@@ -319,7 +317,7 @@ def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str,
             warnings.append(f"no proven range: {error}")
     details = {k: found.details[k] for k in chosen.kept if k in found.details}
     bound = Bound(found.bound.kind, f"{found.governing}: {found.bound}") if found.governing else found.bound
-    return Row(
-        method, float(found.collapse_multiplier), float(low), float(high), range_is, bound, found.status,
-        time.perf_counter() - begun, details=details, warnings=tuple(warnings), prediction=found,
+    return replace(
+        row, low=float(low), high=float(high), range_is=range_is, bound=bound, seconds=time.perf_counter() - begun,
+        details=details, warnings=tuple(warnings),
     )

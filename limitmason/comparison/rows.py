@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from limitmason.answers.references import Cited
 from limitmason.answers.results import ALMOST_SOLVED, SOLVED, Bound, BoundKind, Prediction
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import Quantity
 from limitmason.methods import get_method
 
@@ -78,6 +79,21 @@ class Row:
     def unanswered(cls, method: str, reason: object, seconds: float = 0.0) -> Row:
         """The row of a method that takes the structure and found no certified answer."""
         return cls(method, status=f"{NO_ANSWER}: {reason}", seconds=seconds)
+
+    @classmethod
+    def attempted(cls, method: str, predict: Callable[[], Prediction]) -> Row:
+        """The row of a method that is asked now: its answer, or why there is none, and the time it took."""
+        begun = time.perf_counter()
+        try:
+            found = predict()
+        except NotApplicable as refusal:
+            return cls.refused(method, refusal, time.perf_counter() - begun)
+        except NotConverged as failure:
+            return cls.unanswered(method, failure, time.perf_counter() - begun)
+        return cls(
+            method, float(found.collapse_multiplier), bound=found.bound, status=found.status,
+            seconds=time.perf_counter() - begun, warnings=found.warnings, prediction=found,
+        )
 
     @property
     def predicted(self) -> float:

@@ -1,17 +1,16 @@
 """Predictions held against the measured and published values of the packaged experiments."""
 
-import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from limitmason.answers.results import Prediction
 from limitmason.comparison.rows import NAN, Row
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import abridged, aligned
-from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.errors import InputError
 from limitmason.experiments.record import KINDS, Experiment, TargetValue
 from limitmason.experiments.registry import all_cases, tabled
 from limitmason.methods import LIMIT, get_method, predict
@@ -62,14 +61,13 @@ def run(
     if flow_rule is not None and method != "limit":
         raise InputError(f"flow_rule is an option of limit analysis; method {method!r} takes that of the joints")
     wanted = None if quantities is None else set(quantities)
-    solved: dict[tuple, tuple[Prediction | None, str, float]] = {}
+    solved: dict[tuple, Row] = {}
 
-    def solve(options: Mapping[str, Any], direction: str, rule: str) -> tuple[Prediction | None, str, float]:
+    def solve(options: Mapping[str, Any], direction: str, rule: str) -> Row:
         key = (rule, direction, tuple(sorted(options.items())))
         if key not in solved:
-            solved[key] = _solve(
-                test, options, direction, method, {**settings, "flow_rule": rule} if rule else settings
-            )
+            chosen = {**settings, "flow_rule": rule} if rule else settings
+            solved[key] = _solve(test, options, direction, method, chosen)
         return solved[key]
 
     factor = float(test.multiplier_to_measured)
@@ -81,19 +79,15 @@ def run(
         rule = _flow_rule(target, method, flow_rule)
         if rule is None:
             continue
-        prediction, status, seconds = solve(target.options, target.direction, rule)
-        value = prediction.collapse_multiplier if prediction is not None else NAN
-        others = [solve({**c, **target.options}, target.direction, rule)[0] for c in combinations]
-        found = [value * factor] + [p.collapse_multiplier * factor for p in others if p is not None]
-        row = Row(
-            method, value, min(found) if combinations else NAN, max(found) if combinations else NAN,
-            range_is=OPEN if combinations else "", bound=prediction.bound if prediction is not None else Row("").bound,
-            status=status, seconds=seconds, prediction=prediction, factor=factor, reference=test.value(target),
-            warnings=() if prediction is None else prediction.warnings, source=test.source.name,
-            specimen=test.specimen, quantity=target.quantity, kind=test.standing(target), flow_rule=rule,
-            options=dict(target.options),
-        )
-        rows.append(row)
+        row = solve(target.options, target.direction, rule)
+        others = [solve({**c, **target.options}, target.direction, rule) for c in combinations]
+        if combinations:
+            found = [r.multiplier * factor for r in (row, *(o for o in others if o.prediction is not None))]
+            row = replace(row, low=min(found), high=max(found), range_is=OPEN)
+        rows.append(replace(
+            row, factor=factor, reference=test.value(target), source=test.source.name, specimen=test.specimen,
+            quantity=target.quantity, kind=test.standing(target), flow_rule=rule, options=dict(target.options),
+        ))
     return tuple(rows)
 
 
@@ -114,20 +108,13 @@ def _combinations(test: Experiment) -> list[dict[str, Any]]:
 
 def _solve(
     test: Experiment, options: Mapping[str, Any], direction: str, method: str, settings: Mapping[str, Any]
-) -> tuple[Prediction | None, str, float]:
+) -> Row:
     if not test.has_model:
-        return None, NO_MODEL, 0.0
+        return Row(method, status=NO_MODEL)
     case = test.with_options(**options) if options else test
     assembly, loads = case.assembly(), case.loads(direction)
-    start = time.perf_counter()
-    chosen = get_method(method, settings.get("flow_rule"))
-    try:
-        prediction = predict(assembly, loads, method, **chosen.one_of_many(settings))
-    except NotApplicable as refusal:
-        return None, Row.refused(method, refusal).status, time.perf_counter() - start
-    except NotConverged as failure:
-        return None, Row.unanswered(method, failure).status, time.perf_counter() - start
-    return prediction, prediction.status, time.perf_counter() - start
+    chosen = get_method(method, settings.get("flow_rule")).one_of_many(settings)
+    return Row.attempted(method, lambda: predict(assembly, loads, method, **chosen))
 
 
 @watched("experiments")
