@@ -125,17 +125,23 @@ def faces_that_go_on(
 ) -> None:
     """Faces on which some pairs of pieces meet whatever their least overlap says.
 
+    Where a block slides over a butt joint onto the next one, the least overlap with this lies along the wrong axis: it
+    has sunk into the face below by more than it has slid past the side (the internal edge of collision detection). So a
+    face that goes on, in one plane, from the one that bears the block already goes before the least overlap.
+
     Parameters
     ----------
     owner : block of every piece, in their order
     parts : where the pieces of every block begin, shape (n + 1,)
     rows : pairs that are asked for, shape (r,)
     met : how all pairs meet by their least overlap
-    found : number of the joint that says so or -1, piece, face, whether the joint is their own; written, (r, 4)
+    found : written, shape (r, 4): number of the joint whose face goes on, -1 where there is none; piece and face that
+        are met; 1 where that joint is between the pair itself, else 0
     """
     place = np.empty(3)
     for i in range(len(rows)):
         m = rows[i]
+        # where they meet: at an end of the second piece's edge that crosses, or in the middle of the common area
         for r in range(3):
             if met.kind[m] == CROSSING:
                 place[r] = met.crossing[m, 2, r]

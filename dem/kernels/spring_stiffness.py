@@ -5,12 +5,22 @@ import numpy as np
 from dem.kernels.arrays import LAW, Array, Index, Joints, Points
 from dem.kernels.compiled import kernel
 
-RUN = 128  # rows that are summed without being halved
+RUN = 128  # rows that are summed without being halved, as in numpy
 
 
 @kernel(fast=False, counted=True)
 def _run(rows: Array, first: int, count: int, out: Array, eight: Array) -> None:
-    """Sum of at most :data:`RUN` rows in eight strands, written to ``out``."""
+    """Sum of at most :data:`RUN` rows, written to ``out``, with the last bits of numpy's sum.
+
+    numpy adds up every eighth number by itself, as its vector registers do, then these eight sums in pairs, and at the
+    end what is left of the rows. Another order would give other last bits.
+
+    Parameters
+    ----------
+    rows : shape (n, width), of which ``count`` are added from ``first`` on
+    out : shape (width,), written
+    eight : working memory of the eight sums, shape (8, width), so that no array is made here
+    """
     width = rows.shape[1]
     if count < 8:
         out[:] = 0.0

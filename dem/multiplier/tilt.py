@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Unpack
+from typing import NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,6 +44,13 @@ class TiltStatus(StrEnum):
 
 
 DID_NOT_FALL = TiltStatus.DID_NOT_FALL
+
+
+class TableRun(NamedTuple):
+    """A run of the turning table: angle per 1000 steps [deg], and the largest Rh / Rv that it read [-]."""
+
+    rate: float
+    peak: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +95,7 @@ class TiltTest(Displayed, Readings):
 
     status: TiltStatus
     collapse_multiplier: float
-    runs: tuple[tuple[float, float], ...]
+    runs: tuple[TableRun, ...]
     direction: tuple[float, float, float]
     history: History
     held: tuple[float, float] = (float("nan"), float("nan"))
@@ -118,7 +125,7 @@ class TiltTest(Displayed, Readings):
 
         It is NaN after a single run.
         """
-        return self.runs[-1][1] / self.runs[-2][1] - 1.0 if len(self.runs) > 1 else float("nan")
+        return self.runs[-1].peak / self.runs[-2].peak - 1.0 if len(self.runs) > 1 else float("nan")
 
     @property
     def at_rest(self) -> float:
@@ -142,7 +149,8 @@ class TiltTest(Displayed, Readings):
             f"tilting test: {self.status}, lambda = {self.collapse_multiplier:.4f}, "
             f"angle {self.collapse_angle_deg:.2f} deg",
             f"  table stopped: stands at {self.held[0]:.4f}, falls at {self.held[1]:.4f}",
-            f"  table turning at {self.runs[-1][0]:.3g} deg per 1000 steps: max(Rh / Rv) = {self.runs[-1][1]:.4f}; the "
+            f"  table turning at {self.runs[-1].rate:.3g} deg per 1000 steps: max(Rh / Rv) = "
+            f"{self.runs[-1].peak:.4f}; the "
             f"last slowing changed it by {self.rate_change:+.2%}, the last bits by {self.spread:.2%}; extrapolated to "
             f"rate 0: {self.at_rest:.4f}",
         ]
@@ -230,11 +238,11 @@ def tilt_test(
         found = _read(settled, float("nan"), d, weight)
         return TiltTest(
             **vars(found), status=TiltStatus.CANNOT_STAND if fell else TiltStatus.NOT_CONVERGED,
-            collapse_multiplier=float("nan"), runs=((0.0, float("nan")),), direction=tuple(d.tolist()), history=settled,
-            warnings=("it did not settle on the level table",),
+            collapse_multiplier=float("nan"), runs=(TableRun(0.0, float("nan")),), direction=tuple(d.tolist()),
+            history=settled, warnings=("it did not settle on the level table",),
         )
     held = collapse(assembly, loads, error_budget=(), **options) if increments else None
-    runs: list[tuple[float, float]] = []
+    runs: list[TableRun] = []
     stood: list[bool] = []
     notes, rate = list(settled.warnings), to_deg / steps
     for k in range(halvings + 1):
@@ -247,36 +255,48 @@ def tilt_test(
         begun = float(settled["step"][-1])
         found = _read(history, begun, d, weight)
         peak = _peak(found.ratio)
-        runs.append((1000.0 * rate, peak))
+        runs.append(TableRun(1000.0 * rate, peak))
         # at the end of the tilt the wall still follows the table, in a run and in one at half its rate
         stood.append(history["step"][-1] - begun >= stage.steps and peak > 0.98 * np.tan(np.deg2rad(to_deg)))
         if all(stood[-2:]) and k:
             break
-        if k and abs(runs[-1][1] / runs[-2][1] - 1.0) < tolerance:
+        if k and abs(runs[-1].peak / runs[-2].peak - 1.0) < tolerance:
             break
         # the first run only finds the scale
         rate = 0.5 * rate if k else min(0.5 * rate, float(np.rad2deg(np.arctan(peak))) / steps)
     again = simulate(assembly, replace(stage, to_deg=to_deg * (1.0 + _LAST_BITS)), start=settled, sample=every)
     repeat = _peak(_read(again, begun, d, weight).ratio)
-    reading, top = runs[-1][1], float(np.tan(np.deg2rad(to_deg)))
-    bracket = _stopped(assembly, loads, settled, runs, top, tolerance)
-    status, multiplier, said = _judged(bracket, runs, repeat, top, tolerance)
+    last_tangent = float(np.tan(np.deg2rad(to_deg)))
+    bracket = _stopped(assembly, loads, settled, runs, last_tangent, tolerance)
+    status, multiplier, said = _judged(bracket, runs, repeat, last_tangent, tolerance)
     found = replace(found, collapse=_reached(found.ratio, multiplier))
     return TiltTest(
         **vars(found), status=status, collapse_multiplier=multiplier, runs=tuple(runs), direction=tuple(d.tolist()),
-        history=history, held=(bracket.stable, bracket.moving), spread=abs(repeat / reading - 1.0), increments=held,
-        warnings=(*notes, *said),
+        history=history, held=(bracket.stable, bracket.moving), spread=abs(repeat / runs[-1].peak - 1.0),
+        increments=held, warnings=(*notes, *said),
     )
 
 
 def _judged(
-    bracket: Search, runs: list[tuple[float, float]], repeat: float, top: float, tolerance: float
+    bracket: Search, runs: list[TableRun], repeat: float, last_tangent: float, tolerance: float
 ) -> tuple[TiltStatus, float, list[str]]:
-    """Status, multiplier and notes: what the turning table read at two rates and again, beside the stopped one."""
-    reading, notes = runs[-1][1], []
+    """Status, multiplier and notes, from tables that turned and tables that stopped.
+
+    The multiplier is the least at which the wall was seen to fall on either. They contradict each other where the wall
+    fell on a table that turned below an angle at which it stood on a stopped one: that is no answer.
+
+    Parameters
+    ----------
+    bracket : tangents of the tilt at which the wall stood and fell on stopped tables
+    runs : of the turning table, the last at half the rate of the one before
+    repeat : peak of the last run when it is made again with other last bits [-]
+    last_tangent : of the largest tilt that was tried [-]
+    tolerance : difference of readings that counts as none [-]
+    """
+    reading, notes = runs[-1].peak, []
     if bracket.status == UNBOUNDED:
-        angle = float(np.rad2deg(np.arctan(top)))
-        return TiltStatus.DID_NOT_FALL, top, [f"it did not fall up to {angle:g} degrees: give a larger to_deg"]
+        angle = float(np.rad2deg(np.arctan(last_tangent)))
+        return TiltStatus.DID_NOT_FALL, last_tangent, [f"it did not fall up to {angle:g} degrees: give a larger to_deg"]
     status, lowest = TiltStatus(bracket.status), min(reading, repeat)
     if lowest < (1.0 - tolerance) * bracket.stable:
         status = TiltStatus.NOT_CONVERGED
@@ -284,7 +304,7 @@ def _judged(
     undecided = [f"{x:.4f}" for x, v in bracket.record if v.outcome == UNDECIDED and x > bracket.stable]
     if undecided:
         notes.append(f"undecided on the stopped table at {', '.join(undecided)}; not counted as standing")
-    change = reading / runs[-2][1] - 1.0
+    change = reading / runs[-2].peak - 1.0
     if reading > (1.0 + tolerance) * bracket.moving or abs(change) >= tolerance:
         notes.append(
             f"the turning table reads max(Rh / Rv) = {reading:.4f} ({change:+.1%} at half the rate), the wall "
@@ -294,7 +314,7 @@ def _judged(
 
 
 def _stopped(
-    assembly: Assembly, loads: Loads, settled: History, runs: list[tuple[float, float]], top: float, tolerance: float
+    assembly: Assembly, loads: Loads, settled: History, runs: list[TableRun], last_tangent: float, tolerance: float
 ) -> Search:
     """Bracket of the tangent of the tilt by tables that stop and wait until the wall stands still or falls.
 
@@ -304,8 +324,8 @@ def _stopped(
     controls = Controls(
         tolerance, max_steps=60_000, moved_limit=0.02, equilibrium=1e-4, damping=LOADING, unit=1.0, first=0.05,
     )
-    guess = min(runs[-1][1], top)
-    if len(runs) > 1 and runs[-2][0] > runs[-1][0]:
+    guess = min(runs[-1].peak, last_tangent)
+    if len(runs) > 1 and runs[-2].rate > runs[-1].rate:
         (fast, high), (slow, low) = runs[-2:]
         guess = min(guess, max(low - (high - low) * slow / (fast - slow), 0.5 * guess))
 
@@ -314,7 +334,7 @@ def _stopped(
 
     return held_loads(
         assembly, loads, settled.state.copy(), controls, through=[0.5 * guess, 0.9 * guess, guess], settled=0.0,
-        loading=turned, up_to=top,
+        loading=turned, up_to=last_tangent,
     )
 
 

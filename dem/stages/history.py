@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -57,6 +57,19 @@ OVERTURNED = np.radians(60.0)
 _ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", "opening", "slip", "crushed", "used", "failed")
 
 
+class RunSettings(NamedTuple):
+    """How a run was made, for going on with it: as :func:`dem.simulate` was told, and how its stages had gone.
+
+    ``stages`` are texts by which other stages are told apart, ``status`` is how those that are over have ended.
+    """
+
+    sample: int | float = 1
+    damping: Damping | None = None
+    stages: tuple[str, ...] = ()
+    detect_every: int | None = None
+    status: RunStatus = RunStatus.FINISHED
+
+
 @dataclass(frozen=True, eq=False)
 class History(Displayed, Tabular, ReadOnly):
     """Record of a simulation.
@@ -101,9 +114,7 @@ class History(Displayed, Tabular, ReadOnly):
     warnings: tuple[str, ...] = ()
     factors: tuple[float, ...] = ()
     position: Position | None = None
-    settings: tuple[int | float, Damping | None, tuple[str, ...], int | None, RunStatus] = (
-        1, None, (), None, RunStatus.FINISHED
-    )
+    settings: RunSettings = field(default_factory=RunSettings)
     tie_force: Array = field(default_factory=lambda: np.zeros((0, 0)))
     same: Mapping[str, str] = field(default_factory=dict)
     store: Store | None = None
@@ -178,7 +189,7 @@ class History(Displayed, Tabular, ReadOnly):
             stages=tuple(take("stages").tolist()),
             warnings=tuple(take("notes").tolist()), factors=tuple(take("factors").tolist()),
             position=Position.from_arrays(file),
-            settings=(
+            settings=RunSettings(
                 take("settings.sample").item(), damping, tuple(take("settings.stages").tolist()),
                 None if every < 0 else every, RunStatus(str(take("settings.status"))),
             ),

@@ -17,14 +17,14 @@ from dem.model.rest_criterion import SLID, Scale, slid_and_moved, stand_back, un
 from dem.model.state import DYNAMIC, State, UnstableError
 from dem.model.tie_arrays import pulls
 from dem.stages.floor import Floor
-from dem.stages.history import COLUMNS, History
+from dem.stages.history import COLUMNS, History, RunSettings
 from dem.stages.resuming import Position, RunStatus
 from dem.stages.samples import Samples
 from dem.stages.store import Store, StoredSamples
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
-from limitmason.model.stages import Damping, Drive, Ramp, Settle, Stage, Tilt
+from limitmason.model.stages import Drive, Ramp, Settle, Stage, Tilt
 
 _SUMS = {
     "friction": kernels.E_FRICTION, "fracture": kernels.E_FRACTURE, "viscous": kernels.E_VISCOUS,
@@ -97,14 +97,14 @@ class Recorder:
         self._beyond_noted = False
         self.begun = self._energies()
         self.notes: list[str] = list(state.warnings)
-        self.settings: tuple[int | float, Damping | None, tuple[str, ...]] = (1, None, ())
+        self.settings = RunSettings(detect_every=detect_every)
         self.same: Mapping[str, str] = {}
         self.position: Position | None = None
         self.status = RunStatus.FINISHED
 
     def take_up(self, history: History) -> None:
         """Go on with the samples of an interrupted run."""
-        self.blocks, self.notes, self.status = history.reaction_blocks, list(history.warnings), history.settings[4]
+        self.blocks, self.notes, self.status = history.reaction_blocks, list(history.warnings), history.settings.status
         self.same = history.same
         self.samples.shapes["reaction"] = (len(self.blocks), 6)
         table = {"rows": np.column_stack([history.scalars[c] for c in COLUMNS])}
@@ -346,6 +346,7 @@ class Recorder:
             self.assembly, status, {c: table[:, i].copy() for i, c in enumerate(COLUMNS)}, reaction_blocks=self.blocks,
             state=self.state, stages=tuple(s.name or type(s).__name__ for s in self.stages),
             warnings=tuple(dict.fromkeys(self.notes)), factors=tuple(self.factors.tolist()),
-            position=copy.deepcopy(self.position), settings=(*self.settings, self.every, self.status), same=self.same,
+            position=copy.deepcopy(self.position), settings=self.settings._replace(status=self.status),
+            same=self.same,
             store=self.store, recorded=self.recorded, **columns,
         )

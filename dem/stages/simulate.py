@@ -11,7 +11,7 @@ import numpy as np
 from dem.model.initial_state import make_state
 from dem.model.state import DYNAMIC, State, UnstableError
 from dem.settings import StateOptions, given
-from dem.stages.history import History
+from dem.stages.history import History, RunSettings
 from dem.stages.recording import Recorder
 from dem.stages.resuming import RunStatus, check_continues, check_same_stages, stage_as_text
 from dem.stages.run import Progress, go
@@ -51,26 +51,27 @@ def simulate(
         are part of the dead loads
     damping : of every stage without its own; local 0.8 to settle and 0.5 to load (quasi-static), none (dynamic)
     sample : steps between samples, and between two calls of ``progress``; a number with a point, such as 0.02, is the
-        time between them [s], counted from the begin of every stage, in dynamic runs. Searches for contacts begin where
-        a sample sees that blocks have moved: other samples move a rocking wall by some per cent
+        time between them [s], counted from the begin of every stage, in dynamic runs. It is also when searches for
+        contacts begin, see ``detect_every``: other samples move a rocking wall by some per cent
     store : folder in which the samples are kept while it runs, or a :class:`dem.Store` that says of which blocks. The
         history then reads them from there, and its checkpoint is there: ``History.load(folder)`` goes on after a kill
     progress : called with the last sample as a mapping; return True to stop ("interrupted")
     start : a history, or a state, to continue from, with its own mode, laws, points and loads; one that differs from
         them is refused by name. What was cut off in the middle of a stage goes on with :func:`resume`
     factors : of the load cases at the start; those of ``start``, or dead loads alone
-    detect_every : most steps between searches for new contacts, fewer where blocks move fast. They begin where two
-        blocks have moved by 2.5 % of the smallest block dimension against each other, and a warning says so: up to
-        there the contacts that a pair has are all there are. A search looks at pairs that have moved since it looked
-        last. None keeps the first contacts for ever: wrong where blocks leave them or meet others
+    detect_every : most steps between two searches for new contacts; where blocks move fast there are fewer. Searches
+        begin when a sample sees two blocks that have moved by 2.5 % of the smallest block dimension against each other,
+        and a warning says so: until then the contacts of the start are all there are. None keeps them for ever: wrong
+        where blocks leave them or meet others
     checkpoint : file to which the history so far is written every ``checkpoint_every`` samples; ``History.load`` and
         :func:`resume` go on from it to the same bits, also when the process was killed
     model : options of :func:`dem.make_state`, by name. ``mode`` is "quasi-static" (scaled masses, local damping; the
-        default) or "dynamic" (real masses). ``contact_points``, ``contact_model``,
-        ``joint_options``, ``dt``. With real masses joints alone damp, by dashpots of a tenth of critical at the fastest
-        motion of a block: a face that lands flat rebounds with 0.74 of its speed or more.
-        ``JointOptions(dashpot=0)`` takes them away, another number is stiffness-proportional. ``blocks`` are "rigid" or
-        "simply deformable", which strain and bend in a state of ``stress``: ``history.state.stresses``
+        default) or "dynamic" (real masses). ``contact_points`` are the points of a joint along both its sides,
+        ``contact_model`` where they lie on it, ``dt`` the time step [s], the longest stable one in dynamic runs. With
+        real masses joints alone damp, by dashpots of a tenth of critical at the fastest motion of a block: a face that
+        lands flat rebounds with 0.74 of its speed or more. ``joint_options=JointOptions(dashpot=0)`` takes them away,
+        another number is damping in proportion to stiffness. ``blocks`` are "rigid" or "simply deformable", which
+        strain and bend in a state of ``stress``: ``history.state.stresses``
 
     Returns
     -------
@@ -169,7 +170,7 @@ def prepared(
     check_gentle(todo, state.time > 0.0)
     recorder = Recorder(assembly, loads, state, todo, detect_every, store)
     recorder.notes += notes
-    recorder.settings = (sample, damping, tuple(stage_as_text(s) for s in todo))
+    recorder.settings = RunSettings(sample, damping, tuple(stage_as_text(s) for s in todo), detect_every)
     recorder.same = start.same if isinstance(start, History) else {}
     return StageRun(recorder, None)
 
@@ -211,15 +212,16 @@ def resume(
 def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
     """Run that stands where a history does, see :func:`resume`.
 
-    One that has ended stays so.
+    One that has ended stays so: a history without a position is over, and its status says how.
     """
     todo = [stages] if isinstance(stages, Stage) else list(stages)
-    sample, damping, before = history.settings[:3]
-    check_same_stages(todo, before)
+    settings = history.settings
+    check_same_stages(todo, settings.stages)
     state = history.state.copy()
     loads = Loads(state.dead, state.live)
     check_continues(history.assembly, state, loads, None)
-    recorder = Recorder(history.assembly, loads, state, todo, history.settings[3], history.store)
-    recorder.settings = (sample, damping, before)
+    recorder = Recorder(history.assembly, loads, state, todo, settings.detect_every, history.store)
+    recorder.settings = settings
     recorder.take_up(history)
-    return StageRun(recorder, history.position, RunStatus(history.status) if history.position is None else None)
+    ended = RunStatus(history.status) if history.position is None else None
+    return StageRun(recorder, history.position, ended)

@@ -146,7 +146,7 @@ class StageRun:
             self._close()
         rec, state, stage = self.rec, self.rec.state, self.rec.stages[number]
         rec.status, self.stage = self.status, stage
-        self.sample, damping, _ = rec.settings
+        self.sample, damping = rec.settings.sample, rec.settings.damping
         dynamic, settles = state.mode == DYNAMIC, isinstance(stage, Settle)
         usual = _FREE if dynamic else _SETTLING if settles else _LOADING
         self.brake = stage.damping or damping or usual

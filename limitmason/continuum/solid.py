@@ -369,19 +369,23 @@ def _several(material: Material | Sequence[Material]) -> tuple[Material, ...]:
 
 
 def _frame(vertices: Array) -> Array:
-    """Rows: directions of the edges of a box, nearest to x, y and z, shape (3, 3).
+    """Directions of the edges of a box as rows, those nearest to x, y and z first, second and third, shape (3, 3).
 
-    The axes themselves if they fit.
+    The axes of space themselves where the edges lie along them, up to rounding, or where there is no right angle.
+
+    Parameters
+    ----------
+    vertices : corners of the box, in any order [m], shape (8, 3)
     """
     v = np.asarray(vertices, dtype=float)
     edges = v - v[0]
     length = np.linalg.norm(edges, axis=1)
-    first = edges[int(np.argsort(length)[1])]
+    first = edges[int(np.argsort(length)[1])]  # the shortest from the first corner; before it that corner itself
     first = first / np.linalg.norm(first)
-    square = np.flatnonzero((np.abs(edges @ first) < 1e-6 * length.max()) & (length > 0.0))
-    if not len(square):
+    perpendicular = np.flatnonzero((np.abs(edges @ first) < 1e-6 * length.max()) & (length > 0.0))
+    if not len(perpendicular):
         return np.eye(3)
-    second = edges[square[int(np.argmin(length[square]))]]
+    second = edges[perpendicular[int(np.argmin(length[perpendicular]))]]
     second = second / np.linalg.norm(second)
     axes = np.array([first, second, np.cross(first, second)])
     rows = np.empty((3, 3))

@@ -244,7 +244,19 @@ def _dead_load_checked(
 
 
 def _finer(problem: Problem, prediction: Prediction) -> Cells | None:
-    """Finer cells of cohesive faces where the mechanism dissipates more on whole faces; None where these do."""
+    """Finer cells of cohesive faces, where the mechanism dissipates more on whole faces than in the cells.
+
+    Returns
+    -------
+    Cells or None
+        None where the cells are fine enough, or cohesion is not what matters.
+
+    Notes
+    -----
+    The dissipation that the cells may miss, in the power of loads and twists [W for velocities in m/s], is such that
+    their part of the gap is less than ``CELL_TARGET``. Finer cells let the mechanism change and then fit it less, so a
+    part of the target alone is asked for: six tenths between two bounds, one tenth where there is a single one.
+    """
     assembly, loads, m, c = problem.assembly, problem.loads, prediction.mechanism, prediction.certificate
     if m is None:
         return None
@@ -254,7 +266,7 @@ def _finer(problem: Problem, prediction: Prediction) -> Cells | None:
         allowed = 0.1 * CELL_TARGET * float((loads.dead * m.twists).sum())
     elif c is not None and c.discretisation > CELL_TARGET:
         rate = float((loads.live * m.twists).sum())
-        # a finer face lets the mechanism change, and then the cells fit it less
+        # gap = (kinematic - static) / scale: a power over the live power and that scale is a part of the gap
         allowed = 0.6 * CELL_TARGET * (c.kinematic_multiplier - c.static_multiplier) / c.gap * rate
     else:
         return None

@@ -26,7 +26,8 @@ class Plane(NamedTuple):
     level: float  # of its points along the normal [m]
 
 
-_SKEW = 1e-6  # of a normal, and of widths: what rounding may make of a plane problem
+_SKEW = 1e-6
+"""Sine of an angle, or part of a width, that counts as none: what rounding may make of a plane problem [-]."""
 
 
 def find_plane(assembly: Assembly, loads: Loads, driven: Array | None = None) -> Plane | None:
@@ -59,13 +60,13 @@ def two_planes(assembly: Assembly, loads: Loads, driven: Array | None = None) ->
 
 
 def is_met_in_plane(assembly: Assembly, plane: Plane) -> bool:
-    """Whether blocks that move within a plane meet all others as their outlines in it do, wherever they go.
+    """True if blocks that move within a plane can be computed in it: they then meet others as outlines do, everywhere.
 
-    Faces then lie in the plane or across it, and blocks are as wide as what moves, or symmetric about the plane. A
-    slide past an oblique edge, or onto a half-wide block, takes place in space.
+    Faces must lie in the plane or stand square to it. Blocks must be symmetric about it, or reach at least as far to
+    both sides as what moves. A slide past an oblique edge, or onto a half-wide block, takes place in space.
     """
     free = ~assembly.fixed
-    spans = []
+    spans = []  # of every part: how far it reaches along the normal, from and to [m]
     for body in assembly.blocks:
         for part in body.parts:
             v = np.asarray(part.vertices)
@@ -79,7 +80,7 @@ def is_met_in_plane(assembly: Assembly, plane: Plane) -> bool:
                     return False
     span = np.reshape(spans, (-1, 2))
     moves = np.repeat(free, [len(b.parts) for b in assembly.blocks])
-    wide = np.abs(span[moves]).max(initial=0.0)
+    wide = np.abs(span[moves]).max(initial=0.0)  # of what moves, to the farther side
     symmetric = np.abs(span.sum(axis=1)) <= _SKEW * wide
     return bool((symmetric | ((span[:, 0] <= -(1.0 - _SKEW) * wide) & (span[:, 1] >= (1.0 - _SKEW) * wide))).all())
 

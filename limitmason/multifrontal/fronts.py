@@ -1,8 +1,8 @@
 """Fronts of an elimination: their sizes and places, and the two sweeps through them.
 
 A front is a dense matrix of the unknowns that it eliminates and of those that they touch, [[f11, .], [f21, f22]] with
-only the lower half used. What elimination leaves of f22 goes to the front of the parent. Source: Duff and Reid (1983),
-The multifrontal solution of indefinite sparse symmetric linear equations.
+only the lower half used. What elimination leaves of f22 is passed to the front of the parent and not stored. Source:
+Duff and Reid (1983), The multifrontal solution of indefinite sparse symmetric linear equations.
 """
 
 from collections.abc import Callable
@@ -24,19 +24,26 @@ class Fronts:
     ----------
     tree : of the nodes
     width : unknowns of every node in order of elimination
+
+    Attributes
+    ----------
+    first, owned : rank of the first unknown that a front eliminates, and how many they are, shape (fronts,)
+    edges : ranks of the unknowns that each front touches and leaves to its parent, ascending
+    edge, edge_start : the same in one row for compiled functions, front k at edge_start[k] : edge_start[k + 1]
+    size : numbers to store for a whole factor
     """
 
     def __init__(self, tree: Tree, width: Index) -> None:
         """Lay out sizes, boundaries and storage."""
-        at = np.concatenate([[0], np.cumsum(width)])
-        ends = at[np.cumsum([len(f) for f in tree.fronts])]
-        self.first = np.concatenate([[0], ends[:-1]])
-        self.owned = ends - self.first
-        self.edges = [ragged_ranges(at[b], width[b])[0] for b in tree.boundary]
+        node_start = np.concatenate([[0], np.cumsum(width)])
+        end = node_start[np.cumsum([len(f) for f in tree.fronts])]
+        self.first = np.concatenate([[0], end[:-1]])
+        self.owned = end - self.first
+        self.edges = [ragged_ranges(node_start[b], width[b])[0] for b in tree.boundary]
         edge_size = np.array([len(e) for e in self.edges])
         self.edge_start = np.concatenate([[0], np.cumsum(edge_size)])
         self.edge = np.concatenate(self.edges).astype(np.int64)
-        stored = self.owned * (self.owned + edge_size)
+        stored = self.owned * (self.owned + edge_size)  # f11 and f21
         self._start = np.cumsum(stored) - stored
         self.size = int(stored.sum())
         self._children = tree.children

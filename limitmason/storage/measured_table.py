@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.errors import InputError
-from limitmason.storage.csv_table import UNITS, Tabular, parsed, write_table
+from limitmason.storage.csv_table import UNITS, Parsed, Tabular, parsed, write_table
 
 BEYOND = {">": "above", "<": "below"}
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6}
@@ -78,17 +78,17 @@ class MeasuredTable(Tabular):
 
 
 def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
-    """Read a CSV file of specimens.
+    """Read a CSV file of measured values.
 
-    Names of the columns, a line of units, then one row per measured value.
+    It holds the names of the columns, a line of units, then one row per measured value.
 
     The units stand in the comment line "# units: ..." or, as version 0.1 wrote them, in a row below the names. Other
     lines that begin with # are comments. A column holds numbers, or words where its unit is "-".
 
     Parameters
     ----------
-    blanks : whether cells may be blank, in columns of numbers, where they are NaN, or say of a value that was not
-        reached that it is beyond a number: "> 20", "< 3"
+    blanks : whether columns of numbers may have blank cells, which are NaN. A value that was not reached may then be
+        written as a bound: "> 20", "< 3"
 
     Raises
     ------
@@ -108,12 +108,26 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
         raise InputError(wanted) from None
     if not found.rows:
         raise InputError(wanted)
+    _check_layout(str(path), found)
     header, units, lines = found.header, found.units, found.lines
+    columns, beyond = {}, {}
+    for k, name in enumerate(header):
+        cells = [row[k] or ("nan" if blanks else "") for row in found.rows]
+        for i, cell in enumerate(cells if blanks else ()):
+            if cell[0] in BEYOND and _number(cell[1:]) is not None:
+                beyond[i, name], cells[i] = BEYOND[cell[0]], cell[1:]
+        columns[name] = _column(str(path), name, units[k], lines, cells)
+    return MeasuredTable(str(path), dict(zip(header, units, strict=True)), columns, tuple(lines), beyond)
+
+
+def _check_layout(path: str, found: Parsed) -> None:
+    """Refuse columns without a name or of one name, rows of another length, and columns without a unit."""
+    header, units = found.header, found.units
     twice = next((h for i, h in enumerate(header) if h in header[:i]), None)
     if twice is not None or "" in header:
         raise InputError(f"{path}: row {found.header_line}: " + (f"the column {twice!r} is there twice" if twice else
                          f"column {header.index('') + 1} has no name"))
-    for number, row in zip([found.units_line, *lines], [units, *found.rows], strict=True):
+    for number, row in zip([found.units_line, *found.lines], [units, *found.rows], strict=True):
         if len(row) != len(header):
             raise InputError(f"{path}: row {number} has {len(row)} cells, the header has {len(header)}")
     for name, unit in zip(header, units, strict=True):
@@ -122,14 +136,6 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
                 f"{path}: row {found.units_line} must give the unit of every column; {name!r} has {unit!r} ('-' for "
                 "pure numbers and words)"
             )
-    columns, beyond = {}, {}
-    for k, name in enumerate(header):
-        cells = [row[k] or "nan" * blanks for row in found.rows]
-        for i, cell in enumerate(cells if blanks else ()):
-            if cell[0] in BEYOND and _number(cell[1:]) is not None:
-                beyond[i, name], cells[i] = BEYOND[cell[0]], cell[1:]
-        columns[name] = _column(str(path), name, units[k], lines, cells)
-    return MeasuredTable(str(path), dict(zip(header, units, strict=True)), columns, tuple(lines), beyond)
 
 
 def write_measured(

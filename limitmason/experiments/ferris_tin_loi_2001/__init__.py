@@ -1,6 +1,6 @@
 """Ferris and Tin-Loi 2001: six dry-joint walls under a horizontal body force, in plane."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from limitmason.build import layout
 from limitmason.experiments.recipe import Recipe
@@ -16,14 +16,32 @@ ROUNDING = 0.020  # ends pulled in by LMGC90, UDEC and the rounded HybriDFEM col
 
 OPTIONS = read_options(NAME)
 
-_PUBLISHED = {  # name: (column, flow rule, rounded, starred column)
-    "associative": ("associative", "associative", False, None),
-    "non-associative": ("nonassociative_minimum", "non-associative", False, None),
-    "rounded LMGC90": ("rounded_LMGC90", "non-associative", True, None),
-    "rounded UDEC": ("rounded_UDEC", "non-associative", True, None),
-    "HybriDFEM associative": ("hybridfem_associative", "associative", False, None),
-    "HybriDFEM non-associative": ("hybridfem_nonassociative", "non-associative", False, "_starred"),
-    "HybriDFEM rounded": ("hybridfem_rounded", "non-associative", True, "_starred"),
+
+
+class Published(NamedTuple):
+    """A multiplier that others published: its column of the sheet, flow rule, and whether ends are pulled in.
+
+    ``starred`` is a column that says 1 where the sheet has a star whose meaning it does not state.
+    """
+
+    column: str
+    flow_rule: str
+    rounded: bool = False
+    starred: str | None = None
+
+
+_PUBLISHED = {
+    "associative": Published("associative", "associative"),
+    "non-associative": Published("nonassociative_minimum", "non-associative"),
+    "rounded LMGC90": Published("rounded_LMGC90", "non-associative", rounded=True),
+    "rounded UDEC": Published("rounded_UDEC", "non-associative", rounded=True),
+    "HybriDFEM associative": Published("hybridfem_associative", "associative"),
+    "HybriDFEM non-associative": Published(
+        "hybridfem_nonassociative", "non-associative", starred="hybridfem_nonassociative_starred"
+    ),
+    "HybriDFEM rounded": Published(
+        "hybridfem_rounded", "non-associative", rounded=True, starred="hybridfem_rounded_starred"
+    ),
 }
 _COPY = "HybriDFEM"  # rigid blocks on the same contacts: no references of their own
 _NOTES = {
@@ -45,18 +63,19 @@ def load(specimen: str, **options: Any) -> Experiment:
     row, said = table.row(specimen), read_description(NAME)
     chosen = chosen_options(OPTIONS, options, NAME)
     published, targets = {}, []
-    for name, (column, flow_rule, rounded, starred) in _PUBLISHED.items():
-        note = _NOTES.get((specimen, name), "")
-        if starred and row[column + starred] == "1":
-            note = "starred in the sheet, meaning not stated"
-        if name == "non-associative":
+    for name, given in _PUBLISHED.items():
+        if name == "non-associative":  # the smallest that a solver found, which others may undercut
             note = "from local solvers: a reference, not a floor"
-        value = table.quantity(row, column, note)
+        elif given.starred and row[given.starred] == "1":
+            note = "starred in the sheet, meaning not stated"
+        else:
+            note = _NOTES.get((specimen, name), "")
+        value = table.quantity(row, given.column, note)
         if value is None:
             continue
         published[name] = value
-        where = {"rounding": ROUNDING} if rounded else {}
-        targets.append(TargetValue(name, "published", flow_rule, "+", where, copy=name.startswith(_COPY)))
+        where = {"rounding": ROUNDING} if given.rounded else {}
+        targets.append(TargetValue(name, "published", given.flow_rule, "+", where, copy=name.startswith(_COPY)))
     recomputed = table.quantities(
         row, {"associative": "associative_recomputed", "zero-dilatancy fixed point": "fixed_point_recomputed"}
     )

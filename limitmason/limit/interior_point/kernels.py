@@ -62,36 +62,49 @@ def assemble_front(
 
 @njit(cache=True, error_model="numpy")
 def nesterov_todd(x: Array, s: Array) -> tuple[bool, Array, Array]:
-    """Scaling W with W x = W^-1 s, given by an axis of determinant one and a size.
+    """Scaling W of every point that takes a primal x and a dual s to the same place, W x = W^-1 s.
 
-    False where a point left its cone.
+    With an axis a of determinant a_0^2 - |a_1..|^2 = 1 and a size,
 
-    Returns inside, axis (m, c), size (m,). Determinants are products (x_0 - |x_1..|)(x_0 + |x_1..|): the difference of
-    squares would lose half the digits near the boundary.
+        W = size [[a_0, a_1..^T], [a_1.., 1 + a_1.. a_1..^T / (1 + a_0)]]
+
+    Parameters
+    ----------
+    x, s : points within their cones, shape (m, c)
+
+    Returns
+    -------
+    inside : False where a point left its cone, and then the rest is unfinished
+    axis, size : shapes (m, c) and (m,)
+
+    Notes
+    -----
+    Determinants are products (x_0 - |x_1..|)(x_0 + |x_1..|): the difference of squares would lose half the digits near
+    the boundary. Source: Nesterov and Todd (1998), Primal-dual interior-point methods for self-scaled cones.
     """
     m, c = x.shape
     axis, size = np.empty((m, c)), np.empty(m)
     for p in range(m):
-        tail_x, tail_s = 0.0, 0.0
+        norm_x, norm_s = 0.0, 0.0  # of the components after the first
         for j in range(1, c):
-            tail_x += x[p, j] ** 2
-            tail_s += s[p, j] ** 2
-        tail_x, tail_s = np.sqrt(tail_x), np.sqrt(tail_s)
-        det_x = (x[p, 0] - tail_x) * (x[p, 0] + tail_x)
-        det_s = (s[p, 0] - tail_s) * (s[p, 0] + tail_s)
+            norm_x += x[p, j] ** 2
+            norm_s += s[p, j] ** 2
+        norm_x, norm_s = np.sqrt(norm_x), np.sqrt(norm_s)
+        det_x = (x[p, 0] - norm_x) * (x[p, 0] + norm_x)
+        det_s = (s[p, 0] - norm_s) * (s[p, 0] + norm_s)
         if not (det_x > 0.0 and det_s > 0.0 and x[p, 0] > 0.0 and s[p, 0] > 0.0):
             return False, axis, size
         root_x, root_s = np.sqrt(det_x), np.sqrt(det_s)
         size[p] = np.sqrt(root_s / root_x)
-        cosine = 0.0
+        product = 0.0  # of both at determinant one
         for j in range(c):
-            cosine += (x[p, j] / root_x) * (s[p, j] / root_s)
-        double = 2.0 * np.sqrt(0.5 * (1.0 + cosine))
-        tail = 0.0
+            product += (x[p, j] / root_x) * (s[p, j] / root_s)
+        length = 2.0 * np.sqrt(0.5 * (1.0 + product))
+        square = 0.0
         for j in range(1, c):
-            axis[p, j] = (s[p, j] / root_s - x[p, j] / root_x) / double
-            tail += axis[p, j] ** 2
-        axis[p, 0] = np.sqrt(1.0 + tail)
+            axis[p, j] = (s[p, j] / root_s - x[p, j] / root_x) / length
+            square += axis[p, j] ** 2
+        axis[p, 0] = np.sqrt(1.0 + square)
     return True, axis, size
 
 
