@@ -9,7 +9,6 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments, study
-from limitmason.cli.pushover import _write
 from limitmason.errors import InputError
 from limitmason.experiments.tables import folder, parse_table, read_description, read_table
 from limitmason.storage import csv_table
@@ -81,7 +80,8 @@ def test_what_is_written_is_read_again_whatever_the_words(tmp_path):
 def test_every_writer_of_the_package_is_read_by_numpy(tmp_path):
     study.Table(({"x": 1.5, "n": 2}, {"x": 2.5, "n": 3}), {"x": "m"}).write_csv(tmp_path / "study.csv")
     write_measured(tmp_path / "measured.csv", {"peak": "kN"}, [{"peak": 41.5}, {"peak": 22.9}], note="made up")
-    _write(tmp_path / "curve.csv", lm.Curve([0.0, 1e-3], [0.0, 2e3]))
+    units, cells = lm.Curve([0.0, 1e-3], [0.0, 2e3]).tabulated()  # as `limitmason pushover --csv` writes it
+    csv_table.write_table(tmp_path / "curve.csv", units, cells)
     wall = experiments.load("ferris-tin-loi-2001", "wall-1")
     rows = lm.comparison.run(wall, "associative", quantities=["associative", "non-associative"])
     lm.comparison.write_rows([r for r in rows for _ in range(2)], tmp_path / "rows.csv")
