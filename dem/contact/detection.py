@@ -250,7 +250,16 @@ class _Search:
         return made, families
 
     def allowances(self, code: Index, made: Fresh | None) -> tuple[Array, Array]:
-        """Motion [m] and turn [rad] up to which pairs with given codes need not be looked at again."""
+        """Motion [m] and turn [rad] up to which pairs with given codes need not be looked at again.
+
+        A pair is looked at when a joint of it may be dropped or cut anew: when it slips or turns too far, parts by half
+        again the margin, or comes to pivot. Until then nothing can happen that a search would find.
+
+        Parameters
+        ----------
+        code : of the pairs that are asked for, see :func:`_codes`
+        made : joints that this search has made, None for none
+        """
         state, now = self.state, self.now
         first, stays = state.joints.start[:-1], self.stays & among(self.code, self.looked)
         move, angle = np.full(len(self.looked), SMALL * self.margin), np.full(len(self.looked), np.inf)
@@ -258,6 +267,7 @@ class _Search:
         if stays.any():
             spacing, nearest = spacing_of(state), np.minimum.reduceat(now.opening, first)
             size, turn = spacing * np.sqrt(np.diff(state.joints.start)), self.turn
+            # what is left to each limit; the least of a pair's joints counts.
             # it may pivot once it has both slid and turned: waiting for one of them is enough
             to_slide, to_turn = PIVOT_SLIP * size - self.slip, PIVOT_TURN - turn
             left = np.minimum(SLIP_FRACTION * spacing - self.slip, 1.5 * self.margin - nearest)

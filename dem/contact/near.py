@@ -94,17 +94,23 @@ def placed(pieces: Pieces, rot: Array, place: Array) -> tuple[Array, Array, Arra
 
 
 def _pairs(assembly: Assembly, pieces: Pieces, low: Array, high: Array, known: Index | None = None) -> NearPairs:
-    """Pairs of pieces of two blocks, not both held, whose boxes overlap; they are to be looked at."""
+    """Pairs of pieces of two blocks, not both held, whose boxes overlap, as if no search had looked at them yet.
+
+    Parameters
+    ----------
+    low, high : boxes of all pieces [m], shape (p, 3)
+    known : pairs whose boxes overlap, where they are known already
+    """
     pairs = np.column_stack(overlapping_pairs(low, high)).astype(np.int64) if known is None else known
     blocks = pieces.owner[pairs]
     use = (blocks[:, 0] != blocks[:, 1]) & ~assembly.fixed[blocks].all(axis=1)
     pairs, blocks = np.ascontiguousarray(pairs[use]), np.sort(blocks[use], axis=1)
-    reach = pieces.reach[blocks]
+    reach = pieces.reach[blocks]  # the block that reaches farther goes first: motion is measured in its axes
     blocks = np.where((reach[:, 0] >= reach[:, 1])[:, None], blocks, blocks[:, ::-1])
     m = len(pairs)
     return NearPairs(
-        pairs, np.ascontiguousarray(blocks), low, high, np.zeros((m, 3)), np.zeros((m, 4)), np.full(m, ALWAYS),
-        np.full(m, ALWAYS),
+        pairs, np.ascontiguousarray(blocks), low, high, offset=np.zeros((m, 3)), turn=np.zeros((m, 4)),
+        move=np.full(m, ALWAYS), angle=np.full(m, ALWAYS),
     )
 
 

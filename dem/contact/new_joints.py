@@ -44,15 +44,21 @@ def cut(
 ) -> tuple[Fresh, Index]:
     """Joints where some pairs of pieces meet, and which of the pairs have one.
 
-    A face of block b lies on the plane of a face of block a, as does its corner; edges pass each other. Those carry no
-    cohesion or tension and do not dilate.
+    A face or a corner of block b lies on the plane of a face of block a, or two edges pass each other. A joint of
+    passing edges carries no cohesion or tension and does not dilate: nothing was laid there.
 
     Parameters
     ----------
-    rows : of ``met``
-    blocks : a and b of each
+    met : how all pairs meet
+    rows : pairs that get a joint, numbers in ``met``, shape (r,)
+    blocks : a and b of each, shape (r,)
     like : joint whose law a pair without an interface takes: its own, or that on a face that goes on in this one; -1
         for the interface on the nearest face of either block that looks the same way
+
+    Returns
+    -------
+    made, kept
+        The joints, and numbers in ``rows`` of the pairs that have one: an area that is next to nothing makes none.
     """
     r, poses = len(rows), poses_of(assembly, state)
     shapes: dict[str, tuple[int, ...]] = {name: (ROOM,) for name in ("s", "t", "area", "gap")}

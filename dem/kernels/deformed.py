@@ -24,7 +24,14 @@ PLANE_MODES, SPACE_MODES = 9, 21  # shapes of a block: known to the compiler, wh
 
 @kernel(forceinline=True)
 def face_motion(side: Array, j: int, x: Array, i: int, space: bool | None) -> Numbers:
-    """Displacement c and rotation w of one side of joint j at the coordinates of block i."""
+    """Displacement c [m] and rotation w [rad] of one side of joint j by the shapes of block i.
+
+    Parameters
+    ----------
+    side : c and w of every joint by a unit of every shape, shape (joints, shapes, 6)
+    x : coordinates of the shapes of all blocks, shape (blocks, shapes)
+    space : None in a plane, where a block has fewer shapes and no twist about the joint's normal
+    """
     c1 = c2 = c3 = w1 = w2 = w3 = 0.0
     for k in range(PLANE_MODES if space is None else SPACE_MODES):
         q = x[i, k]

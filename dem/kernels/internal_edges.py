@@ -75,13 +75,14 @@ def _deepest(by: Carrying, n: Array, borne: int, other: int, carrier: int) -> fl
 def _goes_on(
     pieces: PieceArrays, owner: Index, parts: Index, by: Carrying, p: int, q: int, place: Array, found: Index
 ) -> None:
-    """Write number of the joint that says so (-1 for none), piece, face and whether the joint is their own.
+    """Find the face on which pieces p and q meet and write it to ``found``, as :func:`faces_that_go_on` says.
 
-    It is the face of one piece that goes on from a face on which the other is borne, no higher than what the joints
-    beside it are pressed by; else the one on which they bear each other now.
+    All joints of the two blocks are tried. It is the face of one piece that goes on from the face on which the other is
+    borne, no higher than what the joints beside it are pressed by. Without one it is the face on which the two bear
+    each other now.
     """
     found[0] = -1
-    apart, widest = False, -np.inf
+    apart, widest = False, -np.inf  # of the best face so far: whether a third block bears it, and its gap [m]
     one, two = owner[p], owner[q]
     i, i_end, j, j_end = by.start[one], by.start[one + 1], by.start[two], by.start[two + 1]
     while i < i_end or j < j_end:
@@ -98,7 +99,7 @@ def _goes_on(
                 continue
             carrier = b if borne == a else a
             sign, n = (1.0 if borne == b else -1.0), by.normal[k]
-            piece, mine = (q, p) if here == 0 else (p, q)
+            piece, mine = (q, p) if here == 0 else (p, q)  # the piece with the face, and the one that is borne
             for face in range(pieces.n_faces[piece]):
                 if not _faces_along(pieces.planes, piece, face, n, sign):
                     continue

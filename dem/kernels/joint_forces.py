@@ -26,6 +26,11 @@ def _crossing_forces(points: Points, joints: Joints, bodies: RigidBodies, dt: fl
     """Add the forces of all crossing edges; a call from the loop of :func:`_joint_forces` would slow that by half.
 
     Their law has no cohesion, tension or dilation, and no added terms: what slips there is not counted.
+
+    Parameters
+    ----------
+    dt : time step [s]; 0 to read forces without moving anything
+    total : energies by ``E_...`` [J], added to
     """
     law, contact, vel, spin = joints.law, bodies.contact, bodies.vel, bodies.spin
     per_dt = 1.0 / dt if dt > 0.0 else 0.0
@@ -42,6 +47,7 @@ def _crossing_forces(points: Points, joints: Joints, bodies: RigidBodies, dt: fl
         wa, wb = cross((spin[a, 0], spin[a, 1], spin[a, 2]), ra), cross((spin[b, 0], spin[b, 1], spin[b, 2]), rb)
         va = (vel[a, 0] + wa[0], vel[a, 1] + wa[1], vel[a, 2] + wa[2])
         vb = (vel[b, 0] + wb[0], vel[b, 1] + wb[1], vel[b, 2] + wb[2])
+        # velocity of b's edge against a's at the place where they pass [m/s]
         r1, r2, r3 = dot(vb, t1) - dot(va, t1), dot(vb, t2) - dot(va, t2), dot(vb, n) - dot(va, n)
         # the point moves along both edges, so that its shear displacement is summed: all of it is in the slip
         peak = Peak(law[j, LAW.kn], law[j, LAW.ks], mu, 0.0, 0.0, 0.0, law[j, LAW.crushing], 0.0, None)
@@ -50,7 +56,7 @@ def _crossing_forces(points: Points, joints: Joints, bodies: RigidBodies, dt: fl
         q1, q2, q3, points.slip_1[k], points.slip_2[k], points.lift[k], _, rubbed, raised, braked, _ = return_map(
             w, 0.0, 0.0, a1, a2, old, 0.0, peak, None, dashpot, True, (dt * r1, dt * r2, dt * r3)
         )
-        da = points.area[k]
+        da = points.area[k]  # the law gives stresses
         q = (q1 * da, q2 * da, q3 * da)
         f = dot((t1[0], t2[0], n[0]), q), dot((t1[1], t2[1], n[1]), q), dot((t1[2], t2[2], n[2]), q)
         ma, mb = cross(ra, f), cross(rb, f)

@@ -102,7 +102,21 @@ def _inside(solids: SolidArrays, block: int, at: tuple[float, float, float]) -> 
 
 @kernel(fast=False)
 def _whose_side(j: int, joints: Joints, solids: SolidArrays, s: float, t: float, step: float) -> int:
-    """Whose edge a side of joint j's outline is: which faces do not go on at a place a step beyond it."""
+    """Whose edge a side of joint j's outline is: of the block whose face ends there, or of both.
+
+    Just beyond the side a place is looked at on either side of the joint's plane. Where it lies within the block on
+    that side, the block's face goes on, and the edge is the other's.
+
+    Parameters
+    ----------
+    s, t : place a step beyond the side, on the joint's plane [m]
+    step : from the plane into either block [m]
+
+    Returns
+    -------
+    int
+        ``OF_A``, ``OF_B`` or ``OF_BOTH``.
+    """
     frame, turn = joints.frame, joints.turn
     local = (
         s * frame[j, 0, 0] + t * frame[j, 1, 0], s * frame[j, 0, 1] + t * frame[j, 1, 1],
@@ -115,6 +129,7 @@ def _whose_side(j: int, joints: Joints, solids: SolidArrays, s: float, t: float,
     )):
         # a face that goes on on both sides ends at a seam of parts of one block: the points stay with b
         return OF_B
+    # the joint's plane in block b's axes: rotated by the quaternion (w, v)
     w, v = turn[j, 0], (turn[j, 1], turn[j, 2], turn[j, 3])
     above = (local[0] + n[0], local[1] + n[1], local[2] + n[2])
     across, along, same = cross(v, above), 2.0 * dot(v, above), 2.0 * w * w - 1.0

@@ -182,7 +182,9 @@ class Start:
 
     @classmethod
     def of(cls, assembly: Assembly, stress: str, plane: Plane | None) -> "Start":
-        """Shapes of the blocks that have a material.
+        """Shapes of the blocks that have a material, in arrays as wide as the block with the most shapes.
+
+        A block without one keeps zeros, which deform nothing.
 
         Raises
         ------
@@ -193,7 +195,7 @@ class Start:
             raise InputError(f"stress={stress!r} does not go with a problem {'in a plane' if plane else 'in space'}")
         shapes = simply_deformable_blocks(assembly, stress, None if plane is None else plane.normal)
         n, m = len(shapes), max(x.count for x in shapes if x is not None)
-        powers = next(x.powers for x in shapes if x is not None)
+        powers = next(x.powers for x in shapes if x is not None)  # of the polynomials, the same for all blocks
         out = StrainShapes(
             np.zeros((n, m, 3, len(powers))), np.tile(np.eye(3), (n, 1, 1)), np.ones((n, 3)), powers,
             np.zeros((n, m, 3, 3)), np.zeros((n, m, 3, 3, 3)), np.zeros((n, m)),

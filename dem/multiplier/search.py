@@ -191,15 +191,19 @@ class _Bracket:
         return self.c.tolerance * max(abs(self.stable), 1e-3 * self.c.unit)
 
     def next_load(self) -> float | None:
-        """Load to try next, or None where the bracket is closed, infinite where every load is held."""
+        """Load to try next, or None where the bracket is closed, infinite where every load is held.
+
+        Upwards through the loads that were asked for, then in strides until one is refused; then by halving.
+        """
         if np.isfinite(self.refused):
             if self.refused - self.stable > self.width * (1.0 + 1e-9):
                 return 0.5 * (self.stable + self.refused)
-            # a load that was refused after a long stride may hold from close by after all
+            # a load that was refused after a long stride may hold from close by after all: four brackets count as long
             return None if self.stable - self.refused_from <= 4.0 * self.width else self.refused
         if self.queue:
             return self.queue.pop(0)
         new = min(self.stable + self.step, self.up_to)
+        # a thousand times the usual size of a multiplier: no load of this kind makes it fall
         return np.inf if self.stable >= self.up_to or new > 1e3 * self.c.unit else new
 
     def held(self, new: float, record: list[tuple[float, LoadVerdict]]) -> None:

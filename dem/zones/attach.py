@@ -100,14 +100,20 @@ def _check_plane(assembly: Assembly, k: int) -> None:
 
 
 def _nearest(mesh: ZoneMesh, sides: Sides, block: int, normal: Array, point: Array) -> tuple[int, int, float]:
-    """Side, chain entry and share along it at which a block's side with an outward normal passes a point nearest."""
+    """Where a block's sides that look along a normal pass a point nearest.
+
+    Returns
+    -------
+    tuple
+        Number of the side, of the first of two nodes in the row of all chains, and share of the way to the second [-].
+    """
     best, found = np.inf, (0, 0, 0.0)
     for side in np.flatnonzero(mesh.side_block == block):
         first, last = sides.start[side], sides.start[side + 1] - 1
         chain = mesh.place[sides.node[first : last + 1]]
         run = chain[-1] - chain[0]
         out = np.array([run[1], -run[0]]) / np.linalg.norm(run)
-        if out @ normal < 0.9:
+        if out @ normal < 0.9:  # turned away by more than 25 degrees: another side of the block
             continue
         e = np.diff(chain, axis=0)
         share = ((point - chain[:-1]) * e).sum(axis=1) / (e * e).sum(axis=1)

@@ -166,7 +166,22 @@ def _parts(length: float, size: float) -> int:
 
 
 def _cut(outline: Array, edges: Array, size: float) -> tuple[Array, Index, list[Index]]:
-    """Nodes, zones and side chains of one block, numbered from 0."""
+    """Nodes, zones and side chains of one block, numbered from 0.
+
+    A quadrilateral is one patch of n by m zones. Any other polygon is cut into one quadrilateral patch per corner: the
+    corner, the middles of its two sides, and the centroid.
+
+    Parameters
+    ----------
+    outline : corners, counter-clockwise [m], shape (k, 2)
+    edges : lengths of its sides [m], shape (k,)
+    size : largest edge of a zone [m]
+
+    Returns
+    -------
+    tuple
+        Places of nodes [m], (n, 2); nodes of zones, (z, 4); nodes along every side.
+    """
     if len(outline) == 4:
         n, m = _parts(max(edges[0], edges[2]), size), _parts(max(edges[1], edges[3]), size)
         nodes, cells = _patch(outline, n, m)
@@ -175,7 +190,7 @@ def _cut(outline: Array, edges: Array, size: float) -> tuple[Array, Index, list[
     k = len(outline)
     centre = polygon_area_centroid(outline)[1]
     middle = 0.5 * (outline + np.roll(outline, -1, axis=0))
-    n = _parts(0.5 * float(edges.max()), size)
+    n = _parts(0.5 * float(edges.max()), size)  # the same for all patches, so that their nodes meet
     nodes_of, cells_of = [], []
     for i in range(k):
         corners = np.array([outline[i], middle[i], centre, middle[i - 1]])
@@ -189,6 +204,7 @@ def _cut(outline: Array, edges: Array, size: float) -> tuple[Array, Index, list[
     number = number.ravel()
     grid = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     step = (n + 1) ** 2
+    # a side runs along the first side of its first corner's patch, then along the last of the next corner's
     chains = [
         number[np.concatenate([grid[0] + i * step, grid[::-1, 0][1:] + ((i + 1) % k) * step])] for i in range(k)
     ]

@@ -33,7 +33,11 @@ def stiffness(model: ZonedModel) -> sparse.csr_matrix:
 
 
 def contact_matrix(model: ZonedModel) -> sparse.csr_matrix:
-    """Opening and slip of every contact point from displacements of all nodes, shape (2 m, 2 n)."""
+    """Opening and slip of every contact point from displacements of all nodes, shape (2 m, 2 n).
+
+    Rows are opening and slip of one point after another, columns x and z of one node after another. A point lies
+    between two nodes of block b and two of block a, which move it by their shares.
+    """
     axes, parts = _on_sides(model.contacts, model.sides, model.nodes.place)
     m = len(model.contacts.area)
     rows, cols, data = [], [], []

@@ -67,21 +67,23 @@ def with_head_joints_gaping(assembly: Assembly, gap: float) -> Assembly:
         When a bed joint is not longer than what it loses.
     """
     not_negative("gap", gap)
-    heads = [i for i in assembly.interfaces if abs(i.normal[2]) < np.sqrt(0.5)]
+    steep = np.sqrt(0.5)  # vertical part of a normal at 45 degrees, which parts head joints from bed joints
+    heads = [i for i in assembly.interfaces if abs(i.normal[2]) < steep]
     low = np.array([h.polygon.min(axis=0) for h in heads]).reshape(-1, 3) - 2.0 * assembly.tolerance
     high = np.array([h.polygon.max(axis=0) for h in heads]).reshape(-1, 3) + 2.0 * assembly.tolerance
     normals = np.array([h.normal for h in heads]).reshape(-1, 3)
     changed = []
     for i in assembly.interfaces:
         polygon = i.polygon
-        if abs(i.normal[2]) >= np.sqrt(0.5) and len(heads):
+        if abs(i.normal[2]) >= steep and len(heads):
             following = np.roll(polygon, -1, axis=0)
             middle = 0.5 * (polygon + following)
             along = following - polygon
             inward = np.cross(i.normal, along / np.linalg.norm(along, axis=1)[:, None])
-            at = ((middle[:, None] >= low) & (middle[:, None] <= high)).all(axis=2)
-            at &= np.abs(inward @ normals.T) > 0.9
-            for edge in np.flatnonzero(at.any(axis=1)):
+            # an edge ends at a head joint that its middle touches and that it runs along, to 25 degrees
+            ends_at = ((middle[:, None] >= low) & (middle[:, None] <= high)).all(axis=2)
+            ends_at &= np.abs(inward @ normals.T) > 0.9
+            for edge in np.flatnonzero(ends_at.any(axis=1)):
                 polygon = _cut_edge(assembly, i, polygon, inward[edge], middle[edge], 0.5 * gap)
         changed.append(i if polygon is i.polygon else replace(i, polygon=polygon))
     return replace(assembly, interfaces=tuple(changed), recipe={})

@@ -123,7 +123,8 @@ class Fit(ReadOnly):
     def open_sides(self) -> dict[str, tuple[str, ...]]:
         """Sides on which the data set a parameter no end within its bounds, by name.
 
-        A side is "below" or "above".
+        A side is "below" or "above". It is open where the slopes see nothing. Where profile intervals were asked for,
+        it is open if the interval ends at the bound alone and the deviation by the slopes is wider than the resolution.
         """
         scale = self.objective.scale
         deviation = self.information.to_sides

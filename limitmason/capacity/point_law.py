@@ -268,7 +268,10 @@ def _plastic(law: ElastoplasticLaw, s: PointLaw, old: PlasticHistory, tried: _El
 
 
 def slid_back(tan_psi: Array, history: PlasticHistory) -> Flags:
-    """Points whose lift is more than goes with their distance from the start, tan(psi) |slip|, by a hundredth of it.
+    """Points that have slid back: they are lifted by more than their distance from the start asks for, tan(psi) |slip|.
+
+    Lift only grows under this flow rule, while the distance shrinks on the way back. More than a hundredth of the
+    largest lift counts, so that rounding does not.
 
     Parameters
     ----------

@@ -264,6 +264,7 @@ def bond_strength(factor: float, assembly: Assembly, loads: Loads) -> Model:
 
 
 def _stiffness_of(*, kinds: Iterable[str], joint: Sequence[str] | None) -> Mapping[str, Any]:
+    """Name, parameter and physics of the cause for some kinds of joints, or one joint; those declared for all kinds."""
     kinds = tuple(kinds)
     if joint is not None:
         called = "|".join(joint)

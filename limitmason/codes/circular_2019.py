@@ -281,6 +281,10 @@ def capacity_of(
 ) -> Capacity:
     """Capacity of a chain of bodies from weights, virtual displacements and a curve.
 
+    The chain is an oscillator of one degree of freedom, whose part of the mass is e* = (sum P delta)^2 / (sum P sum P
+    delta^2), and whose acceleration and displacement follow from the curve. For each limit state that ground is found
+    whose spectrum asks for just that.
+
     Parameters
     ----------
     weights : P + Q of every body [N]
@@ -288,8 +292,10 @@ def capacity_of(
     at_control : delta_C of the control point, up to the same factor
     multiplier : alpha0 [-]
     path : displacement of the control point [m] and alpha [-] to where this is zero; None for q = 2 alone
+    spectra : by limit state
+    confidence_factor : FC [-]
     """
-    first, second = float(weights @ moved), float(weights @ moved**2)
+    first, second = float(weights @ moved), float(weights @ moved**2)  # sum P delta, sum P delta^2
     share = first**2 / (float(weights.sum()) * second)
     to_a = GRAVITY / (share * confidence_factor)
     a0 = multiplier * to_a

@@ -26,9 +26,9 @@ def polynomial_block(block: Block, elasticity: Elasticity, *, degree: int = DEGR
 
     K v = w^2 M v over all polynomials up to a degree, without the rigid motions.
 
-    They are orthogonal to each other in stiffness and in mass. The integral of phi . phi is the volume. The compliance
-    comes from below, and meets that of the body as the degree grows; singular stresses, as under the edge of a joint,
-    are met in the mean only.
+    They are orthogonal to each other in stiffness and in mass, and the integral of phi . phi over the block is its
+    volume, so that a coordinate is a root mean square of displacement. The compliance comes from below, and meets that
+    of the body as the degree grows; singular stresses, as under the edge of a joint, are met in the mean only.
 
     Parameters
     ----------
@@ -44,11 +44,13 @@ def polynomial_block(block: Block, elasticity: Elasticity, *, degree: int = DEGR
         raise InputError(f"degree of the polynomials must be a whole number from 1 to 8, got {degree!r}")
     space = Polynomials(block, elasticity, degree)
     n, used = len(space.powers), list(space.used)
+    # one polynomial in one direction each, of which the Ritz vectors are sums
     unit = np.zeros((len(used) * n, 3, n))
     for row, i in enumerate(used):
         unit[row * n : (row + 1) * n, i] = np.eye(n)
     every = space.body(unit, tuple(f"product {k}" for k in range(len(unit))))
     rigid = 3 if elasticity.plane else 6
+    # the first eigenvalues are zero, of the rigid motions, which the block has already
     squared, vectors = eigh(every.stiffness, np.kron(np.eye(len(used)), space.gram))
     squared, vectors = squared[rigid:] * block.volume, vectors[:, rigid:] * np.sqrt(block.volume)
     names = tuple(f"mode {k + 1}" for k in range(vectors.shape[1]))

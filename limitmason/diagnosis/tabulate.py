@@ -19,6 +19,7 @@ from limitmason.errors import InputError
 REACH = 4.0  # standard deviations of a measured input that the refit may use
 TOLERANCE = 0.1  # of the noise: largest interpolation error that needs no further level
 NODES = {0: (), 1: (9,), 2: (5, 5), 3: (3, 3, 3)}
+"""Nodes along each measured input, by their number: fewer where there are more, as a table has their product."""
 CELL = 0.75  # distance of neighbouring size nodes in units of the noise, all specimens together
 FEWEST, MOST = 6, 30  # size nodes on each side of the baseline
 CROSSED = ("full", "corners")
@@ -61,6 +62,8 @@ class Tabulator:
             raise InputError(f"at most {max(NODES)} measured inputs can have an error, got {', '.join(self.free)}")
         self.noise = noise
         self.levels = levels
+        # levels: values of an input at which the simulator is called; nodes: where the table is interpolated. Both in
+        # standard deviations. Calls multiply with every input, so several have the mean and both ends alone
         count = nuisance_levels or (5 if len(self.free) == 1 else 3)
         reaches = [m.reach(REACH) for m in self.free.values()]
         self.z_levels = tuple(_through_zero(*reach, count) for reach in reaches)

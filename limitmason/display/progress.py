@@ -44,13 +44,14 @@ class _Bar:
     """The bar of the outermost task."""
 
     def __init__(self, title: str) -> None:
-        self.tasks = [_Task(title)]
+        self.tasks = [_Task(title)]  # from the outermost to the one that is at work
         self.begun = time.monotonic()
         self.first = 0.0, self.begun  # part that was done when it was taken up, and when that was
-        self.drawn = 0.0
+        self.drawn = 0.0  # when it was drawn last
         self.tqdm: Any = None
         self.lock = threading.RLock()
         self.over = threading.Event()
+        # one line that moves, where someone looks on; else a new line now and then, as in the log of a job
         self.moves = bool(_listener) or _looked_at()
         threading.Thread(target=self._keep_time, daemon=True).start()
 

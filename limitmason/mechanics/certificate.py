@@ -77,6 +77,7 @@ def kinematic_multiplier(
     rigid = joints.rigid
 
     def value(v: Array) -> tuple[float, float, Array]:
+        """Bound by motion v, the same summed over points, and the margin g of every point; NaN without live power."""
         rate = float((loads.live * v).sum())
         exact, at_points, g = joints.power(v)
         if not rate > 0:
@@ -88,6 +89,7 @@ def kinematic_multiplier(
     size = max(float(np.abs(state.opening).max(initial=0.0)), float(np.abs(state.sliding).max(initial=0.0)), 1e-300)
     worst = float(np.where(rigid, -g, 0.0).max(initial=0.0))
     near = prediction.collapse_multiplier + 0.1 * GAP * abs(prediction.collapse_multiplier)
+    # a bound this near to the answer, within a tenth of the gap that is accepted, is not worth a repair
     admissible = worst <= 0.0
     if admissible and (first <= near or rigid.all()):
         return Kinematics(first, at_points, 0.0, twists=twists)

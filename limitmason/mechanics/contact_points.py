@@ -380,9 +380,22 @@ def _lobatto_points(n: int) -> tuple[Array, Array]:
 
 
 def _lattice(corners: Array, n1: int, n2: int, normal: Array, rule: Rule) -> tuple[Array, Array]:
-    """Even lattice of a quadrilateral mapped from the unit square.
+    """Points of quadrilaterals, mapped from the unit square by its bilinear map, and their areas.
 
-    The ratio of areas is linear in either coordinate, so that its values at the corners give the weights exactly.
+    The ratio of areas of this map is linear in either coordinate, so that its values at the corners give the areas of
+    the points exactly.
+
+    Parameters
+    ----------
+    corners : in order around each [m], shape (m, 4, 3)
+    n1, n2 : points along the first side and across it
+    normal : unit, shape (m, 3)
+    rule : places on 0 .. 1 and weights times 1 - s and s, as :func:`_edge_points`
+
+    Returns
+    -------
+    tuple
+        Places [m], (m, n1 n2, 3), and areas [m2], (m, n1 n2).
     """
     (s, along), (t, across) = rule(n1), rule(n2)
     a, b, c, d = corners[:, 0], corners[:, 1], corners[:, 2], corners[:, 3]

@@ -84,6 +84,11 @@ class ModalTest(ReadOnly):
     def predicted(self, found: Modes) -> dict[str, float]:
         """What the modes of a model predict of these quantities, by the same names.
 
+        Measured modes are assigned to those of the model one by one, so that the sum of MAC times the ratio of
+        frequencies is largest: two modes of one shape at the sensors are told apart by frequency. Modes of the model
+        whose frequencies lie within ``close`` may come out of a test in any mixture. The mixture nearest to what was
+        measured is compared, with the frequency of its Rayleigh quotient.
+
         Raises
         ------
         InputError
@@ -94,6 +99,7 @@ class ModalTest(ReadOnly):
         place, along = placed(self.sensors)
         theirs = np.asarray(np.einsum("kpi,pi->kp", found.at(place), along))
         ratio = np.minimum.outer(1.0 / self.frequency, 1.0 / np.maximum(found.frequency, 1e-300))
+        # the smaller over the larger, 1 where they agree
         ratio = ratio * np.minimum.outer(self.frequency, found.frequency)
         size = np.outer((self.shape**2).sum(axis=1), np.maximum((theirs**2).sum(axis=1), 1e-300))
         rows, columns = linear_sum_assignment(-((self.shape @ theirs.T) ** 2) / size * ratio)

@@ -365,11 +365,17 @@ def near_blocks(shapes: Shapes, pose: Pose, depth: float = 0.0) -> tuple[Index, 
 
 
 def products(first: Index, of: Index, second: Index, on: Index) -> tuple[Index, Index]:
-    """Everything of the owners ``of`` with everything of the owners ``on``, pair by pair.
+    """Numbers of everything of one block beside everything of another, for many pairs of blocks, without a loop.
 
     Parameters
     ----------
-    first, second : where what belongs to every owner begins, and the end; shape (n + 1,)
+    first, second : where the things of each block begin in their row, and the end: corners, say, and faces; (n + 1,)
+    of, on : blocks of the pairs, shape (p,)
+
+    Returns
+    -------
+    tuple
+        Numbers in the first and in the second row: every thing of of[0] with every thing of on[0], then of the next.
     """
     nc, nf = np.diff(first)[of], np.diff(second)[on]
     total = nc * nf

@@ -224,11 +224,13 @@ def _pairs(shapes: Shapes, near: Near) -> Index:
 def _single(old: Before, near: Near) -> Index:
     """Rows of corners and crossings at which no point of the same two blocks stays and no other row lies.
 
-    Where faces meet at an edge the same place is a contact on either: the one on faces that look at each other most.
+    Where faces meet at an edge the same place is a contact on either. It is one point: of a corner before a crossing
+    before what has neither, and then on the faces that look at each other most.
     """
     rows: list[int] = []
+    # places of the same two blocks are one within half a step, the length by which a corner may overshoot a face [m]
     pair, now, close = _pairs(old.shapes, near), old.places(near), 0.5 * old.shapes.step
-    kind = np.where(near.corner == NO_CORNER, 2, is_crossing(old.shapes, near))  # corners first
+    kind = np.where(near.corner == NO_CORNER, 2, is_crossing(old.shapes, near))  # 0 a corner, 1 a crossing, 2 neither
     for k in np.lexsort((near.corner, looking(old.shapes, old.pose, near), kind)):
         here = (old.pair == pair[k]) & ~old.gone & (np.linalg.norm(old.now - now[k], axis=1) < close)
         if not here.any() and all(pair[r] != pair[k] or np.linalg.norm(now[r] - now[k]) > close for r in rows):

@@ -80,9 +80,10 @@ class Grid:
         return self.values_from(node, position)[0] - null.between(null.place(inputs))
 
     def values_from(self, node: np.ndarray, position: np.ndarray) -> np.ndarray:
-        """Whitened predictions at positions near nodes, as a fit sees them, shape (b, n).
+        """Predictions at positions near nodes, in units of the noise, shape (b, n).
 
-        Linear along every axis from the node of each data set, without mixed terms: those of the fit's own step.
+        First order from the node of each data set: along every axis the slope is the difference to the neighbour on the
+        side of the position. The least-squares step takes these slopes, so a fit sees the same values.
 
         Parameters
         ----------
@@ -95,13 +96,13 @@ class Grid:
         index = np.unravel_index(node, self.shape)
         for axis, (i, length) in enumerate(zip(index, self.shape, strict=True)):
             move = position[:, axis] - i
-            way = np.where((move > 0.0) | (i == 0), 1, -1)
-            beside = list(index)
-            beside[axis] = np.clip(i + way, 0, length - 1)
-            change = self.nodes[np.ravel_multi_index(tuple(beside), self.shape)]
-            change -= self.nodes[node]
-            change *= (way * move)[:, None]
-            out += change
+            side = np.where((move > 0.0) | (i == 0), 1, -1)
+            neighbour = list(index)
+            neighbour[axis] = np.clip(i + side, 0, length - 1)
+            difference = self.nodes[np.ravel_multi_index(tuple(neighbour), self.shape)]
+            difference -= self.nodes[node]
+            difference *= (side * move)[:, None]
+            out += difference
         return out
 
     def between(self, position: Sequence[float] | np.ndarray) -> np.ndarray:

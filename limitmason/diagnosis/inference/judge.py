@@ -215,20 +215,30 @@ class Judge:
         A factor of every specimen that its force and its stiffness share, or a friction that some walls feel, is no
         scatter of single values. The log-likelihood of such a lever over scatter of each kind is compared with that in
         data drawn from the scatter. Only where the noise is known.
+
+        Parameters
+        ----------
+        decision : with the bootstrap, whose errors and inputs the data are drawn by
+        verdict : "more scatter than stated"
+        y : log measured values per row, in units of the noise, shape (n,)
         """
         design = self.design
         if not design.like.quadratic:
             return verdict
         rivals, data = self.rivals(), design.turned(y)[None]
+        # 1. the baseline fitted to the data: each kind of data scatters as its residuals do, and as stated at least
         fit = design.fits([()], data, residuals=True)[0]
         spread = np.ones(design.n)
         for inside in design.of_kind:
             spread[inside] = max(1.0, float(np.sqrt(np.mean(fit.residuals[0, inside] ** 2))))
+        # 2. data drawn from that scatter, with measured inputs z drawn about the fitted ones
         rows, at = slice(0, min(DRAWN, decision.count)), design.null.z_at(fit.position)[0]
         z = at + decision.draws.inputs[rows]
         drawn = design.predicted((), fit)[0] + spread * decision.draws.errors[rows]
+        # 3. the same statistic of each: the best lever over the scatter, less the shift that the inputs' own data make
         again = design.fits([()], drawn, z, residuals=True)[0]
         over = rivals.over_scatter(again, drawn - z @ rivals.slopes.T)
+        # 4. scatter stands where drawn data reach what the real ones do often enough
         p = {**verdict.p, "lever": share_of(over >= float(rivals.over_scatter(fit, data)[0]))}
         if p["lever"] >= self.rule.guard:
             return replace(verdict, p=p)

@@ -236,7 +236,11 @@ def _bound_alone(problem: Problem, upper: Prediction, details: dict, provenance:
 
 
 def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[Trial], None]:
-    """The bar and ``progress``, with multipliers of the live load, the lowest over both orders of the search."""
+    """What a search calls after every trial: it feeds the progress bar and the user's ``progress``.
+
+    A search sees scaled multipliers and begins anew in the mirrored order. The user is told multipliers of the live
+    load, and the lowest over both orders.
+    """
     lowest = float("nan")
 
     def tell(trial: Trial) -> None:

@@ -87,6 +87,10 @@ class ForceProgram:
             self._bound[self._cones :: 3] = constant
 
     def _answer(self, changed: str) -> clarabel.DefaultSolution:
+        """Solve the program after a change of its objective ("q") or of its right-hand side ("b").
+
+        The solver is made once: an update keeps its factorisation of the pattern.
+        """
         matrix, kinds, settings = self._arguments
         settings.time_limit = max(self.deadline - time.perf_counter(), GRACE)
         if self._solver is None:
