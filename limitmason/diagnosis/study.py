@@ -84,10 +84,7 @@ class Study(Statement):
 
         They are made on the first call.
         """
-        return self._design(self._listed(causes))
-
-    def _design(self, causes: tuple[Cause, ...]) -> Design:
-        designs = self._made.designs
+        causes, designs = self._listed(causes), self._made.designs
         if causes not in designs:
             designs[causes] = self.tables.design(causes, self.noise, self.scale, self.columns)
         return designs[causes]
@@ -97,12 +94,9 @@ class Study(Statement):
 
         It keeps its rehearsal.
         """
-        return self._judge(self._listed(causes), rule or Rule())
-
-    def _judge(self, causes: tuple[Cause, ...], rule: Rule) -> Judge:
-        judges = self._made.judges
+        causes, rule, judges = self._listed(causes), rule or Rule(), self._made.judges
         if (causes, rule) not in judges:
-            design, folds = self._design(causes), folds_of(self.groups, self.n)
+            design, folds = self.design(causes), folds_of(self.groups, self.n)
 
             def known(sd: float) -> Design:
                 return design if self.noise.kind != "unknown" else self.known_design(causes, sd)
@@ -169,7 +163,7 @@ class Study(Statement):
         reached(None, "tables")
         asked = self._checked(causes)
         causes = self.tables.computable(asked)
-        judge = self._judge(causes, rule or Rule())
+        judge = self.judge(causes, rule)
         design = judge.design
         self._say_if_far_off()
         reached(None, "verdict")

@@ -153,10 +153,8 @@ def by_kind_words(diagnosis: Findings) -> list[str]:
 
 def meaning(diagnosis: Findings) -> list[str]:
     """The verdict in plain sentences: what follows from it and what to do."""
-    kind, by_name = diagnosis.kind, diagnosis.by_name
-    carried = outlier_words(diagnosis) if carried_by_outliers(diagnosis) else []
     before = 100.0 * float(np.sqrt(np.mean(diagnosis.residuals["baseline"] ** 2)))
-    if kind == "none":
+    if diagnosis.kind == "none":
         return [
             f"The simulation misses the measured values by {before:.1f} % (root mean square); noise and the measured "
             "inputs account for that.",
@@ -164,7 +162,15 @@ def meaning(diagnosis: Findings) -> list[str]:
             "No extension of the model is called for. How large each listed cause could be and stay unseen is given "
             "below; smaller effects may be there.",
         ]
-    if kind == "scatter":
+    if diagnosis.kind in ("scatter", "unexplained"):
+        return _alarm_without_cause(diagnosis, before)
+    return _explanation(diagnosis, before)
+
+
+def _alarm_without_cause(diagnosis: Findings, before: float) -> list[str]:
+    """More scatter than is stated, or a misfit that nothing on the list removes; ``before`` is the misfit [%]."""
+    carried = outlier_words(diagnosis) if carried_by_outliers(diagnosis) else []
+    if diagnosis.kind == "scatter":
         sd = 100.0 * float(np.sqrt(diagnosis.verdict.null.loss[0] / diagnosis.n) * np.mean(diagnosis.design.scale))
         out = [
             f"The values scatter by {sd:.1f} % about the simulation, more than the noise ({diagnosis.noise}), and "
@@ -179,31 +185,27 @@ def meaning(diagnosis: Findings) -> list[str]:
                 f"{diagnosis.n} numbers cannot tell the two apart."
             ]
         return [*out, "Repeat a few tests to measure the noise before any cause is sought."]
-    if kind == "unexplained":
-        where, lever = "", by_specimen(diagnosis)
-        if diagnosis.covariate:
-            where = (f" It goes with {diagnosis.covariate}: what differs between specimens of different "
-                     f"{diagnosis.covariate} is the place to look, which need not be that quantity "
-                     "itself.")
-        elif lever:
-            where = (f" It is no scatter of single values: it differs from specimen to specimen as {lever} would (p "
-                     f"{shown_p(diagnosis.verdict.p['lever'])}). Look for what is not recorded.")
-        alone = "alone or in pairs" if diagnosis.verdict.tried_pairs else "alone (pairs were not tried)"
-        told = [" and ".join(n) for n in diagnosis.verdict.withdrawn]
-        found = f"nothing on the list, {alone}, removes the misfit"
-        if diagnosis.verdict.rivalled:
-            found = f"no cause of the list alone removes the misfit; {rivalled_words(diagnosis)}"
-        return [
-            f"The simulation misses the measured values by {before:.1f} %, more than noise allows, and {found}.{where}"
-            if not told
-            else f"The simulation misses the measured values by {before:.1f} %, more than noise allows. "
-            f"{'; '.join(told)} is not rejected on all data together, but predicts groups left out worse than the "
-            f"baseline does, and is not named.{where}",
-            *carried,
-            *by_kind_words(diagnosis),
-            "The list lacks the cause: extend it and judge again.",
-        ]
-    gain = diagnosis.gain
+    where, lever = "", by_specimen(diagnosis)
+    if diagnosis.covariate:
+        where = (f" It goes with {diagnosis.covariate}: what differs between specimens of different "
+                 f"{diagnosis.covariate} is the place to look, which need not be that quantity itself.")
+    elif lever:
+        where = (f" It is no scatter of single values: it differs from specimen to specimen as {lever} would (p "
+                 f"{shown_p(diagnosis.verdict.p['lever'])}). Look for what is not recorded.")
+    alone = "alone or in pairs" if diagnosis.verdict.tried_pairs else "alone (pairs were not tried)"
+    found = f", and nothing on the list, {alone}, removes the misfit"
+    if diagnosis.verdict.rivalled:
+        found = f", and no cause of the list alone removes the misfit; {rivalled_words(diagnosis)}"
+    if told := [" and ".join(n) for n in diagnosis.verdict.withdrawn]:
+        found = (f". {'; '.join(told)} is not rejected on all data together, but predicts groups left out worse than "
+                 "the baseline does, and is not named")
+    misses = f"The simulation misses the measured values by {before:.1f} %, more than noise allows{found}.{where}"
+    return [misses, *carried, *by_kind_words(diagnosis), "The list lacks the cause: extend it and judge again."]
+
+
+def _explanation(diagnosis: Findings, before: float) -> list[str]:
+    """What the kept explanations make of the misfit ``before`` [%], and what they rest on."""
+    kind, by_name, gain = diagnosis.kind, diagnosis.by_name, diagnosis.gain
     assert gain is not None, "an explanation is kept"
     sizes = [f"{n} = {by_name[n].show(e.size)}" for n, e in diagnosis.estimates.items() if n in gain.names]
     out = [
