@@ -5,12 +5,12 @@ source does not give (authors, volume, DOI) is left out, never filled in.
 """
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
 from html import escape
 from importlib.resources import files
-from typing import Any, NamedTuple, overload
+from typing import Any, NamedTuple, Self
 
 from limitmason.checks import choice
 from limitmason.constants import VERSION
@@ -126,7 +126,7 @@ def cited(role: str, *keys: str) -> tuple[Cited, ...]:
     return tuple(Cited(role, _papers()[key]) for key in keys)
 
 
-class Citation(Sequence[Cited]):
+class Citation(tuple[Cited, ...]):
     """What to cite for an answer: a list by role that prints as text.
 
     ``bibtex`` is the same for a .bib file.
@@ -141,7 +141,7 @@ class Citation(Sequence[Cited]):
         Where two different references have one key, and for an unknown role.
     """
 
-    def __init__(self, cited: Iterable[Cited]) -> None:
+    def __new__(cls, cited: Iterable[Cited]) -> Self:
         """Order by role and drop what is there twice."""
         rows = list(dict.fromkeys(Cited(*c) for c in cited))
         by_key: dict[str, Reference] = {}
@@ -150,28 +150,16 @@ class Citation(Sequence[Cited]):
                 raise InputError(f"{reference.key!r}: a reference is cited for {', '.join(ROLES)}, not for {role!r}")
             if by_key.setdefault(reference.key, reference) != reference:
                 raise InputError(f"two references have the key {reference.key!r}")
-        self._rows = sorted(rows, key=lambda c: ROLES.index(c.role))
-
-    @overload
-    def __getitem__(self, index: int) -> Cited: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[Cited]: ...
-
-    def __getitem__(self, index: int | slice) -> Cited | Sequence[Cited]:
-        return self._rows[index]
-
-    def __len__(self) -> int:
-        return len(self._rows)
+        return super().__new__(cls, sorted(rows, key=lambda c: ROLES.index(c.role)))
 
     def _lines(self) -> list[tuple[str, Reference]]:
         """Every reference once, with all that it is cited for."""
-        return [(", ".join(c.role for c in self._rows if c.reference == r), r) for r in self.references]
+        return [(", ".join(c.role for c in self if c.reference == r), r) for r in self.references]
 
     @property
     def references(self) -> tuple[Reference, ...]:
         """Each reference once."""
-        return tuple(dict.fromkeys(c.reference for c in self._rows))
+        return tuple(dict.fromkeys(c.reference for c in self))
 
     @property
     def keys(self) -> tuple[str, ...]:
