@@ -82,7 +82,7 @@ if __name__ == "__main__":
     size = truth.baseline + rng.uniform(0.5, 0.9) * (side - truth.baseline)
     clean = study.predicted([truth], [size], [rng.standard_normal()])
     measured = clean * np.exp(NOISE * rng.standard_normal(len(specimens)))
-    verdict = study.with_measured(measured).diagnose(causes, seed=given.seed)
+    verdict = study.replace(measured=measured).diagnose(causes, seed=given.seed)
     seconds = time.perf_counter() - begun
     if given.workers > 1:
         get_reusable_executor().shutdown(wait=True)  # so that the processor time of the workers is known

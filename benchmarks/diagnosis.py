@@ -73,7 +73,7 @@ def main(arguments=None):
     for name, sizes in HIDDEN.items():
         rng = np.random.default_rng(len(name))
         values = [simulate(s, **sizes) * math.exp(NOISE * rng.standard_normal()) for s in walls]
-        now = study.with_measured(values)
+        now = study.replace(measured=values)
         now.diagnose(CAUSES)  # makes the tables of pairs, where they are needed
         once, diagnosis = seconds(lambda now=now: now.diagnose(CAUSES))
         told, _ = seconds(diagnosis.report)

@@ -147,9 +147,9 @@ def ours(planted_mm=20.0, error=0.02, seed=1):
     study = Study(WALLS, simulate, sharp, Noise(error), covariates=["slenderness", "block"],
                   groups=[s["name"] for s in WALLS], levels=5)
     method = float(np.sqrt(np.mean(np.log(sharp / study.baseline()) ** 2)))
-    study = study.with_noise(Noise(hypot(error, method)))
+    study = study.replace(noise=Noise(hypot(error, method)))
     causes = [*PHYSICAL, *MEASURED]
-    null, planted = (study.with_measured(v * shaken).diagnose(causes) for v in (sharp, rounded))
+    null, planted = (study.replace(measured=v * shaken).diagnose(causes) for v in (sharp, rounded))
     return study, sharp, rounded, method, null, planted
 
 

@@ -56,7 +56,7 @@ others = [
     catalogue.gain(),
     catalogue.angle_offset(),
 ]
-diagnosis = study.with_measured(measured).diagnose([hollow, *others], seed=0)
+diagnosis = study.replace(measured=measured).diagnose([hollow, *others], seed=0)
 print(diagnosis.report())
 lm.figures.diagnosis(diagnosis, title="Stacks with hollow upper units").savefig("own_cause.png")
 size = diagnosis.estimates[hollow.name].size
@@ -64,6 +64,6 @@ better = lm.limit_analysis(*hollow.apply(size, *stack(tall)))
 print(f"\nbetter model of the 1.2 m stack: {better}")
 
 # ---- a verdict is conditional on its list: without the true cause others take its place, or none does --------
-without = study.with_measured(measured).diagnose(others, seed=0)
+without = study.replace(measured=measured).diagnose(others, seed=0)
 print(f"without it in the list: {without}")
 print(f"\n{study.simulator.calls} simulator calls")

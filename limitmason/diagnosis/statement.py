@@ -227,14 +227,6 @@ class Statement(ReadOnly):
             made = StudyCache(self.tables, made.designs)
         return dataclasses.replace(self, **changes, made=made)
 
-    def with_measured(self, measured: Sequence[float]) -> Self:
-        """This study, tables included, with other measured values."""
-        return self.replace(measured=measured)
-
-    def with_noise(self, noise: Noise) -> Self:
-        """This study, tables included, with another statement of the noise."""
-        return self.replace(noise=noise)
-
     def baseline(self) -> np.ndarray:
         """Prediction of the baseline at the measured inputs, shape (n,)."""
         return unlinked(at_measured(self.tables.base()), self.rows.log)

@@ -298,10 +298,10 @@ def test_a_study_does_not_change_and_its_variants_share_tables():
     made.diagnose(CAUSES, pairs=False)
     calls = made.simulator.calls
     grouped = made.replace(groups=list("aabbccddeeff"))
-    for other in (made.with_noise(Noise(0.08)), made.replace(covariates=["height"]), grouped):
+    for other in (made.replace(noise=Noise(0.08)), made.replace(covariates=["height"]), grouped):
         assert "edge rounding" in other.diagnose(CAUSES, pairs=False).causes
         assert other.simulator.calls == calls
-    assert made.with_noise(Noise(0.08)).scale == pytest.approx(0.08)
+    assert made.replace(noise=Noise(0.08)).scale == pytest.approx(0.08)
     assert made.scale == pytest.approx(0.04)
     # a plain copy with other specimens begins anew: nothing of the old ones is left in its tables or covariates
     short = made.replace(specimens=specimens()[:6])

@@ -227,7 +227,7 @@ def test_calls_are_counted_and_never_repeated():
     made = make()
     made.design([BEND, KINK])
     calls = made.simulator.calls
-    made.with_measured(made.baseline()).diagnose([BEND, KINK], pairs=False)
+    made.replace(measured=made.baseline()).diagnose([BEND, KINK], pairs=False)
     made.confusable([BEND, KINK])
     assert made.simulator.calls == calls
     # at most 17 sizes x 5 inputs x 10 specimens per cause, the baseline, and one check of nesting per cause
@@ -387,7 +387,7 @@ def test_two_measured_inputs_are_refitted_together():
     inputs = {"mu": Measured(0.7, 0.03), "nu": Measured(1.0, 0.1)}
     made = Study(SPECIMENS, two, None, Noise(0.04), inputs, ["x"])
     values = made.predicted([BEND], [0.8], [0.5, -0.7]) * np.exp(0.02 * np.random.default_rng(1).standard_normal(10))
-    diagnosis = made.with_measured(values).diagnose([BEND], pairs=False)
+    diagnosis = made.replace(measured=values).diagnose([BEND], pairs=False)
     assert diagnosis.causes == ("bend",)
     assert diagnosis.estimates["bend"].low < 0.8 < diagnosis.estimates["bend"].high
 
@@ -396,7 +396,7 @@ def test_an_input_without_error_and_no_input_at_all():
     for nuisance in ({"mu": Measured(0.7, 0.0)}, {}):
         made = Study(SPECIMENS, simulate, None, Noise(0.04), nuisance, ["x"])
         values = made.predicted([BEND], [0.8]) * np.exp(0.04 * np.random.default_rng(1).standard_normal(10))
-        assert made.with_measured(values).diagnose([BEND, KINK]).causes == ("bend",)
+        assert made.replace(measured=values).diagnose([BEND, KINK]).causes == ("bend",)
 
 
 def test_long_work_tells_how_far_it_is():
@@ -404,7 +404,7 @@ def test_long_work_tells_how_far_it_is():
     rehearsed = made.rehearse([BEND, KINK], 3, pairs=False, progress=lines.append)
     assert len(lines) == rehearsed.n == 3
     assert lines[-1].startswith("trial 3 of 3: hidden ")
-    diagnosis = made.with_measured(made.predicted([BEND], [1.0])).diagnose([BEND, KINK])
+    diagnosis = made.replace(measured=made.predicted([BEND], [1.0])).diagnose([BEND, KINK])
     told = []
     text = diagnosis.report(progress=told.append)
     assert sum("without specimen" in line for line in told) == len(SPECIMENS)

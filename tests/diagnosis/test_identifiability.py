@@ -117,7 +117,7 @@ def test_a_name_is_earned_only_where_its_lever_is_varied_and_next_tests_vary_it(
     more = [s for s in tests.specimens for _ in range(2)]
     both = narrow().replace(specimens=[*narrow().specimens, *more])
     noise = np.exp(0.04 * np.random.default_rng(1).standard_normal(both.n))
-    again = both.with_measured(both.predicted([ROUNDING], [0.012]) * noise).diagnose(CAUSES)
+    again = both.replace(measured=both.predicted([ROUNDING], [0.012]) * noise).diagnose(CAUSES)
     assert (again.identification.distinct, again.causes) == (True, ("edge rounding",))
 
 
@@ -218,7 +218,7 @@ def test_an_effect_that_goes_with_the_groups_is_no_noise_that_they_share(share):
     before, beside = [], []
     for _ in range(20):
         values = made.predicted([raised], [0.15]) * np.exp(0.04 * factor @ rng.standard_normal(40))
-        own = made.with_measured(values)
+        own = made.replace(measured=values)
         before.append(own.shares(causes).shares.get("batch", 0.0))
         beside.append(own.shares(causes, price=4.0).shares.get("batch", 0.0))
     assert min(before) > 0.25

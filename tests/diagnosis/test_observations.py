@@ -242,7 +242,7 @@ def test_a_unit_that_is_off_a_name_that_is_there_twice_and_what_is_no_number_are
     made = Study.from_folder(folder, shared=())
     factor = np.where([q == "stiffness" for q in made.rows.quantities], 1e3, 1.0)
     with pytest.warns(UserWarning, match=r"^stiffness: measured is 1.16e\+03 times predicted; are both in one unit"):
-        found = made.with_measured(made.measured * factor).diagnose(draws=99)
+        found = made.replace(measured=made.measured * factor).diagnose(draws=99)
     for column, words in (("quantity", "each number measured"), ("height in deformation", "vary with height in")):
         verdict = dataclasses.replace(found.verdict, kind="unexplained", covariate=column)
         asked = dataclasses.replace(found, verdict=verdict).next_tests(made.specimens, k=2)

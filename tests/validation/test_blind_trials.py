@@ -97,6 +97,6 @@ def test_the_two_codes_differ_but_little(places):
 def test_the_truth_is_sealed(places):
     # the same values give the same verdict whatever was hidden: the diagnosis sees nothing but them
     values, _ = hide.hide(places["24"], "clear", [SEED, 70])
-    first = places["24"].study.with_measured(values).diagnose(surrogate.CAUSES, seed=1)
-    again = hide.campaign("24").study.with_measured(values).diagnose(surrogate.CAUSES, seed=1)
+    first = places["24"].study.replace(measured=values).diagnose(surrogate.CAUSES, seed=1)
+    again = hide.campaign("24").study.replace(measured=values).diagnose(surrogate.CAUSES, seed=1)
     assert (first.kind, first.causes, first.estimates) == (again.kind, again.causes, again.estimates)

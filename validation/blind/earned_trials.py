@@ -257,7 +257,7 @@ def one(design, kind, seed, *, code=store.LIMIT, column=None, recorded=True, car
         study = study.replace(covariates=known, shared=shared)
     if untold is not None:
         study = study.replace(covariates={k: v for k, v in study.covariates.items() if k != untold})
-    verdict = study.with_measured(values).diagnose(causes, seed=seed[-1], draws=DRAWS, rule=rule)
+    verdict = study.replace(measured=values).diagnose(causes, seed=seed[-1], draws=DRAWS, rule=rule)
     truth = () if kind.startswith("missing") else plant.names
     out = {"design": design, "kind": kind, "truth": plant.label, "outcome": outcome(verdict, truth),
            "said": " + ".join(verdict.causes)}

@@ -27,7 +27,7 @@ def alarms(values, truth, candidates, levels, trials):
     stated = noise if truth == candidates else float(np.hypot(noise, two_codes_trials.method_error()))
     options = {**two_codes_trials.SLOW, "nuisance_levels": levels, "shared": ()}
     known = (small_walls.SPECIMENS, code, None, Noise(noise), small_walls.NUISANCE, small_walls.COVARIATES)
-    study = Study(*known, **options).with_noise(Noise(stated))
+    study = Study(*known, **options).replace(noise=Noise(stated))
     design = study.design(small_walls.CAUSES)
     nodes, worst = design.null.z[0], 0.0
     for z in two_codes_trials.FRICTIONS:
@@ -40,7 +40,8 @@ def alarms(values, truth, candidates, levels, trials):
         expected = np.array(truths.predict(z=z))
         measured = expected * np.exp(noise * rng.standard_normal(len(expected)))
         rule = Rule(identify=False, screen=True)
-        verdict = study.with_measured(measured).diagnose(small_walls.CAUSES, seed=k, draws=699, rule=rule, pairs=False)
+        asked = study.replace(measured=measured)
+        verdict = asked.diagnose(small_walls.CAUSES, seed=k, draws=699, rule=rule, pairs=False)
         found += verdict.kind != "none"
     return worst, found
 

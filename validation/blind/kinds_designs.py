@@ -195,7 +195,7 @@ class Trials:
             noise = np.sqrt(0.5) * (noise + rng.standard_normal(each.max() + 1)[each])
         moved = self.design.null.slopes @ rng.standard_normal(self.design.inputs)
         shaken = values * np.exp(self.drawn * noise + self.study.scale * moved)
-        return self.study.with_measured(shaken).diagnose(causes, seed=int(rng.integers(1 << 31)), draws=DRAWS)
+        return self.study.replace(measured=shaken).diagnose(causes, seed=int(rng.integers(1 << 31)), draws=DRAWS)
 
 
 class PeaksAlone(Trials):
@@ -368,6 +368,6 @@ class Patterns:
     def judged(self, values, rng):
         """Verdict on a pattern of which some joints are misread."""
         seen = np.where(rng.random(len(values)) < MISREAD, 1.0 - values, values)
-        return self.study.with_measured((seen - MISREAD) / (1.0 - 2.0 * MISREAD)).diagnose(
+        return self.study.replace(measured=(seen - MISREAD) / (1.0 - 2.0 * MISREAD)).diagnose(
             seed=int(rng.integers(1 << 31)), draws=DRAWS, pairs=False
         )

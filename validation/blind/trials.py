@@ -60,7 +60,7 @@ def run(
             values, truth = hide.hide(where, kind, [*seed, k], noise=noise, **how)
         except LookupError:
             return
-        diagnosis = where.study.with_measured(values).diagnose(causes, seed=k, rule=rule or SET)
+        diagnosis = where.study.replace(measured=values).diagnose(causes, seed=k, rule=rule or SET)
         result = score.outcome(*score.ours(diagnosis), truth=truth)
         record.sheet.add(label or kind, result)
         if kind == "middle" and label is None:
@@ -99,7 +99,7 @@ def next_tests(record, where, kind, seed, count, label="plain"):
     while done < count and k < 20 * count:
         k += 1
         values, truth = hide.hide(where, kind, [*seed, k])
-        diagnosis = where.study.with_measured(values).diagnose(surrogate.CAUSES, seed=k, pairs=False, rule=SET)
+        diagnosis = where.study.replace(measured=values).diagnose(surrogate.CAUSES, seed=k, pairs=False, rule=SET)
         if diagnosis.kind != "either" or truth.names[0] not in diagnosis.causes:
             continue
         done += 1
@@ -137,7 +137,7 @@ def blunders(record, where, seed, count):
     """Null data with one value off by five standard deviations: alarms, names, whether it is pointed at."""
     for k in range(count):
         values, truth = hide.hide(where, "null", [*seed, k], blunder=5.0)
-        diagnosis = where.study.with_measured(values).diagnose(surrogate.CAUSES, seed=k, rule=SET)
+        diagnosis = where.study.replace(measured=values).diagnose(surrogate.CAUSES, seed=k, rule=SET)
         record.sheet.add("blunder of 5 sigma", score.outcome(*score.ours(diagnosis), truth=truth))
         if diagnosis.kind != "none":
             guilty = int(np.argmax(np.abs(np.log(values / truth.expected))))

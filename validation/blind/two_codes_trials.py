@@ -80,7 +80,7 @@ def _provenance():
 def study(simulator):
     """The design with one code as the candidates, without measured values.
 
-    Its tables are made for the noise of the trials: change the noise by ``with_noise``, or other sizes are asked for.
+    Its tables are made for the noise of the trials: change it by ``replace(noise=...)``, or other sizes are asked for.
     """
     known = {"shared": (), **SLOW}
     return Study(SPECIMENS, simulator, None, Noise(NOISE), small_walls.NUISANCE, small_walls.COVARIATES, **known)
@@ -119,7 +119,7 @@ def place(simulator, noise=NOISE):
     ----------
     noise : stated, method error included
     """
-    blank = study(simulator).with_noise(Noise(noise))
+    blank = study(simulator).replace(noise=Noise(noise))
     design = blank.known_design(CAUSES)
     sizes, d2, seen = {}, {}, {}
     for cause in CAUSES:
@@ -209,7 +209,7 @@ def run(record, truth_code, kind, seed, count, *, label=None, noise=NOISE, decla
     where = ready(CANDIDATES[truth_code], noise, declared)
     for k in range(count):
         values, truth = hidden(truth_code, kind, [*seed, k], noise)
-        diagnosis = where.study.with_measured(values).diagnose(CAUSES, seed=k, rule=SET)
+        diagnosis = where.study.replace(measured=values).diagnose(CAUSES, seed=k, rule=SET)
         result = score.outcome(*score.ours(diagnosis), truth=truth)
         record.sheet.add(label or kind, result)
         for name, broken in (("best fit", score.best_fit), ("abstain", score.abstain)):
