@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.checks import finite
+from limitmason.checks import finite, not_negative, positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_plane
@@ -50,11 +50,8 @@ def backfill_wrenches(
     Fill has weight here and no strength: it neither spreads a load nor resists a mechanism that lifts it, so that the
     multiplier is low where real fill is stiff or braces the haunches. Faces below a roof are loaded too: name blocks.
     """
-    top, rho, k = finite("level", level), finite("density", density), finite("lateral", lateral)
-    if not rho > 0.0:
-        raise InputError(f"density of the fill must be above 0 kg/m3, got {density!r}")
-    if not k >= 0.0:
-        raise InputError(f"lateral must be zero or more, got {lateral!r}")
+    top, k = finite("level", level), not_negative("lateral", lateral)
+    rho = positive("density of the fill", density, "kg/m3")
     free = [i for i in range(assembly.n_blocks) if not assembly.fixed[i]]
     rows = free if blocks is None else [assembly.block_index(b) for b in blocks]
     wrench, loaded = np.zeros((assembly.n_blocks, 6)), False

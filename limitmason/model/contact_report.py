@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.arrays import Array
 from limitmason.checks import positive
@@ -196,18 +195,13 @@ class ContactReport(ReadOnly):
             lines.append(f"deepest overlap within the tolerance {1e3 * self.deepest_overlap:.2g} mm")
         lines += _doubt_rows("near misses: faces that may have been meant to touch", self.near_misses)
         lines += _doubt_rows("wedges kept as contacts", self.kept)
-        lines += _rows(
-            "tiny contacts",
-            [f"{c.a} | {c.b} | {1e3 * c.width:.3g} mm wide, {c.area:.3g} m2 | {_place(c.place)}" for c in self.tiny],
-        )
+        tiny = [f"{c.a} | {c.b} | {1e3 * c.width:.3g} mm wide, {c.area:.3g} m2 | {_place(c.place)}" for c in self.tiny]
+        lines += _rows("tiny contacts", tiny)
         lines += _rows("overlaps", [f"{a} | {b} | {1e3 * d:.3g} mm deep" for a, b, d in self.overlaps])
         lines += _rows("floating blocks: no chain of contacts to a support", list(self.floating))
         lines += _rows("blocks that hang on one tiny contact", list(self.hanging))
-        lines += _rows(
-            "edge and corner contacts: no force passes there",
-            [f"{e.a} | {e.b} | {e.kind} | {_place(e.place)}" for e in self.edges],
-            shown=5,
-        )
+        edges = [f"{e.a} | {e.b} | {e.kind} | {_place(e.place)}" for e in self.edges]
+        lines += _rows("edge and corner contacts: no force passes there", edges, shown=5)
         lines += _doubt_rows("passed over: narrow, or turned beside another contact", self.passed_over, shown=5)
         lines.append(f"{len(self.untouched)} of {self.n_faces} faces touch nothing (outer faces included)")
         if self.would_add:
@@ -253,9 +247,8 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
 
     faces, start = all_faces(pieces.solids)
     p, q = near_pairs(pieces.solids, pieces.owner, near)
-    deeper = penetrations(
-        pieces.solids, pieces.owner, faces, start, p, q, np.minimum(near[pieces.owner[p]], near[pieces.owner[q]])
-    )
+    touching = np.minimum(near[pieces.owner[p]], near[pieces.owner[q]])
+    deeper = penetrations(pieces.solids, pieces.owner, faces, start, p, q, touching)
     entries = _entries(assembly, pieces, exact)
     linked = set(present) | {(d.a, d.b) for d in missed if d.kind != "turned"}
     names = [b.name for b in blocks]
@@ -288,11 +281,7 @@ def _within(found: Candidates, reach: Array, angle_deg: float) -> Candidates:
     """The candidates up to a gap per block [m] and an angle."""
     far = np.minimum(reach[found.a], reach[found.b])
     keep = (found.pairs.gap.min(axis=1) <= far) & (found.pairs.angle_deg <= angle_deg)
-    return _some(found._replace(reach=far), keep)
-
-
-def _some(found: Candidates, keep: NDArray) -> Candidates:
-    return Candidates(found.pairs.rows(keep), *(column[keep] for column in found[1:]))
+    return Candidates(found.pairs.rows(keep), *(column[keep] for column in found._replace(reach=far)[1:]))
 
 
 def _would_add(

@@ -49,18 +49,9 @@ def given_as_coefficient() -> Iterator[None]:
 
 def warn_of_joint(joint: Any, label: str) -> None:
     """Angles like radians, strengths like MPa, stiffness like N/mm3."""
-    angle = joint.friction_angle_deg
-    if 0.0 < angle < _ANGLE_LIKE_RADIANS and not _given_as_coefficient.get():
-        warn(
-            f"{label}: friction_angle_deg = {angle:g} degrees looks like radians ({np.degrees(angle):.3g} degrees); "
-            "use Joint.from_friction_coefficient for a joint this smooth"
-        )
-    for field in (
-        "cohesion", "tensile_strength", "compressive_strength", "residual_cohesion", "residual_tensile_strength",
-    ):
-        value = getattr(joint, field)
-        if value is not None and _STRESS_LIKE_MPA[0] <= value < _STRESS_LIKE_MPA[1]:
-            warn(f"{label}: {field} = {value:g} Pa looks like MPa ({value:g} MPa is {1e6 * value:g} Pa)")
+    if not _given_as_coefficient.get():
+        _warn_of_angle(joint, label, "; use Joint.from_friction_coefficient for a joint this smooth")
+    _warn_of_strengths(joint, label, "compressive_strength", "residual_cohesion", "residual_tensile_strength")
     for field in ("normal_stiffness", "shear_stiffness"):
         value = getattr(joint, field)
         if value is not None and 0.0 < value < _STIFFNESS_LIKE_N_PER_MM3:
@@ -72,11 +63,20 @@ def warn_of_material(material: Any, label: str) -> None:
     if material.young_modulus < _MODULUS_TOO_LOW:
         e = material.young_modulus
         warn(f"{label}: young_modulus = {e:g} Pa looks like MPa or GPa ({e:g} GPa is {1e9 * e:g} Pa)")
-    angle = material.friction_angle_deg
+    _warn_of_angle(material, label)
+    _warn_of_strengths(material, label)
+
+
+def _warn_of_angle(law: Any, label: str, remedy: str = "") -> None:
+    angle = law.friction_angle_deg
     if angle is not None and 0.0 < angle < _ANGLE_LIKE_RADIANS:
-        warn(f"{label}: friction_angle_deg = {angle:g} degrees looks like radians ({np.degrees(angle):.3g} degrees)")
-    for field in ("cohesion", "tensile_strength"):
-        value = getattr(material, field)
+        as_degrees = f"{np.degrees(angle):.3g} degrees"
+        warn(f"{label}: friction_angle_deg = {angle:g} degrees looks like radians ({as_degrees}){remedy}")
+
+
+def _warn_of_strengths(law: Any, label: str, *further: str) -> None:
+    for field in ("cohesion", "tensile_strength", *further):
+        value = getattr(law, field)
         if value is not None and _STRESS_LIKE_MPA[0] <= value < _STRESS_LIKE_MPA[1]:
             warn(f"{label}: {field} = {value:g} Pa looks like MPa ({value:g} MPa is {1e6 * value:g} Pa)")
 

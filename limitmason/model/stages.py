@@ -8,27 +8,17 @@ a method that steps through time follows them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from limitmason.arrays import Array, Flags
-from limitmason.checks import not_negative
+from limitmason.checks import finite, not_negative
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_vector
 from limitmason.model.support import DEGREES_OF_FREEDOM
-
-
-def _finite(what: str, value: float | Sequence[float]) -> None:
-    """Refuse numbers that are not finite, and what is no number."""
-    try:
-        fine = bool(np.isfinite(np.asarray(value, dtype=float)).all())
-    except (TypeError, ValueError):
-        fine = False
-    if not fine:
-        raise InputError(f"{what} must be finite, got {value!r}")
 
 
 @dataclass(frozen=True)
@@ -155,7 +145,7 @@ class Ramp(Stage):
 
     def __post_init__(self) -> None:
         """Check the target."""
-        _finite("Ramp: to", self.to)
+        finite("Ramp: to", self.to)
 
 
 @dataclass(frozen=True)
@@ -179,7 +169,7 @@ class Tilt(Stage):
 
     def __post_init__(self) -> None:
         """Check angle and axis."""
-        _finite("Tilt: to_deg", self.to_deg)
+        finite("Tilt: to_deg", self.to_deg)
         read_vector("Tilt: axis", self.axis)
 
 
@@ -209,7 +199,8 @@ class Drive(Stage):
         for block, moves in self.displacement.items():
             if not isinstance(moves, Mapping):
                 raise InputError(f"Drive: moves of block {block!r} must read {{'x': 0.005}} [m, rad], got {moves!r}")
-            _finite(f"Drive: displacement of block {block!r}", list(moves.values()))
+            for name, value in moves.items():
+                finite(f"Drive: displacement of block {block!r} along {name!r}", value)
         if self.calm is not None and not (self.calm > 0.0 and self.duration is None):
             raise InputError(f"Drive: calm must be positive, and the length be given in steps, got {self.calm!r}")
 

@@ -62,8 +62,7 @@ class Tie(ReadOnly):
     name: str = ""
 
     def __post_init__(self) -> None:
-        to = "the ground" if self.block_b is None else repr(self.block_b)
-        label = f"tie {self.name!r}" if self.name else f"tie from {self.block_a!r} to {to}"
+        label = f"tie {self.name!r}" if self.name else self._between
         for field in ("point_a", "point_b"):
             try:
                 point = np.array(getattr(self, field), dtype=float)
@@ -146,9 +145,9 @@ class Tie(ReadOnly):
 
     def __str__(self) -> str:
         """One line for a reader."""
-        other = "the ground" if self.block_b is None else repr(self.block_b)
         name = f"{self.name}: " if self.name else ""
-        return (
-            f"{name}tie from {self.block_a!r} to {other}, {self.length:.3g} m, {self.strength / 1e3:.4g} kN "
-            f"({self.governed_by})"
-        )
+        return f"{name}{self._between}, {self.length:.3g} m, {self.strength / 1e3:.4g} kN ({self.governed_by})"
+
+    @property
+    def _between(self) -> str:
+        return f"tie from {self.block_a!r} to {'the ground' if self.block_b is None else repr(self.block_b)}"

@@ -30,8 +30,6 @@ def fitted(assembly: Blockwork, ties: Sequence[Tie]) -> tuple[Tie, ...]:
     """
     out = []
     for tie in ties:
-        if not isinstance(tie, Tie):
-            raise InputError(f"ties must be Tie objects, got {tie!r}")
         a = assembly.block_index(tie.block_a)
         b = assembly.ground_for(str(tie)) if tie.block_b is None else assembly.block_index(tie.block_b)
         names = assembly.blocks[a].name, assembly.blocks[b].name
@@ -85,18 +83,12 @@ def ring_beam(
     if line.ndim != 2 or len(line) < 2 or line.shape[1] != 3:
         raise InputError("a ring beam needs two points or more, three coordinates each [m]")
     owner = [_block_at(assembly, p) for p in line]
+    names = [assembly.blocks[block].name for block in owner]
     pairs = list(itertools.pairwise(range(len(line)))) + ([(len(line) - 1, 0)] if closed else [])
     ties = [
-        Tie(
-            assembly.blocks[owner[i]].name,
-            line[i],
-            assembly.blocks[owner[j]].name,
-            line[j],
-            name=f"{name} {k + 1}",
-            **options,
-        )
+        Tie(names[i], line[i], names[j], line[j], name=f"{name} {k + 1}", **options)
         for k, (i, j) in enumerate(pairs)
-        if owner[i] != owner[j] and not (assembly.fixed[owner[i]] and assembly.fixed[owner[j]])
+        if names[i] != names[j] and not (assembly.fixed[owner[i]] and assembly.fixed[owner[j]])
     ]
     if not ties:
         raise InputError(f"{name}: no piece of the line joins two blocks of which one may move")
