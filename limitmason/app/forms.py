@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -109,31 +109,29 @@ _OPENING = {"x": "0.8", "z": "0.6", "width": "0.8", "height": "0.8", "lintel": "
 @cache
 def calls() -> dict[str, dict[str, Call]]:
     """All calls by the part of the form they belong to, and by name."""
-    joint = ("joint=joint",)
+    joint, wall = ("joint=joint",), ("wall",)
+    drawing = _fields(lm.formats.model_of_drawing, _DRAWING)
+    analyses = _group("answer = lm", lm, _ANALYSES, ("wall", "loads"), whole=True)
+    analyses["stability"] = replace(analyses["stability"], before=("wall", "loads.scaled(live=0.0)"))
     return {
         "joint": {"Joint": Call("joint = lm.Joint", "Joint", _fields(lm.Joint, _JOINT))},
-        "structure": {
-            name: Call(f"wall = lm.build.{name}", title, _fields(getattr(lm.build, name), start), after=joint)
-            for name, (title, start) in _BUILDERS.items()
-        },
+        "structure": _group("wall = lm.build", lm.build, _BUILDERS, after=joint),
         "opening": {"Opening": Call("lm.build.Opening", "Opening", _fields(lm.build.Opening, _OPENING))},
-        "drawing": {
-            "drawing": Call("drawing = lm.formats.model_of_drawing", "Drawing",
-                            _fields(lm.formats.model_of_drawing, _DRAWING), after=joint)
-        },
-        "loads": {
-            name: Call(f"loads = lm.Loads.{name}", title, _fields(getattr(lm.Loads, name), start), ("wall",))
-            for name, (title, start) in _BASE_LOADS.items()
-        },
-        "more": {
-            name: Call(f"loads = loads.{name}", title, _fields(getattr(lm.Loads, name), start), ("wall",))
-            for name, (title, start) in _MORE_LOADS.items()
-        },
-        "analysis": {
-            name: Call(f"answer = lm.{name}", title, _fields(getattr(lm, name), start, whole=True),
-                       ("wall", "loads.scaled(live=0.0)" if name == "stability" else "loads"))
-            for name, (title, start) in _ANALYSES.items()
-        },
+        "drawing": {"drawing": Call("drawing = lm.formats.model_of_drawing", "Drawing", drawing, after=joint)},
+        "loads": _group("loads = lm.Loads", lm.Loads, _BASE_LOADS, wall),
+        "more": _group("loads = loads", lm.Loads, _MORE_LOADS, wall),
+        "analysis": analyses,
+    }
+
+
+def _group(
+    target: str, home: Any, table: dict[str, tuple[str, dict[str, Any]]], before: tuple[str, ...] = (),
+    after: tuple[str, ...] = (), *, whole: bool = False,
+) -> dict[str, Call]:
+    """Calls of one home by name, from their titles and what their forms begin with."""
+    return {
+        name: Call(f"{target}.{name}", title, _fields(getattr(home, name), start, whole=whole), before, after)
+        for name, (title, start) in table.items()
     }
 
 

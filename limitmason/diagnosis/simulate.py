@@ -150,16 +150,26 @@ def collapse(
     return Collapse(build, method, measured_as, floor, tuple(accept), options)
 
 
-@dataclass(frozen=True, eq=False)
 class Several:
-    """A simulator of several quantities.
+    """A simulator for ``Study`` of several quantities of one model, so that a cause moves them all.
 
-    Make one with :func:`several`.
+    Parameters
+    ----------
+    build : ``build(specimen, **parameters)`` returns (assembly, loads); of a specimen with a "modal test", a
+        :class:`~limitmason.vibration.ModalTest`, frequencies and shapes at its sensors are answered as well
+    answers : quantity to the method that finds it, or to a function of assembly and loads
+    options : of a method, by its name; see :func:`limitmason.methods.answer`
     """
 
-    build: Build
-    answers: Mapping[str, str | Callable[[Assembly, Loads], float]]
-    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    def __init__(
+        self, build: Build, answers: Mapping[str, str | Callable[[Assembly, Loads], float]],
+        **options: Mapping[str, Any],
+    ) -> None:
+        if not callable(build):
+            raise InputError(f"build must be a function build(specimen) of assembly and loads, got {build!r}")
+        if not isinstance(answers, Mapping):
+            raise InputError(f"answers must read {{'peak': 'limit'}}, a method for each quantity, got {answers!r}")
+        self.build, self.answers, self.options = build, dict(answers), options
 
     @property
     def __signature__(self) -> inspect.Signature:
@@ -182,23 +192,7 @@ class Several:
         return answer(assembly, loads, wanted, **options)
 
 
-def several(
-    build: Build, answers: Mapping[str, str | Callable[[Assembly, Loads], float]], **options: Mapping[str, Any]
-) -> Several:
-    """A simulator for ``Study`` of several quantities of one model, so that a cause moves them all.
-
-    Parameters
-    ----------
-    build : ``build(specimen, **parameters)`` returns (assembly, loads); of a specimen with a "modal test", a
-        :class:`~limitmason.vibration.ModalTest`, frequencies and shapes at its sensors are answered as well
-    answers : quantity to the method that finds it, or to a function of assembly and loads
-    options : of a method, by its name; see :func:`limitmason.methods.answer`
-    """
-    if not callable(build):
-        raise InputError(f"build must be a function build(specimen) of assembly and loads, got {build!r}")
-    if not isinstance(answers, Mapping):
-        raise InputError(f"answers must read {{'peak': 'limit'}}, a method for each quantity, got {answers!r}")
-    return Several(build, dict(answers), options)
+several = Several
 
 
 @dataclass(frozen=True)
