@@ -103,6 +103,7 @@ class Objective(ReadOnly):
         raw = np.array([[e.misfit(v) for e, v in zip(self.entries, row, strict=True)] for row in found])
         out = np.clip(np.nan_to_num(raw / self.deviation, nan=LOST), -1e100, 1e100)
         self.tried.extend(Minimum(np.array(x), r) for x, r in zip(points, out, strict=True))
+        self.runs.tell(self._so_far())
         return out
 
     def at(self, x: Array) -> Array:
@@ -110,13 +111,18 @@ class Objective(ReadOnly):
         return np.asarray(self.residuals([x])[0])
 
     def say(self, stage: str, *, now: bool = False) -> None:
-        """Name the stage for the lines of progress, with the best values so far.
-
-        ``now`` writes a line at once.
-        """
-        values = ", ".join(f"{k} {v:.4g}" for k, v in self.scale.values(self.best.x).items()) if self.tried else ""
-        self.runs.stage = f"{stage}; best misfit {self.best.chi2:.4g} at {values}" if values else stage
+        """Name the stage for the lines of progress; ``now`` writes one at once, with the best values so far."""
+        self.runs.stage, self.runs.best = stage, self._so_far()
         if now:
-            noted(self.runs.stage)
+            noted(stage + self.runs.best)
             if self.runs.progress is not None:
-                self.runs.progress(self.runs.stage)
+                self.runs.progress(stage + self.runs.best)
+
+    def _so_far(self) -> str:
+        """The least misfit and where it lies, in words; empty before the first run."""
+        if not self.tried:
+            return ""
+        best = self.best
+        return f"; best misfit {best.chi2:.4g} at " + ", ".join(
+            f"{k} {v:.4g}" for k, v in self.scale.values(best.x).items()
+        )

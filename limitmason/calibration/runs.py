@@ -57,7 +57,7 @@ class Runs:
             every = sorted({n for m in self.models for n in keywords(m) or ()})
             raise InputError(f"no model takes the parameter {idle[0]!r}; they take: {', '.join(every) or 'none'}")
         self.executor, self.workers, self.progress = executor, workers, progress
-        self.calls, self.seconds, self.stage, self.left = 0, 0.0, "", 0
+        self.calls, self.told, self.seconds, self.stage, self.best, self.left = 0, 0, 0.0, "", "", 0
         self.memo = Memo(store, key, kind=dict)
 
     def __call__(self, points: Sequence[Mapping[str, float]], of: Iterable[int]) -> list[list[Array]]:
@@ -96,11 +96,15 @@ class Runs:
         for _ in self.memo.map(_one, missing, executor=self.executor, workers=self.workers):
             self.calls += 1
             ahead = max(self.left, len(missing) - (self.calls - before))
-            reached(self.calls / (self.calls + ahead), f"{self.stage}: {self.calls} runs")
+            reached(self.calls / (self.calls + ahead), f"{self.stage}{self.best}: {self.calls} runs")
         self.seconds += time.perf_counter() - clock
-        if self.progress is not None:
+
+    def tell(self, best: str) -> None:
+        """Write a line of progress where runs were made since the last one, with the best values in words."""
+        self.best, news, self.told = best, self.calls > self.told, self.calls
+        if news and self.progress is not None:
             left = f", about {self.seconds / self.calls * self.left:.0f} s left" if self.left else ""
-            self.progress(f"{self.stage}: {self.calls} runs in {self.seconds:.0f} s{left}")
+            self.progress(f"{self.stage}{best}: {self.calls} runs in {self.seconds:.0f} s{left}")
 
 
 def _one(

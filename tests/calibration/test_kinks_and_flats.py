@@ -138,3 +138,21 @@ def test_intervals_cover_the_truth_of_smooth_and_kinked_models(name):
         inside += [low <= t <= high for (low, high), t in zip(fit.interval.values(), truth, strict=True)]
     # 95 %: fewer than 34 of 40 in 2 of 1,000
     assert (inside >= 34).all(), inside
+
+
+def test_lines_of_progress_give_the_least_misfit_of_all_runs_so_far():
+    """Each line after a run of a search says what its own runs have reached, not what the stage began with."""
+    misfits, said = [], []
+
+    def model(a):
+        misfits.append((((a - 3.0) / 0.05) ** 2, a))
+        return a
+
+    def heard(line):
+        if "misfit" in line:
+            said.append(tuple(float(line.split(word)[1].split()[0].strip(",:;")) for word in ("misfit", "at a")))
+            assert said[-1] == pytest.approx(min(misfits), rel=1e-3, abs=1e-6)
+
+    calibrate(model, {"value": Target(3.0, 0.05, absolute=True)}, [Parameter("a", 30.0, (0.1, 100.0))],
+              search=SearchSettings(starts=1), level=None, progress=heard)
+    assert len(said) > 3
