@@ -59,9 +59,9 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     crossing that carries nothing is looked for anew each time, so that what touches first is what the joint is made
     for. New pairs take the law of a joint of one of their blocks without cohesion and tension: they were never bonded.
     A new joint starts with the shear force and the dilation of the nearest old point of its pair, or of the joint whose
-    face goes on in its own (:mod:`dem.internal_edges`), and with the elastic energy that these had, as far as that does
-    not press harder, never with more: see :func:`dem.contact.state_transfer.keep_energy`. What contacts found anew no
-    longer store is counted as artificial damping.
+    face goes on in its own (:mod:`dem.contact.internal_edges`), and with the elastic energy that these had, as far as
+    that does not press harder, never with more: see :func:`dem.contact.state_transfer.keep_energy`. What contacts found
+    anew no longer store is counted as artificial damping.
 
     A pair is looked at again when its blocks have moved or turned against each other by as much as it takes for a joint
     of theirs to be outworn, and at most by half the margin: up to there the contacts that it has are all there are.

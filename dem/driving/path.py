@@ -18,7 +18,14 @@ SLOWER = 3
 
 
 class Follower:
-    """Tells who listens what part of a push is done and how long the rest will take."""
+    """Tells who listens what part of a push is done and how long the rest will take.
+
+    Parameters
+    ----------
+    progress : who listens
+    run : number of the run, of one or two speeds
+    before, count, total : steps of the runs before this one, of this one, and of all
+    """
 
     def __init__(self, progress: Progress | None, run: int, before: int, count: int, total: int) -> None:
         self.progress, self.run, self.before, self.count, self.total = progress, run, before, count, total

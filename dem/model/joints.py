@@ -33,7 +33,7 @@ class JointOptions:
     Parameters
     ----------
     dilatant_slip : plastic slip up to which a joint dilates [m]; infinite by default. Sliding back closes the joint
-        again; contacts that are cut anew (:mod:`dem.detection`) keep their lift and start their slip at nothing
+        again; contacts that are cut anew (:mod:`dem.contact.detection`) keep their lift and start their slip at nothing
     softening_slip : plastic slip (or crack opening) over which c, ft, phi and psi go linearly to their residual
         values [m]; 0 is a brittle drop; only joints with residual values soften, and those with fracture energies of
         their own take no other length

@@ -34,17 +34,22 @@ class Pieces(NamedTuple):
 
     @classmethod
     def of(cls, assembly: Assembly) -> "Pieces":
-        """Pieces of an assembly, found once: a push runs the same one at two speeds."""
+        """Pieces of an assembly, found once: a push runs the same one at two speeds.
+
+        Arrays are as wide as the piece with the most corners, faces and edges. Pieces of one topology are filled in
+        together.
+        """
         if assembly in _KNOWN:
             return _KNOWN[assembly]
         solids = [part for block in assembly.blocks for part in block.parts]
         owner = np.repeat(np.arange(assembly.n_blocks), [len(block.parts) for block in assembly.blocks])
         groups = group_by_topology(solids)
         tables = [_edges_of(faces) for faces, _, _ in groups]
+        # most corners and faces of a piece, and corners of a face
         v = max(vertices.shape[1] for _, _, vertices in groups)
         f = max(len(faces) for faces, _, _ in groups)
         k = max(len(face) for faces, _, _ in groups for face in faces)
-        count, m = np.zeros((3, len(solids)), dtype=np.int64), len(solids)
+        count, m = np.zeros((3, len(solids)), dtype=np.int64), len(solids)  # corners, faces and edges of every piece
         local, faces_of = np.zeros((m, v, 3)), np.zeros((m, f, k), dtype=np.int64)
         size, edges = np.zeros((m, f), dtype=np.int64), np.zeros((m, max(map(len, tables)), 4), dtype=np.int64)
         for (faces, rows, vertices), table in zip(groups, tables, strict=True):
@@ -54,6 +59,7 @@ class Pieces(NamedTuple):
             for j, face in enumerate(faces):
                 faces_of[rows, j, : len(face)] = face
                 size[rows, j] = len(face)
+            # edges at which two faces really turn come first; those between coplanar faces are none
             bent = _bent(vertices, faces, table)
             first = np.argsort(~bent, axis=1, kind="stable")
             edges[rows, : len(table)] = np.where(np.sort(~bent, axis=1)[:, :, None], 0, table[first])

@@ -32,7 +32,7 @@ from limitmason.model.fingerprint import Fingerprint
 from limitmason.storage.files import read_archive, write_archive
 
 ENDS = 10
-"""Columns of ``State.ends``, see :mod:`dem.edge_points`."""
+"""Columns of ``State.ends``, see :mod:`dem.model.edge_points`."""
 
 QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
 _PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "setback", "ends",
@@ -81,7 +81,7 @@ class State:
     model : fingerprint of the assembly it belongs to
     modes, deformation : of blocks that deform, None where all are rigid
     setback : part of the gap of points cut anew under load that keeps their energy, until they open [m], shape (m,)
-    ends : of points of joints that slid, see :mod:`dem.edge_points`, NaN of others, shape (m, 10)
+    ends : of points of joints that slid, see :mod:`dem.model.edge_points`, NaN of others, shape (m, 10)
     outside : motions that leave the plane of a plane problem, held in all blocks for good, shape (6,)
     ties : kernel arrays of the ties
     near : pairs that searches for contacts look at once they have moved, None before the first

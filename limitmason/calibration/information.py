@@ -100,7 +100,8 @@ class Information(ReadOnly):
     def covariance(self) -> Array:
         """Covariance on the scale of the fit, shape (p, p).
 
-        Unseen moves are as wide as the bounds.
+        It is the sum over the principal moves of the fit, each as wide as its deviation. A move that the data do not
+        see, or hardly, is as wide as values that are uniform between the bounds.
         """
         size, moves = self._parts()
         # deviation of a value that is uniform between its bounds, in resolutions

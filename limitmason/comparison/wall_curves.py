@@ -160,9 +160,10 @@ def described(test: Experiment, curve: PushoverCurve) -> WallCurve:
     drift = 100.0 * np.asarray(curve.displacement) / float(test.row["H"])
     slid, slips, apart, past = shares(wall, [motion_between(first, node.pose)[:, :6] for node in curve.nodes])
     return WallCurve(
-        test.specimen, drift.tolist(), np.asarray(curve.multiplier).tolist(), slid, slips, apart, past, broken,
-        int(test.options["coarse"]), curve.structure.points.count, curve.cost.steps, curve.cost.iterations,
-        str(curve.status), list(curve.warnings), 0.0,
+        wall=test.specimen, drift=drift.tolist(), force=np.asarray(curve.multiplier).tolist(), slid=slid, slips=slips,
+        apart=apart, past=past, cracked=broken, coarse=int(test.options["coarse"]),
+        points=curve.structure.points.count, steps=curve.cost.steps, iterations=curve.cost.iterations,
+        status=str(curve.status), warnings=list(curve.warnings), seconds=0.0,
     )
 
 

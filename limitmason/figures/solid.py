@@ -221,7 +221,9 @@ def block_size(assembly: Assembly) -> float:
 
 
 class Layout:
-    """Limits of the page, and where the triad stands: in an empty lower corner, or below the drawing.
+    """Limits of the page, and where the triad of axes stands: in an empty lower corner, or below the drawing.
+
+    Lengths of paper are in inches; ``inch`` is how many of them a metre of the drawing takes.
 
     Parameters
     ----------

@@ -151,6 +151,7 @@ def need_shapely() -> Any:
 
 
 def _checked(outline: ArrayLike, name: str, gap: float, shapely: Any) -> Array:
+    """An outline counter-clockwise, without a repeated first corner or corners in one place [m], shape (n, 2)."""
     ring = numbers(name, outline)
     if ring.ndim != 2 or ring.shape[1] != 2 or not np.isfinite(ring).all():
         raise InputError(f"{name}: an outline has finite corners x, z, shape (n, 2), got shape {ring.shape}")

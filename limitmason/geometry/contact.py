@@ -152,7 +152,7 @@ def find_contacts(
     Notes
     -----
     Edge-to-edge and corner-to-face touching without an area carries no interface; see
-    :func:`limitmason.geometry.touching.touching_edges`.
+    :func:`limitmason.geometry.overlap.touching_edges`.
     """
     rules = rules or ContactRules()
     n = int(owner.max()) + 1 if len(owner) else 0

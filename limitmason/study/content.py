@@ -146,7 +146,10 @@ class _Digest:
             self.feed_object(value)
 
     def held(self, owner: str, name: str, value: Any) -> None:
-        """Add what a function or an object holds, and say where it is if it has no content."""
+        """Add what a function or an object holds, and say where it is if it has no content.
+
+        :func:`fingerprint_of_code` leaves out collections that may change: they are state, as of a counter.
+        """
         if not self.state and isinstance(value, list | dict | set | bytearray):
             return
         self.tag(name)

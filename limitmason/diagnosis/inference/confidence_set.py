@@ -272,6 +272,10 @@ class ConfidenceSet:
             return drawn
 
         def enough(t: Tally) -> bool:
+            """Whether more draws would not change what the gate says: all quiet, or an alarm whose kind is settled.
+
+            An alarm by scatter alone is also held against the guard, which needs half of all draws at least.
+            """
             gate = [name for name in GATE if name in t.observed]
             quiet = all(t.settled(name) and not t.rejected(name) for name in gate)
             loud = any(t.settled(name) and t.rejected(name) for name in gate)

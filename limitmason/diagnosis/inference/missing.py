@@ -85,11 +85,11 @@ def leave_each_out(
     good = np.array([_adequate(design, name, f, along) for name, f in zip(design.listed, fits, strict=True)])
     over = excess(design.listed, fits, y, replicate)
     rows = np.arange(len(y))
-    own = over[hidden, rows]
+    own = over[hidden, rows]  # of the planted cause, which the list then lacks
     left = gains.copy()
     left[hidden, rows] = -np.inf
     best = left.argmax(axis=0)
-    reached = left[best, rows]
+    reached = left[best, rows]  # by the best of the others; then by the second best, for how far it stands alone
     left[best, rows] = -np.inf
     alone = (reached - left.max(axis=0) >= APART) & good[best, rows] if len(names) > 1 else np.zeros(len(y), bool)
     wrong = over[best, rows]

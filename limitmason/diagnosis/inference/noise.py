@@ -176,11 +176,16 @@ class Noise:
         return replace(self, misread=tuple(np.where(predicted > 0.5, -1.0, 1.0) * np.abs(self.misread)))
 
     def errors(self, rng: np.random.Generator, count: int, n: int) -> np.ndarray:
-        """Errors of n rows in units of their noise, shape (count, n)."""
+        """Errors of n rows in units of their noise, shape (count, n).
+
+        Of measured rows they are normal. A row that was seen or not is misread at a rate r: its reading less its mean
+        is 1 - r or -r, mirrored where 1 is predicted, and its standard deviation sqrt(r (1 - r)).
+        """
         normal = rng.standard_normal((count, n))
         if self.misread is None:
             return normal
         rate = np.abs(self.misread)
+        # the same normal numbers choose which are misread, so that one seed means one set of errors
         wrong = normal > ndtri(1.0 - np.where(rate > 0.0, rate, 0.5))
         seen = np.sign(self.misread) * np.where(wrong, 1.0 - rate, -rate)
         return np.where(rate > 0.0, seen / np.sqrt(np.where(rate > 0.0, rate * (1.0 - rate), 1.0)), normal)

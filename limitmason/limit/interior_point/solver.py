@@ -144,7 +144,11 @@ def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:
 
 
 def _first_iterate(program: ConeProgram, factor: BlockCholesky) -> Iterate:
-    """Forces and velocities of least squares, each pushed to the axis of its cone."""
+    """Forces and velocities of least squares, each pushed to the axis of its cone.
+
+    On the axis a point is as far from its cone as its size allows. The factors 2, 3 and 0.3 keep forces and rates clear
+    of zero and of one size, so that the first steps are long; any positive ones would do.
+    """
     c = program.components
     m = program.matrix.shape[1] // c
     factor.factorise(np.broadcast_to(np.eye(c), (m, c, c)).copy(), shift=1e-12)
