@@ -59,9 +59,7 @@ def _predict(options: argparse.Namespace) -> int:
         options.method, options.walls or None, store=options.store, spread=not options.no_interval,
         workers=options.workers, progress=console.say,
     )
-    cells = [
-        [p.wall, p.method, *(f"{v:.4g}" for v in (p.force, *p.interval)), p.mode or "-", p.status] for p in found
-    ]
+    cells = [[p.wall, p.method, *(f"{v:.4g}" for v in (p.force, *p.interval)), p.mode or "-", p.status] for p in found]
     units = {"wall": "-", "method": "-", "V": "kN", "V_low": "kN", "V_high": "kN", "mode": "-", "status": "-"}
     if options.csv:
         write_table(options.csv, units, cells)

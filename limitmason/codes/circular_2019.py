@@ -203,9 +203,7 @@ def assess(
     for groups in (chain, [[i] for body in chain for i in body]):
         p = np.array([weight[g].sum() for g in groups])
         d = np.array([weight[g] @ moved[g] for g in groups]) / np.where(p > 0.0, p, 1.0)
-        readings.append(
-            capacity_of(p, d, at_control, found.collapse_multiplier, path, spectra, confidence_factor)
-        )
+        readings.append(capacity_of(p, d, at_control, found.collapse_multiplier, path, spectra, confidence_factor))
     return Assessment(
         float(found.collapse_multiplier), readings[0], readings[1], confidence_factor, assembly, loads, found, spectra,
         None if path is None else Curve(*path, load_unit="-"), _warnings(twists, readings),

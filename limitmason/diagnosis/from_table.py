@@ -172,9 +172,7 @@ class TableStudy:
         column = self.predicted or ("predicted" if "predicted" in self.data.columns else None)
         if column is None:
             where = f"the series {self.series} has no model that could be built" if self.series else "no model is given"
-            raise InputError(
-                f"{self.data.name}: {where} and there is no column 'predicted'; name one by predicted"
-            )
+            raise InputError(f"{self.data.name}: {where} and there is no column 'predicted'; name one by predicted")
         self.data.positive(column, "the predictions")
         unit, own = self.data.units[column], self.data.units.get(self.measured, "-")
         if unit != own:

@@ -80,9 +80,7 @@ def folder_arguments(
     about = read_measured(folder / QUANTITIES)
     stated, costs = _quantities(about, measured), _costs(about)
     known = {q: said for q, said in stated.items() if q in measured.columns}
-    observed = [
-        *_of_curves(folder / CURVES, names, stated), *_of_sensors(folder / SENSORS, rows, measured, stated)
-    ]
+    observed = [*_of_curves(folder / CURVES, names, stated), *_of_sensors(folder / SENSORS, rows, measured, stated)]
     if observed and model is None:
         raise InputError(f"{folder}: {CURVES} and {SENSORS} need a model, which predicts curves and modes")
     for i, row in enumerate(measured.rows):

@@ -185,6 +185,4 @@ def rehearse(
             said = " or ".join(verdict.causes) if verdict.causes else verdict.kind
             like = "behaves like " if verdict.kind == VerdictKind.BEHAVES_LIKE else ""
             progress(f"trial {trial + 1} of {n}: hidden {row}, found {like}{said}")
-    return Rehearsal(
-        {k: dict(v) for k, v in counts.items()}, n, {k: dict(v) for k, v in answers.items()}, missing
-    )
+    return Rehearsal({k: dict(v) for k, v in counts.items()}, n, {k: dict(v) for k, v in answers.items()}, missing)

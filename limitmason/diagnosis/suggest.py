@@ -104,9 +104,7 @@ def _identify(
     return replace(_tests(there, chosen, pool, reason, price), chance=(low, high), worth=worth)
 
 
-def _tests(
-    there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str, price: np.ndarray
-) -> plan.NextTests:
+def _tests(there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str, price: np.ndarray) -> plan.NextTests:
     """Rows of a pool as specimens to be tested, each with the quantity to be measured where there are several."""
     rows = there.rows
     indices = tuple(int(rows.of[i]) for i in chosen)

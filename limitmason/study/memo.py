@@ -49,9 +49,7 @@ class Memo:
     kill or a full disk has cut off is dropped; what was written before stays. Numbers return bit by bit.
     """
 
-    def __init__(
-        self, path: str | Path | None, of: str = "", *, kind: type | tuple[type, ...] = object
-    ) -> None:
+    def __init__(self, path: str | Path | None, of: str = "", *, kind: type | tuple[type, ...] = object) -> None:
         self.path = None if path is None else Path(path)
         self.of, self.kind = of, kind
         self.rows: dict[str, Any] = {}

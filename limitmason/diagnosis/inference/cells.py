@@ -268,9 +268,7 @@ def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, i
     return GridStep(here.index, move, off, np.maximum(loss, 0.0), None)
 
 
-def _cell(
-    grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inner: Sequence[Array]
-) -> CellSums:
+def _cell(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inner: Sequence[Array]) -> CellSums:
     """What a step needs, by inner products where these are enough."""
     d, k = grids[0].d, grids[0].k
     tables, nodes, products = [], [], list(inner)

@@ -68,9 +68,7 @@ class Likelihood:
         """Whether the best node is found by one matrix product: known noise."""
         return self.kind == "known"
 
-    def loglik(
-        self, loss: Any, penalty: Array | float, count: Array | float, replicate: Array | float = 1.0
-    ) -> Any:
+    def loglik(self, loss: Any, penalty: Array | float, count: Array | float, replicate: Array | float = 1.0) -> Any:
         """Log-likelihood up to a constant that is the same for every model of the same data.
 
         Parameters
@@ -298,9 +296,7 @@ class _Found:
     penalty: Array
 
 
-def _step(
-    grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner: Sequence[Array] = ()
-) -> _Found:
+def _step(grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner: Sequence[Array] = ()) -> _Found:
     """One linear step from a node of the grid that each data set is fitted by."""
     known = data.like.kind == "known"
     at = StepData(data.y, data.z, data.squares, None if known else data.per, None if data.plain else data.used)
