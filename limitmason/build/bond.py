@@ -365,6 +365,10 @@ def _offsets(bond: Bond, size: float, header: bool, *, clipped: bool, centred: b
 
     A unit clipped by the free end of the wall keeps the distances of a whole one; a unit cut to fit between two corners
     is lapped at its middle if it is too short for them.
+
+    English bond laps a stretcher at its quarters, over the middles of headers half as long. Shorter than three quarters
+    of it, two joints would stand too close. Flemish bond centres a header on a stretcher. Shorter than 1.75 headers,
+    too little would be left beside it.
     """
     if bond.name == "english":
         whole = bond.pitch if clipped else size

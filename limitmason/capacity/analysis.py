@@ -329,7 +329,7 @@ def _with_moving_support(
     others = [s for s in assembly.supports if assembly.block_index(s.block) != block]
     if not others:
         raise InputError(f"control: {name!r} is the only support, with which the whole structure would move")
-    guided = replace(assembly, supports=(*others, *([Support(block, dofs=rest)] if rest else [])))
+    guided = replace(assembly, supports=(*others, *([Support(block, dofs=tuple(rest))] if rest else [])))
     dead, live = np.array(loads.dead), np.zeros_like(loads.live)
     dead[block] = 0.0  # the weight of the support itself is no concern of the structure
     live[block, axis] = float(np.linalg.norm(dead[~assembly.fixed, :3], axis=1).sum())

@@ -159,6 +159,7 @@ def _vertex(text: str, where: str) -> list[float]:
 
 
 def _face(text: str, count: int, where: str) -> tuple[int, ...]:
+    """Corners of a face, numbered from 0: a file counts from 1, or back from its last vertex where it is negative."""
     out = []
     for word in text.split():
         try:

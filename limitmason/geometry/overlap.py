@@ -122,6 +122,7 @@ def _face_axes_depth(solids: Sequence[Solid], faces: Faces, start: Index, p: Ind
 
 
 def _edge_axes_depth(a: Solid, b: Solid) -> float:
+    """Least overlap of two solids along the cross products of their edges [m], infinite where all are parallel."""
     def edges(s: Solid) -> Array:
         e = np.array([s.vertices[f[(k + 1) % len(f)]] - s.vertices[f[k]] for f in s.faces for k in range(len(f))])
         return e / np.linalg.norm(e, axis=1)[:, None]

@@ -190,7 +190,7 @@ def released(assembly: Assembly, moved: list[int], freed: tuple[int, ...]) -> As
     first, joined = moved[0], joined_to_first(assembly, moved)
     rest = [name for k, name in enumerate(DEGREES_OF_FREEDOM) if assembly.held[first, k] and k not in freed]
     others = [s for s in assembly.supports if assembly.block_index(s.block) != first]
-    supports = (*others, *([Support(first, dofs=rest)] if rest else []))
+    supports = (*others, *([Support(first, dofs=tuple(rest))] if rest else []))
     return replace(joined, supports=supports)
 
 

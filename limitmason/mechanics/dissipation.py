@@ -75,6 +75,7 @@ class Dissipation:
         if resultants is None:
             raise InputError("a prediction without joint forces says nothing about its joints")
         self._assembly, self._resultants, self.state = assembly, resultants, state
+        # ends of in-plane sections with an exact stress block crush as a pair
         self.pairs = stress_blocks_of(assembly, prediction)
         self.rigid = ~state.law.crushes
         if self.pairs is not None:
@@ -85,6 +86,7 @@ class Dissipation:
             whole[:] = False
         f = self._faces = np.flatnonzero(whole)
         if len(f):
+            # corners of these faces along t1, t2 from the centre [m], and what their cohesion gives at points, [N]
             self._start = np.concatenate([[0], np.cumsum(np.diff(x.corner_start)[f])])
             rows = np.flatnonzero(whole[x.corner_owner])
             owner = x.corner_owner[rows]

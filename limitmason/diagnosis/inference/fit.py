@@ -286,7 +286,11 @@ def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None, Array]:
 
 @dataclass
 class _Found:
-    """Fits under way, data sets along the last axis."""
+    """Fits under way of b data sets, along the last axis.
+
+    ``column`` is the node that each is fitted from, (b,), ``index`` its place along every axis and ``move`` the step
+    from there in cells, (d, b). ``loglik``, ``loss`` and ``penalty``, that of the measured inputs, are (b,).
+    """
 
     column: Index
     index: Array
@@ -339,7 +343,10 @@ def _try_rows_beside(grid: Grid, data: Data, found: _Found, part: slice, ranks: 
 
 
 def _go_on(grids: Sequence[Grid], data: Data, owner: Index, found: _Found) -> None:
-    """Go on to the next cell where a fit ended on the edge of its own: along a valley the nearest node misleads."""
+    """Go on to the next cell where a fit ended on the edge of its own: along a valley the nearest node misleads.
+
+    What is better there is written to ``found``, what is not stays; ``owner`` is the grid of every data set.
+    """
     last, stride = (np.array([getattr(g.cells, name) for g in grids]) for name in ("last", "stride"))
     active = np.arange(len(owner))
     for _ in range(WALK):
