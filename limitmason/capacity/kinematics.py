@@ -162,7 +162,7 @@ def point_wrenches(bodies: ContactGeometry, at: Contact) -> Array:
 def _moments(arm: Array, directions: Array) -> Array:
     """Vector products of the arms, (m, 3), with directions, (m, c, 3); ``numpy.cross`` takes as long to move axes."""
     u, v, w = arm.T[:, :, None]
-    x, y, z = np.moveaxis(directions, 2, 0)
+    x, y, z = (directions[:, :, i] for i in range(3))
     out = np.empty_like(directions)
     out[:, :, 0], out[:, :, 1], out[:, :, 2] = v * z - w * y, w * x - u * z, u * y - v * x
     return out

@@ -7,6 +7,7 @@ mean weight over the mean stiffness of a contact point) and that over the size: 
 stalls at 1e-5 of a block's weight.
 """
 
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -104,8 +105,9 @@ class System:
         key, slot = np.unique(columns * (order + 1) + rows, return_inverse=True)
         indptr = np.searchsorted(key, np.arange(order + 2) * (order + 1))
         self._keep, self._slot = keep, slot
-        self._kept: tuple[Index, Index, Index, Index] | None = None
-        self._indices, self._indptr = (key % (order + 1)).astype(np.int32), indptr.astype(np.int32)
+        self._kept: tuple[Index, Index, sparse.csc_matrix] | None = None
+        indices, indptr = (key % (order + 1)).astype(np.int32), indptr.astype(np.int32)
+        self._pattern = sparse.csc_matrix((np.zeros(len(key)), indices, indptr), shape=(order + 1,) * 2)
 
     # ---- equations ----------------------------------------------------------------------------------------------
 
@@ -182,8 +184,8 @@ class System:
         # larger entry fills the factors to twice the size, in four times the time, and they solve no better
         worth_leaving = 0.1 if self.bodies.deforming or self.bodies.large else 1.0
         if self._kept is not None:
-            order, place, indices, indptr = self._kept
-            ordered = sparse.csc_matrix((matrix.data[place], indices, indptr), shape=matrix.shape)
+            order, place, pattern = self._kept
+            ordered = _filled(pattern, matrix.data[place])
             # columns by themselves: panels and relaxed nodes cost more than they save on so narrow fronts
             found = splu(ordered, permc_spec="NATURAL", diag_pivot_thresh=worth_leaving, relax=1, panel_size=1)
             return _Ordered(found, order)
@@ -193,7 +195,7 @@ class System:
             places = sparse.csc_matrix((np.arange(matrix.nnz), matrix.indices, matrix.indptr), shape=matrix.shape)
             places = places[order][:, order]
             places.sort_indices()
-            self._kept = order, places.data, places.indices, places.indptr
+            self._kept = order, places.data, places
         return found
 
     def onward(self, at: Evaluated, move: float) -> Array | None:
@@ -228,8 +230,8 @@ class System:
         corner = 1.0 if prescribed == "multiplier" else 0.0
         viscous = np.broadcast_to(-np.asarray(viscosity, float), (self.order,)) - self.springs_own
         data = np.concatenate([element.ravel()[self._keep], viscous, self.live_own, border, [corner]])
-        values = np.bincount(self._slot, data, len(self._indices))
-        return sparse.csc_matrix((values, self._indices, self._indptr), shape=(self.order + 1,) * 2)
+        values = np.asarray(np.bincount(self._slot, data, self._pattern.nnz), float)
+        return _filled(self._pattern, values)
 
     def _elements(self, at: Evaluated) -> Array:
         """Derivative of the wrenches by the motions, per run of points between two rigid blocks, (k, 2 d, 2 d)."""
@@ -289,6 +291,13 @@ class System:
         keep = self.tie_ends >= 0
         place = self.tie_ends[keep], columns[keep]
         return sparse.csc_matrix((values[keep], place), shape=(self.order, len(values)))
+
+
+def _filled(pattern: sparse.csc_matrix, values: Array) -> sparse.csc_matrix:
+    """A matrix of a pattern, whose indices it shares: making one anew would check them again."""
+    made = copy(pattern)
+    made.data = values
+    return made
 
 
 class _Ordered(NamedTuple):
