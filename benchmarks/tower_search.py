@@ -1,10 +1,11 @@
 """What searches for contacts cost on a shaken tower: stretches with and without them, side by side.
 
-    python benchmarks/tower_search.py [--ring 10] [--courses 36] [--factor 0.4] [--stretches 8] [--full]
+    python benchmarks/tower_search.py [--ring 10] [--courses 36] [--factor 0.4] [--before 0.4] [--stretches 8] [--full]
 
 The tower, its settling and its record are those of ``tower.py``. The ground begins with the strong part of the record,
-times ``--factor``, and 0.5 s of it are run with searches. Every stretch of 0.1 s is then run twice from the same state:
-with the default searches, and on the contacts that are there. The next one goes on from the first.
+times ``--before``, and 0.5 s of it are run with searches. The rest is times ``--factor``, which ``--before`` also is by
+default. Every stretch of 0.1 s is then run twice from the same state: with the default searches, and on the contacts
+that are there. The next one goes on from the first.
 A joint slides where its slip changes by more than 0.1 mm in the stretch. Processor seconds.
 
 ``--full`` also runs every stretch with searches of all pairs, and prints by how much energies differ, over the work of
@@ -70,13 +71,14 @@ def main():
     parser.add_argument("--ring", type=int, default=10)
     parser.add_argument("--courses", type=int, default=36)
     parser.add_argument("--factor", type=float, default=0.4)
+    parser.add_argument("--before", type=float)
     parser.add_argument("--stretches", type=int, default=8)
     parser.add_argument("--full", action="store_true")
     args = parser.parse_args()
-    model, whole = tower(args.ring, args.courses), np.array(record().acceleration) * args.factor
+    model, whole = tower(args.ring, args.courses), np.array(record().acceleration)
 
-    def part(begin, end):
-        rows = whole[round(begin / RECORD_STEP) : round(end / RECORD_STEP) + 1]
+    def part(begin, end, factor=args.factor):
+        rows = factor * whole[round(begin / RECORD_STEP) : round(end / RECORD_STEP) + 1]
         return dem.BaseMotion(tuple(map(tuple, rows.tolist())), RECORD_STEP, after="coast")
 
     state = dem.simulate(
@@ -84,7 +86,7 @@ def main():
         sample=SETTLE,
     ).state
     state.stop()
-    state, _ = stretched(model, state, part(BEGIN, BEGIN + BEFORE))
+    state, _ = stretched(model, state, part(BEGIN, BEGIN + BEFORE, args.before or args.factor))
     print(f"{model.n_blocks} blocks, {len(model.interfaces)} joints, step {state.dt:.3g} s\n")
     print("| from [s] | joints that slide | cut anew or found | largest slip [mm] | without [s] | with / without |"
           + (" energies, all pairs |" if args.full else ""))
