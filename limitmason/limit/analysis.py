@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.answers.results import ALMOST_SOLVED, SOLVED, Bound, BoundKind, Prediction
-from limitmason.checks import choice
+from limitmason.checks import choice, positive
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
@@ -92,6 +92,7 @@ def limit_analysis(
     the warnings).
     """
     choice("flow_rule", flow_rule, FLOW_RULES)
+    positive("tolerance", tolerance)
     if not 0.0 <= float(torsion_limit) < np.inf:
         raise InputError(f"torsion_limit must be True, False or a number >= 0, got {torsion_limit!r}")
     if flow_rule == "associative" and options:

@@ -34,6 +34,15 @@ def test_cvxpy_takes_no_tolerance():
         lm.limit_analysis(assembly, lm.Loads.horizontal(assembly), solver="cvxpy:HIGHS", tolerance=1e-6)
 
 
+@pytest.mark.parametrize("rule", ["associative", "non-associative"])
+@pytest.mark.parametrize("value", [0, -1.0, float("nan"), "5"])
+def test_numbers_that_are_none_are_refused_by_the_name_of_the_argument(rule, value):
+    assembly = stack(TWO)
+    for name in ("tolerance", "time_limit", "accuracy")[: 1 if rule == "associative" else 3]:
+        with pytest.raises(lm.errors.InputError, match=name):
+            lm.limit_analysis(assembly, lm.Loads.horizontal(assembly), rule, **{name: value})
+
+
 @pytest.mark.parametrize("torsion", [False, True])
 def test_verbose_reports_every_program(capfd, torsion):
     assembly = stack(TWO)

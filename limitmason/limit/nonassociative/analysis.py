@@ -22,7 +22,7 @@ from limitmason.answers.results import (
     Status,
 )
 from limitmason.arrays import Array
-from limitmason.checks import choice
+from limitmason.checks import choice, positive
 from limitmason.display.progress import noted
 from limitmason.errors import InputError
 from limitmason.limit.associative import contact_facts, solve_associative
@@ -135,12 +135,12 @@ def solve_nonassociative(
     undeformed geometry does not see.
     """
     start = time.perf_counter()
-    deadline = np.inf if time_limit is None else start + time_limit
     if isinstance(search, str):
         choice("search", search, EFFORTS)
     for name, number in (("accuracy", accuracy), ("time_limit", time_limit), ("proof_seconds", proof_seconds)):
-        if number is not None and not number > 0:
-            raise InputError(f"{name} must be positive, got {number}")
+        if number is not None and number != np.inf:
+            positive(name, number)
+    deadline = np.inf if time_limit is None else start + time_limit
     effort = EFFORTS[search] if isinstance(search, str) else search
     named = search if isinstance(search, str) else "standard"
     proving = proof_is_tried(problem, prove, named)
