@@ -138,12 +138,17 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         return CurvePoint(i, float(self.displacement[i]), float(self.load[i]))
 
     @property
+    def _sense(self) -> float:
+        """Sign of the loads that are large: a curve that was pushed the other way has its own."""
+        return 1.0
+
+    @property
     def peak(self) -> CurvePoint:
-        """Where the load is largest.
+        """Where the load is largest, in the sense in which it was pushed.
 
         Of several such samples it is the first.
         """
-        return self.point(int(np.argmax(self.load)))
+        return self.point(int(np.argmax(self._sense * self.load)))
 
     @property
     def first_limit_point(self) -> CurvePoint | None:
@@ -160,7 +165,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         It is None where the load never falls so far.
         """
         top = self.peak
-        below = np.flatnonzero(self.load[top.index :] <= share * top.load)
+        below = np.flatnonzero(self._sense * (self.load[top.index :] - share * top.load) <= 0.0)
         return self.point(top.index + int(below[0])) if len(below) else None
 
     def stiffness(self, low: float = 0.1, high: float = 0.4) -> float:
@@ -185,11 +190,11 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
 
     def _crossing(self, load: float, last: int) -> float:
         """Displacement at which the load is first reached, up to a sample."""
-        reached = np.flatnonzero(self.load[: last + 1] >= load)
+        reached = np.flatnonzero(self._sense * (self.load[: last + 1] - load) >= 0.0)
         k = int(reached[0])
         if k == 0:
-            if self.load[0] > load:
-                raise InputError(f"the curve starts at {self.load[0]:g} {self.load_unit}, above {load:g}")
+            if self._sense * (self.load[0] - load) > 0.0:
+                raise InputError(f"the curve starts at {self.load[0]:g} {self.load_unit}, beyond {load:g}")
             return float(self.displacement[0])
         x, y = self.displacement[k - 1 : k + 1], self.load[k - 1 : k + 1]
         return float(x[0] + (load - y[0]) / (y[1] - y[0]) * (x[1] - x[0]))
@@ -205,7 +210,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         """
         top, ultimate = self.peak, self.ultimate()
         out = {"peak": top.load, "drift at peak": top.displacement, "residual": float(self.load[-1])}
-        if top.index and self.load[0] <= 0.1 * top.load:
+        if top.index and self._sense * (self.load[0] - 0.1 * top.load) <= 0.0:
             out["stiffness"] = self.stiffness()
         if ultimate is not None:
             out["drift at 80 %"] = ultimate.displacement

@@ -37,7 +37,7 @@ from limitmason.capacity.refused import refuse, refuse_partial_rotations
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.start import begin
 from limitmason.capacity.stepping import Node
-from limitmason.capacity.steps import Steps
+from limitmason.capacity.steps import Steps, senses
 from limitmason.capacity.system import System
 from limitmason.capacity.ties import make_ties
 from limitmason.checks import choice, finite
@@ -230,7 +230,7 @@ def pushover(
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     if moving is not None:
         return certified_curve(generations, nodes, origin, status, warnings, ratio)
-    _, toward = path.senses(begins, end, ratio)
+    _, toward = senses(begins, end, ratio)
     return certified_curve(generations, nodes, origin, status, warnings, 1.0, toward)
 
 

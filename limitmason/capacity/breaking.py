@@ -89,7 +89,7 @@ def cut(system: System, last: Node, new: Node, ratio: float) -> tuple[Node | Non
             break
         share = (0.5 * WITHIN - below) / (above - below) if k % 4 < 3 else 0.5
         target = low.control + float(np.clip(share, 0.02, 0.98)) * (high.control - low.control)
-        tried = step(system, last, target, _between(last, high, target), ratio)
+        tried = step(system, last, target, between(last, high, target), ratio)
         if tried is None:
             return None, None
         found = overload_of(system, last.history, tried)
@@ -102,7 +102,8 @@ def cut(system: System, last: Node, new: Node, ratio: float) -> tuple[Node | Non
     return high._replace(jump=True), due(over)
 
 
-def _between(last: Node, far: Node, target: float) -> tuple[Pose, float]:
+def between(last: Node, far: Node, target: float) -> tuple[Pose, float]:
+    """Pose and multiplier at a control displacement [m] on the line between two nodes."""
     share = (target - last.control) / (far.control - last.control)
     pose = moved(last.pose, share * motion_between(last.pose, far.pose))
     return pose, last.multiplier + share * (far.multiplier - last.multiplier)

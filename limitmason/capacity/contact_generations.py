@@ -1,5 +1,6 @@
 """Generations of contacts along a path: from when on which points are, and the equations that go with them."""
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -11,7 +12,7 @@ from limitmason.capacity.contact_search.crossing import is_crossing
 from limitmason.capacity.contact_search.faces import Shapes
 from limitmason.capacity.contact_search.overlap import DEEP, deepest
 from limitmason.capacity.contact_search.touching import beside_faces, found_anew, landed, outside
-from limitmason.capacity.kinematics import motion_between
+from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.stepping import Node, Onward
 from limitmason.capacity.system import Evaluated, System
 
@@ -46,6 +47,7 @@ class Generations:
     make: Callable[[Structure], System]
     structures: list[Structure]
     systems: list[System] = field(default_factory=list)
+    slopes: deque[tuple[Pose, Pose | None, float]] = field(default_factory=lambda: deque(maxlen=8))  # as asked last
 
     def __post_init__(self) -> None:
         """Make the equations of the first generation."""
@@ -192,8 +194,27 @@ class Generations:
         ----------
         before : node from which it was reached, whose slip decides which points slide on
         """
-        step = self.systems[node.generation].onward(self._reached(node, before), move)
-        return np.nan if step is None else float(step[-1])
+        since = None if before is None else before.pose
+        slope = next((slope for pose, other, slope in self.slopes if pose is node.pose and other is since), None)
+        if slope is None:
+            step = self.systems[node.generation].onward(self._reached(node, before), move)
+            slope = np.nan if step is None else float(step[-1]) / move
+            self.slopes.append((node.pose, since, slope))
+        return move * slope
+
+    def handed(self, before: Node, begun: Node, new: Node, toward: float) -> float:
+        """What contacts found anew at a step's start took off the load [-]: its fall that the new tangent leaves.
+
+        Parameters
+        ----------
+        before, begun : node at the start, as it was reached and as the step begins
+        toward : sign of the load that pushes
+        """
+        fell = toward * (before.multiplier - new.multiplier)
+        if before.onward is None or fell <= 0.0:
+            return 0.0
+        rises = toward * self.rise(new, begun, new.control - begun.control)
+        return float(np.clip(fell + rises, 0.0, fell)) if np.isfinite(rises) else fell * new.jump
 
     def weakest_rise(self, nodes: list[Node], new: Node, move: float) -> float | None:
         """The same by the weaker tangent of every point at both ends of a step, or None where one end has them all.

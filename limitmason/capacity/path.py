@@ -11,7 +11,6 @@ import numpy as np
 
 from limitmason.capacity import breaking, stepping
 from limitmason.capacity.contact_generations import Generations
-from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.limit_point import DROP, LEVEL, passed
 from limitmason.capacity.outcomes import (
     OPENED,
@@ -26,7 +25,16 @@ from limitmason.capacity.outcomes import (
     Try,
 )
 from limitmason.capacity.stepping import Node
-from limitmason.capacity.steps import Steps, extrapolated, may_have_fallen, until_open, until_stuck
+from limitmason.capacity.steps import (
+    Steps,
+    bend,
+    extrapolated,
+    growth,
+    may_have_fallen,
+    senses,
+    until_open,
+    until_stuck,
+)
 from limitmason.capacity.system import System
 from limitmason.display.progress import reached
 
@@ -35,14 +43,12 @@ FARTHEST = 0.5
 
 _SHORTEST = 1e-4  # elastic lengths
 _TRIES = 12  # short steps towards a limit point that then does not come
-_COSTLY = 5  # programs of a step after which the next is shorter
-_MANY = 22  # iterations of a step after which the next is shorter
 _BEYOND = (1e-3, 3e-3, 1e-2)  # of the median block size: jumps that are tried where no short step goes on
-_AFTER_FIRST = 2.5  # how much longer the second step is than the first
 _HALVINGS = 6  # of a step that loses or makes energy
 _OVER = 0.01  # least displacement of what overturns, of the median block size
 _CLOSER, _ROUNDS = 0.25, 8  # of the step before a limit point; rounds in which it is closed in on
 _DROP_OF_SOFTENING = 0.2  # the same where joints lose strength and others may take over
+_CUTS = 4  # of a step for its bend
 _MISSED = 2e-3  # of the largest load: rise to a jump that may be left unseen
 
 
@@ -105,7 +111,8 @@ class _Path:
     short: int = 0  # steps of this round
     taken_off: float = 0.0  # largest fall where contacts were found anew, of the largest load
     steepest: float = 0.0  # rise of the load over displacement so far [1/m]
-    slope: tuple[Pose | None, float] = None, 0.0  # of the multiplier by the tangent of a pose [1/m]
+    cuts: int = 0  # of this step, for its bend
+    ahead: Node | None = None  # what was found beyond the bend
     near: Try | None = None  # the shortest step from a state that loses energy: a jump, should none go on without
 
     def __post_init__(self) -> None:
@@ -141,12 +148,12 @@ class _Path:
         if not isinstance(found, Try):
             return found
         self.failures = 0
-        judges = self._leaps, self._skips_a_fall, self._goes_too_far, self._hides_a_fall, self._makes_energy
-        for judge in (*judges, self._keeps_bonds):
+        judges = self._leaps, self._skips_a_fall, self._goes_too_far, self._bends, self._hides_a_fall
+        for judge in (*judges, self._makes_energy, self._keeps_bonds):
             verdict = judge(found)
             if verdict is not StepOutcome.ACCEPTED:
                 return verdict
-        self.halved = 0
+        self.halved = self.cuts = 0
         if self._closes_in(found):
             return StepOutcome.SHORTER
         if self.phase is Phase.FALLING and self.toward * found.new.multiplier > (1.0 + LEVEL) * self._largest():
@@ -167,7 +174,9 @@ class _Path:
         guess = extrapolated(system, [*self.nodes[self.begin : -1], last], self.sense * move)
         patient = self.failures >= stepping.patience(system, move)
         target = last.control + self.sense * move
-        new = stepping.step(system, last, target, guess, self.ratio, patient=patient)
+        on = self.ahead if self.cuts == 0 else None
+        begin = guess if on is None else breaking.between(last, on, target)
+        new = stepping.step(system, last, target, begin, self.ratio, patient=patient)
         if new is None and patient:
             new = stepping.jump(system, last, target, self.ratio)
             if new is not None:
@@ -252,23 +261,48 @@ class _Path:
         behind = self.phase is Phase.FALLING and self.to is not None
         if not self.loading or behind or a.new.jump or a.due is not None or a.guess is None:
             return StepOutcome.ACCEPTED
-        at, move = self.nodes[-1], a.new.control - a.last.control
-        before = self.nodes[-2] if len(self.nodes) - self.begin > 1 and not at.jump else None
-        largest = max(self._largest(), abs(a.new.multiplier))
-        rose = self.toward * (a.new.multiplier - at.multiplier)
-        known, slope = self.slope
-        first = self.toward * move * (slope if known is at.pose else self.generations.rise(at, before, move) / move)
+        move, largest = a.new.control - a.last.control, max(self._largest(), abs(a.new.multiplier))
+        rose = self.toward * (a.new.multiplier - self.nodes[-1].multiplier)
+        first = self._begins_with(a)
         self.steepest = max(self.steepest, first / abs(move))
         if rose < 0.0 or self.steepest * abs(move) - rose <= 2.0 * DROP * largest:
             return StepOutcome.ACCEPTED
-        last = self.toward * self.generations.rise(a.new, a.last, move)
-        self.slope, falls = (a.new.pose, self.toward * last / move), -0.5 * DROP * largest
+        last, falls = self.toward * self.generations.rise(a.new, a.last, move), -0.5 * DROP * largest
         off = abs(a.new.multiplier - a.guess[1]) > 0.1 * self.steps.smooth * largest and first > _MISSED * largest
         hides = min(first, last) < falls or (off and may_have_fallen(first, rose + LEVEL * largest, last))
         if not hides:
             weakest = self.generations.weakest_rise(self.nodes[self.begin :], a.new, move)
             hides = weakest is not None and not self.toward * weakest >= falls
         return StepOutcome.SHORTER if hides and self._halve(a) else StepOutcome.ACCEPTED
+
+    def _begins_with(self, a: Try) -> float:
+        """What the slope at the start of a step comes to over all of it, in the sense of the push [-]."""
+        at = self.nodes[-1]
+        before = self.nodes[-2] if len(self.nodes) - self.begin > 1 and not at.jump else None
+        return self.toward * self.generations.rise(at, before, a.new.control - a.last.control)
+
+    def _bends(self, a: Try) -> StepOutcome:
+        """A step whose curve lies off the straight line between its ends is cut where their tangents meet."""
+        sharp = a.new.jump or a.due is not None or a.last.jump or self.phase is Phase.CLOSING
+        if sharp or a.guess is None or a.move <= self.shortest or self.cuts >= _CUTS:
+            return StepOutcome.ACCEPTED
+        largest, move = max(self._largest(), abs(a.new.multiplier), 1e-300), a.new.control - a.last.control
+        if abs(a.new.multiplier - a.guess[1]) <= self.steps.peak * largest:
+            return StepOutcome.ACCEPTED
+        rose = self.toward * (a.new.multiplier - a.last.multiplier)
+        first, last = self._begins_with(a), self.toward * self.generations.rise(a.new, a.last, move)
+        # the tangent of joints that are unloaded, or found anew, foretells little
+        if (len(self.nodes) - self.begin < 2 or self.nodes[-1].onward is not None) and not first > rose > last:
+            return StepOutcome.ACCEPTED
+        if last < 0.0 < first:
+            return StepOutcome.ACCEPTED  # a limit point, which is closed in on
+        off, share = bend(first, rose, last)
+        aside = off * abs(move) / max(abs(rose) * abs(a.new.control - self.origin.control), 1e-300)
+        if off <= self.steps.peak * largest or not aside > self.steps.straight:
+            return StepOutcome.ACCEPTED
+        self.cuts, self.ahead = self.cuts + 1, a.new
+        self.advance = float(np.clip(share, 0.1, 0.9)) * a.move
+        return StepOutcome.SHORTER
 
     def _goes_too_far(self, a: Try) -> StepOutcome:
         """A step in which points open, land, stick or run off by more than is found at its end."""
@@ -359,7 +393,7 @@ class _Path:
                     f"at {new.control:.4g} m blocks would go through each other where they have no contact "
                     f"point: {met}",
                 )
-            self.nodes.append(new._replace(handed=self._handed(a)))
+            self.nodes.append(new._replace(handed=made.handed(self.nodes[-1], last, new, self.toward)))
         else:
             weak = a.new._replace(looked=last.looked)
             self.nodes.append(weak)
@@ -386,15 +420,6 @@ class _Path:
         reached(None if self.to is None else (new.control - began) / (self.to - began), line)
         return None
 
-    def _handed(self, a: Try) -> float:
-        """What contacts found anew at the last sample took off the load [-]: its fall that the new tangent leaves."""
-        before = self.nodes[-1]
-        fell = self.toward * (before.multiplier - a.new.multiplier)
-        if before.onward is None or fell <= 0.0:
-            return 0.0
-        rises = self.toward * self.generations.rise(a.new, a.last, a.new.control - a.last.control)
-        return float(np.clip(fell + rises, 0.0, fell)) if np.isfinite(rises) else fell * a.new.jump
-
     def _ended(self, system: System, new: Node) -> PathEnd | None:
         """How the path ends with its last state; None where it goes on."""
         made = self.nodes[self.begin :]
@@ -419,30 +444,22 @@ class _Path:
 
     def _pace(self, a: Try, new: Node) -> None:
         """How long the next step is, by what this one took and by how well it was extrapolated."""
-        largest, smooth = self._largest(), self.steps.smooth
+        largest = self._largest()
         if new.jump or self.toward * new.multiplier < (1.0 - _MISSED) * largest:
             self.bound = np.inf  # what could be passed over is behind
         elif self.phase is Phase.FALLING:
             self.bound *= 2.0  # where nothing was passed over
-        off = np.inf if a.guess is None else abs(new.multiplier - a.guess[1]) / max(largest, 1e-300)
         if self.phase is Phase.CLOSING and self.short < _TRIES:
             self.short += 1
             factor = 1.0
-        elif new.programs >= _COSTLY or new.iterations > _MANY:
-            factor = 0.6
-        elif len(self.nodes) - self.begin <= 2:
-            # whether the tangent of an unloaded joint is open or closed hangs on rounding: it foretells nothing
-            factor = _AFTER_FIRST
-        elif off < 0.25 * smooth:
-            factor = 6.0 if off < 0.01 * smooth else 2.5
         else:
-            factor = 1.5 if off < smooth or a.guess is None else 0.7 if off > 4 * smooth else 1.0
+            off = None if a.guess is None else abs(new.multiplier - a.guess[1]) / max(largest, 1e-300)
+            factor = growth(new, off, self.steps.smooth, len(self.nodes) - self.begin <= 2)
         # what is beyond a limit point is not foretold by the way to it
         self.advance = (min(factor, 1.0) if self.passed else factor) * a.move
         self.passed = False
-
-
-def senses(begins: float, to: float | None, ratio: float) -> tuple[float, float]:
-    """Signs of the control displacement, and of the multiplier that grows along it; the rest as in :func:`follow`."""
-    sense = 1.0 if (ratio > 0.0 if to is None else to >= begins) else -1.0
-    return sense, sense * float(np.sign(ratio))
+        left = 0.0 if self.ahead is None else self.sense * (self.ahead.control - new.control)
+        if left > self.shortest and self.phase is not Phase.CLOSING:
+            self.advance = left  # to what was found there
+        else:
+            self.ahead = None

@@ -62,7 +62,8 @@ class PushoverCurve(Curve):
 
     The load is the multiplier [-], or a moved support's force [N].
 
-    ``unit`` is the load of multiplier 1, ``toward`` the sign of a load that pushes. The displacement is that of the
+    ``unit`` is the load of multiplier 1, ``toward`` the sign of a load that pushes: with ``to`` below zero loads are
+    negative, and the peak is the lowest. The displacement is that of the
     control from the state under dead load [m].
     Sample 0 is that state.
     """
@@ -76,6 +77,11 @@ class PushoverCurve(Curve):
     origin: Pose | None = None
     unit: float = 1.0
     toward: float = 1.0
+
+    @property
+    def _sense(self) -> float:
+        """That of the push, where it came to a load of that sense: on a way back it may not."""
+        return self.toward if (self.toward * self.load).max() > 0.0 else 1.0
 
     @property
     def multiplier(self) -> Array:

@@ -16,6 +16,10 @@ STUCK = 1e-3
 BEARS = 1e-4
 """Force of a point from which it counts how far it opens in a step, in mean block weights [-]."""
 
+_COSTLY = 5  # programs of a step after which the next is shorter
+_MANY = 22  # iterations of a step after which the next is shorter
+_AFTER_FIRST = 2.5  # how much longer the second step is than the first
+
 
 @dataclass(frozen=True)
 class Steps:
@@ -33,6 +37,8 @@ class Steps:
         leads to
     sliding : slip that a point which slid before may lose by sticking in a step, over the median block size [-]: a step
         ends on the law of its end, so that a point that sticks there has not slid in it
+    straight : distance in displacement of the curve from a straight line between two samples, as its tangents tell it,
+        of the displacement [-]; where it is more, and in load above ``peak``, a sample is put between
     most : tries of a step, with those that are halved, after which the path is given up
     """
 
@@ -43,11 +49,12 @@ class Steps:
     energy: float = 0.01
     opening: float = 3e-4
     sliding: float = 4e-3
+    straight: float = 1.5e-2
     most: int = 400
 
     def __post_init__(self) -> None:
         """Refuse what is not positive."""
-        for name in ("first", "largest", "smooth", "peak", "energy", "opening", "sliding", "most"):
+        for name in ("first", "largest", "smooth", "peak", "energy", "opening", "sliding", "straight", "most"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"steps: {name} must be a positive number, got {value!r}")
@@ -86,6 +93,42 @@ def may_have_fallen(first: float, rose: float, last: float) -> bool:
     return first > 0.0 and (rose < min(first, last) or last < 0.0 or (0.0 < turn < 1.0 and first < curved * turn**2))
 
 
+def bend(first: float, rose: float, last: float) -> tuple[float, float]:
+    """How far a curve may lie off the straight line over a step [-], and the share of the step where that is.
+
+    Where tangents meet within the step the curve lies between them and the line. Else it is taken as the cubic.
+
+    Parameters
+    ----------
+    first, rose, last : as in :func:`may_have_fallen`
+    """
+    one, other = first - rose, rose - last
+    if one * other > 0.0:
+        return abs(one * other / (one + other)), other / (one + other)
+    return 4.0 / 27.0 * max(abs(one), abs(other)), 0.5
+
+
+def growth(new: Node, off: float | None, smooth: float, second: bool) -> float:
+    """How much longer the next step is than the one to a node.
+
+    Parameters
+    ----------
+    off : departure of its multiplier from the extrapolation, of the largest [-]; None where there was none
+    smooth : as in :class:`Steps`
+    second : whether the next step is the second
+    """
+    if new.programs >= _COSTLY or new.iterations > _MANY:
+        return 0.6
+    if second:
+        # whether the tangent of an unloaded joint is open or closed hangs on rounding: it foretells nothing
+        return _AFTER_FIRST
+    if off is None:
+        return 1.5
+    if off < 0.25 * smooth:
+        return 6.0 if off < 0.01 * smooth else 2.5
+    return 1.5 if off < smooth else 0.7 if off > 4 * smooth else 1.0
+
+
 def until_open(system: System, last: Node, new: Node, most: float) -> float:
     """Share of a step in which no point that bore opens beyond a gap [m], or 1.0 for all of it.
 
@@ -112,3 +155,9 @@ def until_stuck(generations: Generations, nodes: list[Node], new: Node, most: fl
     made = np.linalg.norm(new.history.slip - generations.begun(last).history.slip, axis=1)
     far = float(on[(made < STUCK * on) & (new.force[:, 0] > 0.0)].max(initial=0.0))
     return 1.0 if far <= most else max(LEAST, 0.7 * most / far)
+
+
+def senses(begins: float, to: float | None, ratio: float) -> tuple[float, float]:
+    """Signs of the control displacement, and of the multiplier that grows along it; as in :func:`.path.follow`."""
+    sense = 1.0 if (ratio > 0.0 if to is None else to >= begins) else -1.0
+    return sense, sense * float(np.sign(ratio))

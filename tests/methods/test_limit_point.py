@@ -47,8 +47,13 @@ def test_a_limit_point_has_the_sense_of_the_push_and_none_is_found_on_the_way_ba
     """A block of 0.2 x 0.5 m bears 0.4 of its weight either way."""
     wall = lm.build.column(width=0.2, depth=0.2, height=0.5, courses=1, joint=lm.Joint(35.0, normal_stiffness=1e10))
     loads = lm.Loads.horizontal(wall)
-    away = lm.pushover(wall, loads, to=-0.02)
+    away, there = (lm.pushover(wall, loads, to=to) for to in (-0.02, 0.02))
     assert away.first_limit_point.load == pytest.approx(-0.4, rel=2e-3)
+    assert away.peak == away.first_limit_point
+    for quantity, sign in {"peak": -1, "drift at peak": -1, "stiffness": 1}.items():
+        assert away.quantities[quantity] == pytest.approx(sign * there.quantities[quantity], rel=1e-6)
     back = lm.pushover(wall, loads, start=away)
+    released = lm.pushover(wall, loads, start=there, to=0.5 * there.displacement[-1])
+    assert released.peak.load == released.load.max()  # it never comes to a load of the other sense
     assert away.load[-1] < 0.0
     assert back.first_limit_point.load == pytest.approx(0.4, rel=2e-3)

@@ -11,6 +11,7 @@ import limitmason as lm
 from limitmason.capacity import contacts
 from limitmason.capacity.contacts import standard_points
 from limitmason.capacity.outcomes import OPENED, REACHED
+from limitmason.capacity.steps import bend
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import contact_points
 
@@ -336,3 +337,30 @@ def test_a_crushing_section_bears_its_stress_block_on_the_points_that_distinct_e
             loads = lm.Loads.horizontal(wall, (math.cos(across), math.sin(across), 0.0))
             found = dem.collapse(wall, loads, error_budget=())
             assert found.collapse_multiplier == pytest.approx(width / HEIGHT * (1.0 - part), rel=0.015)
+
+
+@pytest.mark.parametrize("friction", [15.0, 25.0, 35.0, 45.0])
+@pytest.mark.parametrize("ratio", [0.2, 0.6])
+def test_the_knee_of_a_block_that_begins_to_slide_lies_on_a_sample(friction, ratio):
+    """Pushed at the height of its joint it slides all at once at mu W, u = mu W / (ks A); lines had put it 21 % off."""
+    kn, ks = 1e9, ratio * 1e9
+    wall = block({"normal_stiffness": kn, "shear_stiffness": ks})
+    wall = wall.with_joints(lm.Joint(friction, normal_stiffness=kn, shear_stiffness=ks))
+    live = np.zeros((2, 6))
+    live[1, 0], live[1, 4] = WEIGHT, -WEIGHT * HEIGHT / 2
+    curve = lm.pushover(wall, lm.Loads(lm.Loads.horizontal(wall).dead, live))
+    mu = math.tan(math.radians(friction))
+    assert curve.first_limit_point.load == pytest.approx(mu, rel=1e-6)
+    exact = mu * WEIGHT / (ks * AREA)
+    for share in (0.5, 0.9, 0.98, 0.999):
+        reached = int(np.flatnonzero(curve.load >= share * mu)[0])
+        (u, v), (p, q) = curve.displacement[reached - 1 : reached + 1], curve.load[reached - 1 : reached + 1]
+        assert u + (share * mu - p) / (q - p) * (v - u) == pytest.approx(share * exact, rel=0.01)
+
+
+@pytest.mark.parametrize(("first", "then", "at"), [(3.0, 1.0, 0.3), (1.0, 4.0, 0.9), (2.0, -1.0, 0.5)])
+def test_tangents_of_two_lines_meet_at_their_knee(first, then, at):
+    rose = first * at + then * (1.0 - at)
+    off, share = bend(first, rose, then)
+    assert share == pytest.approx(at)
+    assert off == pytest.approx(abs(first * at - rose * at))

@@ -47,7 +47,7 @@ def finer(times: float):
     """Default steps of all kinds, so many times finer."""
     from limitmason.capacity import Steps
 
-    d, kinds = Steps(), ("first", "largest", "smooth", "peak", "energy", "opening", "sliding")
+    d, kinds = Steps(), ("first", "largest", "smooth", "peak", "energy", "opening", "sliding", "straight")
     return Steps(**{k: getattr(d, k) / times for k in kinds}, most=int(np.ceil(times * d.most)))
 
 
