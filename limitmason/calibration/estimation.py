@@ -19,6 +19,7 @@ from limitmason.calibration.profile import profile
 from limitmason.calibration.result import Fit, fit_warnings
 from limitmason.calibration.runs import Model, Runs
 from limitmason.calibration.targets import CurveTarget, Entry, OutputValue, entries_of
+from limitmason.checks import finite, instance
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
 from limitmason.study.content import fingerprint
@@ -96,7 +97,8 @@ def calibrate(
     error of the model itself is in neither: the error on what was left out is.
     A prediction of the rest is not a test of what all tests share: name groups by geometry or load where you can.
     """
-    if level is not None and not 0.0 < level < 1.0:
+    instance("search", search, SearchSettings, "SearchSettings(starts=6)")
+    if level is not None and not 0.0 < finite("level", level) < 1.0:
         raise InputError(f"level must lie between 0 and 1, or be None, got {level!r}")
     scale, tied = ParameterScale(parameters), LinkedFormulas(ties or {})
     tied.check(scale.names)

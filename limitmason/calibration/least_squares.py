@@ -16,7 +16,8 @@ from scipy.optimize import lsq_linear
 
 from limitmason.arrays import Array
 from limitmason.calibration.objective import LOST, Minimum, Objective
-from limitmason.errors import InputError, NotConverged
+from limitmason.checks import count
+from limitmason.errors import NotConverged
 from limitmason.study.sampling import latin_hypercube
 
 SAME = 0.1
@@ -58,8 +59,8 @@ class SearchSettings:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        if self.starts < 1 or self.most < 2:
-            raise InputError(f"starts must be at least 1 and most at least 2, got {self.starts!r} and {self.most!r}")
+        count("starts", self.starts)
+        count("most", self.most, 2)
 
 
 class Slopes(NamedTuple):

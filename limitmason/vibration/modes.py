@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import numbers
 from limitmason.display.notebook import Displayed
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
@@ -80,8 +81,15 @@ class Modes(Displayed, Tabular, ReadOnly):
         """Displacement of chosen points per mode, shape (k, p, 3).
 
         Points [m] have shape (p, 3).
+
+        Raises
+        ------
+        InputError
+            For points of other shapes, and points in no block.
         """
-        p = np.atleast_2d(np.asarray(points, dtype=float))
+        p = np.atleast_2d(numbers("points", points))
+        if p.ndim != 2 or p.shape[1] != 3:
+            raise InputError(f"points must have three coordinates each, shape (p, 3), got {p.shape}")
         return np.array([self.system.carrier.at(shape, p) for shape in self.shape])
 
     def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:

@@ -378,6 +378,8 @@ def test_residuals_that_the_model_cannot_explain_are_explained():
         ({"parameters": []}, "nothing to fit"),
         ({"leave_out": "geometry"}, "leave_out"),
         ({"model": "panel"}, "function of the parameters"),
+        ({"search": 3}, "search must be .*SearchSettings"),
+        ({"level": "95"}, "level"),
     ],
 )
 def test_wrong_input_is_named(changes, message):

@@ -204,6 +204,8 @@ def test_contacts_found_anew_and_what_has_no_modes_are_refused():
         lm.modes(block, grid=(3, 3))
     with pytest.raises(InputError, match="must be positive"):
         lm.modes(block, stiffness=-1.0)
+    with pytest.raises(InputError, match="three coordinates"):
+        lm.modes(block, 3).at([(0.0, 0.0)])
     with pytest.raises(InputError, match="blocks must be one of"):
         lm.modes(block, 3, blocks="soft")
     with pytest.raises(InputError, match="rigid blocks have no stress"):
