@@ -385,7 +385,7 @@ def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum],
         if between and all(r @ r > best.chi2 + rise for r in between):
             apart.append(m)
             values = ", ".join(f"{n} {v:.4g}" for n, v in scale.values(m.x).items())
-            out.append(f"another minimum meets the targets as well, {values} (misfit {m.chi2:.3g}): an interval that "
+            out.append(f"another minimum is as near the targets, {values} (misfit {m.chi2:.3g}): an interval that "
                        "holds both also holds what lies between")
     close = 1e-6 * (scale.high - scale.low)
     for name, x, low, high, c in zip(scale.names, best.x, scale.low, scale.high, close, strict=True):
