@@ -46,8 +46,8 @@ PROTOCOLS = {
     ("structure.py", "curve_of", "seconds"),
     ("record.py", "__setattr__", "value"),  # refuses whatever is set
     # a law without added terms, and a term that changes nothing
-    *(("added.py", "_changed", name) for name in ("added", "slip", "damage")),
-    *(("added.py", function, name) for function in ("entries_of", "has_added") for name in ("law", "j")),
+    *(("added_terms.py", "_changed", name) for name in ("added", "slip", "damage")),
+    *(("added_terms.py", function, name) for function in ("entries_of", "has_added") for name in ("law", "j")),
     *(("joint_term.py", "strength", name) for name in ("slip", "damage", "numbers")),
 }
 
