@@ -16,7 +16,7 @@ from limitmason.model.load import Loads
 from mechanisms.friction import FrictionSums, bed_joint_friction, joint_friction
 from mechanisms.optimum import PowerRatio, SmallestValue, least
 from mechanisms.parameters import Facade, ReadParameters, check_reduction, courses_to_try, foot_level, read
-from mechanisms.stepping import best_steps
+from mechanisms.stepped_crack import best_steps
 from mechanisms.velocity_field import ESTIMATE, UPPER_IDEAL, answer, rocking_twists
 from mechanisms.virtual_work_check import rocking_power
 

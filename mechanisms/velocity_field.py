@@ -151,6 +151,8 @@ def flexure_twists(assembly: Assembly, loads: Loads, level: float, tangent: floa
     x, z = assembly.centroids[:, 0], assembly.centroids[:, 2]
     free = facade & above(assembly, level + 1e-6)
     up = np.minimum(z - level, height)
+    # a triangle turns at unit rate about its line from (reach, level) to the top of the held end, inclined by a; the
+    # middle turns by sin a, so that both move alike where they meet, at x = reach (docs/mechanisms.md, 4.2)
     twists = np.zeros((assembly.n_blocks, 6))
     middle = free & (x >= ends["left"]) & (x <= ends["right"])
     twists += rotation(assembly, middle, (0.0, 0.0, level), (math.sin(a), 0.0, 0.0))

@@ -16,6 +16,9 @@ SWINGS = 40
 LEAST_STEPS = 6000
 """Steps that it takes, at least."""
 
+SOFT_BLOCK = 1e-2
+"""Stiffness of a block's softest mode, over that of the mode and twice its joints, below which it is named [-]."""
+
 
 def slowest_period(assembly: Assembly, state: State, loads: Loads) -> float:
     """Steps of the slowest swing of closed, elastic joints on the scaled masses of a state, by Rayleigh's quotient.
@@ -81,10 +84,11 @@ def default_steps(period: float, least: int = LEAST_STEPS) -> int:
 def softest_note(state: State, assembly: Assembly) -> str:
     """What is softest against the rest, in words: a block against its joints, or a joint against the stiffest one."""
     if state.modes is not None:
-        # coordinates have K_mode + 2 K_joints = 1, so that a small K_mode is a soft block between stiff joints
+        # the modes of dem.model.strain_shapes are scaled to K_mode + 2 K_joints = 1 each: a small K_mode is a soft
+        # block between stiff joints, and 1 / K_mode about twice K_joints over it
         part = np.where(state.modes.inv_mass > 0.0, state.modes.stiffness, np.inf).min(axis=1)
         i = int(np.argmin(part))
-        if part[i] < 1e-2:
+        if part[i] < SOFT_BLOCK:
             return f"block {assembly.blocks[i].name!r} is {1.0 / part[i]:.2g} times as soft as its joints"
     kn = state.joints.law[:, LAW.kn]
     j = int(np.argmin(kn))

@@ -167,7 +167,14 @@ def _between(
 ) -> tuple[float, float, float]:
     """Where a point lies between an outline's ends along u, 0 low to 1 high, and whose edge each end is.
 
-    (0.5, OF_B, OF_B) where there are none.
+    The ends are those of the line v = ``aside`` through the outline. (0.5, OF_B, OF_B) where it misses
+    the outline.
+
+    Parameters
+    ----------
+    u, v : corners of the outline in the plane of the joint [m]; ``count`` of them count
+    whose : block, OF_A or OF_B, whose edge begins at every corner
+    along, aside : the point, u and v [m]
     """
     reach = max(u[:count].max() - u[:count].min(), v[:count].max() - v[:count].min())
     low, high, first, last = np.inf, -np.inf, -1, -1

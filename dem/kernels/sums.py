@@ -133,6 +133,7 @@ def held_sums(
     ``dashes`` is None where it has no dashpots, and then ``motion`` and ``rates`` are; see :func:`point_sums`.
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
+    # what is None is left out by the compiler: one loop over points for each kind of joint, the plain one the shortest
     if dashes is not None:
         dash = law[j, LAW.dash]
         out = point_sums(

@@ -21,7 +21,7 @@ class JointMarks(NamedTuple):
     opening, slip : largest opening less dilation, and largest plastic slip at its points [m]
     crushed : largest closing beyond the compressive strength [m]
     used : largest part in use of the undamaged strength at its points, in tension, shear or compression [-]; 1 where it
-        is reached, at most 1 but for points whose strength is gone
+        is reached, and where it was passed
     failed : part of its area where the strength was reached: damaged, slipped, opened beyond ft or crushed [-]
     """
 

@@ -128,11 +128,13 @@ def scaled_masses(stiffness: Array, dt: float, safety: float, floor: float = 0.0
     mass, inertia = np.ones(n), np.tile(np.eye(3), (n, 1, 1))
     size = np.trace(stiffness, axis1=1, axis2=2)
     rows = np.flatnonzero(size > 0.0)
-    # a root of twice a number has other bits: in units of a power of two the density does not show in the path
+    # stiffness is divided by a power of two, which is exact: scaled by one, the path keeps its bits. The root of a
+    # doubled number would have others
     unit = np.ldexp(1.0, np.frexp(size[rows])[1] - 1)
     k = stiffness[rows] / unit[:, None, None]
     m = np.linalg.eigvalsh(k[:, :3, :3])[:, -1]
-    # about the centre of stiffness the arms are shortest; about the centroid is where the block turns
+    # rotational stiffness about the centroid, about which the equations of motion turn a block; about the centre of
+    # stiffness it is least
     value, axes = np.linalg.eigh(k[:, 3:, 3:])
     j = (axes * np.maximum(value, floor * value[:, -1:])[:, None]) @ axes.transpose(0, 2, 1)
     factor = 2.0 * largest_squares(k, m, j) * dt**2 / (4.0 * safety**2)

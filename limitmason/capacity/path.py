@@ -228,7 +228,9 @@ class _Path:
     def _skips_a_fall(self, a: Try) -> StepOutcome:
         """Past a limit point: where a load that fell rises again, the fall between that may end the path is looked for.
 
-        From the node before the lowest, shorter, until its load is known to the width of a limit point.
+        From the node before the lowest, which is taken back, in shorter steps, until its load is known to the width of
+        a limit point. ACCEPTED where the step is none of these, where the fall cannot end the path, and where it is
+        known or given up.
         """
         if self.to is not None or self.phase is not Phase.FALLING or a.new.jump or len(self.nodes) - self.begin < 2:
             return StepOutcome.ACCEPTED
@@ -240,8 +242,8 @@ class _Path:
         if moved == 0.0:
             return StepOutcome.ACCEPTED
         on = fell * abs(a.new.control - a.last.control) / moved
-        near = largest - self.toward * a.last.multiplier + on > DROP * largest
-        if not near or min(fell, rose) <= LEVEL * largest or a.last.jump or a.last.broken is not None:
+        may_end = largest - self.toward * a.last.multiplier + on > DROP * largest
+        if not may_end or min(fell, rose) <= LEVEL * largest or a.last.jump or a.last.broken is not None:
             return StepOutcome.ACCEPTED
         if max(fell, rose) <= self.steps.peak * largest or self.rounds >= _ROUNDS:
             self.rounds, self.bound = 0, np.inf

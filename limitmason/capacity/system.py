@@ -94,7 +94,10 @@ class System:
         self._tangent_pattern(ends.reshape(len(ends), -1))
 
     def _tangent_pattern(self, dofs: Index) -> None:
-        """Where every entry of the elements, the border and nothing else goes in the bordered matrix."""
+        """Where every entry goes in the bordered matrix.
+
+        In the order of :meth:`tangent`: elements, diagonal, column of the live load, row of the control, corner.
+        """
         k, size, order = len(dofs), dofs.shape[1], self.order
         rows = np.broadcast_to(dofs[:, :, None], (k, size, size)).ravel()
         columns = np.broadcast_to(dofs[:, None, :], (k, size, size)).ravel()
@@ -105,7 +108,7 @@ class System:
         key, slot = np.unique(columns * (order + 1) + rows, return_inverse=True)
         indptr = np.searchsorted(key, np.arange(order + 2) * (order + 1))
         self._keep, self._slot = keep, slot
-        self._kept: tuple[Index, Index, sparse.csc_matrix] | None = None
+        self._ordered: tuple[Index, Index, sparse.csc_matrix] | None = None
         indices, indptr = (key % (order + 1)).astype(np.int32), indptr.astype(np.int32)
         self._pattern = sparse.csc_matrix((np.zeros(len(key)), indices, indptr), shape=(order + 1,) * 2)
 
@@ -183,8 +186,8 @@ class System:
         # the order is for pivots on the diagonal: elements of blocks that deform are so wide that leaving it for every
         # larger entry fills the factors to twice the size, in four times the time, and they solve no better
         worth_leaving = 0.1 if self.bodies.deforming or self.bodies.large else 1.0
-        if self._kept is not None:
-            order, place, pattern = self._kept
+        if self._ordered is not None:
+            order, place, pattern = self._ordered
             ordered = _filled(pattern, matrix.data[place])
             # columns by themselves: panels and relaxed nodes cost more than they save on so narrow fronts
             found = splu(ordered, permc_spec="NATURAL", diag_pivot_thresh=worth_leaving, relax=1, panel_size=1)
@@ -195,7 +198,7 @@ class System:
             places = sparse.csc_matrix((np.arange(matrix.nnz), matrix.indices, matrix.indptr), shape=matrix.shape)
             places = places[order][:, order]
             places.sort_indices()
-            self._kept = order, places.data, places
+            self._ordered = order, places.data, places
         return found
 
     def onward(self, at: Evaluated, move: float) -> Array | None:

@@ -54,7 +54,7 @@ def _predict(options: argparse.Namespace) -> int:
 
     known = [s for s in registry.sources() if s not in registry.tabled()]
     if options.series not in known:
-        raise InputError(f"series must be {' or '.join(known)}, got {options.series!r}: it has a ladder of models")
+        raise InputError(f"series must be {' or '.join(known)}, got {options.series!r}")
     found = predict_walls(
         options.method, options.walls or None, store=options.store, spread=not options.no_interval,
         workers=options.workers, progress=console.say,

@@ -281,7 +281,7 @@ def loops(lines: Sequence[ArrayLike], gap: float) -> tuple[list[Array], list[int
         (2 area / perimeter), but a gap between the lines of two stones
     """
     shapely = need_shapely()
-    strokes = [np.asarray(line, dtype=float) for line in lines]
+    strokes = [np.array(line, dtype=float) for line in lines]  # copies: their ends are moved
     ends = np.array([p for s in strokes for p in (s[0], s[-1])]).reshape(-1, 2)
     for k, p in enumerate(ends):
         close = np.flatnonzero(np.linalg.norm(ends[:k] - p, axis=1) <= gap)
@@ -293,6 +293,7 @@ def loops(lines: Sequence[ArrayLike], gap: float) -> tuple[list[Array], list[int
     enclosed = shapely.get_parts(shapely.polygonize([noded]))
     faces = [np.array(p.exterior.coords[:-1]) for p in enclosed if 2.0 * p.area > gap * p.length]
     edges = shapely.union_all([shapely.LinearRing(f) for f in faces]).buffer(1e-6 * max(gap, 1e-9)) if faces else None
+    # ends touch other lines anyhow: the middle tells whether a line is an edge of what is enclosed
     middles = [shapely.LineString(s).interpolate(0.5, normalized=True) for s in strokes]
     unused = [k for k, middle in enumerate(middles) if edges is None or not edges.intersects(middle)]
     return [_straight(f) for f in faces], unused

@@ -209,12 +209,16 @@ def load_region(
 
     found = region(assembly, dead, limit)
     if np.isfinite(found.within).any() and len(found.corners):
-        dry = region(assembly.with_joints(_endless), replace(dead, dead=0.0 * dead.dead), np.ones(len(cases)))
-        size = np.linalg.norm(dry.corners, axis=1)
-        rays = dry.corners[size > 1e-6] / size[size > 1e-6, None]
+        # the region has no end and was cut at ``within``. Its endless directions are the region without dead load and
+        # strengths, which is a cone; cut at 1, its corners away from the origin lie on the rays
+        homogeneous = region(assembly.with_joints(_endless), replace(dead, dead=0.0 * dead.dead), np.ones(len(cases)))
+        size = np.linalg.norm(homogeneous.corners, axis=1)
+        rays = homogeneous.corners[size > 1e-6] / size[size > 1e-6, None]
         found = replace(found, cone=_extreme_rays(rays))
     if any(i.joint.tan_psi < i.joint.tan_phi for i in assembly.interfaces):
+        # with friction tan(psi) the same motions are associative: what lies inside is safe for any flow rule
         reduced = assembly.with_joints(inside)
+        # cut where the region was
         same = found.within if np.isfinite(found.within).all() else limit
         found = replace(found, certain=region(reduced, dead, same))
     return found

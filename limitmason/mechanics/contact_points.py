@@ -334,6 +334,8 @@ def _corner_areas(corners: Array, normal: Array) -> Array:
 def _edge_points(n: int, elastic: bool) -> tuple[Array, Array]:
     """Evenly spaced points on 0 .. 1, ends included, and their weights times 1 - s and s.
 
+    The width of a quadrilateral goes from that of one side at s = 0 to that of the other at s = 1. Each row weighs one.
+
     Parameters
     ----------
     elastic : weights with the second moment of the face from n = 3 on; False for the integrals of hat functions
@@ -361,6 +363,8 @@ def _edge_points(n: int, elastic: bool) -> tuple[Array, Array]:
         weight[1] += handed
         weight[-2] += handed
         return s, np.stack([weight * (1.0 - s), weight * s])
+    # integrals of hat functions times 1 - s and s. Hats inside are symmetric: weight times s is exact. The half hats at
+    # the ends have their centroids h / 3 inside, which is h^2 / 6 more of s
     share = np.stack([weight * (1.0 - s), weight * s])
     share[:, 0] += np.array([-1.0, 1.0]) * h * h / 6.0
     share[:, -1] += np.array([1.0, -1.0]) * h * h / 6.0

@@ -80,7 +80,11 @@ def _first_faces(pieces: BlockPieces, start: Index) -> Index:
 
 
 def _face_under(faces: Faces, rows: slice, polygon: Array, normal: Array) -> int | None:
-    """The face of one block, out of a range, that a polygon lies on."""
+    """The face of one block, out of a range, that a polygon lies on.
+
+    The nearest of those that look its way within 45 degrees and are no farther than half its size. Alignment decides
+    between faces as near as each other. How far the middle lies beside a face is told by the face's box.
+    """
     aligned = faces.normal[rows] @ normal
     away = np.abs(polygon @ faces.normal[rows].T - faces.offset[rows]).max(axis=0)
     middle = polygon.mean(axis=0)

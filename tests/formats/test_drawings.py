@@ -180,7 +180,10 @@ def test_gaps_between_the_lines_of_two_stones_are_no_stones():
         return [corners[[k, (k + 1) % 4]] for k in range(4)]
 
     stones = [(0, 0.598, 0, 0.299), (0.6, 1.198, 0, 0.299), (0, 0.298, 0.3, 0.6), (0.3, 0.898, 0.3, 0.6)]
-    found, unused = loops([line for s in stones for line in around(*s)], 0.005)
+    lines = [line for s in stones for line in around(*s)]
+    drawn = np.array(lines)
+    found, unused = loops(lines, 0.005)
+    assert (np.array(lines) == drawn).all()  # what the caller drew stays
     assert not unused
     assert sorted(np.ptp(f, axis=0)[0] for f in found) == pytest.approx([0.298, 0.598, 0.598, 0.598], abs=0.005)
     wall = lm.Assembly.from_polygons(formats.clean(found, 0.005).outlines, thickness=0.3, joint=JOINT, tolerance=1e-4)

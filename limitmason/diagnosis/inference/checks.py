@@ -53,7 +53,9 @@ def judge_again(
     design: Design, y: np.ndarray, rule: Rule, seed: int, pairs: bool, shares: Shares, unstated: tuple[str, ...] = (),
     progress: Callable[[str], None] | None = None,
 ) -> Checks:
-    """The verdict under unknown noise, and without each specimen in turn (quick; the latter without pairs).
+    """The verdict under unknown noise, without each specimen in turn, and with noise that some tests share.
+
+    Few draws; the last two without pairs.
 
     Parameters
     ----------
@@ -71,17 +73,16 @@ def judge_again(
         verdict = decision.explained(y, decision.alarm(y, unstated), pairs)
         return CheckedVerdict(verdict.kind, verdict.causes)
 
-    def stated(noise: Noise) -> CheckedVerdict:
-        draws = Draws.make([seed, n], n, design.inputs, noise, QUICK)
-        return judged(design.with_noise(noise), y, draws, pairs, carried)
-
     say = progress or (lambda line: None)
     n, noise, rule = design.n, design.noise, replace(rule, screen=True, far=NEAR)
     carried = shares.correlation if shares.shares else None
     say("the verdict with the noise taken as unknown")
     chances = Draws.make([seed, n], n, design.inputs, noise, QUICK)
     plain = judged(design, y, chances, False, carried)
-    other = stated(Noise.unknown())
+    unknown = Noise.unknown()
+    other = judged(
+        design.with_noise(unknown), y, Draws.make([seed, n], n, design.inputs, unknown, QUICK), pairs, carried
+    )
     dropped = []
     for i in range(n):
         say(f"the verdict without specimen {i + 1} of {n}")

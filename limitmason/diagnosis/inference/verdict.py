@@ -1,4 +1,7 @@
-"""What is said of a data set: thresholds, the kinds of answers, and what stands behind each."""
+"""What is said of a data set: thresholds, the kinds of answers, and what stands behind each.
+
+It is decided by the sets of causes in ``confidence_set``, and settled in ``judge``.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
