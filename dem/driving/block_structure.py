@@ -26,7 +26,7 @@ from dem.stages.stage_run import StageRun
 from limitmason.arrays import Array
 from limitmason.deformable import PLANE_STRESS, SOLID
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE
-from limitmason.mechanics.contact_points import extents, on_few_points
+from limitmason.mechanics.contact_points import FEW_POINTS, extents, on_few_points
 from limitmason.mechanics.lumped_units import with_lumped_units
 from limitmason.mechanics.plane import Plane, find_plane, two_planes
 from limitmason.model import Assembly, Loads
@@ -76,8 +76,10 @@ class BlockStructure(DrivenStructure):
             plane=None if strains and stress == SOLID else plane, stress=stress, driven=self.unit,
         )
         if chosen.contact_points is None and grid is not None:
+            # the spacing is none that the user gave
+            said = tuple(w for w in self.state.warnings if not w.startswith(FEW_POINTS))
             finer = "give contact_points, the spacing [m], a twelfth of the thickness"
-            self.state = replace(self.state, warnings=(*self.state.warnings, *on_few_points(model, finer)))
+            self.state = replace(self.state, warnings=(*said, *on_few_points(model, finer)))
         self.settle = chosen.settle or Settle(tolerance=1e-5)
         if drive.servo:
             self.settle = replace(self.settle, servo=drive.servo)

@@ -173,6 +173,10 @@ def weakening(assembly: Assembly) -> Flags:
     return np.isfinite(assembly.arrays.compressive_strength) | softens
 
 
+FEW_POINTS = "joints crush or lose strength at the few contact points"
+"""How :func:`on_few_points` begins."""
+
+
 def on_few_points(assembly: Assembly, remedy: str, points: ContactPoints | None = None) -> tuple[str, ...]:
     """A warning of joints that crush or lose strength on few points.
 
@@ -188,9 +192,8 @@ def on_few_points(assembly: Assembly, remedy: str, points: ContactPoints | None 
         return ()
     whose = "of the default" if points is None else "given"
     return (
-        f"joints crush or lose strength at the few contact points {whose}: the first crack, and what a crushing "
-        "section bears, may be a quarter too high with 4 points on a side, twice with 3 "
-        f"and three times with 2; {remedy}",
+        f"{FEW_POINTS} {whose}: the first crack, and what a crushing section bears, may be a quarter too high with 4 "
+        f"points on a side, twice with 3 and three times with 2; {remedy}",
     )
 
 

@@ -231,6 +231,10 @@ def test_distinct_elements_say_that_their_default_points_are_few():
     fine = dem.make_state(wall, loads, contact_model="lobatto", contact_points=(15, 2))
     assert not any("few contact points" in w for w in fine.warnings)
     assert not any("few" in w for w in dem.make_state(block(STIFF), loads).warnings)
+    # the spacing that a push takes is none that was given, and is told of once
+    curve = dem.push(wall, dem.Drive({wall.blocks[-1].name: {"x": 1.0}}), to=1e-7, steps=2000)
+    (told,) = (w for w in curve.warnings if "few contact points" in w)
+    assert "of the default" in told
 
 
 def test_tension_above_the_apex_is_told_where_it_is_taken():
