@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 import dem
 from limitmason import experiments
@@ -66,7 +67,7 @@ def rows_of(planes: str, curve: dem.PushCurve, height: float) -> list[list[Any]]
     for k, amplitude in enumerate(a for a in AMPLITUDES for _ in range(TIMES)):
         start, up, down = ends[2 * k], ends[2 * k + 1], ends[2 * k + 2]
         stiffness = 1e-6 * (f[up] - f[down]) / (u[up] - u[down])
-        work = float(np.trapezoid(f[start : down + 1], u[start : down + 1]))
+        work = float(trapezoid(f[start : down + 1], u[start : down + 1]))
         within = ["" if i is None or not start <= i <= down else f"{100.0 * abs(u[i]) / height:.3f}" for i in first]
         out.append([planes, amplitude, k % TIMES + 1, f"{1e-3 * f[start : down + 1].max():.1f}",
                     f"{-1e-3 * f[start : down + 1].min():.1f}", f"{stiffness:.1f}", f"{work:.1f}",

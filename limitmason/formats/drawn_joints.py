@@ -129,7 +129,9 @@ def open_joints(outlines: list[Array]) -> Array:
     i, j = i[i < j], j[i < j]
     nothing = 1e-9 * reach  # a sparse matrix takes zero for no connection
     between = shapely.distance(stones[i], stones[j]) + nothing
-    tree = minimum_spanning_tree(coo_array((between, (i, j)), shape=(len(stones), len(stones))).tocsr())
+    # of 32 bits: scipy before 1.17 takes no other numbers here
+    at = (i.astype(np.int32), j.astype(np.int32))
+    tree = minimum_spanning_tree(coo_array((between, at), shape=(len(stones), len(stones))).tocsr())
     return np.asarray(np.maximum(tree.data - nothing, 0.0))
 
 

@@ -233,7 +233,7 @@ def test_no_loop_of_opening_and_slip_makes_energy(unloading):
         path = along(joint, opening=opening, slip=slip)
         for k in range(3):
             loop = slice(10_000 * k, 10_000 * (k + 1))
-            work = trapezoid(-path.normal[loop], opening[loop]) + np.trapezoid(-path.shear[loop], slip[loop])
+            work = trapezoid(-path.normal[loop], opening[loop]) + trapezoid(-path.shear[loop], slip[loop])
             assert work >= -1e-9
 
 
@@ -348,7 +348,7 @@ def test_a_dilating_joint_takes_energy_in_every_loop_of_slip(psi):
         path = along(dilatant(psi), opening=opening, slip=slip, dilatant_slip=1e-3)
         for k in range(3):
             loop = slice(10_000 * k, 10_000 * (k + 1))
-            work = trapezoid(-path.normal[loop], opening[loop]) + np.trapezoid(-path.shear[loop], slip[loop])
+            work = trapezoid(-path.normal[loop], opening[loop]) + trapezoid(-path.shear[loop], slip[loop])
             assert work > 0.0
             stored = (0.5 * (path.normal**2 / KN + path.shear**2 / KS))[loop]
             lost = path.rubbed[loop][-1] - path.rubbed[loop][0]
