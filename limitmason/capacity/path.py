@@ -104,6 +104,7 @@ class _Path:
     warnings: list[str] = field(default_factory=list)
     phase: Phase = Phase.RISING
     bound: float = np.inf  # steps that were seen to leap over the largest load
+    again: bool = False  # whether this step is tried again, shorter
     failures: int = 0  # of this step to be found
     passed: bool = False  # a limit point, by this step
     halved: int = 0  # this step, for energy or for bonds
@@ -132,6 +133,7 @@ class _Path:
             verdict = self._step()
             if isinstance(verdict, PathEnd):
                 return verdict
+            self.again = verdict is StepOutcome.SHORTER
         self.warnings.append(
             f"{self.steps.most} tries of a step were made and {self.end:.4g} m was not reached: raise steps.most"
         )
@@ -170,7 +172,8 @@ class _Path:
     def _found(self, system: System, last: Node, left: float) -> Try | StepOutcome | PathEnd:
         """The state at the end of a step, by ever more costly ways the more often it failed."""
         self.advance = min(self.advance, self.longest, self.bound)
-        move = left if left < 1.2 * self.advance else self.advance
+        # what is left is not split into a step and a splinter; a step that was cut is not stretched to the end again
+        move = left if left < (1.0 if self.again else 1.2) * self.advance else self.advance
         guess = extrapolated(system, [*self.nodes[self.begin : -1], last], self.sense * move)
         patient = self.failures >= stepping.patience(system, move)
         target = last.control + self.sense * move
