@@ -86,7 +86,8 @@ def reduced(path: Path) -> Image.Image:
     picture = Image.open(path).convert("RGB")
     if picture.width > WIDTH:
         picture = picture.resize((WIDTH, round(picture.height * WIDTH / picture.width)), Image.Resampling.LANCZOS)
-    return picture.quantize(COLOURS)
+    # an octree keeps the few dots of a thin coloured line, which the default, a median cut, turns brown
+    return picture.quantize(COLOURS, method=Image.Quantize.FASTOCTREE)
 
 
 def unlikeness(drawn: Image.Image, stored: Image.Image, cells: int = 48) -> float:

@@ -31,3 +31,12 @@ def test_stored_output_is_held_by_words_numbers_and_looks():
     assert stored_output.unlikeness(white, white.copy()) == 0.0
     assert stored_output.unlikeness(line, white) > 10 * stored_output.ALIKE
     assert all((ROOT / "examples" / f"{name}.py").is_file() for name in stored_output.MACHINES)
+
+
+def test_a_thin_coloured_line_keeps_its_colour_beside_many_shades(tmp_path):
+    orange, picture = (213, 94, 0), Image.new("RGB", (900, 900))
+    picture.putdata([(x // 4,) * 3 for _ in range(900) for x in range(900)])
+    picture.paste(orange, (100, 400, 300, 402))
+    picture.save(tmp_path / "shades.png")
+    kept = stored_output.reduced(tmp_path / "shades.png").convert("RGB").getpixel((200, 401))
+    assert max(abs(a - b) for a, b in zip(kept, orange, strict=True)) < 32
