@@ -73,6 +73,7 @@ def with_outputs(text: str, printed: list[str]) -> str:
 
 def main(pages: list[str]) -> None:
     """Run pages and write what they print and draw back into them."""
+    os.environ.setdefault("MPLBACKEND", "Agg")
     for page in (Path(p).resolve() for p in pages):
         text = page.read_text(encoding="utf-8")
         with tempfile.TemporaryDirectory() as name:
@@ -84,5 +85,4 @@ def main(pages: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    os.environ.setdefault("MPLBACKEND", "Agg")
     main(sys.argv[1:])

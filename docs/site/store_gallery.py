@@ -2,9 +2,9 @@
 
     python docs/site/store_gallery.py NAME ... [--from FOLDER]
 
-``all`` runs every example (a quarter of an hour). With ``--from`` nothing is run: FOLDER holds one folder per example
-with its ``output.txt`` and figures. The tests hold what is stored against what the examples print and draw. With
-another drawing package, compiler or processor than those of the rest, all are stored anew or none.
+``all`` runs every example and page (a quarter of an hour). With ``--from`` no example is run: FOLDER holds one folder
+per example with its ``output.txt`` and figures. The tests hold what is stored against what the examples print and draw.
+With another drawing package, compiler or processor than those of the rest, all are stored anew or none.
 """
 
 import argparse
@@ -13,6 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import page_blocks
 import stored_output
 from site_sources import ROOT, STORED, examples
 
@@ -54,6 +55,10 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             run(name, Path(folder))
             store(name, Path(folder))
+    if given.names == ["all"]:  # pictures of pages are of the same packages and processor
+        site = ROOT / "docs" / "site"
+        pages = sorted([*site.glob("*.md"), *(site / "tutorials").glob("*.md")])
+        page_blocks.main([str(p) for p in pages if page_blocks.blocks(p.read_text(encoding="utf-8"))])
 
 
 if __name__ == "__main__":
