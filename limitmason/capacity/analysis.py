@@ -250,7 +250,10 @@ def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming
 def _told_of_points(
     generations: Generations, nodes: list[Node], stiffness: float | tuple[float, float] | None
 ) -> list[str]:
-    """What default points at the edges make of faces whose finite stiffness somebody named."""
+    """Warnings of default points at the edges, where the user named a finite stiffness.
+
+    Joints that crush or soften have enough points by themselves.
+    """
     assembly = generations.structures[0].assembly
     named = stiffness is not None or bool((assembly.arrays.normal_stiffness > 0.0).any())
     if not named or weakening(assembly).any():
@@ -282,7 +285,7 @@ def _equations(
 ) -> System:
     """Equations of a structure.
 
-    A function of the module, so that a curve goes to other processes.
+    It is a function of the module and no closure, so that a curve can be sent to other processes.
     """
     p = s.points
     return System(
@@ -292,7 +295,10 @@ def _equations(
 
 
 def _as_one(assembly: Assembly, loads: Loads, control: Any) -> tuple[Assembly, Loads, Any]:
-    """The model in which a support that is to be moved is one block without joints to the ground, and its control."""
+    """The model in which moving supports are one block, with its loads and control.
+
+    Joints of the group to the ground are dropped. Where no group of supports moves, all three stay as they are.
+    """
     if isinstance(control, str):
         return assembly, loads, control
     if len(control) != 2 or control[1] not in _AXES:

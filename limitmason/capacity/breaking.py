@@ -43,6 +43,7 @@ def overload(system: System, old: PlasticHistory, at: Evaluated) -> Array:
     slid = np.linalg.norm(new.slip - old.slip, axis=1)
     spare = np.linalg.norm(stress[:, 1:], axis=1) - np.maximum(s.shear_strength(stress[:, 0]), 0.0)
     # an open point has no shear strength that slip could break, nor one beyond the tip of the cone
+    # a point that does not slide is below its strength by its spare shear over its spring
     short = np.where(stress[:, 0] > -s.tension, np.minimum(spare / law.ks, 0.0), -np.inf)
     sliding = np.where(s.bears_shear(stress[:, 0]), np.where(slid > 0.0, slid, short), -np.inf)
     by_opening, by_slip = softening.sudden
@@ -70,9 +71,21 @@ def overload_of(system: System, old: PlasticHistory, node: Node) -> Array:
 
 
 def cut(system: System, last: Node, new: Node, ratio: float) -> tuple[Node | None, Index | None]:
-    """The step from ``last`` to ``new``, ended where the first point breaks, and the points that then do.
+    """End a step where its first point breaks, and tell which points then break.
 
-    No node where a shorter step is not found; no points where none breaks.
+    The control displacement of that state is closed in on by the secant, every fourth time by halving. A state counts
+    whose largest overload is between 0 and ``WITHIN``.
+
+    Parameters
+    ----------
+    last, new : states at the two ends of the step
+    ratio : work of the live load per control displacement [N], for programs
+
+    Returns
+    -------
+    The state, and the rows of points that break at it. No state where a shorter step is not found, no rows where no
+    point
+    breaks.
     """
     over = overload_of(system, last.history, new)
     high, above = new, float(over.max(initial=-np.inf))
@@ -81,12 +94,14 @@ def cut(system: System, last: Node, new: Node, ratio: float) -> tuple[Node | Non
     if new.jump:
         return new, due(over)
     low, below = last, float(overload_of(system, last.history, last).max(initial=-np.inf))
+    # a point that is due already would leave the secant no room
     below = min(below, -WITHIN)
     for k in range(_CUTS):
         if above <= WITHIN:
             return high, due(over)
         if k >= _SURE and abs(high.control - low.control) < _LEAP * abs(new.control - last.control):
             break
+        # aimed at the middle of what counts, so that the state found is past the strength
         share = (0.5 * WITHIN - below) / (above - below) if k % 4 < 3 else 0.5
         target = low.control + float(np.clip(share, 0.02, 0.98)) * (high.control - low.control)
         tried = step(system, last, target, between(last, high, target), ratio)
@@ -150,7 +165,10 @@ def _solved(
     target: float | None,
     ratio: float,
 ) -> tuple[newton.Solved, int] | None:
-    """What Newton's method leaves: by descent and by programs, in the order of :func:`stepping.step`."""
+    """Solve a step that Newton's method alone did not: by descent and by programs.
+
+    The order is that of :func:`stepping.step`. It returns the solved state and the number of programs, or None.
+    """
     for by_descent in (True, False) if descent_first(system) else (False, True):
         if by_descent:
             solved = descent.solve(system, pose, multiplier, history, target)

@@ -125,9 +125,12 @@ def strength(s: Structure, at: PathState) -> PointLaw:
 
 
 def forces(s: Structure, at: PathState) -> tuple[Array, Array, Array]:
-    """Force components on block b [N], (m, c).
+    """Forces, displacements and places of the contact points in a state.
 
-    Displacement [m], (m, c). Present places of b's points [m], (m, 3).
+    Returns
+    -------
+    Components of the force on block b along normal and tangents [N], (m, c), compression positive; displacement of b
+    against a along them [m], (m, c), opening positive; present places of b's points [m], (m, 3).
     """
     p, x = s.points, s.assembly.centroids
     rotation = at.turn + np.eye(3)
@@ -139,6 +142,7 @@ def forces(s: Structure, at: PathState) -> tuple[Array, Array, Array]:
         bent_b = np.einsum("mik,mk->mi", s.deformation.shapes_b, at.shapes[b])
         moved_a = moved_a + np.einsum("mij,mj->mi", rotation[a], bent_a)
         moved_b = moved_b + np.einsum("mij,mj->mi", rotation[b], bent_b)
+    # seen in the frame that turns with block a, which carries the normal
     in_a = np.einsum("mji,mj->mi", rotation[a], p.place_b - p.place_a + moved_b - moved_a)
     apart = np.einsum("mci,mi->mc", p.directions, in_a)
     normal = np.maximum(p.kn * (at.lift - apart[:, 0]), -strength(s, at).tension)
@@ -147,9 +151,11 @@ def forces(s: Structure, at: PathState) -> tuple[Array, Array, Array]:
 
 
 def tensions(s: Structure, at: PathState) -> tuple[Array, Array, Array, Array]:
-    """Tension of the ties [N], (t,), without a bound above.
+    """Tensions, present ends and directions of the ties in a state.
 
-    Ends on a and b [m], unit vectors from a to b, (t, 3).
+    Returns
+    -------
+    Tension [N], (t,), without a bound above; ends on blocks a and b [m], (t, 3); unit vectors from a to b, (t, 3).
     """
     x, ties = s.assembly.links, s.assembly.ties
     rows = slice(len(s.assembly.interfaces), None)
@@ -206,11 +212,10 @@ def beyond_strength(s: Structure, at: PathState, apart: Array) -> Array:
 
 
 def stored(s: Structure, at: PathState) -> float:
-    """Elastic energy, with what opening against the tensile strength keeps [J].
+    """Elastic energy of joints, blocks and ties in a state [J].
 
-    A closing joint gives it back.
-
-    That of blocks that deform is in it, q' K q / 2, and that of ties, T^2 / (2 k).
+    What opening against the tensile strength keeps is in it, as a closing joint gives it back. Blocks that deform add
+    q' K q / 2, ties T^2 / (2 k).
     """
     components, apart, _ = forces(s, at)
     stress = components / s.points.area[:, None]
@@ -240,8 +245,10 @@ def damage_error(s: Structure, before: PathState, after: PathState) -> float:
     least = np.minimum(np.maximum(before.damage, opening * beyond), 1.0)
     asked = np.minimum(least + slip * slid, 1.0)
     # where damage has brought the tip to the tension, a part of the slip has done it: the rest met no strength
+    # too much and too little damage both count
     off = np.maximum(np.maximum(np.where(at_tip, least, asked) - after.damage, after.damage - asked), 0.0)
     reach, give = (np.maximum(x, SHORTEST * s.length) for x in (p.law.tension / p.kn, p.law.cohesion / p.ks))
+    # of points that break at once the overload is limited, as far as they are not broken yet
     whole = np.asarray(after.damage) < 1.0
     over = np.maximum(np.where(at_once[0] & whole, beyond / reach, 0.0), np.where(at_once[1] & whole, slid / give, 0.0))
     error = np.maximum(off, np.maximum(over - WITHIN, 0.0))
@@ -252,6 +259,12 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
     """Certificate and energy of the step from one state to the next.
 
     A ``jump`` need not meet every condition.
+
+    Parameters
+    ----------
+    before, after : states at the ends of the step
+    jump : whether the load fell or blocks moved at once, so that energy is lost; flow rule and damage are then not
+        asked
     """
     old, new = forces(s, before)[0], forces(s, after)[0]
     area = s.points.area
@@ -262,6 +275,7 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
     size = np.linalg.norm(slip, axis=1)
     lift = after.lift - before.lift
     elastic = s.length
+    # departures of the flow rule are told in the largest slip, or in the elastic length where less slides
     length = max(float(size.max(initial=0.0)), elastic)
     short = lift - law.tan_psi * size
     # a point at its compressive strength is crushed: its lift may fall short of the slip
@@ -272,6 +286,7 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
     power = limit * size + (new[:, 1:] * slip).sum(axis=1)
     against = float(np.abs(power).max(initial=0.0)) / (s.weight * length)
     loss = -(new[:, 1:] * slip).sum(axis=1) - new[:, 0] * lift
+    # plastic work by the trapezoidal rule: the error of the balance is then of third order in the step
     mean = 0.5 * (old + new)
     lost = float(-(mean[:, 1:] * slip).sum() - (mean[:, 0] * lift).sum())
     broken = _released(s, before, after)

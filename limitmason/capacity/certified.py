@@ -119,6 +119,7 @@ def _returned(generations: Generations, nodes: list[Node]) -> str:
 
 def _through(generations: Generations, nodes: list[Node]) -> str:
     """What to say of blocks that go through each other on a path that keeps the points of the undeformed joints."""
+    # blocks that have gone through each other stay so: the first such sample is found by bisection
     low, high = -1, len(nodes) - 1
     if not (met := generations.through(nodes[high])):
         return ""

@@ -17,7 +17,12 @@ def contact(
     block_a: Index, block_b: Index, arm_a: Array, arm_b: Array, offset: Array, reference: Array, shift: Array,
     turn: Array, displacement: Array, directions: Array, place_a: Array, place_b: Array,
 ) -> None:
-    """Write displacements, directions and arms of the points in a pose."""
+    """Write displacements, directions and arms of the points in a pose.
+
+    Per point: offset (m, 3) from a's place to b's in the reference pose, arms from the centroids [m], reference
+    directions
+    (m, c, 3). ``turn`` is the rotation matrix less one, so that small turns keep their digits.
+    """
     gap = np.empty(3)
     for m in range(len(block_a)):
         a, b = block_a[m], block_b[m]
@@ -41,7 +46,10 @@ def contact(
 
 @njit(cache=True, error_model="numpy")
 def point_wrenches(directions: Array, arm_a: Array, arm_b: Array, basis: Array, out: Array) -> None:
-    """Write the wrenches of unit forces on both blocks of every point."""
+    """Write the wrenches of unit forces on both blocks of every point.
+
+    ``out`` has shape (m, c, 2, d), block a first; ``basis`` (6, d) projects on the degrees of freedom.
+    """
     for m in range(len(directions)):
         for c in range(directions.shape[1]):
             x, y, z = directions[m, c]

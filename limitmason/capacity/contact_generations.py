@@ -149,6 +149,7 @@ class Generations:
         if travel < shapes.step:
             return 1.0
         was, now = landed(shapes, s.points, before.pose, after.pose, travel)
+        # to half an overshoot below the face, by the straight line between both gaps
         share = (was + 0.5 * shapes.step) / (was - now)
         return max(LEAST, float(share.min(initial=1.0)))
 
@@ -169,6 +170,7 @@ class Generations:
             return 1.0
         was = beside_faces(shapes, s.points, before.pose)
         left = far & (was > -shapes.step)
+        # to nine tenths of what is allowed, so that the shorter step does not just miss it
         share = (was + 0.9 * most)[left] / (was + beyond)[left]
         return max(LEAST, float(share.min(initial=1.0)))
 
@@ -217,10 +219,18 @@ class Generations:
         return float(np.clip(fell + rises, 0.0, fell)) if np.isfinite(rises) else fell * new.jump
 
     def weakest_rise(self, nodes: list[Node], new: Node, move: float) -> float | None:
-        """The same by the weaker tangent of every point at both ends of a step, or None where one end has them all.
+        """Rise of the load over a step by the weaker tangent of every point at its two ends.
 
-        Points that let go make a path less steep, those that take hold steeper. Where both happen in a step this is as
-        steep as it falls, whichever came first.
+        It is None where one end has all the weaker tangents, and NaN where their tangent is singular. Points that let
+        go make
+        a path less steep, those that take hold steeper. Where both happen in a step this is as steep as it falls,
+        whichever
+        came first.
+
+        Parameters
+        ----------
+        nodes, new : the path so far, and the state at the end of the step
+        move : control displacement of the step, signed [m]
         """
         last = nodes[-1]
         at, was = self._reached(new, last), self._reached(last, nodes[-2] if len(nodes) > 1 and not last.jump else None)

@@ -208,9 +208,9 @@ def first_contacts(
 
 
 def turned_over(c: PathContacts, rows: Flags) -> PathContacts:
-    """These points, in some of them with the frame carried by the other block.
+    """Points of which some have their frame carried by the other block.
 
-    Force components keep their sign.
+    Force components keep their sign, as direction and blocks change together.
     """
     a, b = np.where(rows, c.block_b, c.block_a), np.where(rows, c.block_a, c.block_b)
     place_a = np.where(rows[:, None], c.place_b, c.place_a)
@@ -231,6 +231,7 @@ def firmness(assembly: Assembly, loads: Loads) -> Index:
     """
     x = assembly.centroids
     middle = x.mean(axis=0)
+    # from the least to the most important: the last key decides first
     keys = [-np.linalg.norm(x - middle, axis=1)]
     keys += [(x - middle) @ _unit(w[:, :3].sum(axis=0), w) for w in (loads.live, loads.dead)]
     keys += [assembly.weights, assembly.fixed.astype(float)]

@@ -99,7 +99,14 @@ def _lowest(
     system: System, law: ElastoplasticLaw, old: PlasticHistory, now: Evaluated, motion: Array, multiplier: float,
     viscosity: float, done: Array,
 ) -> float:
-    """Share of a motion at which the potential of the frozen law is lowest, by its slope."""
+    """Share of a motion at which the potential of the frozen law is lowest, by its slope.
+
+    Parameters
+    ----------
+    law, old : law whose friction is frozen, and the history it returns from
+    now : state at the start
+    motion, done : in own units, shape (order,): that of the full step, and what came before it under the viscosity
+    """
     apart, (work, longer) = now.contact.displacement, system.relative(now, motion)
     load = system.applied(multiplier) - viscosity * done
     if system.bodies.deforming:

@@ -151,7 +151,10 @@ class ElasticRange(ReadOnly):
         return np.where(np.abs(stress) > nothing * np.abs(stress).max(), stress, 0.0)
 
     def _by_dead_load(self, high: Onset) -> str:
-        """What own weight alone does where it is farthest beyond a strength, where nothing lies below an upper end."""
+        """Words for own weight that alone exceeds a strength, or that reaches one.
+
+        They are asked for where no multiplier lies below the upper end ``high``.
+        """
         law, dead = self._law, self._beyond_rounding(self.dead)
         bears = law.shear_strength(dead[:, 0])
         bears = np.where(law.cut_off, bears, np.maximum(bears, 0.0))
@@ -297,7 +300,11 @@ def elastic_range(
 
 
 def _solved(matrix: sparse.csc_array, loads: Array) -> Array:
-    """Motions by loads, of a matrix whose rows are scaled to have ones on the diagonal."""
+    """Motions by loads, shape (d n, k); refused where joints leave a block free.
+
+    Rows are scaled to ones on the diagonal, so that pivots tell a free motion from a soft one. One step of refinement
+    follows.
+    """
     size = np.sqrt(matrix.diagonal())
     if not (size > 0.0).all():
         raise NotApplicable("a block is free of all joints: there is no elastic state")

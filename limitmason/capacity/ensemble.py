@@ -168,7 +168,11 @@ def first_loss(displacement: Array, load: Array, within: float) -> float:
 
 
 def _planes(assembly: Assembly, points: ContactPoints, rng: np.random.Generator) -> Array:
-    """Openings of the points by a random plane per joint, the least of each 0 [-], shape (m,)."""
+    """Openings of the points by a random plane per joint, least 0 [-], shape (m,).
+
+    A plane is a uniform opening, cut at 0 so that about half of the joints have none, and two tilts, each drawn from
+    -1 to 1 over half the joint.
+    """
     x = assembly.arrays
     out = np.zeros(points.count)
     draws = rng.uniform(-1.0, 1.0, (len(x.area), 3))

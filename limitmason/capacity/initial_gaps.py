@@ -20,12 +20,11 @@ from limitmason.mechanics.contact_points import ContactPoints
 
 
 def of_gaps(points: ContactPoints, gaps: ArrayLike | None) -> Array | None:
-    """Misfit of points that are open in the reference pose [m], shape (m, c), or None where none is.
+    """Initial opening of the contact points as displacements [m], (m, c), or None.
 
-    Raises
-    ------
-    InputError
-        For gaps that are negative, or not one per point.
+    Parameters
+    ----------
+    gaps : opening of every point [m], shape (m,), none negative
     """
     if gaps is None:
         return None

@@ -77,6 +77,10 @@ class _Points:
     """The law of all points in mean block weights and elastic lengths, from a history on."""
 
     def __init__(self, system: System, old: PlasticHistory) -> None:
+        """Strengths, stiffnesses and rows of spare strength, in weights and elastic lengths.
+
+        Rows are the tension cut-off of every point, then the crushing of those that crush.
+        """
         self.system, self.old = system, old
         law, area = system.law, system.bodies.area
         self.strength = law.strength_at(old.damage).over(area).in_units_of(system.weight)
@@ -99,9 +103,15 @@ class _Points:
         return x * (self.system.bodies.area / self.system.weight)[:, None]
 
     def inside(self, at: Evaluated, product: float) -> Inner:
-        """The state of a pose in which every product has a value, lifted as by the true law."""
+        """State inside the law at a pose: spare strength times plastic rate is one value.
+
+        ``product`` is that value, the distance from the law in the interior-point method. The opening by dilation is
+        that of
+        the true law.
+        """
         tried, s, kn, ks = self.elastic(at), self.strength, self.stiff[:, 0], self.stiff[:, 1]
         lift = (at.returned.history.lift - self.old.lift) / self.system.length
+        # spare strength x of each row solves x - kn product / x = free, a quadratic
         free = self.bound + self.sign * (tried[:, 0] + kn * lift)[self.row]
         root = np.sqrt(free**2 + 4.0 * product * kn[self.row])
         large = 0.5 * (np.abs(free) + root)
@@ -110,6 +120,7 @@ class _Points:
         most = np.maximum(s.shear_strength(normal), 1e-3 * np.sqrt(product))
         size = np.linalg.norm(tried[:, 1:], axis=1)
         low, high = np.zeros(len(kn)), np.minimum(most, size)
+        # the shear is less than its limit by the same product; its equation has one root between
         for _ in range(_BISECTIONS):
             held = 0.5 * (low + high)
             less = held * (1.0 + ks * product / np.maximum(most**2 - held**2, 1e-300)) < size
@@ -120,7 +131,7 @@ class _Points:
         return Inner(normal, np.column_stack([most, shear]), slid, spare, product / spare)
 
     def linearised(self, at: Evaluated, x: Inner) -> _Linear:
-        """The equations of the points, the motions of blocks left over."""
+        """Linear equations of the points about a state, with the motions of blocks left over."""
         s, m = self.strength, len(x.normal)
         lifted = s.tan_psi * x.slid[:, 0] + np.bincount(self.row, self.sign * x.given, m)
         force = np.column_stack([x.normal, x.cone[:, 1:]])
@@ -137,7 +148,18 @@ class _Points:
         )
 
     def freed(self, x: Inner, a: _Linear, aim: float, second: Inner | None) -> tuple[Array, Array, Array]:
-        """Steps of forces, slips and gaps in a pose that is held, to products of ``aim`` less those of a first step."""
+        """Steps of forces, slips and gaps of the points in a pose that is held.
+
+        Parameters
+        ----------
+        x, a : state, and its linear equations
+        aim : product of every pair that is aimed at
+        second : a first step, whose products are taken off (Mehrotra's second-order term), or None
+
+        Returns
+        -------
+        Steps of forces (m, c), of slips (m, c) and of plastic openings per row
+        """
         pairs, cones = aim - x.spare * x.given, -_product(x.cone, x.slid)
         cones[:, 0] += aim
         if second is not None:

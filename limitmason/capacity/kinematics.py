@@ -83,7 +83,7 @@ def make_bodies(
 ) -> ContactGeometry:
     """Arrays of the contact points of an assembly in its reference pose.
 
-    Rigid blocks without a deformation.
+    Blocks are rigid without a ``deformation``. Its shapes come behind the six degrees of freedom of every block.
     """
     basis, free = degrees_of_freedom(assembly, plane)
     x = assembly.arrays.centroid

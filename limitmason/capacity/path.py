@@ -128,7 +128,7 @@ class _Path:
         self.advance = self.coarse = self.steps.first * system.length
 
     def followed(self) -> PathEnd:
-        """The whole path."""
+        """Follow the path from its first states to its end, and say how it ended."""
         for _ in range(self.steps.most):
             verdict = self._step()
             if isinstance(verdict, PathEnd):
@@ -140,7 +140,10 @@ class _Path:
         return STOPPED
 
     def _step(self) -> StepOutcome | PathEnd:
-        """One try of a step: found, judged, closed in on, appended; then whether the path ends, and the next length."""
+        """Try one step: find its end, judge it, append it, and choose the next length.
+
+        It returns how the path ends, or whether the step was taken or is to be tried again shorter.
+        """
         last = self.generations.begun(self.nodes[-1])
         system = self.generations.systems[last.generation]
         left = self.sense * (self.end - last.control)
@@ -170,7 +173,15 @@ class _Path:
         return end
 
     def _found(self, system: System, last: Node, left: float) -> Try | StepOutcome | PathEnd:
-        """The state at the end of a step, by ever more costly ways the more often it failed."""
+        """Find the end of a step, by ever more costly ways the more often it failed.
+
+        Newton's method comes first, then a jump in viscous sub-steps, then a search for where a block comes to rest.
+
+        Parameters
+        ----------
+        last : state that the step begins from, its contacts found anew
+        left : control displacement to the end of the path [m]
+        """
         self.advance = min(self.advance, self.longest, self.bound)
         # what is left is not split into a step and a splinter; a step that was cut is not stretched to the end again
         move = left if left < (1.0 if self.again else 1.2) * self.advance else self.advance
@@ -376,6 +387,7 @@ class _Path:
         if width <= self.steps.peak * abs(last.multiplier) or self.rounds >= _ROUNDS:
             # a fall that is leapt over is looked for only where the path ends by it
             self.phase, self.rounds, self.passed = Phase.FALLING, 0, self.to is not None
+            # the next step is as long as those before the search, and not as its last short ones
             a.move = 0.5 * max(self.coarse, a.move)
             return False
         span = abs(last.control - before.control)
@@ -435,6 +447,7 @@ class _Path:
             self.taken_off = max(self.taken_off, new.handed / pushed)
         lacks = stepping.handed_over(self.toward, made)
         fell = pushed > 0.0 and (self.phase is Phase.FALLING or softens or (new.jump and not renewed))
+        # where joints lose strength others may take over: only a deep fall ends the path
         if self.to is None and softens and fell and loads[-1] + lacks[-1] < (1.0 - _DROP_OF_SOFTENING) * pushed:
             return PASSED
         found = passed(loads, way, lacks, first.size) if self.to is None and not softens else None

@@ -94,7 +94,16 @@ def trial(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> Ar
 
 
 def return_map(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> Returned:
-    """Stress and history after a step from ``old`` to a relative displacement (w, e...) [m], shape (m, c)."""
+    """Stress and history after a step from ``old`` to a relative displacement (w, e...) [m], shape (m, c).
+
+    A joint that softens has no closed form of its tangent, as damage depends on the return: it is taken by central
+    differences over ``_PROBE`` of the displacement at which the damage is complete.
+
+    Parameters
+    ----------
+    old : plastic slip, opening by dilation and damage before the step
+    displacement : of block b against a in the frame of the point, opening positive [m]
+    """
     if law.softening is None and len(law.kn) >= LARGE:
         return _compiled(law, old, displacement, np.empty((*displacement.shape, displacement.shape[1])))
     tried = _elastic_predictor(law, old, displacement)
@@ -187,6 +196,7 @@ def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -
     damage = before
     for _ in range(40):
         asked = _demanded(law, before, old.lift, tried, damage)
+        # Newton's method on damage = demanded(damage), with the slope by a difference
         if (np.abs(asked - damage) < 1e-13).all():
             break
         probed = np.minimum(damage + 1e-7, 1.0)
@@ -208,7 +218,15 @@ def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -
 
 
 def _demanded(law: ElastoplasticLaw, before: Array, lift: Array, tried: _ElasticPredictor, damage: Array) -> Array:
-    """Damage after a step with the strengths of ``damage``, (m,)."""
+    """Damage that a step asks for if it is returned with the strengths of ``damage``.
+
+    It has shape (m,). The true damage is where both are equal.
+
+    Parameters
+    ----------
+    before, lift : damage and opening by dilation before the step, (m,)
+    tried : elastic predictor
+    """
     assert law.softening is not None
     by_opening, by_slip = law.softening.gradual
     s = law.strength_at(damage)
@@ -250,6 +268,7 @@ def _plastic(law: ElastoplasticLaw, s: PointLaw, old: PlasticHistory, tried: _El
     along, cone, tip = found.along, found.cone, found.tip
     history = PlasticHistory(old.slip - found.slip[:, None] * along, found.lift, old.damage)
     sliding = found.slip > 0.0
+    # of the trial shear that is held, by which the stiffness across the slip is less
     share = np.where(sliding, found.held / np.maximum(tried.size, 1e-300), 1.0)
     m, c = len(kn), along.shape[1] + 1
     tangent = np.zeros((m, c, c))

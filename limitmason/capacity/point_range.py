@@ -62,7 +62,16 @@ def _slip(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
 
 
 def _in_cone(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
-    """Where a line of stresses runs inside |T| <= h with h >= 0."""
+    """Range of multipliers in which a line of stresses runs inside |T| <= h with h >= 0.
+
+    Parameters
+    ----------
+    dead, live : stresses at multiplier 0 and per multiplier, (N, T...) [Pa], shape (m, c)
+
+    Returns
+    -------
+    Lower and upper ends, (m,); the lower one is above the upper one where no multiplier is inside.
+    """
     bears, grows = law.shear_strength(dead[:, 0]), law.tan_phi * live[:, 0]
     if dead.shape[1] == 2:
         one, other = (_below_zero(sign * dead[:, 1] - bears, sign * live[:, 1] - grows) for sign in (1.0, -1.0))

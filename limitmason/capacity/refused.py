@@ -18,7 +18,10 @@ def refuse(assembly: Assembly, loads: Loads) -> None:
 
 
 def refuse_partial_rotations(assembly: Assembly) -> None:
-    """Refuse blocks in space of which some rotations are held."""
+    """Refuse blocks in space of which some rotations are held and others free.
+
+    Finite rotations about one axis change the others, so that a held component has no meaning of its own.
+    """
     turning = assembly.held[:, 3:]
     some = np.flatnonzero(turning.any(axis=1) & ~turning.all(axis=1))
     if len(some):

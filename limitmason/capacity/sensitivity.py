@@ -69,7 +69,7 @@ def spread(
 def _sheared(
     assembly: Assembly, loads: Loads, settings: Mapping[str, Any], factor: float
 ) -> tuple[Assembly, dict[str, Any]]:
-    """The model and settings with another ks."""
+    """The model and settings with shear stiffnesses times a factor."""
     given = settings.get("stiffness")
     if given is not None:
         pair = np.broadcast_to(np.asarray(given, dtype=float), (2,))

@@ -163,7 +163,21 @@ def by_programs(
     system: System, pose: Pose, old: PlasticHistory, target: float | None, multiplier: float, normal: Array | None,
     ratio: float, viscosity: float = 0.0,
 ) -> tuple[newton.Solved, int] | None:
-    """The fixed point of programs, finished by Newton, also the number of programs."""
+    """Find the end of a step as the fixed point of cone programs, then by Newton's method.
+
+    Parameters
+    ----------
+    pose, multiplier : to begin from
+    old : history that the step begins with
+    target : control displacement [m], None where the multiplier is prescribed
+    normal : normal forces of the last program, (m,), for the geometric stiffness; None at first
+    ratio : work of the live load per control displacement [N]
+    viscosity : of a jump's sub-step; 0 for a step in equilibrium
+
+    Returns
+    -------
+    The solved state and the number of programs, or None.
+    """
     area = system.bodies.area[:, None]
     now = system.evaluate(pose, old, multiplier)
     done = np.zeros(system.order)

@@ -61,9 +61,11 @@ class Steps:
 
 
 def extrapolated(system: System, nodes: list[Node], move: float) -> tuple[Pose, float] | None:
-    """Pose and multiplier by the last increment; by the elastic tangent at the start and where bonds just broke.
+    """Guess of pose and multiplier after a move, by last increment or elastic tangent.
 
-    The last node is the one that the step begins from, with its contacts found anew.
+    The tangent is taken at the start and where bonds just broke, as the increment before says nothing there. The last
+    node
+    is the one that the step begins from, with its contacts found anew. ``move`` is signed [m].
     """
     last = nodes[-1]
     if len(nodes) >= 2 and last.broken is None:
@@ -130,9 +132,11 @@ def growth(new: Node, off: float | None, smooth: float, second: bool) -> float:
 
 
 def until_open(system: System, last: Node, new: Node, most: float) -> float:
-    """Share of a step in which no point that bore opens beyond a gap [m], or 1.0 for all of it.
+    """Share of a step in which no point that bore opens beyond a gap, or 1.0 [-].
 
-    On a line from what its spring is pressed by at the start to its gap at the end, up to half of that gap.
+    Closing and opening are taken on one straight line, from what the spring is pressed by at the start to the gap at
+    the
+    end. The step is cut where the line is at half of the gap ``most`` [m].
     """
     bore = last.force[:, 0] > BEARS * system.weight
     gap = contact(system.bodies, new.pose).displacement[:, 0] - new.history.lift
@@ -144,7 +148,11 @@ def until_open(system: System, last: Node, new: Node, most: float) -> float:
 
 
 def until_stuck(generations: Generations, nodes: list[Node], new: Node, most: float) -> float:
-    """Share of a step in which no point that slid before, and now sticks, would have slid on by more than a length."""
+    """Share of a step in which a point that sticks at its end would not have slid too far.
+
+    It is asked of points that slid in the step before and now stick. Had they slid on at the same rate, that would have
+    been by more than ``most`` [m].
+    """
     last = nodes[-1]
     if len(nodes) < 2 or last.broken is not None or last.control == nodes[-2].control:
         return 1.0
@@ -154,6 +162,7 @@ def until_stuck(generations: Generations, nodes: list[Node], new: Node, most: fl
     on = slid * abs((new.control - last.control) / (last.control - nodes[-2].control))
     made = np.linalg.norm(new.history.slip - generations.begun(last).history.slip, axis=1)
     far = float(on[(made < STUCK * on) & (new.force[:, 0] > 0.0)].max(initial=0.0))
+    # a margin of 0.3: the shorter step should not miss the bound again
     return 1.0 if far <= most else max(LEAST, 0.7 * most / far)
 
 

@@ -66,7 +66,17 @@ class System:
         self, bodies: ContactGeometry, law: ElastoplasticLaw, dead: Array, live: Array, control: Array, weight: float,
         size: float, length: float, springs: Array, ties: TieSprings = NO_TIES,
     ) -> None:
-        """Number the free degrees of freedom and make the pattern of the bordered tangent."""
+        """Number the free degrees of freedom and make the pattern of the bordered tangent.
+
+        Parameters
+        ----------
+        dead, live : wrenches on the degrees of freedom [N, N m], shape (n, d)
+        control : row of the control displacement, shape (n, d)
+        weight, size, length : mean weight of a block [N], its size [m] and an elastic displacement [m], the units of
+            the
+            equations
+        springs : stiffness of every shape of the blocks [N/m], shape (n, k)
+        """
         none = np.zeros_like(springs)
         self.dead, self.live, self.control = (np.hstack([x, none]) for x in (dead, live, control))
         self.bodies, self.law, self.springs, self.ties = bodies, law, springs, ties
@@ -115,7 +125,10 @@ class System:
     # ---- equations ----------------------------------------------------------------------------------------------
 
     def evaluate(self, pose: Pose, old: PlasticHistory, multiplier: float) -> Evaluated:
-        """Stresses, wrenches and unbalance in a pose reached from a history."""
+        """Stresses, wrenches and unbalance in a pose reached from a history.
+
+        The residual is in block weights, zero in equilibrium; ``old`` is the history before the step.
+        """
         at = contact(self.bodies, pose)
         wrenches = point_wrenches(self.bodies, at)
         returned = return_map(self.law, old, at.displacement)
@@ -185,6 +198,7 @@ class System:
     def _factors(self, matrix: sparse.csc_matrix) -> "SuperLU | _Ordered":
         # the order is for pivots on the diagonal: elements of blocks that deform are so wide that leaving it for every
         # larger entry fills the factors to twice the size, in four times the time, and they solve no better
+        """Sparse factors of the bordered tangent; a large pattern keeps its order."""
         worth_leaving = 0.1 if self.bodies.deforming or self.bodies.large else 1.0
         if self._ordered is not None:
             order, place, pattern = self._ordered
@@ -263,6 +277,7 @@ class System:
         runs, most = self._of_run.shape
         flat = at.wrenches.reshape(m, c, 2 * d)
         stiff = (b.area[:, None, None] * at.returned.tangent) @ flat
+        # runs are padded to one length by points numbered -1
         # the last row, of no point, is nothing
         left = np.concatenate([flat, np.zeros((1, c, 2 * d))])[self._of_run].reshape(runs, most * c, 2 * d)
         right = np.concatenate([stiff, np.zeros((1, c, 2 * d))])[self._of_run].reshape(runs, most * c, 2 * d)

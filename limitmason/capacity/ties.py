@@ -60,7 +60,13 @@ def pull(ties: TieSprings, basis: Array, pose: Pose, plastic: Array) -> Pulled:
 
 
 def stiffness(at: Pulled, basis: Array) -> Array:
-    """Change of the wrenches of all ties with the pose, shape (t, 2 d, 2 d): that of their tension, and geometric."""
+    """Change of the wrenches of all ties with the pose, shape (t, 2 d, 2 d): that of their tension, and geometric.
+
+    Parameters
+    ----------
+    at : tensions, directions and arms in a pose
+    basis : from the degrees of freedom to wrenches, shape (6, d)
+    """
     d = basis.shape[1]
     flat = at.wrenches.reshape(len(at.tension), 2 * d)
     e = at.direction

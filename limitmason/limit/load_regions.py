@@ -234,6 +234,13 @@ class _Support:
     """Largest multipliers in a direction, with the forces at them and the half-plane of their mechanism."""
 
     def __init__(self, assembly: Assembly, dead: Loads, live: Array, model: dict[str, Any]) -> None:
+        """Scale the live loads to one size, so that directions of multipliers are comparable.
+
+        Parameters
+        ----------
+        live : wrenches of all live loads [N, N m], shape (k, n_blocks, 6)
+        model : keywords of :func:`make_problem`
+        """
         sizes = np.abs(live).sum(axis=(1, 2))
         self.unit = max(float(np.abs(dead.dead[~assembly.fixed]).sum()), float(sizes.min())) / sizes
         self.live, self.dead, self.assembly = live, dead, assembly
@@ -387,6 +394,7 @@ def _nearest(points: Array, w: Array, rays: Array | None = None) -> Array:
     """The point of the convex hull of points, and of what rays add to it, that is nearest to w."""
     rays = np.zeros((0, len(w))) if rays is None else rays
     scale = max(float(np.abs(points - w).max()), 1e-300)
+    # the shares sum to one by a row that outweighs the distance a thousandfold; what is left of it is divided out
     weight = np.append(np.full(len(points), 1e3), np.zeros(len(rays)))
     rows = np.vstack([np.hstack([(points - w).T / scale, rays.T]), weight])
     share = nnls(rows, np.append(np.zeros(len(w)), 1e3))[0]

@@ -56,6 +56,7 @@ def _pressed_evenly(problem: Problem) -> Array:
     p, x = problem.points, problem.assembly.arrays
     faces = p.interface < len(problem.assembly.interfaces)
     pressure = SHARE_OF_LOAD * total_load(problem.assembly, problem.loads) / x.area.sum()
+    # well below crushing, so that these forces are admissible in every joint
     pressure = min(pressure, 0.3 * float(x.compressive_strength.min()))
     force = p.directions[:, 0] * np.where(faces, pressure * p.area, 0.0)[:, None]
     wrench = np.zeros((problem.assembly.n_blocks, 6))
@@ -70,6 +71,13 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
 
     The margin is the multiplier towards which forces that press all joints evenly are left: lambda = -1 stands with
     them, and zero too where a larger one does. The secant is halved at an end that stays (Illinois).
+
+    ``low`` and ``high`` are the two proven ends of the margin at a value, see ``Margin``.
+
+    Parameters
+    ----------
+    safe, far : value that stands, and one that may fall
+    accuracy : of the value, relative to it or to one where it is smaller [-]
     """
     low, high = margin(far)
     if low >= 0.0:
@@ -86,6 +94,7 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
         step = 0.3 * accuracy * unit / abs(gap)
         share = share + step if last else share - step
         at = ends[True] + min(max(share, 0.01 * step), 1.0 - 0.01 * step) * gap
+        # a margin with a kink can hold the secant up: every third late trial bisects
         if trial > 12 and trial % 3 == 0:
             at = ends[True] + 0.5 * gap
         low, high = margin(at)

@@ -143,6 +143,7 @@ def strengthen(
     most = len(ties) if most is None else count("most", most)
 
     def solved(names: Sequence[str]) -> list[tuple[float, Prediction]]:
+        """Multipliers and predictions of the load cases, least first; -inf where it falls."""
         made = assembly.with_ties([*assembly.ties, *(ties[n] for n in names)])
         found = []
         for case in cases:
@@ -218,6 +219,10 @@ def _fewest(
     """
 
     def search(taken: list[str], rest: list[str], room: int) -> list[str] | None:
+        """Smallest set that is enough: with the first of the rest, or else without it.
+
+        ``room`` is how many more may be taken. Branches that fail with all of the rest are cut.
+        """
         if len(known) >= most:
             raise _SpentError
         if enough(taken):

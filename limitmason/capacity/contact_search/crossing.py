@@ -75,7 +75,12 @@ class _Met(NamedTuple):
 
 
 def _met(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _Met:
-    """Where the lines of two sides meet as seen along the normal of the first side's face."""
+    """Where the lines of two sides meet as seen along the normal of the first side's face.
+
+    Parameters
+    ----------
+    p, q : corners at which the sides begin, rows of ``shapes``
+    """
     now = shapes.placed(pose, shapes.owner, shapes.corner_place)
     after, face = following(shapes), shapes.corner_face[p]
     n = turned(pose, shapes.face_block[face], shapes.normal[face])
@@ -132,7 +137,16 @@ def _places(shapes: Shapes, p: Index, q: Index, shares: tuple[Array, Array]) -> 
 
 
 def off(shapes: Shapes, c: PathContacts, rows: Index, pose: Pose) -> Array:
-    """How far points lie from where their sides cross [m], shape of ``rows``, or sides from crossing at all."""
+    """How far points lie from where their sides cross [m], or sides from crossing at all.
+
+    Parameters
+    ----------
+    rows : contact points that are crossings
+
+    Returns
+    -------
+    ndarray, shape of ``rows``; the size of the structure where the sides are parallel
+    """
     p, q = _sides(shapes, c.corner[rows])
     met, x = _met(shapes, pose, p, q), shapes.assembly.centroids
     first = shapes.owner[p] == c.block_b[rows]
@@ -270,6 +284,7 @@ def with_crossings(shapes: Shapes, c: PathContacts) -> tuple[Shapes, PathContact
     near = as_near(shapes, found, rest, rest)
     corner, face, over = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
     named = np.zeros(len(near.corner), bool)
+    # of crossings at one place that on the faces that look at each other most comes first and names the point
     for row in np.argsort(looking(shapes, rest, near), kind="stable"):
         a, b = int(shapes.face_block[near.face[row]]), int(near.owner[row])
         same = ((c.block_a == a) & (c.block_b == b)) | ((c.block_a == b) & (c.block_b == a))

@@ -207,6 +207,7 @@ def _outlines(assembly: Assembly, contacts: PathContacts, plane: Plane | None) -
     In plane the corners are the two ends of a line.
     """
     out = []
+    # the plane of the contacts, to which all faces are taken
     level = 0.0 if plane is None else float(np.median(contacts.place_b @ plane.normal))
     for b, body in enumerate(assembly.blocks):
         for part in body.parts:
@@ -283,6 +284,7 @@ def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
                 off = shapes.corner_place[near.corner[row]] - c.place_b[i]
                 if np.abs(off).max() >= reachable or (looks := float(normal[near.face[row]] @ along)) < ALONG:
                     continue
+                # the face of the corner itself should look the other way
                 looks -= float(normal[shapes.corner_face[near.corner[row]]] @ along)
                 if looks > most:
                     best[flipped], most = row, looks
@@ -295,7 +297,7 @@ def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
 
 
 def with_faces(shapes: Shapes, c: PathContacts) -> PathContacts:
-    """The contacts with the face named on which points lie that are neither a corner nor where sides cross."""
+    """Name the face on which points lie that are neither a corner nor a crossing."""
     face, rest = c.face.copy(), at_rest(shapes.assembly.n_blocks)
     for i in np.flatnonzero(face < 0):
         mine = np.arange(shapes.face_start[c.block_a[i]], shapes.face_start[c.block_a[i] + 1])
@@ -309,9 +311,16 @@ def with_faces(shapes: Shapes, c: PathContacts) -> PathContacts:
 
 
 def _strangers(shapes: Shapes, c: PathContacts, near: Near, codes: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Of what lies together in the reference pose without being a point, what shall not become one.
+    """Pairs of corner and face that meet in the reference pose and are no contacts.
 
-    That is all but the second of two corners that meet, which takes over once they slide.
+    They must not become contacts later. Those are pairs of blocks without a joint, and corners deep inside a face where
+    the model has no point. What is left is the second of two corners that meet, which takes over once they slide.
+
+    Parameters
+    ----------
+    c : contact points of the model
+    near : pairs of corner and face that lie together in the reference pose
+    codes : numbers of the pairs that are no point, corner * number of faces + face
     """
     f, owner = len(shapes.face_block), shapes.owner
     pairs = {(min(a, b), max(a, b)) for a, b in zip(c.block_a.tolist(), c.block_b.tolist(), strict=True)}

@@ -169,15 +169,22 @@ def found_anew(
 
 
 def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: Flags, gap: Array) -> Near:
-    """Points that have left their face, on its sides: at the places of their block that are there now.
+    """Move points that have left their face back to its sides.
 
-    What its block no longer reaches of the joint is left out.
+    They get the places of their own block that are there now. What that block no longer reaches of the joint is left
+    out.
+
+    Parameters
+    ----------
+    rows : points that have left, shape (m,)
+    gap : of all points above their faces [m], shape (m,)
     """
     i = np.flatnonzero(rows)
     a, b, face = c.block_a[i], c.block_b[i], c.face[i]
     assembly, x = shapes.assembly, shapes.assembly.centroids
     arm = c.place_b[i] - x[b]
     apart = x[b] + pose.shift[b] + arm + np.einsum("mij,mj->mi", pose.turn[b], arm) - x[a] - pose.shift[a]
+    # where the point of b is now, in the reference pose of a
     local = x[a] + apart + np.einsum("mji,mj->mi", pose.turn[a], apart)
     off = np.minimum(np.einsum("mki,mi->mk", shapes.side[face], local) - shapes.reach[face], 0.0)
     # sides are padded by repetition: each counts once
@@ -270,7 +277,10 @@ def beside_faces(shapes: Shapes, c: PathContacts, pose: Pose) -> Array:
 
 
 def _gaps(shapes: Shapes, c: PathContacts, pose: Pose) -> tuple[Array, Array]:
-    """Gap above their faces, and :func:`beside_faces`."""
+    """Gap of all points above their faces [m], and how far inside these they lie [m].
+
+    Both have shape (m,). Points without a face count as inside without end.
+    """
     keyed = c.face >= 0
     gap, inside = np.zeros(c.count), np.full(c.count, np.inf)
     gap[keyed], inside[keyed] = beside(shapes, pose, c.place_b[keyed], c.block_b[keyed], c.face[keyed])
@@ -379,12 +389,18 @@ def _taken_over(old: Before, rows: Index, share: Array, a: int, b: int) -> tuple
 
 
 def _frame(old: Before, row: int, rotation: Array, normal: Array) -> Array:
-    """Normal of a face and tangents, in the reference axes of its block, near those of another point."""
+    """Normal and tangents of a new point, near the tangents of the one it replaces.
+
+    They are in the reference axes of the block that carries the frame, shape (c, 3). Slip is kept along them, so that
+    they
+    must not swing round.
+    """
     if old.c.components == 2:
         # as in the reference pose: the tangent is the normal turned in the plane
         first, second = old.c.directions[row]
         return np.stack([normal, np.cross(np.cross(first, second), normal)])
     tangent = rotation.T @ old.directions(row)[1]
+    # nearly along the new normal it would give no tangent: the other one does
     if abs(tangent @ normal) > 0.9:
         tangent = rotation.T @ old.directions(row)[2]
     tangent = tangent - (tangent @ normal) * normal

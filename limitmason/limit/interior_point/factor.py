@@ -36,6 +36,15 @@ class BlockCholesky:
     """
 
     def __init__(self, matrix: sparse.csc_array, components: int, row_block: ArrayLike, position: Array) -> None:
+        """Order the unknowns and lay out fronts and rows; nothing is factorised yet.
+
+        Parameters
+        ----------
+        matrix : G, equilibrium in scaled form, shape (r, c m)
+        components : c, force components a point, 2 or 3
+        row_block : block of every row, shape (r,)
+        position : centroids of all blocks [m], by which nested dissection cuts the graph, shape (n_blocks, 3)
+        """
         matrix = sparse.csc_array(matrix)
         matrix.sum_duplicates()
         rows, columns = matrix.shape
@@ -126,6 +135,10 @@ class BlockCholesky:
         self.fronts.eliminate(self._store, assembled, pivoted)
 
     def _dense_cholesky(self, matrix: Array, shift: float) -> Array:
+        """Lower Cholesky factor of a front, with ``shift`` added to its diagonal.
+
+        A front that rounding has made indefinite is tried again with a larger diagonal; ``shifts`` counts how often.
+        """
         diagonal = matrix.ravel("K")[:: len(matrix) + 1]
         diagonal += shift
         lower, failed = dpotrf(matrix, lower=1, clean=0, overwrite_a=0)

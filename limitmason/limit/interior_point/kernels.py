@@ -110,7 +110,15 @@ def nesterov_todd(x: Array, s: Array) -> tuple[bool, Array, Array]:
 
 @njit(cache=True, error_model="numpy")
 def scaled(axis: Array, size: Array, x: Array, inverse: bool) -> Array:
-    """W x, or W^-1 x, at every point."""
+    """W x, or W^-1 x, at every point, with the scaling of Nesterov and Todd.
+
+    W = size (2 v v^T - J) written by the axis w = (w_0, w_1) of its image of e_0, J = diag(1, -1, ...):
+    W x = size (w . x, x_1 + (x_0 + w_1 . x_1 / (1 + w_0)) w_1). The inverse changes the sign of w_1.
+
+    Parameters
+    ----------
+    axis, size : of :func:`nesterov_todd`, shapes (m, c) and (m,)
+    """
     m, c = x.shape
     out, sign = np.empty((m, c)), -1.0 if inverse else 1.0
     for p in range(m):
@@ -162,7 +170,11 @@ def inverse_roots(axis: Array, size: Array, stiffness: Array) -> tuple[Array, Ar
 
 @njit(cache=True, error_model="numpy")
 def inward(root: Array, turn: Array, lever: Array, v: Array, u: Array, push: Array) -> Array:
-    """root^T v + turn u + lever push at every point."""
+    """root^T v + turn u + lever push at every point, shape (m, c).
+
+    It takes rates v, scaled products u and the bounds' force ``push`` (m,) to the coordinates of the factor.
+    ``root``, ``turn`` and ``lever`` come from :func:`inverse_roots`.
+    """
     m, c = v.shape
     out = np.empty((m, c))
     for p in range(m):
@@ -176,7 +188,7 @@ def inward(root: Array, turn: Array, lever: Array, v: Array, u: Array, push: Arr
 
 @njit(cache=True, error_model="numpy")
 def outward(root: Array, o: Array) -> Array:
-    """Root times o at every point."""
+    """Product root o at every point: from the factor's coordinates to forces."""
     m, c = o.shape
     out = np.empty((m, c))
     for p in range(m):

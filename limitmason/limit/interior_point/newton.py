@@ -147,6 +147,7 @@ class NewtonSystem:
         self._image = self._scaled_x(it.x)
         self.it = it
         p = self.program
+        # eliminated slack and multiplier of a bound act as a spring z / slack on the normal force
         stiffness = np.asarray(np.bincount(p.bound_point, it.z / it.slack, len(it.x)), dtype=float)
         self._root, self._turn, self._lever = kernels.inverse_roots(self._axis, self._size, stiffness)
         self.factor.factorise(self._root)
@@ -157,6 +158,15 @@ class NewtonSystem:
         """Step that removes the residuals and changes the scaled products x o s and slack z by the given amounts.
 
         Products stay in scaled form: W u has entries so large that a sum with the rates would drown them.
+
+        Parameters
+        ----------
+        rest : residuals of the iterate
+        products, bound_products : wanted changes of x o s in scaled form, shape (m, c), and of slack z, shape (k,)
+
+        Returns
+        -------
+        The step as an :class:`Iterate` of differences.
         """
         p, it = self.program, self.it
         u = cone_quotient(self._image, products)
@@ -221,7 +231,16 @@ class NewtonSystem:
     def centred_products(
         self, wanted: tuple[Array, Array], d: Iterate, primal: float, dual: float, target: float
     ) -> tuple[Array, Array]:
-        """Wanted products corrected at a trial point by what lies outside [0.1, 10] target (Gondzio)."""
+        """Wanted products corrected at a trial point by what lies outside [0.1, 10] target (Gondzio).
+
+        It stretches the steps: pairs that are far from the others' mean hold every later step back.
+
+        Parameters
+        ----------
+        wanted : products of cones and of bounds that the direction aims at
+        d, primal, dual : that direction, and the step lengths of the trial point
+        target : product of every pair on the central path
+        """
         trial = self.it.moved(d, primal, dual)
 
         def move(value: Array) -> Array:

@@ -101,7 +101,9 @@ def solve_interior_point(
         status, it, iterations = _iterate(program, factor, first, tolerance, max_iterations, callback)
         stands = None
         if check_dead_load:
+            # a structure that carries no multiplier of zero or more falls under its dead load alone
             stands = False if status == SOLVED and it.multiplier < -1e-9 else _stands(program, factor, first)
+    # back from x = (tan(phi) N + c A, T) of the cone program to (N, T)
     force = it.x.copy()
     force[:, 0] /= problem.law.tan_phi
     force[:, 0] -= shift
@@ -124,6 +126,7 @@ def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:
     c, m, mu, shift = problem.components, problem.points.count, law.tan_phi, law.apex
     scale = np.ones((m, c))
     scale[:, 0] = 1.0 / mu
+    # N = x_0 / tan(phi) - shift: columns of normal forces are divided, their shift goes to the right-hand side
     matrix = sparse.csr_array(problem.matrix @ sparse.diags_array(scale.ravel()))
     moved = np.zeros((m, c))
     moved[:, 0] = shift
@@ -193,7 +196,16 @@ def _iterate(
     program: ConeProgram, factor: BlockCholesky, it: Iterate, tolerance: float, max_iterations: int,
     callback: Callable[[Progress], None] | None,
 ) -> tuple[Status, Iterate, int]:
-    """Iterate from a first point to a status."""
+    """Iterate until the program is solved, proven unsolvable, or stops improving.
+
+    Of several iterates that nearly solve the program the one of least merit is kept: residuals of equilibrium count
+    100
+    times the complementarity, as they cannot be repaired later.
+
+    Returns
+    -------
+    Status, last or best iterate, and number of iterations.
+    """
     newton = NewtonSystem(program, factor)
     best, best_merit = None, np.inf
     status = NOT_CONVERGED
@@ -205,6 +217,7 @@ def _iterate(
         if measures.within(it.multiplier, tolerance):
             status = SOLVED
             break
+        # the first iterates are far from any ray and would only cost the products
         if iteration > 2 and (proof := _no_solution(program, it)) is not None:
             return proof, it, iteration
         merit = max(100.0 * measures.primal, measures.complementarity)
@@ -235,6 +248,7 @@ def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool
     """
     program = program._replace(live=np.zeros_like(program.live))
     s = np.zeros_like(first.s)
+    # rates that make x o s the same at every point: the start is centred
     s[:, 0] = first.x[:, 0].mean() ** 2 / first.x[:, 0]
     it = first._replace(y=np.zeros_like(first.y), s=s)
     newton = NewtonSystem(program, factor)
@@ -267,11 +281,13 @@ def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate
     primal, dual = step_lengths(it, predictor)
     # how far the plain Newton step comes tells how much centring is worth
     reached = max(0.0, it.moved(predictor, primal, dual).complementarity / gap)
+    # Mehrotra's rule: the better the plain step, the less centring
     target = min(1.0, reached) ** 3 * gap / newton.program.degree
     wanted = newton.products(target, predictor)
     d = newton.direction(rest, *wanted)
     primal, dual = step_lengths(it, d)
     for _ in range(CORRECTORS):
+        # Gondzio's correctors pay only where steps stay short, and while they lengthen them by more than 5 %
         if min(primal, dual) > 0.9:
             break
         trial = min(1.0, 1.1 * primal + 0.1), min(1.0, 1.1 * dual + 0.1)
@@ -287,7 +303,10 @@ def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate
 
 
 def _no_solution(program: ConeProgram, it: Iterate) -> Status | None:
-    """Proof that no multiplier is the largest, or that there is none: a ray of forces, or of velocities (Farkas)."""
+    """Proof that no multiplier is the largest, or that there is none: a ray of forces, or of velocities (Farkas).
+
+    A ray counts as a proof where its residual is below ``RAY`` times its size.
+    """
     if it.multiplier > 0:
         rest = np.abs(program.matrix @ it.x.ravel() + it.multiplier * program.live).max()
         held = program.bounded(it.x).min(initial=0.0) > -RAY * it.multiplier

@@ -83,7 +83,12 @@ def alternate(
 def complying_forces(
     law: JointLaw, state: ForceState, *, largest: bool = False, deadline: float = np.inf
 ) -> ForceState | None:
-    """Smallest, or largest, multiplier whose forces comply with the mechanism of an exact state."""
+    """Smallest, or largest, multiplier whose forces comply with the mechanism of an exact state.
+
+    A point that opens bears nothing, one that slides is on its cone against the slip, one that closes by crushing
+    bears
+    its crushing force; ``ACTIVE`` is the rate from which it does.
+    """
     opening, sliding, slip = split(law, law.matrix.T @ state.velocity)
     gap = opening - law.tan_psi * slip
     closing = np.isfinite(law.crushing) & (gap < -ACTIVE)

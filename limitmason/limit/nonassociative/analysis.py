@@ -288,6 +288,7 @@ def _at_small_dilatancy(
     little = law._replace(tan_psi=np.where(law.tan_psi == 0, SMALL_DILATANCY * law.tan_phi, law.tan_psi))
     normal = np.maximum(state.force[:: law.components], 0.0)
     # a larger slope would hide so small a dilatancy
+    # slopes, mixings, no random start, no push, and none per candidate:
     effort = Effort((0.1 * SMALL_DILATANCY,), (0.6,), 0, (), False)
     found = search_smallest(little, normal, effort=effort, accuracy=accuracy)
     best = found.best
@@ -305,6 +306,13 @@ def _at_small_dilatancy(
 
 
 def _details(problem: Problem, found: SearchOutcome, low: float, high: float, proof: Extreme | None) -> dict:
+    """What the search did, unscaled: the details of the prediction.
+
+    Parameters
+    ----------
+    low, high : Radenkovic's lower bound, scaled, and the associative multiplier, unscaled
+    proof : of the smallest multiplier, None where none was tried
+    """
     values = found.certified * problem.live_scale
     lowest = np.fmin.accumulate([t.certified * problem.live_scale for t in found.trials]).tolist()
     run = found.first_run
@@ -350,6 +358,14 @@ def _prediction(
     problem: Problem, law: JointLaw, state: ForceState, status: Status, details: dict, provenance: dict,
     search: str | Effort,
 ) -> Prediction:
+    """Prediction of a state: forces, mechanism, bound and range of certified states.
+
+    Parameters
+    ----------
+    state : scaled, with forces from the tension corner
+    details : of :func:`_details`
+    search : its name or effort, for the words of the bound
+    """
     assembly, points = problem.assembly, problem.points
     force = problem.forces(true_forces(law, state))
     resultants = resultants_from_points(assembly, points.position, points.interface, points.area, force)
@@ -404,6 +420,7 @@ def _kind_of_bound(details: dict, search: str | Effort) -> tuple[BoundKind, str]
 
 
 def _warnings(problem: Problem, prediction: Prediction, certificate: Certificate) -> list[str]:
+    """What a user must know of a prediction and its certificate, one sentence each."""
     out = []
     details = prediction.details
     worst = max(certificate.flow_residual, certificate.complementarity, certificate.yield_violation)

@@ -41,7 +41,16 @@ class ForceProgram:
         direction: Array | None = None, closing: Flags | None = None, tolerance: float = TOLERANCE,
         deadline: float = np.inf,
     ) -> None:
-        """Set the rows up: equations, orthant and cones."""
+        """Set the rows up: equations, orthant and cones.
+
+        Parameters
+        ----------
+        slope : of the cone T <= r + slope N' at every point [-]; None takes tan(phi) and keeps the multiplier
+            positive
+        opening, sliding, closing : points that bear nothing, lie on their cone, bear their crushing force, each (m,)
+        direction : of slip at points that slide, unit vectors, shape (m, c - 1); the shear acts against it
+        deadline : of ``time.perf_counter``
+        """
         m, c = len(law.tan_phi), law.components
         self.law, self.deadline, n = law, deadline, c * m
         none = np.zeros(m, dtype=bool)
@@ -104,7 +113,12 @@ class ForceProgram:
         return self._solver.solve()
 
     def solve(self, theta: float, weight: Array | None = None) -> tuple[float, Array] | None:
-        """Multiplier and forces from the tension corner that minimise theta lambda + weight . f, or None."""
+        """Multiplier and forces from the tension corner that minimise theta lambda + weight . f, or None.
+
+        ``theta`` is the price of the multiplier, ``weight`` that of every force component, shape (c m,). A theta of 1
+        looks for
+        the smallest multiplier, -1 for the largest.
+        """
         self._objective = np.zeros(len(self._objective))
         self._objective[-1] = theta
         if weight is not None:

@@ -125,9 +125,17 @@ class BoundedProgram:
         self.limits = self._limits(velocity, force * programs.law.total / programs.unit)
 
     def _limits(self, velocity: Array, force: float) -> Limits:
+        """Ranges of all forces and rates, from which the program's big-M constants are taken.
+
+        Parameters
+        ----------
+        velocity : bound of every scaled velocity, shape (r,)
+        force : normal force assumed where equilibrium gives no bound, in mean block loads
+        """
         p, m, n, g = self.programs, self.programs.m, self.programs.n, len(self.first)
         law = p.law
         cone, bound = p.cone, p.cone_bound
+        # unknowns N', T and lambda
         low = np.concatenate([np.zeros(m), np.full(m, -INF), [self.low]])
         high = np.concatenate([np.full(2 * m, INF), [self.high]])
         model = make_model(
@@ -185,6 +193,7 @@ class BoundedProgram:
         rows, row_low, row_high = [], [], []
 
         def add(low: Sequence[float] | Array, high: Sequence[float] | Array, **parts: Any) -> None:
+            """Append rows low <= sum of parts @ columns <= high; a part is named by its columns."""
             names = {"z_plus": "z+", "z_minus": "z-", "plus": "slide+", "minus": "slide-", "lam": "lambda"}
             given = {names.get(k, k): v for k, v in parts.items()}
             count = len(low)

@@ -60,6 +60,7 @@ class Numbering(NamedTuple):
         return ForceState(state.multiplier, force, velocity, state.how)
 
     def _blocks(self, components: int) -> sparse.csr_array:
+        """Turn of the force components of every point, block diagonal, shape (c m, c m)."""
         m = len(self.point)
         blocks = np.zeros((m, components, components))
         blocks[:, 0, 0] = 1.0

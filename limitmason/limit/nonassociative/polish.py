@@ -35,6 +35,10 @@ class PlanePrograms:
     """Linear programs over the statically admissible forces and over the kinematically admissible velocities."""
 
     def __init__(self, law: JointLaw) -> None:
+        """Rows of the programs of forces (N', T, lambda) and of velocities (v, z+, z-, k).
+
+        z+ and z- are the slip rates to either side of every point, k its rate of crushing.
+        """
         if law.components != 2:
             raise InputError("the plane polish needs a problem reduced to the plane")
         self.law = law
@@ -128,7 +132,12 @@ class PlanePrograms:
         return ForceAnswer(float(answer.x[-1]), force, gain)
 
     def velocities(self, *, weight: Array | None = None, zero: Flags | None = None) -> Array | None:
-        """Velocities at mean live velocity one that minimise sum(weight * rate), rates in ``zero`` held at zero."""
+        """Velocities at mean live velocity one that minimise sum(weight * rate), rates in ``zero`` held at zero.
+
+        ``weight`` and ``zero`` have shape (4, m), rows as those of :meth:`rates`: opening beyond dilation, slip to
+        either side,
+        crushing.
+        """
         # unknowns: velocities, then at every point slip either way and crushing; what it opens by is a row
         m, n, law = self.m, self.n, self.law
         cost = np.zeros(n + 3 * m)
@@ -191,7 +200,15 @@ def alternate_plane(
     tolerance: float = 1e-11,
     deadline: float = np.inf,
 ) -> ForceState | None:
-    """Alternate force and velocity programs on theta lambda + gap, which never rises."""
+    """Alternate force and velocity programs on theta lambda + gap, which never rises.
+
+    Parameters
+    ----------
+    theta : price of the multiplier; 0 looks for the nearest exact state, a positive one descends
+    steps : pairs of programs at most
+    tolerance : gap, over the total load, that counts as none
+    deadline : of ``time.perf_counter``
+    """
     best, last = None, np.inf
     velocity = state.velocity
     for _ in range(steps):

@@ -28,11 +28,11 @@ def unit_loads(problem: Problem) -> Array:
 
 
 def own_loads(problem: Problem) -> Array:
-    """Dead load of every block over ``force_scale``, shape (n_blocks,), zero for held blocks.
+    """Dead load of every block over ``force_scale``; live load where no block has any.
 
-    Live where there is none.
-
-    A block without load takes the largest of its neighbours', from block to block.
+    The shape is (n_blocks,), held blocks have zero. A block without load takes the largest of its neighbours', from
+    block
+    to block.
     """
     block = row_blocks(problem)
     load = block_norms(problem, problem.dead if problem.dead.any() else problem.live)
