@@ -106,7 +106,7 @@ class TableStudy:
     shared: Sequence[str] | None = None
 
     def arguments(self) -> dict[str, Any]:
-        """Arguments of ``Study``."""
+        """Arguments of ``Study`` that the table and the keywords state."""
         simulate, tabulated = self.simulate, self.tabulated
         if self.inputs and tabulated:
             raise InputError("a measured input needs a model that takes it: predictions in a column are fixed")
@@ -227,9 +227,9 @@ class TableStudy:
         return tuple(series_notes(self.inside, self.data, self.inputs)) if self.inside is not None else ()
 
     def _noise(self) -> Noise:
-        """What is stated.
+        """Noise as it is stated, else the column "noise" in its own unit, else unknown.
 
-        Else the column "noise" in its own unit. Else unknown.
+        A column in the unit of the measured values is divided by them: the noise is relative.
         """
         stated, table, dof = self.noise, self.data, self.dof
         if isinstance(stated, Noise):
@@ -265,7 +265,10 @@ class TableStudy:
         return get_method(self.method, (self.settings or {}).get("flow_rule"))
 
     def _offered(self) -> list[Cause]:
-        """Causes that are tried where no list is given."""
+        """Causes that are tried where no list is given.
+
+        For a column of predictions, or a series without a model, those are causes in the measurement alone.
+        """
         if self.tabulated or self.inside is None:
             if not self.tabulated and self.causes is None:
                 raise InputError("a model of your own needs its list of causes")

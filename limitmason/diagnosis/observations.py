@@ -193,7 +193,7 @@ class Rows:
 
     @classmethod
     def read(cls, observed: Sequence[Observation], specimens: Sequence[Any]) -> Rows:
-        """Rows of observations.
+        """Rows of observations of all specimens and quantities, as they come.
 
         Those without a value are left out, unless nothing at all is measured yet. A quantity that has none is one that
         may be measured next.

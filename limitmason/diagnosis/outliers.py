@@ -58,6 +58,7 @@ def outliers(diagnosis: Findings) -> Outliers | None:
     if not out.any() or 2 * out.sum() > len(out):
         return None
     rest = ~out
+    # without them the others fit within the noise, by their largest and by their mean
     carries = bool(found[rest].max() <= np.quantile(drawn[:, rest].max(axis=1), 1.0 - TAIL)
                    and found[rest].mean() <= np.quantile(drawn[:, rest].mean(axis=1), 1.0 - TAIL))
     chosen = [name for name, is_out in zip(each, out, strict=True) if is_out]

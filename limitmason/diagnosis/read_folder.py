@@ -59,10 +59,7 @@ def folder_arguments(
     inputs: Mapping[str, Measured] | None = None, shared: Sequence[str] | None = None,
     covariates: Sequence[str] | None = None, title: str | None = None, levels: int | None = None,
 ) -> dict[str, Any]:
-    """Arguments of ``Study``.
-
-    See :meth:`limitmason.diagnosis.Study.from_folder`.
-    """
+    """Arguments of ``Study`` from the files of a folder."""
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(f"{folder} is no folder")
@@ -117,7 +114,7 @@ def _once(table: MeasuredTable, column: str) -> list[str]:
 
 
 def _quantities(table: MeasuredTable, measured: MeasuredTable) -> dict[str, dict[str, Any]]:
-    """What is said of every quantity, by its name."""
+    """Scatter, kind and link that a table states of every quantity, by its name."""
     out: dict[str, dict[str, Any]] = {}
     table.column("scatter", "the error of each quantity")
     _once(table, "quantity")

@@ -133,6 +133,7 @@ class Diagnosis(Findings):
         return "\n".join(lines)
 
     def _kept_lines(self) -> list[str]:
+        """Sizes, evidence, physics and gain of the kept explanations, eight at most."""
         lines = []
         for names in self.kept[:8]:
             evidence = words.gate_words(self.verdict.tested[names].p)
@@ -153,10 +154,7 @@ class Diagnosis(Findings):
         return "rejected: " + _why(tested.p, self.rule) if tested.p else "not tested"
 
     def table(self) -> list[dict[str, Any]]:
-        """One row per cause of the list and per kept pair.
-
-        Size, interval, gain, p, and whether it is kept.
-        """
+        """Rows of listed causes and kept pairs: size, interval, gain, p, and if kept."""
         verdict = self.verdict
         rows, by_name, held = [], self.by_name, self.identification
         shown = [(c.name,) for c in self.listed] + [n for n in self.pairs if len(n) == 2]

@@ -102,7 +102,12 @@ class Collapse:
         return assembly, loads, options
 
     def __call__(self, specimen: Any, *, extend: Callable | None = None, **parameters: Any) -> float:
-        """Prediction of what was measured on one specimen."""
+        """Prediction of one specimen in the unit that ``measured_as`` makes of it.
+
+        A structure that cannot stand under its dead load has the floor as its multiplier, so that a fit can still climb
+        from
+        there.
+        """
         assembly, loads, options = self.model(specimen, extend=extend, **parameters)
         prediction = predict(assembly, loads, self.method, **options)
         value = prediction.collapse_multiplier
@@ -165,6 +170,7 @@ class Several:
         self, build: Build, answers: Mapping[str, str | Callable[[Assembly, Loads], float]],
         **options: Mapping[str, Any],
     ) -> None:
+        """Keep the builder, the method of each quantity, and the options of the methods."""
         if not callable(build):
             raise InputError(f"build must be a function build(specimen) of assembly and loads, got {build!r}")
         if not isinstance(answers, Mapping):
@@ -177,7 +183,7 @@ class Several:
         return Collapse(self.build).__signature__
 
     def __call__(self, specimen: Any, *, extend: Callable | None = None, **parameters: Any) -> Answer:
-        """Every quantity of one specimen, all of the same extended model."""
+        """Answers of all quantities for one specimen, all of the same extended model."""
         assembly, loads = self.build(specimen, **parameters)
         if extend is not None:
             assembly, loads = extend(assembly, loads)

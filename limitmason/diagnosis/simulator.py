@@ -74,6 +74,10 @@ class Simulator:
         n_jobs: int = 1, version: str = "", needed: Mapping[str, bool] | None = None,
         asked: Sequence[frozenset[str]] | None = None,
     ):
+        """Begin without any simulation.
+
+        What it knows is kept by specimen, parameters and causes, in memory and in the file.
+        """
         if not callable(simulate):
             raise TypeError(f"simulate must be a function simulate(specimen, **parameters), got {simulate!r}")
         self.simulate = simulate
@@ -141,6 +145,7 @@ class Simulator:
         return np.array(read).reshape(len(jobs), len(self.needed))
 
     def _run(self, missing: dict[tuple, Job]) -> None:
+        """Simulate the missing jobs in worker processes; check and keep each answer as it comes."""
         before = self.calls
         keys, jobs = list(missing), list(missing.values())
         calls = [(k, {"simulate": self.simulate, "specimen": self.specimens[j.specimen], "job": j})
@@ -173,6 +178,7 @@ class Simulator:
         return out
 
     def _checked(self, job: Job, value: Any) -> Prediction:
+        """Count a call and refuse an answer that is no number, or lacks a quantity asked for."""
         self.calls += 1
         if self.progress is not None:
             self.progress(self.calls)
@@ -207,6 +213,10 @@ class Simulator:
         return self._equal[job.specimen]
 
     def _equal_to(self, number: int) -> str:
+        """Text under which the answers of a specimen are kept: equal specimens share them.
+
+        It is the identity that ``simulate`` declares, the content of a mapping without its measured value, or a number.
+        """
         specimen, identity = self.specimens[number], getattr(self.simulate, "identity", None)
         said = identity(specimen) if callable(identity) else None
         if said is not None:
@@ -257,6 +267,7 @@ def _to_answer(quantity: str) -> str:
 
 
 def _call(simulate: Callable[..., Any], specimen: Any, job: Job) -> Any:
+    """Simulate a specimen with its parameters and causes; an error is noted with both."""
     parameters: dict[str, Any] = dict(job.parameters)
     if job.steps:
         parameters["extend"] = Extension(job.steps, specimen)

@@ -102,6 +102,7 @@ class Statement(ReadOnly):
         object.__setattr__(self, "_made", made)
 
     def _new_tables(self) -> CauseTables:
+        """Empty tables of this study's causes, with a simulator of their own."""
         simulator = Simulator(
             self.simulate, self.specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version,
             needed=self.rows.needed, asked=self.rows.asked(len(self.specimens)),

@@ -90,9 +90,9 @@ class Study(Statement):
         return designs[causes]
 
     def judge(self, causes: Iterable[Cause] | None = None, rule: Rule | None = None) -> Judge:
-        """What judges data of this design by a list, noise taken as independent.
+        """The judge of data of this design by a list of causes, noise independent.
 
-        It keeps its rehearsal.
+        It is kept for each list and rule, with the rehearsal that sets its margins.
         """
         causes, rule, judges = self._listed(causes), rule or Rule(), self._made.judges
         if (causes, rule) not in judges:

@@ -69,7 +69,7 @@ def suggest(
 def _identify(
     design: Design, there: PoolGrids, pool: list[Any], k: int, diagnosis: Findings, price: np.ndarray
 ) -> plan.NextTests:
-    """Specimens after which the effect of the one explanation most exceeds what the covariates alone could do."""
+    """Next tests by which one explanation most exceeds what covariates could do."""
     names = diagnosis.kept[0]
     fit = diagnosis.verdict.tested[names].fit
     own = design.own(names)
@@ -105,7 +105,7 @@ def _identify(
 
 
 def _tests(there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str, price: np.ndarray) -> plan.NextTests:
-    """Rows of a pool as specimens to be tested, each with the quantity to be measured where there are several."""
+    """Rows of a pool as specimens to be tested next, with quantities if several."""
     rows = there.rows
     indices = tuple(int(rows.of[i]) for i in chosen)
     several = chosen if rows.several else ()
@@ -122,7 +122,7 @@ Truth = tuple[np.ndarray, np.ndarray, np.ndarray]
 def _hypotheses(
     design: Design, there: Mapping[Names, Grid], diagnosis: Findings | None
 ) -> tuple[dict[Names, Truth], list[tuple[Names, Names]], str]:
-    """True explanations with their predictions here and on the pool, ordered pairs, and the reason."""
+    """Explanations to be told apart: predictions, ordered pairs, and the reason."""
     if diagnosis is not None and diagnosis.kind in ("cause", "behaves like", "either", "two"):
         verdict = diagnosis.verdict
         kept = [n for n, t in verdict.tested.items() if t.kept]
@@ -158,7 +158,10 @@ def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: T
 
 
 def _spread(covariate: str | None, pool: list[Any], k: int) -> plan.NextTests:
-    """Ends and middle of the covariate that the residuals vary with, or any repeats for pure scatter."""
+    """Next tests over the covariate with which the residuals vary: its ends and its middle.
+
+    Without such a covariate they are any repeats, to measure the scatter.
+    """
     spaced = np.round(np.linspace(0, len(pool) - 1, k)).astype(int)
     if covariate is None:
         return _picked(spaced, pool, "to measure the scatter: repeat each several times")

@@ -39,6 +39,7 @@ class CauseTables:
     """
 
     def __init__(self, tabulator: Tabulator, pair_tables: str = "verified"):
+        """Begin without any table; each is made when it is first asked for."""
         choice("pair_tables", pair_tables, PAIR_TABLES)
         self.tabulator = tabulator
         self.pair_tables = pair_tables
@@ -138,7 +139,10 @@ class CauseTables:
         )
 
     def verify(self, design: Design, verdict: Verdict) -> bool:
-        """Check additive tables of pairs near the best against the true pair, or True when one had to be replaced."""
+        """Check additive tables of pairs near the best against the true pair.
+
+        It is True when one had to be replaced. The check is at the fit and half-way to it, in units of the noise.
+        """
         if self.pair_tables != "verified":
             return False
         by_name: dict[str, Any] = {c.name: c for c in design.causes}
@@ -186,6 +190,7 @@ class PoolGrids(dict):
     def __init__(
         self, tested: CauseTables, pool: Sequence[Any], noise: Noise, causes: Iterable[Cause], scale: np.ndarray
     ):
+        """Take the noise of every row of the pool, and tables at the levels of the tested ones."""
         super().__init__()
         self.tested = tested
         rows = tested.tabulator.rows

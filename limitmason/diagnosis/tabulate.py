@@ -52,6 +52,7 @@ class Tabulator:
         self, simulator: Simulator, rows: Rows, nuisance: Mapping[str, Measured], noise: np.ndarray, *,
         levels: int = 17, nuisance_levels: int | None = None, crossed: str = "full",
     ):
+        """Separate inputs with an error from exact ones, and place their levels."""
         choice("crossed", crossed, CROSSED)
         self.crossed = crossed
         self.simulator, self.rows = simulator, rows
@@ -136,7 +137,10 @@ class Tabulator:
     def _transformed(
         self, cause: Cause, size: float, values: np.ndarray, readings: Sequence[tuple[int, int]]
     ) -> np.ndarray:
-        """Predictions of some rows as a measurement cause lets them be read."""
+        """Predictions of some rows as a measurement cause of a size lets them be read.
+
+        ``readings`` holds place in ``values`` and row of every value that the cause reads.
+        """
         out = values.copy()
         for k, row in readings:
             specimen, log = int(self.rows.of[row]), bool(self.rows.log[row])
@@ -238,7 +242,11 @@ class Tabulator:
             )
 
     def _levels(self, cause: Cause) -> tuple[np.ndarray, float]:
-        """Sizes to call the simulator at: halve every interval whose midpoint the curve misses."""
+        """Sizes to call the simulator at, and the largest error of the curve through them [noise].
+
+        Every interval whose midpoint the curve misses by more than ``TOLERANCE`` is halved, the worst first, up to the
+        number of levels. Sizes that are factors are halved by the geometric mean.
+        """
         rest = tuple(0.0 for _ in self.free)
         ends = sorted({cause.baseline, *cause.sides})
         halfway = (lambda a, b: float(np.sqrt(a * b))) if _is_factor(cause) else (lambda a, b: 0.5 * (a + b))
@@ -279,6 +287,7 @@ class Tabulator:
         reach = np.array(ends)
 
         def cross(size: float, z: Sequence[float]) -> np.ndarray:
+            """What acting together adds: linear in size and inputs, from the corners."""
             out = np.zeros(self.n)
             for s, rows in zip(sides, missing, strict=True):
                 part = (size - cause.baseline) / (s - cause.baseline)
@@ -302,7 +311,7 @@ class Tabulator:
         return values, float(max(np.delete(missed, rows), default=0.0))
 
     def _nodes(self, cause: Cause, curve: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-        """Size nodes evenly spaced along the curve in units of the noise, on each side of the baseline."""
+        """Size nodes evenly spaced along the curve in units of the noise."""
         out = [cause.baseline]
         for side in cause.sides:
             fine = (np.geomspace if _is_factor(cause) else np.linspace)(cause.baseline, side, 65)

@@ -51,6 +51,7 @@ class Cells:
     """
 
     def __init__(self, values: np.ndarray, z: Sequence[np.ndarray]):
+        """Order the nodes, find their neighbours, and lay out the table of a step."""
         self.shape, n = values.shape[:-1], values.shape[-1]
         self.d, self.k = len(self.shape), len(z)
         first = self.d - self.k
@@ -67,6 +68,7 @@ class Cells:
         self.last = np.array(self.shape, dtype=int) - 1
         some = np.array([index > 0, index < self.last[:, None]])
         columns = np.arange(self.count)
+        # a node at the end of an axis is its own neighbour there: the change is then zero
         ways = np.array([-1, 1])[:, None, None] * self.stride[None, :, None]
         self.beside = np.where(some, columns + ways, columns).reshape(2 * self.d, self.count).T.copy()
         norms = self._norms()
@@ -161,6 +163,7 @@ class NodeData:
     """
 
     def __init__(self, table: np.ndarray, d: int, k: int):
+        """Split rows of :attr:`Cells.table` into named quantities, one node per column."""
         rows = np.ascontiguousarray(table.T)
         at = {name: rows[part] for name, part in column_slices(d, k).items()}
         self.index, self.low, self.high, self.cross = at["index"], at["low"], at["high"], at["cross"]
@@ -269,7 +272,17 @@ def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, i
 
 
 def _cell(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inner: Sequence[Array]) -> CellSums:
-    """What a step needs, by inner products where these are enough."""
+    """Sums from which the linear step in a cell is found, for each data set at its node.
+
+    Inner products with the nodes are enough where every value has one weight. Weights that depend on the residuals need
+    the residuals themselves.
+
+    Parameters
+    ----------
+    owner, column : grid of each data set, ascending, and its node there, shape (b,)
+    at : data, their squares and their weights
+    inner : products of the data with node and neighbours where these are made already
+    """
     d, k = grids[0].d, grids[0].k
     tables, nodes, products = [], [], list(inner)
     ends = np.searchsorted(owner, np.arange(len(grids) + 1))
@@ -299,9 +312,14 @@ def _cell(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inn
 def _normal(
     gram: Rows, slope: Row, z_step: Array, off: Array, per: Array | None, flat: Array
 ) -> tuple[list[list[Array]], list[Array]]:
-    """Normal equations of a linear step.
+    """Normal equations of a linear step; along an axis without effect nothing pulls.
 
-    Along an axis without effect on the data nothing pulls.
+    Parameters
+    ----------
+    gram, slope : inner products of the changes per cell with each other, and with the residuals
+    z_step, off : change of each measured input per cell, and how far it is from its measured value [sd]
+    per : one over the noise variance, shape (b,), or None where it is one
+    flat : least squared change along an axis that counts
     """
     d, k = len(slope), len(z_step)
     matrix: list[list[Array]] = [[g if per is None else g * per for g in row] for row in gram]
@@ -352,6 +370,7 @@ def _descend_two(gram: Rows, gradient: Row, low: Row, high: Row) -> Array:
     """Descent along two axes: the free minimum, or the better of the two with one axis held at its violated end."""
     a, b, c = gram[0][0] + TINY, gram[0][1], gram[1][1] + TINY
     g, h = gradient
+    # two causes that act alike make it vanish: it is kept positive, and the ends decide
     determinant = np.maximum(a * c - b * b, 1e-10 * a * c)
     first = _clip((c * g - b * h) / determinant, low[0], high[0])
     second = _clip((a * h - b * g) / determinant, low[1], high[1])

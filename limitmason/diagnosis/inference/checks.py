@@ -100,7 +100,10 @@ def judge_again(
 
 
 def _unestimated(covariates: Mapping, shares: Shares) -> dict[str, Sequence]:
-    """Columns of labels whose share of the noise was not estimated, or groups of like specimens without any label."""
+    """Columns within which noise may be shared though no share was estimated.
+
+    Where there are none, and nothing was estimated, groups of specimens with like covariates stand in.
+    """
     out: dict[str, Sequence] = {}
     for name, column in covariates.items():
         if name not in shares.estimated and not is_numeric(column) and 1 < len(set(map(str, column))) < len(column):

@@ -119,7 +119,12 @@ class ConfidenceSet:
         return null, dict(zip(names, singles, strict=True))
 
     def gate(self, y: np.ndarray) -> Verdict:
-        """Whether the baseline is enough ("none"), more scatter than stated is, or neither ("unexplained" so far)."""
+        """Whether the baseline is enough, the data scatter more than stated, or neither.
+
+        The verdict is "none", "scatter", or "unexplained" so far. Scatter is said where it alone is too large: no cause
+        takes
+        more of it away than chance would (the guard), and no trend is seen.
+        """
         null, singles = self.fitted(y)
         tally, critical = self._gated(null, singles)
         p = {name: tally.p(name) for name in tally.observed}
@@ -205,7 +210,7 @@ class ConfidenceSet:
         return self.with_pairs(y, verdict) if pairs else verdict
 
     def with_pairs(self, y: np.ndarray, verdict: Verdict) -> Verdict:
-        """A verdict in which no single cause is left, with the pairs that the data keep, or "unexplained"."""
+        """A verdict without any single cause left, with the pairs that the data keep."""
         names = self.design.pair_names
         if not names:
             return verdict
@@ -291,7 +296,12 @@ class ConfidenceSet:
     def _statistics(
         self, null: BestFit, singles: Sequence[BestFit], replicate: np.ndarray, shape: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """Statistics of the gate for fits of the baseline and of every cause, that of trends given."""
+        """Statistics of the gate for fits of the baseline and of every cause.
+
+        They are the largest gain of a cause, the trend ``shape`` as given, the scatter, and the guard: by how much the
+        best
+        cause reduces the scatter. Each has one value a data set.
+        """
         best = np.max([f.loglik for f in singles], axis=0)
         out = {"gain": best - null.loglik, **self._residuals(null, replicate, shape)}
         if "scatter" in out:
@@ -313,12 +323,19 @@ class ConfidenceSet:
         return loss / replicate if self.design.like.kind == "replicates" else loss
 
     def _hopeless(self, fit: BestFit, deficit: float) -> bool:
-        """Whether an explanation is so far off that a nominal tail probability is enough to reject it."""
+        """Whether an explanation is so far off that it is rejected without a bootstrap.
+
+        That is by a log-likelihood deficit, or by nominal tail probabilities of trend and scatter far below those of
+        the
+        bootstrap: ``rule.hopeless`` and ``rule.hopeless_tail``.
+        """
         design, tail = self.design, self.rule.hopeless_tail
         if deficit >= self.rule.hopeless:
             return True
+        # minus the log of the least tail of all trends, by Bonferroni over their number
         if float(design.trends.statistic(fit.residuals)[0]) > np.log(max(len(design.trends), 1) / tail):
             return True
+        # under known noise the loss is chi-squared, with a term for each measured input
         loss = float(fit.loss[0] + fit.penalty[0])
         return design.like.quadratic and float(chdtrc(design.n + design.inputs, loss)) < tail
 

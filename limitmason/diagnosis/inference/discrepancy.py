@@ -52,6 +52,7 @@ class Discrepancy:
     """
 
     def __init__(self, along: Sequence[str], factors: Sequence[np.ndarray], slopes: np.ndarray):
+        """Factor every bias: B with (S + J J')^-1 = I - B B', and its price log det(S) / 2."""
         self.along, self.factors, self.n = tuple(along), tuple(factors), len(slopes)
         parts, prices = [np.zeros((self.n, 0))], []
         for factor in self.factors:
@@ -104,7 +105,14 @@ class Discrepancy:
         return int(self.each(y, like)[0].argmax())
 
     def each(self, y: np.ndarray, like: Likelihood, replicate: float | np.ndarray = 1.0) -> np.ndarray:
-        """Log evidence of every bias for each data set, shape (b, m)."""
+        """Log evidence of every bias for each data set, shape (b, m).
+
+        Parameters
+        ----------
+        y : data from the baseline in units of the noise, shape (b, n) or (n,)
+        like : likelihood of the noise statement
+        replicate : estimates of the noise from replicates, relative, shape (b,) or one
+        """
         y = np.atleast_2d(y)
         whole = np.einsum("bn,bn->b", y, y)[:, None]
         squares = np.empty((len(y), len(self.along)))
@@ -157,7 +165,12 @@ def _curved(points: np.ndarray, reach: float) -> np.ndarray:
 
 
 def _factors(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarray]]:
-    """Name and factor of the kernel of every bias that is not constant, each with a mean diagonal of one."""
+    """Names and kernel factors of all biases that are not constant.
+
+    A factor F has shape (n, its rank), and F F' a mean diagonal of one. A number gives a line and a smooth curve,
+    labels
+    give a level each, and several columns give their sum and smooth curves over all numbers at once.
+    """
     parts, numbers = [], []
     for name, column in covariates.items():
         labels = [str(v) for v in column]

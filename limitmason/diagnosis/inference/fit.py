@@ -220,7 +220,12 @@ def fits(
 
 
 def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[BestFit]:
-    """Fits of one block of data sets."""
+    """Fit data sets on grids: best node, linear step in its cell, better cells beside.
+
+    Parameters
+    ----------
+    residuals : whether the fits keep their residuals, shape (b, n)
+    """
     b, many = len(data.y), len(grids)
     starts = [_best_node(g.cells, data) for g in grids]
     every = data if many == 1 else data.some(np.tile(np.arange(b), many))
@@ -239,6 +244,7 @@ def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[BestFit]
         node, position = grid.cells.number[found.column[part]], (found.index[:, part] + found.move[:, part]).T
         loglik, loss, penalty = found.loglik[part], found.loss[part], found.penalty[part]
         left = np.zeros((b, 0))
+        # a loss that is a small difference of large sums is computed again from the residuals
         poor = np.flatnonzero(loss < CANCELLED * data.squares) if data.plain else np.zeros(0, int)
         if residuals or len(poor):
             chosen = data if residuals else data.some(poor)
@@ -311,10 +317,16 @@ def _step(grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner:
 
 
 def _try_rows_beside(grid: Grid, data: Data, found: _Found, part: slice, ranks: Array) -> None:
-    """Steps from the best nodes in the rows of the first size beside that of the fit, where they lead to a better one.
+    """Try steps from the best nodes in the rows beside those of the fits.
 
     Two causes that trade off make a valley narrower than a cell: the best node need not lie in the cell of the best
     fit. No step reaches farther than half of every cell, and a row that this rules out is left alone.
+
+    Parameters
+    ----------
+    found : fits of all grids, changed where a better one is found
+    part : of ``found``, the data sets on this grid
+    ranks : of every node for each data set, from :func:`_best_node`
     """
     cells, line = grid.cells, np.arange(grid.shape[1])
     last = grid.shape[0] - 1
@@ -343,9 +355,15 @@ def _try_rows_beside(grid: Grid, data: Data, found: _Found, part: slice, ranks: 
 
 
 def _go_on(grids: Sequence[Grid], data: Data, owner: Index, found: _Found) -> None:
-    """Go on to the next cell where a fit ended on the edge of its own: along a valley the nearest node misleads.
+    """Go on to the next cell where a fit ended on the edge of its own.
 
-    What is better there is written to ``found``, what is not stays; ``owner`` is the grid of every data set.
+    Along a valley the nearest node misleads. What is better in the next cell is written to ``found``, what is not
+    stays.
+
+    Parameters
+    ----------
+    owner : number of the grid of every data set, shape (b,)
+    found : fits; its ``move`` is the step from the node along every axis in cells, from -0.5 to 0.5
     """
     last, stride = (np.array([getattr(g.cells, name) for g in grids]) for name in ("last", "stride"))
     active = np.arange(len(owner))

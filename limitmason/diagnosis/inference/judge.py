@@ -106,7 +106,12 @@ class Judge:
     def _nearest_lever(
         self, rivals: Rivals, names: Names, effect: np.ndarray, loglik: float, data: np.ndarray
     ) -> tuple[str, float, float]:
-        """The nearest lever with another dependence, the log-likelihood over it, and that which is asked."""
+        """Nearest rival lever, log-likelihood of the explanation over it, and that asked.
+
+        A lever is what a listed cause acts through, here with another dependence on the columns than the explanation
+        has. A
+        drift from test to test is one of them, with its own threshold.
+        """
         like, levers, rival, beyond, asked = self.design.like, rivals.levers(names), "", np.inf, LEVER
         if levers.along:
             each = levers.each(data[None], like)[0]
@@ -246,7 +251,7 @@ class Judge:
         return replace(verdict, kind=VerdictKind.UNEXPLAINED, p=p, rival=levers.along[levers.best(data, design.like)])
 
     def beside_levers(self, verdict: Verdict, y: np.ndarray) -> Verdict:
-        """The verdict without pairs that one lever with another dependence does for.
+        """The verdict without pairs for which one lever alone does as well.
 
         A friction that differs by direction acts through one lever, and two listed causes together can imitate it. A
         pair must beat every such lever by as much as a single name must.
@@ -319,13 +324,16 @@ class Judge:
     def _second_look(
         self, decision: ConfidenceSet, verdict: Verdict, record: Identification, y: np.ndarray, pairs: bool
     ) -> tuple[Verdict, Identification | None]:
-        """Withdraw a single name that leaves structure.
+        """Withdraw a single name whose residuals keep structure, or try pairs first.
 
-        Try pairs before it is given where the residuals ask.
+        Pairs are tried where the residuals ask for them. A pair counts if it gains more over the single name than the
+        best of
+        all second causes would by chance.
         """
         names, better = record.names, record.structure < self.rule.structure
         if record.structure >= self.rule.asks or not (better or pairs):
             return verdict, record
+        # gain of the best of all second causes by chance, by Bonferroni over their number
         enough = 0.5 * chdtri(1.0, PAIR_TAIL / max(len(self.design.causes) - 1, 1))
         if not better and self._second_gains(verdict, names, y) < enough - CLOSE:
             return replace(verdict, tried_pairs=bool(self.design.pair_names)), record
@@ -354,7 +362,12 @@ def dosed(slope: float, error: float) -> bool:
 def dose_of(
     discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, data: np.ndarray, sd: float
 ) -> tuple[float, float]:
-    """Share of the fitted effect along the contrast that no bias takes away, and its standard error."""
+    """Share of the fitted effect that no bias could make, and its standard error.
+
+    The contrast is the part of the effect that is left when the nearest bias and the measured inputs have taken all
+    they
+    can. A share of 1 is all of the effect, 0 none.
+    """
     contrast = discrepancy.weighted(discrepancy.best(effect / sd, Likelihood()), effect)
     reach = float(contrast @ effect)
     if reach <= 0.0:

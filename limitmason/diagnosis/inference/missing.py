@@ -128,14 +128,15 @@ def position_of(grid: Grid, size: float | None, inputs: np.ndarray) -> np.ndarra
 
 
 def _planted(design: Design, known: Design, cause: Listed, chances: Draws, ratio: np.ndarray) -> np.ndarray:
-    """Data with one cause: visible sizes evenly spaced, on both sides in turn.
+    """Data with one cause planted, at visible sizes evenly spaced, on both sides in turn.
 
-    Noise and inputs as drawn.
+    Noise and inputs are as drawn; ``ratio`` is the noise of every row over the stated one.
     """
     grid, ranges = design.singles[cause.name], visible(known, cause)
     out = np.empty_like(chances.errors)
     for k, (error, inputs) in enumerate(zip(chances.errors, chances.inputs, strict=True)):
         low, high = ranges[k % len(ranges)]
+        # the golden section fills the range evenly for any number of data sets
         size = low + (high - low) * ((0.5 + 0.618034 * k) % 1.0)
         out[k] = grid.between(position_of(grid, size, inputs)) + ratio * error
     return out
@@ -152,7 +153,16 @@ def _adequate(design: Design, names: Names, fit: BestFit, along: np.ndarray) -> 
 def _margins(
     names: Sequence[str], given: np.ndarray, excess: np.ndarray, trials: int, floor: float, share: float, each: float
 ) -> dict[str, float]:
-    """Margin of every name: the floor, raised until neither it nor all together are given too often."""
+    """Margin of every name: the floor, raised until neither it nor all together are given too often.
+
+    Parameters
+    ----------
+    names : causes that may be named
+    given, excess : number of the cause named in each data set without it, and by how much it beat every bias
+    trials : data sets drawn, also those in which no cause was named
+    floor : margin without any wrong name
+    share, each : largest share of the data sets with a wrong name, in all and for one name
+    """
     margins = {}
     for i, name in enumerate(names):
         reached = np.sort(excess[given == i])[::-1]

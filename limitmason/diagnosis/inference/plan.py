@@ -69,10 +69,7 @@ class Confusable(Displayed):
         return self.names[best], float(row[best])
 
     def table(self) -> list[dict]:
-        """One row per cause.
-
-        Size compared, d2 from the baseline, nearest rival and its d2.
-        """
+        """One row per cause: size, d2 from the baseline, nearest rival and its d2."""
         rows = []
         for name in self.names:
             rival, d2 = self.nearest(name) if len(self.names) > 1 else ("", float("nan"))
@@ -166,7 +163,10 @@ def distances(truth: np.ndarray, rival: Grid, z: np.ndarray | None = None) -> np
 
 
 def confusable(design: Design) -> Confusable:
-    """Distances between all causes of a design with known noise, each at a clearly visible size."""
+    """Distances between all causes of a design with known noise.
+
+    Each cause is taken at the first size that is clearly visible (d2 of ``REFERENCE``), or else at its bound.
+    """
     names = tuple(c.name for c in design.causes)
     d2 = np.full((len(names), len(names)), np.inf)
     sizes: dict[str, tuple[float, ...]] = {}
@@ -272,7 +272,18 @@ def apart(
     truths: Mapping[Names, tuple[np.ndarray, np.ndarray, np.ndarray]], rivals: Mapping[Names, tuple[Grid, Grid]],
     pairs: Sequence[tuple[Names, Names]],
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Of each pair d2 at every node of the rival on what is tested, and what each test of the pool adds to it."""
+    """Distance d2 of every pair on the tested rows, and what each pool row adds.
+
+    Parameters
+    ----------
+    truths : of every true explanation, predictions on the tested rows and on the pool, and its inputs [sd]
+    rivals : grids of every rival on the tested rows and on the pool
+    pairs : true explanation and rival
+
+    Returns
+    -------
+    Per pair d2 at every node of the rival, shape (g,), and what each row of the pool adds, shape (g, rows).
+    """
     sums, adds = [], []
     for true, rival in pairs:
         done, pool, z = truths[true]
@@ -296,9 +307,11 @@ def chance_of_verdict(d2: np.ndarray, pairs: Sequence[tuple[Names, Names]]) -> f
 def equivalent_tests(
     sums: Sequence[np.ndarray], adds: Sequence[np.ndarray], quantities: Sequence[str], cap: float = CLEAR
 ) -> dict[str, float]:
-    """How many tests of each quantity bring what one of the best quantity does, in the sum over pairs of min(d2, cap).
+    """How many tests of each quantity bring as much as one test of the best quantity.
 
-    The best specimen of each quantity is tested again and again. Empty where no test brings anything.
+    What they bring is measured by the sum over pairs of min(d2, cap). The best specimen of each quantity is tested
+    again
+    and again. The result is empty where no test brings anything.
     """
 
     def reached(row: int, times: int) -> float:

@@ -144,10 +144,18 @@ class Components:
         return root[:, None] * np.linalg.inv(inner) * root, price
 
     def cost(self, shares: Mapping[str, float], r: np.ndarray, along: np.ndarray) -> float:
-        """Minus the log-likelihood of residuals, shape (n,), free along some directions, shape (n, k)."""
+        """Minus the log-likelihood of residuals whose noise is shared in part.
+
+        Parameters
+        ----------
+        shares : of the noise variance within the labels of each column [-]
+        r : residuals in units of the noise, shape (n,)
+        along : directions along which the residuals are free, integrated out, shape (n, k)
+        """
         key = tuple(shares.values())
         if key not in self._made:
             self._made[key] = self._weight(shares)
+        # (C + J J')^-1 = (I - A middle A') / rest (Woodbury), price = log det(C) / 2
         middle, price = self._made[key]
         rest = 1.0 - sum(shares.values())
         basis = np.linalg.svd(along, full_matrices=False)[0] if along.shape[1] else along
@@ -156,13 +164,14 @@ class Components:
         products = (both.T @ both - seen.T @ middle @ seen) / rest
         square = float(products[0, 0])
         if along.shape[1]:
+            # what lies along the free directions costs nothing but their determinant
             inner, onto = products[1:, 1:], products[1:, 0]
             square -= float(onto @ np.linalg.solve(inner, onto))
             price += 0.5 * float(np.linalg.slogdet(inner)[1])
         return price - float(self.design.like.loglik(square, 0.0, float(self.design.n)))
 
     def likeliest(self, r: np.ndarray, along: np.ndarray) -> tuple[float, dict[str, float]]:
-        """Least cost, and its shares: one column after the other, until none changes."""
+        """Least cost and its shares, column after column until none changes."""
         shares = dict.fromkeys(self.labels, 0.0)
         best = self.cost(shares, r, along)
         for _ in range(SWEEPS):
@@ -180,7 +189,10 @@ class Components:
 
 
 def _about_its_fit(design: Design, cause: Listed, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Residuals from a fitted cause at the measured inputs, shape (n,), and its change with the size, shape (n, 1)."""
+    """Residuals of a fitted cause at the measured inputs, and their change with its size.
+
+    Shapes (n,) and (n, 1), both in units of the noise.
+    """
     grid = design.singles[cause.name]
     (found,) = design.fits([(cause.name,)], y, residuals=True)
     left = found.residuals[0] + design.null.slopes @ grid.z_at(found.position)[0]

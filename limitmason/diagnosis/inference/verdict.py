@@ -234,7 +234,7 @@ class Verdict:
         return self.identification.distinct if self.identification is not None else self.kind != "behaves like"
 
     def without(self, names: Sequence[Names]) -> "Verdict":
-        """The verdict after explanations are withdrawn: fewer of them, or "unexplained" when none is left."""
+        """The verdict after explanations are withdrawn; "unexplained" if none is left."""
         left = tuple(n for n in self.kept if n not in set(names))
         if not left:
             kind = VerdictKind.UNEXPLAINED
