@@ -73,6 +73,7 @@ class Jobs:
     """
 
     def __init__(self, folder: str, target: Callable[[Connection, str], None] = work) -> None:
+        """Begin without a process; ``target`` is what it will run with its pipe and the folder."""
         self._folder, self._target = folder, target
         self._changed = threading.Condition(threading.RLock())
         self._numbers = itertools.count(1)
@@ -100,6 +101,7 @@ class Jobs:
         """
         with self._changed:
             now = self._now
+            # one job waits at most, and only behind a drawing
             if now is not None and (now.kind != "draw" or (self._next is not None and self._next.kind != "draw")):
                 raise Busy("a solve is running, in this page or another one: wait for it, or cancel it")
             job = Computation(next(self._numbers), kind, lines)
@@ -193,7 +195,7 @@ class Jobs:
         self._pipe.send(list(job.lines))
 
     def _listen(self, process: BaseProcess, pipe: Connection) -> None:
-        """Take what a process sends until it ends."""
+        """Take what the process of a solve sends, in a thread of its own, until it ends."""
         while True:
             try:
                 kind, *rest = pipe.recv()
@@ -201,8 +203,10 @@ class Jobs:
                 break
             with self._changed:
                 if process is not self._process:
+                    # another process has taken its place
                     return
                 if self._now is None:
+                    # the job was cancelled: what still comes of it is dropped
                     continue
                 if kind == "progress":
                     self._now.part, self._now.text = rest
@@ -214,11 +218,13 @@ class Jobs:
             if process is self._process:  # it ended by itself
                 self._process = self._pipe = None
                 if self._now is not None:
+                    # a process that ends by itself was most likely stopped for want of memory
                     text = f"the process of the solve ended, exit status {process.exitcode}: take fewer blocks"
                     self._done({"error": {"part": "analysis", "name": "MemoryError", "text": text}})
                 self._changed.notify_all()
 
     def _done(self, result: dict[str, Any]) -> None:
+        """Keep the result of the present job, and begin the one that waits."""
         job, self._now = self._now, None
         assert job is not None
         job.seconds, job.result = time.monotonic() - job.begun, result

@@ -137,6 +137,7 @@ def _model(session: Mapping[str, Any], folder: Folder) -> list[ScriptLine]:
 
 
 def _experiment(structure: Mapping[str, Any], values: Mapping[str, Any]) -> list[ScriptLine]:
+    """Lines that load a packaged experiment with its options."""
     at, specimen = _word(structure, "source"), _word(structure, "specimen")
     if at not in registry.sources() or specimen not in registry.specimens(at):
         raise InputError(f"there is no packaged experiment {at}/{specimen}")
@@ -148,6 +149,7 @@ def _experiment(structure: Mapping[str, Any], values: Mapping[str, Any]) -> list
 
 
 def _loads(loads: Mapping[str, Any], own: bool) -> list[ScriptLine]:
+    """Lines that make the loads; ``own`` says whether the structure brings loads of its own."""
     kind = _word(loads, "kind")
     out = []
     if kind == "own":
@@ -169,6 +171,7 @@ def _filled(call: Call, values: Mapping[str, Any], *more: str, before: Sequence[
 
 
 def _arguments(fields: Sequence[Field], values: Mapping[str, Any]) -> list[str]:
+    """Keyword arguments of a call from the fields that are filled in."""
     unknown = set(values) - {f.name for f in fields}
     if unknown:
         raise InputError(f"the form has no field {sorted(unknown)[0]!r}")

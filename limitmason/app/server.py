@@ -64,6 +64,7 @@ class Server(ThreadingHTTPServer):
     daemon_threads = True
 
     def __init__(self, folder: str = ".", port: int = 0) -> None:
+        """Open the port; the token in the address keeps other users and pages out."""
         self.folder = Folder(folder)
         self.jobs = Jobs(str(self.folder.path))
         try:
@@ -106,6 +107,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Say nothing: the address holds the token."""
 
     def _answer(self, how: Callable[[str, dict[str, str]], None]) -> None:
+        """Answer a request, or say why not: an error of input as 422, a mistake of ours as 500."""
         with suppress(ConnectionError, TimeoutError):
             try:
                 path, query = self._allowed()
@@ -136,6 +138,7 @@ class _Handler(BaseHTTPRequestHandler):
         return unquote(path), {k: v[-1] for k, v in parse_qs(parts.query).items()}
 
     def _get(self, path: str, query: dict[str, str]) -> None:
+        """Answer a request that changes nothing: pages, forms, files, events, results."""
         if path in _STATIC:
             name, kind = _STATIC[path]
             self._send(200, files("limitmason.app").joinpath(name).read_bytes(), kind)
@@ -157,6 +160,7 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refused(404, "there is nothing here")
 
     def _post(self, path: str, query: dict[str, str]) -> None:
+        """Answer a request that acts: cancel, upload, write or run a script."""
         if path == "api/cancel":
             self.server.jobs.cancel()
             self.server.jobs.warm()
@@ -175,6 +179,7 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refused(404, "there is nothing here")
 
     def _session(self, path: str, session: dict[str, Any], kind: str) -> None:
+        """Write the script of a session, or run it as a job; busy is 409."""
         if kind not in ("draw", "solve", "report"):
             raise Refused(400, "kind is draw, solve or report")
         lines = statements(session, self.server.folder, kind=kind)
@@ -213,6 +218,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.server.jobs.page_closed()
 
     def _result(self, path: str, download: bool) -> None:
+        """Send what a job gave as JSON, or one of its files."""
         number, _, name = path.partition("/")
         job = self.server.jobs.get(int(number)) if number.isdecimal() and len(number) < 10 else None
         if job is None:
@@ -258,6 +264,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _head(
         self, status: int, kind: str, length: int | None, policy: str = _OWN, attachment: str | None = None
     ) -> None:
+        """Send the head of an answer, with the headers that keep other sites from using it."""
         self.send_response(status)
         text = kind.startswith("text/") or kind == "application/json"
         self.send_header("Content-Type", f"{kind}; charset=utf-8" if text else kind)

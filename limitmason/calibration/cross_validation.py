@@ -95,6 +95,13 @@ def left_out(
     """Errors on every group by the fit to the others.
 
     What these leave free goes back to the given start.
+
+    Parameters
+    ----------
+    groups : group of every entry
+    best, information : the fit to all entries, and its slopes
+    by : what was left out, in words
+    most : steps of a search at most
     """
     rows: dict[int, LeftOutRow] = {}
     for name in dict.fromkeys(groups):
@@ -106,6 +113,7 @@ def left_out(
         found, _ = descend(rest, _toward_start(rest, best, slopes), min(most, STEPS), slopes)
         spread = information.of(kept, rest.variance(found)).covariance
         seen = information.slopes[~kept] * gone.deviation[:, None]
+        # deviation of the prediction that the others leave open, by the slopes of the fit to all
         open_ = np.sqrt(np.einsum("ij,jk,ik->i", seen, spread, seen))
         values = gone.predicted([found.x])[0]
         for k, e, v, d in zip(np.flatnonzero(~kept), gone.entries, values, open_, strict=True):
@@ -115,14 +123,14 @@ def left_out(
 
 
 def _toward_start(rest: Objective, best: Minimum, slopes: Array) -> Array:
-    """Where the rest of the data lie lowest by the slopes at the best.
+    """Point from which the fit to the rest of the data begins.
 
-    What they do not see is as at the start.
-
-    Else the fit to the rest would know, by its beginning, what was left out.
+    It is where the rest lies lowest by the slopes at the best. What the rest does not see is as at the start: else the
+    fit would know, by its beginning, what was left out.
     """
     scale = rest.scale
     width = scale.high - scale.low
+    # a pull to the start, too faint to move what the data do see
     faint = 1e-6 * np.eye(len(scale))
     away = (scale.start - best.x) / width
     r = rest.at(best.x)

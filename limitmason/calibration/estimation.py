@@ -129,7 +129,10 @@ def calibrate(
 def _fitted(
     objective: Objective, effort: SearchSettings, level: float | None
 ) -> tuple[Minimum, Slopes, list[Minimum], Array | None]:
-    """The best of all runs, slopes there, every minimum, and the intervals where a level is given."""
+    """The best of all runs, slopes there, every minimum, and intervals if a level is given.
+
+    A run for an interval may lie lower than the best so far: the search then goes on from it, ``AGAIN`` times at most.
+    """
     best, guess, minima = searched(objective, effort)
     objective.say("slopes")
     best, slopes = confirmed(objective, best, guess, effort.most)
@@ -147,7 +150,7 @@ def _fitted(
 def _asked(
     model: Model | Mapping[str, Model], targets: Mapping[str, Any]
 ) -> tuple[list[Model], tuple[Entry, ...], tuple[int, ...], list[dict[str, Any]]]:
-    """Different models, entries, number of the model of each, and the curves aimed at by model."""
+    """Models, entries, model of each entry, and the curves aimed at by model, all checked."""
     if not isinstance(targets, Mapping) or not targets:
         raise InputError(f"targets must be a mapping of what was measured by name, got {targets!r}")
     several = all(isinstance(t, Mapping) for t in targets.values())

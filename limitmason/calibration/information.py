@@ -124,7 +124,12 @@ class Information(ReadOnly):
 
     @property
     def unresolved_directions(self) -> tuple[UnresolvedDirection, ...]:
-        """Principal moves wider than the resolution in which a parameter that is not identified takes part."""
+        """Principal moves wider than the resolution that some unidentified parameter joins.
+
+        A move is cut where a value uniform between its bounds would end. Parameters with a tenth of it and less are
+        left out,
+        those on a logarithmic scale are told as factors.
+        """
         size, moves = self._parts()
         # deviation of a value that is uniform between its bounds, in resolutions
         box = (self.scale.high - self.scale.low) / np.sqrt(12.0) / self.scale.resolution
@@ -192,7 +197,11 @@ class NextTest:
 
 
 def ranked(base: Information, slopes: Mapping[str, Array]) -> NextTest:
-    """Candidates in order, from the slopes of the residuals that each would add."""
+    """Candidate tests in order, from the slopes of the residuals that each would add.
+
+    More identified parameters come first, then the gain of information: half the logarithm of the determinant, with the
+    bounds of every parameter as a uniform prior so that it exists.
+    """
     names = base.scale.names
     box = np.diag(12.0 / (base.scale.high - base.scale.low) ** 2)
 

@@ -162,9 +162,14 @@ def _boxed(j: Array, r: Array, low: Array, high: Array) -> Array:
 
 
 def measured_slopes(objective: Objective, at: Minimum, guess: Array) -> Slopes:
-    """Slopes over one deviation to either side, by runs.
+    """Slopes over one deviation to either side of a minimum, by runs of the model.
 
-    A parameter that nothing sees is moved to its bound.
+    A move is corrected until it changes the residuals by 0.3 to 3 deviations: less is rounding, more is curvature. A
+    parameter that nothing sees is moved to its bound.
+
+    Parameters
+    ----------
+    guess : slopes from which the first moves are taken, shape (n, p)
     """
     x, r, scale = at.x, at.residuals, objective.scale
     one, noise = np.zeros((2, len(x))), np.sqrt(objective.variance(at))
@@ -202,6 +207,11 @@ def confirmed(objective: Objective, best: Minimum, guess: Array, most: int) -> t
 
     Slopes are measured a deviation to either side of a minimum. Where one of these runs lies below it, or the slopes
     lead on, the search goes on from there and the slopes are measured anew.
+
+    Parameters
+    ----------
+    guess : slopes to begin with, shape (n, p)
+    most : steps of a search at most
     """
     while True:
         found = measured_slopes(objective, best, guess)
@@ -217,10 +227,10 @@ def confirmed(objective: Objective, best: Minimum, guess: Array, most: int) -> t
 
 
 def searched(objective: Objective, effort: SearchSettings) -> tuple[Minimum, Array, list[Minimum]]:
-    """The best minimum, slopes there, and all minima.
+    """The best minimum, the slopes there, and all minima.
 
-    Followed are the given start or, of several, those points of it and a Latin hypercube that none of their nearest
-    neighbours lies below.
+    The search begins at the given start or, where several are asked for, at those points of it and of a Latin hypercube
+    that lie lower than their nearest neighbours.
 
     Raises
     ------

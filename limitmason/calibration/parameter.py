@@ -79,6 +79,7 @@ class ParameterScale(ReadOnly):
     """
 
     def __init__(self, parameters: Sequence[Parameter]) -> None:
+        """Check the parameters, and take bounds, starts and resolutions to the scale of the fit."""
         self.parameters = several("parameters", parameters, Parameter)
         if not self.parameters:
             raise InputError("no parameters are given: there is nothing to fit")

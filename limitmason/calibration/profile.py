@@ -38,9 +38,14 @@ def profile(objective: Objective, best: Minimum, slopes: Slopes, rise: float) ->
 
 
 def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: int, rise: float) -> float:
-    """End of the interval of one parameter: furthest point whose least sum of squares exceeds the best by ``rise``.
+    """End of the interval of one parameter on the scale of the fit.
 
-    It is infinite, with the sign, where the bound itself lies within.
+    It is the furthest point whose least sum of squares exceeds the best by ``rise``, infinite with its sign where the
+    bound itself lies within.
+
+    Parameters
+    ----------
+    axis, sign : the parameter, and the side: 1 above, -1 below
     """
     scale, limit = objective.scale, best.chi2 + rise
     low, high, width = scale.low, scale.high, scale.high - scale.low
@@ -108,7 +113,7 @@ def _outermost(objective: Objective, best: Minimum, limit: float, axis: int, sig
 
 
 def _nearby(objective: Objective, at: Minimum, guess: Array, slopes: Slopes) -> Array:
-    """Slopes at a point by those elsewhere and what the points tried nearest to it have shown."""
+    """Slopes at a point, from those elsewhere and what the nearest points tried have shown."""
     width = objective.scale.high - objective.scale.low
     # a point much closer than a deviation shows the rounding of the model
     least = 0.01 * np.maximum(slopes.up, slopes.down)
@@ -120,7 +125,18 @@ def _nearby(objective: Objective, at: Minimum, guess: Array, slopes: Slopes) -> 
 
 
 def furthest(j: Array, r: Array, limit: float, axis: int, sign: int, low: Array, high: Array) -> Array:
-    """Move that takes one parameter furthest while |r + j d|^2 stays within a limit, in a box, shape (p,)."""
+    """Move that takes one parameter furthest while |r + j d|^2 stays within a limit, in a box.
+
+    An ellipsoid has its furthest point in closed form. Another parameter that leaves the box is held at its end, and
+    the
+    point found anew.
+
+    Parameters
+    ----------
+    j, r : slopes (n, p) and residuals (n,)
+    axis, sign : the parameter, and the side
+    low, high : the box of the move, shape (p,)
+    """
     d, free = np.zeros(len(low)), np.ones(len(low), dtype=bool)
     stop = float(high[axis] if sign > 0 else low[axis])
     floor = 1e-10 * float((j * j).sum(axis=0).max()) + 1e-30

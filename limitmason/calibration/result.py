@@ -341,7 +341,7 @@ class _Simulated:
         self.models, self.readings, self.at, self.ties, self.given = models, readings, at, ties, given
 
     def __call__(self, specimen: Mapping[str, Any], **changed: float) -> float:
-        """Prediction of one number."""
+        """Prediction of one target by its model, at the fit but for what is changed."""
         number = int(specimen["model"])
         model: Callable[..., Any] = self.models[number]
         values = self.ties({**self.at, **{k: v for k, v in changed.items() if k in self.at}})
@@ -355,7 +355,7 @@ class _Simulated:
 
 
 def _numbers(model: Model, parameters: Mapping[str, float]) -> dict[str, float]:
-    """Every number of what a model returns, by name."""
+    """Every number that a model returns, by name: of a curve its peak and stiffness."""
     out: dict[str, float] = {}
     for name, found in outputs_of(model(**parameters)).items():
         if isinstance(found, Curve):
@@ -369,7 +369,10 @@ def _numbers(model: Model, parameters: Mapping[str, float]) -> dict[str, float]:
 
 
 def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum], rise: float) -> tuple[str, ...]:
-    """What a user should know before trusting a fit."""
+    """What a user should know before trusting a fit.
+
+    ``rise`` is that of the sum of squares up to which a point is inside the interval.
+    """
     out, scale = [], objective.scale
     lost = [e.label for e, r in zip(objective.entries, best.residuals, strict=True) if r == LOST]
     if lost:
@@ -381,6 +384,7 @@ def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum],
         out.append("the search ended at its limit of steps, not at a minimum")
     apart = [best]
     for m in minima:
+        # half-way to a minimum that is the same the sum of squares does not rise
         between = [] if m.chi2 > best.chi2 + rise else [objective.at(0.5 * (m.x + b.x)) for b in apart]
         if between and all(r @ r > best.chi2 + rise for r in between):
             apart.append(m)

@@ -47,6 +47,7 @@ class Runs:
         names: Sequence[str], ties: LinkedFormulas, *, executor: Any, workers: int, store: str | Path | None, key: str,
         progress: Progress | None,
     ) -> None:
+        """Check that every parameter reaches a model, and open the store of runs."""
         self.models, self.readings, self.aimed, self.ties = tuple(models), tuple(readings), tuple(aimed), ties
         self.names = tuple(names)
         given = (*self.names, *ties.formulas)
@@ -110,6 +111,7 @@ class Runs:
 def _one(
     model: Model, readings: Sequence[OutputValue], aimed: Mapping[str, Any], parameters: Mapping[str, float]
 ) -> dict[str, Any]:
+    """Values that one model gives at one point, or NaN and the reason why it refuses."""
     try:
         outputs = outputs_of(model(**parameters))
     except (NotApplicable, NotConverged) as refused:

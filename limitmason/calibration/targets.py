@@ -112,7 +112,9 @@ class OutputValue(NamedTuple):
     at: float = 0.0
 
     def of(self, outputs: Mapping[str, Any]) -> float:
-        """The number, or NaN where the model's curve does not reach so far or has no such event.
+        """The number read from the outputs, or NaN where a curve has none.
+
+        A curve has none where it does not reach so far, or has no such event.
 
         Raises
         ------
@@ -161,7 +163,10 @@ class Entry(NamedTuple):
 
 
 def feature(curve: Curve, what: str, at: float) -> float:
-    """A feature of a curve, or NaN where it has none, or ends before ``at``."""
+    """A feature of a curve in its own units, or NaN where it has none or ends before ``at``.
+
+    ``at`` is a displacement: that of a point or residual, or up to which the area counts.
+    """
     if what == "stiffness":
         try:
             return curve.stiffness(*RISE)
@@ -185,7 +190,7 @@ def feature(curve: Curve, what: str, at: float) -> float:
 
 
 def entries_of(test: str, name: str, target: Any) -> list[Entry]:
-    """What one target asks for.
+    """Entries that one target asks for, one for every number.
 
     A plain number or a pair (value, scatter) stands for a :class:`Target`.
 

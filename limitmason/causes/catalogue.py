@@ -203,10 +203,7 @@ def felt_by(cause: Cause) -> tuple[str, ...]:
 
 
 def table() -> list[dict[str, str]]:
-    """One row per cause.
-
-    Name, parameter, unit, baseline, bounds, methods, what feels it, physics, isolating test, when hidden.
-    """
+    """One row of text per cause: what it is, where it acts, and how it is isolated."""
     rows = []
     for name, declared in ALL.items():
         cause = declared()

@@ -102,6 +102,7 @@ class Declared:
     """
 
     def __init__(self, function: Callable[..., Any], declaration: Declaration):
+        """Take options and fields of a cause from its function and its declaration."""
         name, lever = declaration.name, declaration.lever
         choice(f"cause {name!r}: lever", lever, LEVERS)
         update_wrapper(self, function)

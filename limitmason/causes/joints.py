@@ -216,11 +216,10 @@ def wear(rate: float, assembly: Assembly, loads: Loads, specimen: Any = None, *,
     hidden_when="limit analysis and mechanisms, whose joints are rigid; specimens of one height",
 )
 def joint_softness(size: float, assembly: Assembly, loads: Loads, *, shear_ratio: float = 0.4) -> Model:
-    """Joints softer than assumed, for the DEM.
+    """Joints softer than assumed: 1 / kn raised by the size [mm/MPa], for the DEM.
 
-    1 / kn raised by the size [mm/MPa], 1 / ks by size / shear_ratio.
-
-    Joints without stiffness (the DEM's own default, nearly rigid) get kn = 1 / size.
+    1 / ks is raised by size / shear_ratio. Joints without stiffness, nearly rigid by the DEM's default, get kn = 1 /
+    size.
     """
     added = size * MM_PER_MPA
 
@@ -361,6 +360,7 @@ def strength_kept(share: float, assembly: Assembly, loads: Loads) -> Model:
     """
 
     def kept(joint: Joint) -> Joint:
+        """The joint with residual c and ft raised by a share of what it loses."""
         residuals = {}
         for strength, way in (("cohesion", "shear"), ("tensile_strength", "tension")):
             peak, rest = getattr(joint, strength), getattr(joint, f"residual_{strength}")

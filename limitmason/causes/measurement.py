@@ -154,7 +154,10 @@ def rig_compliance(
 
 
 def _shifted(*, covariate: str, label: Any) -> Mapping[str, Any]:
-    """What of the declaration of a batch shift depends on its options; its own covariate cannot rival it as a trend."""
+    """Name, parameter and own column of the cause for one batch.
+
+    A trend along its own column cannot rival it: that is what it says.
+    """
     return {
         "name": f"shift of {covariate} {label}",
         "parameter": f"shift_{covariate}_{label}".replace(" ", "_"),

@@ -124,10 +124,7 @@ def missing_unit(share: float, assembly: Assembly, loads: Loads, *, unit: str | 
     hidden_when="joints give way far more than units: twin of joint stiffness where both are uniform; peaks alone",
 )
 def unit_modulus(factor: float, assembly: Assembly, loads: Loads) -> Model:
-    """Units of another elastic modulus.
-
-    E x size [-] of every block that has a material.
-    """
+    """Units of another elastic modulus: E x size [-] of every block that has a material."""
     changed: dict[int | str, Material] = {
         b.name: replace(b.material, young_modulus=factor * b.material.young_modulus)
         for b in assembly.blocks if b.material is not None

@@ -44,15 +44,15 @@ def self_weight(assembly: Assembly) -> Array:
 def shared_acceleration(assembly: Assembly, loads: Loads) -> Array:
     """Live force over weight that most blocks have in common, in units of g, shape (3,).
 
-    It is zero where there is none.
-
-    Only forces at the centroid count, as body forces act there. Of a single block under a force at its centroid nobody
-    can tell whether it is a body force: it is taken as one.
+    It is zero where there is none. Only forces at the centroid count, as body forces act there. Of a single block under
+    a
+    force at its centroid nobody can tell whether it is a body force: it is taken as one.
     """
     rows = np.flatnonzero((assembly.weights > 0) & ~assembly.fixed)
     if not len(rows):
         return np.zeros(3)
     ratio = loads.live[rows, :3] / assembly.weights[rows, None]
+    # most blocks share it, so that the median is it
     middle = np.median(ratio, axis=0)
     same = np.abs(ratio - middle).max(axis=1) <= 1e-9 * max(1.0, float(np.abs(middle).max()))
     moment = np.abs(loads.live[rows, 3:]).max(axis=1)

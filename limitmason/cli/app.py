@@ -23,6 +23,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _serve(options: argparse.Namespace) -> int:
+    """Serve the application until it is interrupted."""
     from limitmason.app.server import Server
 
     with Server(options.folder, options.port) as server:

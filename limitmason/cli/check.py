@@ -63,6 +63,7 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
+    """Model of a target and its title; options of drawings are refused for other targets."""
     path = Path(options.target)
     if path.suffix.lower() not in lm.formats.DRAWINGS:
         console.refuse(options, ("tolerance", *console.DRAWING), "by a model or an experiment, which holds its own")

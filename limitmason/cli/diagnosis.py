@@ -266,6 +266,7 @@ def _causes(text: str | None) -> list | None:
 
 
 def _noise(text: str | None) -> float | str | None:
+    """Noise as a number, 4% being 0.04, or one of the two words that a study knows."""
     if text in (None, "unknown", "replicates"):
         return text
     try:

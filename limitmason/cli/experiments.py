@@ -48,6 +48,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _predict(options: argparse.Namespace) -> int:
+    """Print or write the predicted forces of a series of walls."""
     from limitmason.comparison.wall_ladder import predict_walls
     from limitmason.experiments import registry
     from limitmason.storage.csv_table import write_table
@@ -80,6 +81,7 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _show(options: argparse.Namespace) -> int:
+    """Print the data sheets of a source, or of one specimen."""
     from limitmason.experiments import registry
 
     source, _, specimen = options.source.partition("/")
@@ -98,6 +100,7 @@ def _show(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
+    """Predict the specimens of a source, or all, and print them beside what was measured."""
     if options.all == bool(options.source):
         raise InputError("name a source, or give --all; see `limitmason experiments list`")
     settings = console.settings_of(options)

@@ -61,6 +61,7 @@ def _predicted(options: argparse.Namespace, assembly: Assembly, loads: Loads) ->
 
 
 def _solve(options: argparse.Namespace) -> int:
+    """Print the prediction of a model; write it, its forces and its drawings if asked."""
     assembly, loads, title = console.load_target(options.target, options)
     console.say_what(title, assembly, loads)
     prediction, status = _predicted(options, assembly, loads)
@@ -79,6 +80,7 @@ def _solve(options: argparse.Namespace) -> int:
 
 
 def _figure(options: argparse.Namespace) -> int:
+    """Draw a model, its mechanism or its forces to a file."""
     assembly, loads, title = console.load_target(options.target, options)
     output = options.output or Path(f"{options.kind}.png")
     if options.kind == "assembly":
@@ -92,6 +94,7 @@ def _figure(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
+    """Write a scene of a model and its answer for a browser."""
     assembly, loads, title = console.load_target(options.target, options, needs_live_load=not options.alone)
     output, shown, status = options.output or Path("scene.html"), None, 0
     if options.alone:
@@ -125,6 +128,7 @@ def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | Non
 
 
 def _template(options: argparse.Namespace) -> int:
+    """Write a small model or drawing to edit, and say how to go on."""
     lm.formats.write_model_template(options.file, of="arch" if options.arch else "wall")
     what = "a small wall; edit its outlines, joint and loads, then `limitmason solve`"
     if options.arch:

@@ -50,6 +50,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _push(options: argparse.Namespace) -> int:
+    """Drive a structure along a path, print the curve, and write it if asked; 3 if unfinished."""
     follow = get_method(options.method).drive
     if follow is None:
         raise InputError(f"--method {options.method} does not follow a structure that is driven")
@@ -106,6 +107,7 @@ def _chosen(texts: list[str]) -> dict[str, Any]:
 
 
 def _drive(options: argparse.Namespace, test: Experiment | None) -> Drive:
+    """What is driven: the block named, or what the experiment says."""
     if options.block is not None:
         if options.direction is None:
             raise InputError("--block needs --direction X Y Z")
@@ -119,6 +121,7 @@ def _drive(options: argparse.Namespace, test: Experiment | None) -> Drive:
 
 
 def _draw(options: argparse.Namespace, curve: Any, test: Experiment | None, title: str) -> None:
+    """Draw the curve, the cracks or both to files."""
     marks = ["Outline inferred, not published."] if test is not None and test.inferred else []
     if options.figure:
         known = test if test is not None and (test.measured or test.published) else None

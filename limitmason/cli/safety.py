@@ -71,6 +71,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _stability(options: argparse.Namespace) -> int:
+    """Print whether a structure stands under its dead load; 3 where it does not."""
     assembly, loads, title = console.load_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
     found = stability(assembly, dead)
@@ -83,6 +84,7 @@ def _stability(options: argparse.Namespace) -> int:
 
 
 def _axles(options: argparse.Namespace) -> int:
+    """Print the axle loads that an arch carries at every place of a train."""
     assembly, loads, title = console.load_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
     if options.fill is not None:
@@ -96,6 +98,7 @@ def _axles(options: argparse.Namespace) -> int:
 
 
 def _region(options: argparse.Namespace) -> int:
+    """Print the region of load multipliers that a structure carries; 3 where it is not closed."""
     assembly, loads, title = console.load_target(options.target, options, needs_live_load=options.live)
     dead = loads.scaled(live=0.0)
     cases = [replace(loads, name=loads.name or "live load")] if options.live else []
@@ -133,6 +136,7 @@ def _push(loads: Loads, name: str, others: list[Loads]) -> Loads:
 
 
 def _assess(options: argparse.Namespace) -> int:
+    """Write an assessment by the code: limit states, spectra and verifications."""
     from limitmason.capacity import pushover
     from limitmason.codes import FloorSpectrum, GroundSpectrum, assess
 

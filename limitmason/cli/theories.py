@@ -45,6 +45,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
+    """Write a page on a structure by several methods; 3 where none has an answer."""
     target = console.read_target(options.target, options)
     title = options.title or target.title
     settings: dict[str, Any] = {m: dict(get_method(m).cheap) for m in options.methods if get_method(m).cheap}
@@ -56,6 +57,7 @@ def _report(options: argparse.Namespace) -> int:
 
 
 def _compare(options: argparse.Namespace) -> int:
+    """Print the answers of several methods side by side; 3 where none has an answer."""
     assembly, loads, title = console.load_target(options.target, options)
     console.say_what(title, assembly, loads)
     settings: dict[str, dict[str, Any]] = {}

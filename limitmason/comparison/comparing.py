@@ -62,6 +62,7 @@ class SideBySide(Displayed, Tabular):
         return any(row.method == method for row in self.rows)
 
     def _lines(self) -> list[list[str]]:
+        """Cells of the table in text, the head first; ratios to a test only where one is given."""
         head = ["method", "lambda", "range", "ratio to test", "status", "s", "what it is"]
         lines = [head]
         for r in self.rows:
@@ -300,6 +301,10 @@ def measured_range(measured: float | Sequence[float] | None) -> tuple[float, flo
 
 
 def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str, Any], proven: float | None) -> Row:
+    """Row of one method: its prediction, its range, and a proven range where one is asked for.
+
+    ``proven`` is the time for that proof [s], or None.
+    """
     chosen, begun = get_method(method), time.perf_counter()
     row = Row.attempted(method, lambda: chosen.predict(assembly, loads, **settings))
     found = row.prediction

@@ -75,6 +75,7 @@ class Answers:
         return tuple(f for f in found if f is not None)
 
     def _order(self) -> Finding | None:
+        """Whether the smallest admissible multiplier is at most the associative one."""
         upper, lower, demand = self.upper, self.lower, "non-associative <= associative"
         if not {"upper", "admissible"} <= set(self.asked):
             return None
@@ -88,6 +89,7 @@ class Answers:
         return Finding(HOLDS if good else BROKEN, f"{demand} ({pair})", lower.method, theorem=True)
 
     def _simulation(self, row: Row) -> Finding | None:
+        """Where a simulation lies beside the admissible range; None where no theory gives an end."""
         upper, lower = self.upper, self.lower
         name = f"the {get_method(row.method).look.name}"
         value = f"{row.low:.5f} to {row.high:.5f}" if row.has_range else f"{row.multiplier:.5f}"
@@ -113,6 +115,7 @@ class Answers:
         return Finding(HOLDS, f"{name} lies {kept}{within} {text}; {rest}", row.method)
 
     def _mechanism(self) -> Finding | None:
+        """Whether the associative multiplier is at most that of the best admissible mechanism."""
         upper, mechanism, demand = self.upper, self.mechanism, "associative <= admissible mechanism"
         if not {"upper", "mechanism"} <= set(self.asked):
             return None

@@ -109,6 +109,7 @@ def _combinations(test: Experiment) -> list[dict[str, Any]]:
 def _solve(
     test: Experiment, options: Mapping[str, Any], direction: str, method: str, settings: Mapping[str, Any]
 ) -> Row:
+    """Row of one method for a test with options, or one that says there is no model."""
     if not test.has_model:
         return Row(method, status=NO_MODEL)
     case = test.with_options(**options) if options else test

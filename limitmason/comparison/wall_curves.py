@@ -148,7 +148,7 @@ def pushed(test: Experiment, to: float, tries: int) -> PushoverCurve:
 
 
 def described(test: Experiment, curve: PushoverCurve) -> WallCurve:
-    """A path as what is kept of it."""
+    """What is kept of a path: drifts [%], forces [kN], motions of the joints, cracks and cost."""
     assert curve.generations is not None
     wall, first = curve.structure.assembly, curve.nodes[0].pose
     crack = np.array([i.kind == "crack" for i in wall.interfaces] + [False])  # the last is of points without a joint
@@ -170,6 +170,10 @@ def described(test: Experiment, curve: PushoverCurve) -> WallCurve:
 def driven(test: Experiment, to: float) -> WallCurve:
     """The wall driven by the DEM, at rest under its dead load before.
 
+    Parameters
+    ----------
+    to : drift at which it ends, displacement over height [-]
+
     Raises
     ------
     InputError
@@ -180,13 +184,16 @@ def driven(test: Experiment, to: float) -> WallCurve:
     test = test.with_options(beam_height=THIN)
     wall, height = test.assembly(), float(test.row["H"])
     curve: Any = drive(wall, test.drive(), to=to * height, loads=test.loads(), samples=SAMPLES)
+    # motions count from the state at rest
     states = [(shift, rotation_vectors(turn)) for shift, turn in map(curve.moved, range(len(curve.load)))]
     moved = [np.hstack([shift - states[0][0], turn - states[0][1]]) for shift, turn in states]
     crack = [i.kind == "crack" for i in wall.interfaces]
     broken = [float(np.mean(np.nan_to_num(v[crack]))) if any(crack) else 0.0 for v in curve.failed]
     drift = 100.0 * np.asarray(curve.displacement) / height
+    # in per cent, less a hundredth for the last sample
     ended = "reached" if drift[-1] > 99.0 * to else "stopped"
     slid, slips, apart, past = shares(wall, moved)
+    # points, iterations and seconds are not known of a simulation: zero
     return WallCurve(
         test.specimen, drift.tolist(), (1e-3 * np.asarray(curve.load)).tolist(), slid, slips, apart, past, broken,
         int(test.options["coarse"]), 0, curve.steps, 0, ended, list(curve.warnings), 0.0, float(curve.rate_error),

@@ -141,9 +141,11 @@ def predict_walls(
 
 
 def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: bool) -> dict[str, Any]:
-    """One wall by one model, as a row of the store.
+    """One wall by one model, as a row of the store: force [kN], its mode and spread.
 
-    It counts processor time [s].
+    The spread is the root of the sum of squares of changes of the logarithm, each by one standard deviation of an
+    input.
+    Seconds are processor time.
     """
     begun = time.process_time()
     test = registry.load(NAME, wall, **options)
@@ -172,6 +174,10 @@ _UNUSED = {"formulas": ("fb",), "diagonal strength": ("fb",), "unit strength": (
 
 
 def _by_formulas(test: Experiment) -> tuple[float, float, str]:
+    """Smallest force by the formulas for piers [kN], 1.0 where that is rocking, and its mark.
+
+    The mark is SL for sliding and S for any other mode.
+    """
     row = test.row
     forces = wall_forces(
         float(row["L"]), float(row["H"]), float(row["t"]), shear_span(test) * float(row["H"]),

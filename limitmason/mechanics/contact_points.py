@@ -264,6 +264,7 @@ def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
     e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1]
     one, two = np.linalg.norm(e1, axis=1), np.linalg.norm(e2, axis=1)
     e1, e2 = e1 / one[:, None], e2 / two[:, None]
+    # the long edge is taken as along the unit, until a unit's own axis says otherwise
     turn = one < two
     # the free block decides before the held one, and b before a
     pair = np.column_stack([x.block_b[rows], x.block_a[rows]])
@@ -431,6 +432,7 @@ def _fan_lattice(corners: Array, n: int, normal: Array, rule: Rule) -> tuple[Arr
     following = np.roll(corners, -1, axis=1)
     side = following - corners
     boundary = (corners[:, :, None] + s[None, None, :-1, None] * side[:, :, None]).reshape(m, -1, 3)
+    # twice the area of the triangle from the centroid to each side
     ratio = np.einsum("mki,mi->mk", np.cross(corners - centre[:, None], side), normal)
     # a corner ends one side and begins the next
     load = ratio[:, :, None] * along[:-1]
@@ -447,7 +449,10 @@ def _fan_lattice(corners: Array, n: int, normal: Array, rule: Rule) -> tuple[Arr
 def _plane_points(
     corners: Array, x: AssemblyArrays, rows: Index, plane: Plane, n: int, rule: Rule
 ) -> tuple[Array, Array]:
-    """Points along each interface on the plane of symmetry, ends included."""
+    """Points along each interface on the plane of symmetry, and their areas [m2].
+
+    Points (m, n, 3), ends included; each stands for a strip across the whole joint.
+    """
     tangent = np.cross(plane.normal, x.normal[rows])
     s = np.einsum("mki,mi->mk", corners - x.centre[rows][:, None], tangent)
     low, high = s.min(axis=1), s.max(axis=1)

@@ -71,6 +71,7 @@ class Dissipation:
     """
 
     def __init__(self, assembly: Assembly, prediction: Prediction, state: PointState) -> None:
+        """Find the joints whose crushing or cohesion is not that of their points alone."""
         resultants = prediction.resultants
         if resultants is None:
             raise InputError("a prediction without joint forces says nothing about its joints")

@@ -86,6 +86,11 @@ def is_met_in_plane(assembly: Assembly, plane: Plane) -> bool:
 
 
 def _planes(assembly: Assembly, loads: Loads, driven: Array | None) -> Iterator[Plane]:
+    """Planes about which structure, ties and loads are symmetric, at most two.
+
+    Joints must be rectangles that lie square to the plane, and all forces must lie in it; ``driven`` are directions of
+    prescribed motions, shape (k, 3).
+    """
     x = assembly.arrays
     active = ~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])
     if not active.any() or (np.diff(x.corner_start)[active] != 4).any():

@@ -16,7 +16,14 @@ from limitmason.model.load import Loads
 def resultants_from_points(
     assembly: Assembly, position: Array, interface: NDArray, area: Array, force: Array
 ) -> Resultants:
-    """Resultants of all interfaces from contact-point forces on block b in global axes [N], shape (m, 3)."""
+    """Resultants of all interfaces from forces at contact points.
+
+    Parameters
+    ----------
+    position, area : of the points [m], (m, 3), and [m2], (m,)
+    interface : number of the joint, or of the tie after them, shape (m,)
+    force : on block b in global axes [N], shape (m, 3)
+    """
     x = assembly.links
     k = len(x.block_a)
     arm = position - x.centre[interface]
@@ -36,7 +43,15 @@ def resultants_from_points(
 def scaled_mechanism(
     assembly: Assembly, loads: Loads, twists: Array, position: Array, interface: NDArray
 ) -> Mechanism | None:
-    """Mechanism scaled so that the live power is the size of the live load, or None when the live load does no work."""
+    """Mechanism scaled so that the live power is the size of the live load.
+
+    It is None when the live load does no work.
+
+    Parameters
+    ----------
+    twists : of every block, velocity of the centroid and spin, shape (n, 6)
+    position, interface : contact points at which openings and slips are told
+    """
     v = np.where(assembly.held, 0.0, twists)
     rate = float((loads.live * v).sum())
     if not rate > 0:

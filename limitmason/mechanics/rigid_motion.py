@@ -161,7 +161,7 @@ def moving_joints(assembly: Assembly, twists: Array, threshold: float) -> Moving
 
 
 def checked_twists(assembly: Assembly, prediction: Prediction) -> Array:
-    """The mechanism's twists, or an error that says why there is nothing to draw."""
+    """The mechanism's twists, shape (n, 6), or an error that says why there are none."""
     instance("prediction", prediction, Prediction, "of lm.limit_analysis, lm.predict ...")
     if prediction.mechanism is None:
         raise InputError(

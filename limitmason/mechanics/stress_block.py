@@ -64,6 +64,7 @@ def stress_blocks_of(assembly: Assembly, prediction: Prediction) -> StressBlock 
     law = interface_law(assembly.links)
     k = prediction.resultants.point_interface
     rows = np.flatnonzero(law.crushes[: len(assembly.interfaces)])  # a tie, after them, is no section
+    # points come joint by joint: those of a section are its two ends
     first = np.searchsorted(k, rows)
     found = (first < len(k)) & (k[np.minimum(first, len(k) - 1)] == rows)
     rows, first = rows[found], first[found]

@@ -48,6 +48,9 @@ def face_arrays(polygons: list[Array], normal: Array) -> tuple[Array, Array, Arr
     """Tangents, centroids, areas, corners and corner offsets of the contact polygons.
 
     The first tangent follows the polygon's first edge, the second completes a right-handed frame with the normal.
+
+    Shapes are (k, 3) for tangents and centroids [m], (k,) for areas [m2]; corners of all faces follow each other [m],
+    and those of face i are rows start[i] to start[i + 1].
     """
     k = len(polygons)
     count = np.array([len(p) for p in polygons], dtype=np.intp)

@@ -211,7 +211,10 @@ class Assembly(Displayed, Blockwork):
         )
 
     def _with_contacts(self, pieces: BlockPieces, joint: Joint, table: JointTable) -> Assembly:
-        """This assembly with the contacts that its rules find and the joints chosen for them."""
+        """This assembly with the contacts that its rules find and the joints chosen for them.
+
+        ``joint`` is for those that the ``table`` does not name. Blocks that overlap are a :class:`ContactError`.
+        """
         rules = self.contact_rules
         # before the errors below: a wrong unit may be their cause
         warn_of_blocks(self.blocks, longest_sides(pieces.solids))

@@ -111,6 +111,7 @@ def axle_wrenches(
     z = below.z + below.slope * (min(max(at, below.start), below.end) - below.start)
     half = 0.5 * contact + (level - z) * math.tan(math.radians(spread_deg))
     loaded = [(s, max(s.start, at - half), min(s.end, at + half)) for s in strips]
+    # arches side by side share the load by their widths
     wide = sum(s.width for s in strips if s.start <= 0.5 * (below.start + below.end) <= s.end)
     area = 2.0 * half * wide
     wrench = np.zeros((assembly.n_blocks, 6))

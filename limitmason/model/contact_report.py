@@ -211,7 +211,7 @@ class ContactReport(ReadOnly):
 
 
 def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: float | None) -> ContactReport:
-    """See ``Assembly.contact_report``."""
+    """Report on the contacts of an assembly, see ``Assembly.contact_report``."""
     if distance is not None:
         positive("distance", distance, "m")
     if angle_deg is not None and not 0.0 < angle_deg < 90.0:
@@ -220,6 +220,7 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
     pieces = pieces_of(blocks)
     near = contact_distances(pieces.widths, rules)
     exact = 1e-6 * float(near.max())
+    # how far beside a face a near miss is still listed, per block
     shown = near_miss_reach(pieces.widths, near) if distance is None else np.full(len(near), distance)
     looked_at = LOOKED_AT_DEG if angle_deg is None else max(angle_deg, rules.angle_deg)
     found = _search(pieces, near, np.maximum(shown, 10.0 * near), rules, max(looked_at, LOOKED_AT_DEG))
@@ -289,7 +290,7 @@ def _would_add(
 ) -> tuple[tuple[str, int], ...]:
     """How many more pairs of faces would be contacts if one tolerance were wider.
 
-    ``widest`` gap of a near miss [m].
+    ``widest`` is the gap of the widest near miss [m]. Returned are what is widened, in words, and the number of pairs.
     """
     base = np.isin(judged(found, rules), CONTACT_CODES)
     tries: list[tuple[str, Candidates, ContactRules, float]] = [
@@ -313,7 +314,10 @@ def _would_add(
 
 
 def _entries(assembly: Blockwork, pieces: BlockPieces, exact: float) -> list[ContactEntry]:
-    """A row for every joint: blocks, kind, area, width, gap and angle."""
+    """A row for every joint: blocks, kind, area, width, gap and angle.
+
+    Gaps below ``exact`` [m] are told as zero.
+    """
     x = assembly.arrays
     gaps, angles = contact_gaps(assembly, pieces)
     out = []

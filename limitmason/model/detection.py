@@ -142,7 +142,7 @@ def _check_pieces(blocks: Sequence[Block], pieces: BlockPieces, distances: Array
 
 
 def overlap_text(found: ContactPatches, blocks: Sequence[Block], widths: Array, rules: ContactRules) -> str:
-    """What to say of blocks that overlap."""
+    """Words on blocks that overlap: the worst pair, its depth, and what to do."""
     i, j, depth = max(found.overlaps, key=lambda o: o[2])
     more = f" ({len(found.overlaps)} overlapping pairs in all)" if len(found.overlaps) > 1 else ""
     distances = contact_distances(widths, rules)
@@ -168,7 +168,7 @@ def loose_blocks(assembly: Blockwork) -> Index:
 
 
 def floating_text(assembly: Blockwork, loose: Index) -> str:
-    """What to say of blocks without a chain of contacts to a support."""
+    """Words on blocks without a chain of contacts to a support, with the nearest miss."""
     near = [d for d in assembly.doubts if d.kind not in KEPT and (d.a in loose or d.b in loose)]
     first = int(loose[0])
     about = min(near, key=lambda d: (first not in (d.a, d.b), d.gap[0], d.angle_deg), default=None)
@@ -206,6 +206,7 @@ def joined(doubt: DoubtfulContact, present: Mapping[tuple[int, int], list[Interf
 
     Parameters
     ----------
+    doubt : the two faces that may meet
     present : from :func:`interfaces_by_pair`
     slack : distance up to which they are the same place [m]
     """
@@ -215,9 +216,11 @@ def joined(doubt: DoubtfulContact, present: Mapping[tuple[int, int], list[Interf
         low, high = points.min(axis=0), points.max(axis=0)
     else:
         low = high = doubt.place
+    # an interface may lie on either face, or half-way in the gap
     slack += abs(doubt.gap[1])
     for i in present.get((doubt.a, doubt.b), ()):
         near = (i.polygon.min(axis=0) <= high + slack).all() and (low - slack <= i.polygon.max(axis=0)).all()
+        # another face of the same blocks may be as near: its normal is not within 10 degrees
         if near and abs(i.normal @ doubt.normal) > np.cos(np.deg2rad(10.0)):
             return True
     return False

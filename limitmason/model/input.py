@@ -33,7 +33,7 @@ def read_densities(density: Any, names: Sequence[str]) -> list[float]:
 
 
 def read_pieces(solid: Any, name: str) -> tuple[Solid, ...]:
-    """One block's input as convex pieces, whatever of the allowed forms it came in."""
+    """Convex pieces of one block, whatever of the allowed forms it came in."""
     try:
         if isinstance(solid, Solid):
             items = [solid]
@@ -103,6 +103,7 @@ class JointChoice:
     def __init__(
         self, default: Joint | None, table: JointTable, names: Sequence[str], *, required: bool = True
     ) -> None:
+        """Sort a table of joint laws by kind and by pair of blocks; ``default`` is for the rest."""
         if not isinstance(default, Joint) and (required or default is not None):
             raise InputError(f"joint must be a limitmason.Joint, got {default!r}")
         self.default = default
@@ -124,7 +125,7 @@ class JointChoice:
                 raise InputError(f"joints[{key!r}]: a key is a kind ('bed', 'head', 'base') or a pair of block names")
 
     def __call__(self, a: int, b: int, kind: str) -> Joint | None:
-        """Law of the joint between blocks a and b."""
+        """Law of the joint between blocks a and b: of the pair, else of the kind, else the default."""
         if self.pairs and (pair := frozenset((self.names[a], self.names[b]))) in self.pairs:
             self.used.add(pair)
             return self.pairs[pair]

@@ -73,6 +73,7 @@ def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array 
     for a, b in zip(flat, np.roll(flat, -1, axis=0), strict=True):
         along = (b - a) / np.linalg.norm(b - a)
         inward = np.array([-along[1], along[0]])
+        # an edge faces the direction if its normal is within 45 degrees
         if keep is not None and abs((frame @ inward) @ keep) > np.sqrt(0.5):
             continue
         q = a + inset * inward
@@ -91,9 +92,8 @@ def with_edges_inset(
 ) -> tuple[Interface, ...]:
     """Interfaces with their edges moved inwards by ``inset`` [m].
 
-    Edges whose normal lies along ``direction`` stay.
-
-    ``names`` are those of the blocks, for the message.
+    Edges whose normal lies along ``direction``, within 45 degrees, stay. ``names`` are those of the blocks, for
+    messages.
     """
     if not inset >= 0:
         raise InputError(f"inset must be >= 0 m, got {inset!r}")

@@ -26,6 +26,7 @@ def of_model(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def checked(*args: P.args, **kwargs: P.kwargs) -> R:
+        """Check model and loads, then call the function."""
         call = signature(function)  # read here: what is closed over counts in a stored result, and this has no content
         try:
             given = call.bind_partial(*args, **kwargs).arguments

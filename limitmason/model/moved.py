@@ -56,7 +56,7 @@ def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> La
 
 
 def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
-    """See ``Assembly.renumbered``."""
+    """The assembly with its blocks in another order, see ``Assembly.renumbered``."""
     order = [int(k) for k in order]
     if sorted(order) != list(range(assembly.n_blocks)):
         raise InputError("order must hold every block number once")

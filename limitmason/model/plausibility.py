@@ -48,7 +48,7 @@ def given_as_coefficient() -> Iterator[None]:
 
 
 def warn_of_joint(joint: Any, label: str) -> None:
-    """Angles like radians, strengths like MPa, stiffness like N/mm3."""
+    """Warn of angles like radians, strengths like MPa, stiffnesses like N/mm3."""
     if not _given_as_coefficient.get():
         _warn_of_angle(joint, label, "; use Joint.from_friction_coefficient for a joint this smooth")
     _warn_of_strengths(joint, label, "compressive_strength", "residual_cohesion", "residual_tensile_strength")

@@ -119,6 +119,7 @@ def block_size_study(
 def _sizes_by_method(
     sizes: Sequence[float] | Mapping[str, Sequence[float]], methods: Sequence[str] | None
 ) -> dict[str, list[float]]:
+    """Sizes of units of every method, given for each or for all."""
     if isinstance(sizes, Mapping):
         if methods is not None:
             raise InputError("sizes are given by method: leave methods out")

@@ -220,6 +220,7 @@ class _Digest:
 
 
 def _closed_over(function: FunctionType) -> dict[str, Any]:
+    """Names and values that a function takes from around it; None for one not filled yet."""
     out = {}
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         try:

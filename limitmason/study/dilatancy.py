@@ -142,6 +142,7 @@ def contact_point_study(
 def _at_points(
     assembly: Assembly, loads: Loads, along: int, options: Mapping[str, Any], *, method: str, share: float, points: int
 ) -> dict[str, Any]:
+    """Row of a method with so many points across a joint; ``share`` is psi over phi."""
     if method == ASSOCIATIVE:
         grid = {"contact_model": "grid", "grid": (along, points), "in_plane": False}
         return get_method(method).row(assembly, loads, grid)

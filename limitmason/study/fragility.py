@@ -130,7 +130,13 @@ def _quantile(level: float) -> float:
 
 
 def _probit(u: Array, fell: Array) -> tuple[Array, Array]:
-    """Coefficients of the probit a + b u of largest likelihood and their covariance, by Fisher scoring."""
+    """Coefficients of the probit a + b u of largest likelihood and their covariance, by Fisher scoring.
+
+    Parameters
+    ----------
+    u : logarithm of the intensity of every run, shape (n,)
+    fell : whether the structure fell, shape (n,)
+    """
     rows = np.column_stack([np.ones(len(u)), u - u.mean()])
     now = np.array([stats.norm.ppf(fell.mean()), 0.0])
     for _ in range(ROUNDS):
@@ -139,7 +145,9 @@ def _probit(u: Array, fell: Array) -> tuple[Array, Array]:
         # d ln L / d probit of those that fell and those that stood
         up, down = np.exp(log_density - stats.norm.logcdf(probit)), np.exp(log_density - stats.norm.logsf(probit))
         information = (rows * (up * down)[:, None]).T @ rows
+        # about the mean of u both coefficients are nearly independent: no digits are lost
         step = np.linalg.solve(information, rows.T @ np.where(fell, up, -down))
+        # a step of more than 2 standard deviations would leave where the likelihood is known
         now = now + step * min(1.0, 2.0 / float(np.abs(step).max() + 1e-300))
         if np.abs(step).max() <= 1e-12 * (1.0 + np.abs(now).max()):
             back = np.array([[1.0, -u.mean()], [0.0, 1.0]])

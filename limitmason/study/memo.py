@@ -50,6 +50,7 @@ class Memo:
     """
 
     def __init__(self, path: str | Path | None, of: str = "", *, kind: type | tuple[type, ...] = object) -> None:
+        """Open a store of runs and read what it holds; no path keeps rows in memory alone."""
         self.path = None if path is None else Path(path)
         self.of, self.kind = of, kind
         self.rows: dict[str, Any] = {}
@@ -163,6 +164,7 @@ class Memo:
                 elif not self.rows:  # begun by another process
                     file.seek(0)
                     self._check_header(file.readline())
+                # a write may take a part only
                 while line:
                     line = line[file.write(line) :]
             except OSError as error:

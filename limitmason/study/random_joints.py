@@ -264,7 +264,10 @@ def _mean_and_deviation(name: str, values: Array) -> dict[str, float]:
 
 
 def _linked(assembly: Assembly, values: Mapping[str, Array], links: LinkedFormulas) -> dict[str, Array]:
-    """Linked properties of every interface, each within its physical bounds."""
+    """Linked properties of every interface, each within its physical bounds, shape (k,).
+
+    A formula may need properties that are not drawn: these are the joints' own.
+    """
     known = dict(values)
     if "friction_coefficient" in known:
         known["friction_angle_deg"] = np.degrees(np.arctan(known["friction_coefficient"]))
@@ -293,7 +296,15 @@ def _shares(
     random: Random, name: str, key: tuple[int, int], seed: int, shares: Mapping[str, float], centre: Array,
     kind: Sequence[str] = (),
 ) -> Array:
-    """Probability per interface or block, shape (k,)."""
+    """Probability per interface or block at which its distribution is read, shape (k,).
+
+    Parameters
+    ----------
+    key : numbers of sample and property, which with the seed name the stream
+    shares : probabilities of what is drawn once per assembly, by name
+    centre : places of the interfaces or blocks [m], between which values are correlated as exp(-distance / length)
+    kind : of every interface, where there is one value per kind
+    """
     count = len(centre)
     if random.per == "assembly":
         return np.full(count, shares[name])
@@ -310,6 +321,7 @@ def _shares(
 
 
 def _changed(joint: Joint, drawn: Mapping[str, float]) -> Joint:
+    """The joint with drawn properties; dilation is kept at most the friction."""
     own: dict[str, Any] = {k: v for k, v in drawn.items() if k not in ("friction_coefficient", "dilatancy_ratio")}
     if "friction_coefficient" in drawn:
         own["friction_angle_deg"] = math.degrees(math.atan(drawn["friction_coefficient"]))

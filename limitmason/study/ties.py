@@ -38,6 +38,7 @@ class LinkedFormulas:
     """
 
     def __init__(self, formulas: Mapping[str, str]) -> None:
+        """Parse the formulas, and find an order in which each needs only those before it."""
         self.formulas = dict(formulas)
         self._trees = {name: _parsed(name, text) for name, text in self.formulas.items()}
         needs = {name: self.direct(name) for name in self._trees}
@@ -68,9 +69,7 @@ class LinkedFormulas:
             raise InputError(f"{twice[0]!r} is tied and given: leave one of them out")
 
     def __call__(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values with those tied to them.
-
-        Arrays element by element.
+        """The values with those linked to them; arrays element by element.
 
         Raises
         ------

@@ -117,7 +117,7 @@ def _chunks(jobs: Sequence[Job], seconds: float, least: int) -> list[Sequence[Jo
 def _unpacked(
     executor: Any, function: Callable[..., Any], chunks: Sequence[Sequence[Job]], begun: Sequence[Future] = ()
 ) -> Iterator[tuple[int, Any]]:
-    """Results of chunks as they come, after those of what was begun before; all else is called off at an error."""
+    """Results of chunks as they come, after those begun before; an error calls all else off."""
     futures = [*begun, *(executor.submit(_chunk, function, part) for part in chunks)]
     try:
         for future in as_completed(futures):
