@@ -19,7 +19,7 @@ from limitmason.answers.method import (
     Look,
     Method,
 )
-from limitmason.answers.results import ALMOST_SOLVED, SOLVED, FlowRule, Prediction
+from limitmason.answers.results import FlowRule, Prediction, Status
 from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotConverged
 from limitmason.mechanics.model_notes import with_model_notes
@@ -226,7 +226,7 @@ def _answered(
             raise NotConverged(f"the history of method {method!r} ended '{history.status}'")
         return history, history.quantities
     found = predict(assembly, loads, method, **options)
-    if found.status not in (SOLVED, ALMOST_SOLVED) or not math.isfinite(found.collapse_multiplier):
+    if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or not math.isfinite(found.collapse_multiplier):
         raise NotConverged(f"method {method!r} ended '{found.status}' (multiplier {found.collapse_multiplier:.4g})")
     return found, found.quantities
 

@@ -11,7 +11,7 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.answers.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
+from limitmason.answers.results import Bound, BoundKind, Prediction, Range, Status
 from limitmason.arrays import Array
 from limitmason.capacity import PushoverCurve, pushover
 from limitmason.checks import finite, instance
@@ -72,7 +72,7 @@ class Standing:
     @property
     def stands_on_path(self) -> bool | None:
         """Whether elastic joints of the real flow rule came to rest under the dead load; None without a path."""
-        return None if self.path is None else self.path.status != CANNOT_STAND
+        return None if self.path is None else self.path.status != Status.CANNOT_STAND
 
     def __str__(self) -> str:
         """Verdict, the measures with their brackets, and the notes."""
@@ -181,10 +181,10 @@ def _state(problem: Problem) -> tuple[bool | None, Prediction]:
     """Whether some forces carry the dead load, with them, or with the motion by which it falls."""
     forces, falling = carry(problem)
     words = Bound(BoundKind.NONE, "no multiplier: forces that carry the dead load" if forces else "")
-    state = Prediction("stability", math.nan, words, SOLVED, None, forces, **contact_facts(problem))
+    state = Prediction("stability", math.nan, words, Status.SOLVED, None, forces, **contact_facts(problem))
     if forces is not None:
         return True, state
-    return (None, replace(state, status=NOT_CONVERGED)) if falling is None else (False, falling)
+    return (None, replace(state, status=Status.NOT_CONVERGED)) if falling is None else (False, falling)
 
 
 def _divided(joint: Joint, divisor: float) -> Joint:
@@ -235,7 +235,7 @@ def _below_normality(
         curve = pushover(assembly, loads, to=0.0, contact_model=model["contact_model"])
     except NotApplicable as refusal:
         return certain, None, (*notes, f"no path: {refusal}")
-    came = "falls" if curve.status == CANNOT_STAND else "comes to rest"
+    came = "falls" if curve.status == Status.CANNOT_STAND else "comes to rest"
     notes.append(f"path: the load comes on blocks without stress on elastic joints (see path.warnings): it {came}")
     return certain, curve, tuple(notes)
 

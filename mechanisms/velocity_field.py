@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.answers.acceptance import Certificate
-from limitmason.answers.results import NO_TILT, SOLVED, Bound, BoundKind, Mechanism, Prediction
+from limitmason.answers.results import NO_TILT, Bound, BoundKind, Mechanism, Prediction, Status
 from limitmason.arrays import Array, Flags
 from limitmason.errors import NotApplicable
 from limitmason.mechanics.law_table import FIELDS, MECHANISMS, RESIDUAL, refuse, terms
@@ -214,6 +214,6 @@ def answer(
     if facade is not None:
         provenance["parameters"] = facade.as_dict()
     return Prediction(
-        f"mechanisms: {name}", float(multiplier), bound, SOLVED, mechanism, None, certificate, tuple(notes),
+        f"mechanisms: {name}", float(multiplier), bound, Status.SOLVED, mechanism, None, certificate, tuple(notes),
         provenance, extra,
     )

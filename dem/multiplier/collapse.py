@@ -18,17 +18,7 @@ from dem.model.state import QUASI_STATIC, State
 from dem.multiplier.search import Controls, Search, increments
 from dem.papers import COLLAPSE
 from dem.settings import EDGES, DemSettings
-from limitmason.answers.results import (
-    ALMOST_SOLVED,
-    NOT_CONVERGED,
-    SOLVED,
-    UNBOUNDED,
-    Bound,
-    BoundKind,
-    ContactModel,
-    Prediction,
-    Range,
-)
+from limitmason.answers.results import Bound, BoundKind, ContactModel, Prediction, Range, Status
 from limitmason.deformable.levels import RIGID
 from limitmason.display.progress import reached, task
 from limitmason.errors import InputError
@@ -126,18 +116,18 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
         found = _further(assembly, loads, found, controls)
     warnings = [*found.state.warnings, *assembly.contact_warnings]
     budget: dict[str, dict[str, Any]] = {}
-    if found.status in (SOLVED, ALMOST_SOLVED):
+    if found.status in (Status.SOLVED, Status.ALMOST_SOLVED):
         budget, notes = _budget(assembly, loads, found, chosen, controls)
         warnings += notes
     undecided = [value for value, verdict in found.record if verdict.outcome == UNDECIDED]
     warnings += _doubts(assembly, found, controls, undecided)
     warnings += _far_notes(assembly, found, chosen.contacts)
-    answered = found.status in (SOLVED, ALMOST_SOLVED, NOT_CONVERGED)
+    answered = found.status in (Status.SOLVED, Status.ALMOST_SOLVED, Status.NOT_CONVERGED)
     interval = _interval(found, budget, _unbalanced(assembly, loads, found))
     prediction = Prediction(
         method="dem, increments",
         collapse_multiplier=found.stable if answered else
-        float("inf") if found.status == UNBOUNDED else float("nan"),
+        float("inf") if found.status == Status.UNBOUNDED else float("nan"),
         bound=Bound(BoundKind.ESTIMATE, "estimate for joints of finite stiffness with their own dilatancy angles"),
         status=found.status,
         resultants=found.state.resultants(assembly) if answered else None,
@@ -200,7 +190,7 @@ def _budget(
         if "interrupted" in again.details:
             notes.append(f"interrupted while the search was repeated for the {check}: the budget is incomplete")
             break
-        decided = again.status in (SOLVED, ALMOST_SOLVED)
+        decided = again.status in (Status.SOLVED, Status.ALMOST_SOLVED)
         change = again.stable / found.stable - 1.0 if found.stable and decided else float("nan")
         budget[check] = {
             "multiplier": again.stable, "change": change, "smallest moving": again.moving,
@@ -223,7 +213,7 @@ def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[floa
     if "interrupted" in found.details:
         notes.append(f"interrupted while holding {found.details['interrupted']:.5g}: the bracket is not closed")
     between = [u for u in undecided if found.stable < u < found.moving]
-    if between and found.status != NOT_CONVERGED:
+    if between and found.status != Status.NOT_CONVERGED:
         notes.append(
             f"undecided after {c.max_steps} steps and more at {', '.join(f'{u:.5g}' for u in between)}; not counted as "
             f"stable (least balanced: block {_least_balanced(assembly, found, between[-1])})"
@@ -239,7 +229,7 @@ def _same(found: Search, again: Search) -> bool:
 
 def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
     """Farthest that a load in equilibrium moved a block, over what counts as collapse [-]."""
-    if found.status not in (SOLVED, ALMOST_SOLVED):
+    if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED):
         return 0.0
     moved = max((v.moved for load, v in found.record if load and v.outcome == EQUILIBRIUM), default=0.0)
     return float(moved / (moved_limit * smallest_edge(assembly)))
@@ -248,7 +238,7 @@ def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
 def _far_notes(assembly: Assembly, found: Search, contacts: str) -> list[str]:
     """What to say where the largest load that stood has moved blocks to where the first contacts may not be all."""
     block, moved = farthest(assembly, found.state, reaches(assembly))
-    if found.status not in (SOLVED, ALMOST_SOLVED) or moved <= SMALL * near_margin(assembly):
+    if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or moved <= SMALL * near_margin(assembly):
         return []
     kept = "joints keep their planes" if contacts == EDGES else "joints keep their points and planes"
     return [
@@ -320,7 +310,7 @@ def _unbalanced(assembly: Assembly, loads: Loads, found: Search) -> float:
 
 def _range(found: Search, interval: tuple[float, float] | None, budget: Mapping[str, Mapping[str, Any]]) -> Range:
     """The interval of an answer, and what widened it."""
-    if found.status not in (SOLVED, ALMOST_SOLVED) or interval is None:
+    if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or interval is None:
         return Range()
     known = {name: np.isfinite(row["change"]) for name, row in budget.items()}
     parts = [*(n for n, k in known.items() if k), *(f"{n} undecided" for n, k in known.items() if not k)]
@@ -333,7 +323,7 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced
     A repeat knows its own multiplier only to its own bracket, twice as wide as the search's: what it may lie below or
     above the bracket found counts, and not the distance of the two largest loads that stood.
     """
-    if found.status not in (SOLVED, ALMOST_SOLVED, NOT_CONVERGED) or not np.isfinite(found.stable):
+    if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED, Status.NOT_CONVERGED) or not np.isfinite(found.stable):
         return None
     low, high = found.stable - unbalanced, found.moving
     for check, row in budget.items():

@@ -19,7 +19,7 @@ from dem.model.rest_criterion import (
     slid_and_moved,
 )
 from dem.model.state import State
-from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Mechanism, Status
+from limitmason.answers.results import Mechanism, Status
 from limitmason.arrays import Array
 from limitmason.display.progress import reached, watched
 from limitmason.mechanics.resultants import scaled_mechanism
@@ -126,14 +126,14 @@ def increments(
         record.append((0.0, verdict))
         used, patience = verdict.steps, max(patience, verdict.steps)
         if verdict.outcome != EQUILIBRIUM:
-            status = CANNOT_STAND if verdict.outcome == MOVING else NOT_CONVERGED
+            status = Status.CANNOT_STAND if verdict.outcome == MOVING else Status.NOT_CONVERGED
             return Search(float("nan"), 0.0, status, state, None, record, used)
     b = _Bracket(settled or 0.0, through, c, up_to)
     mechanism, kept = None, [(b.stable, state.copy())]
     limit, settling = c.moved_limit * scale.smallest, 0.0
     while (new := b.next_load()) is not None:
         if new == np.inf:
-            return Search(b.stable, np.inf, UNBOUNDED, state, None, record, used)
+            return Search(b.stable, np.inf, Status.UNBOUNDED, state, None, record, used)
         keep = state.copy()
         reached(b.part(len(record)), b.words(new))
         try:
@@ -151,7 +151,7 @@ def increments(
         except KeyboardInterrupt:
             # what was found so far stands: the largest load in equilibrium, and a bracket that is not closed
             note = {"interrupted": float(new)}
-            return Search(float(b.stable), float(b.moving), NOT_CONVERGED, keep, mechanism, record, used, note)
+            return Search(float(b.stable), float(b.moving), Status.NOT_CONVERGED, keep, mechanism, record, used, note)
         if verdict.outcome == EQUILIBRIUM:
             patience, settling = max(patience, verdict.steps), max(settling, verdict.moved)
             b.held(new, record)
@@ -166,7 +166,7 @@ def increments(
             state = keep
     # loads that stay undecided leave a bracket wider than was asked for
     closed = b.moving - b.stable <= 2.0 * b.width
-    status = NOT_CONVERGED if not np.isfinite(b.moving) else SOLVED if closed else ALMOST_SOLVED
+    status = Status.NOT_CONVERGED if not np.isfinite(b.moving) else Status.SOLVED if closed else Status.ALMOST_SOLVED
     return Search(float(b.stable), float(b.moving), status, state, mechanism, record, used, near=kept[0])
 
 

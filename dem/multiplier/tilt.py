@@ -18,7 +18,7 @@ from dem.settings import ContactOptions, given
 from dem.stages.history import History
 from dem.stages.resuming import RunStatus
 from dem.stages.simulate import simulate
-from limitmason.answers.results import UNBOUNDED, Prediction
+from limitmason.answers.results import Prediction, Status
 from limitmason.arrays import Array
 from limitmason.display.notebook import Displayed
 from limitmason.display.progress import reached, watched
@@ -294,7 +294,7 @@ def _judged(
     tolerance : difference of readings that counts as none [-]
     """
     reading, notes = runs[-1].peak, []
-    if bracket.status == UNBOUNDED:
+    if bracket.status == Status.UNBOUNDED:
         angle = float(np.rad2deg(np.arctan(last_tangent)))
         return TiltStatus.DID_NOT_FALL, last_tangent, [f"it did not fall up to {angle:g} degrees: give a larger to_deg"]
     status, lowest = TiltStatus(bracket.status), min(reading, repeat)

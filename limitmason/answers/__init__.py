@@ -4,14 +4,7 @@ from limitmason.answers.acceptance import Certificate
 from limitmason.answers.curve import Curve, CurvePoint, Event
 from limitmason.answers.references import Citation, Cited, Reference
 from limitmason.answers.results import (
-    ALMOST_SOLVED,
-    CANNOT_STAND,
     NO_TILT,
-    NOT_CONVERGED,
-    SOLVED,
-    STATUSES,
-    TIME_ENDED,
-    UNBOUNDED,
     Bound,
     BoundKind,
     ContactModel,
@@ -25,8 +18,7 @@ from limitmason.answers.results import (
 from limitmason.display.notebook import shows
 
 __all__ = [
-    "ALMOST_SOLVED", "CANNOT_STAND", "NOT_CONVERGED", "NO_TILT", "SOLVED", "STATUSES", "TIME_ENDED", "UNBOUNDED",
-    "Bound", "BoundKind", "Certificate", "Citation", "Cited", "ContactModel", "Curve", "CurvePoint", "Event",
+    "NO_TILT", "Bound", "BoundKind", "Certificate", "Citation", "Cited", "ContactModel", "Curve", "CurvePoint", "Event",
     "FlowRule", "Mechanism", "Prediction", "Range", "Reference", "Resultants", "Status",
 ]
 

@@ -36,10 +36,6 @@ class Status(StrEnum):
     TIME_ENDED = "time limit ended it"
 
 
-SOLVED, ALMOST_SOLVED, CANNOT_STAND, UNBOUNDED, NOT_CONVERGED, TIME_ENDED = Status
-STATUSES = tuple(Status)
-
-
 class BoundKind(StrEnum):
     """What a multiplier is with respect to the law that its bound names."""
 

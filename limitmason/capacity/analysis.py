@@ -30,7 +30,7 @@ from limitmason.capacity.deformable import CondensedShapes, deformation, lumped,
 from limitmason.capacity.edges import told_of_edges, told_of_sharing
 from limitmason.capacity.initial_gaps import begun_with, of_forces, of_gaps
 from limitmason.capacity.kinematics import at_rest, make_bodies
-from limitmason.capacity.outcomes import CANNOT_STAND, REACHED
+from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.point_law import ElastoplasticLaw, softening_by_plastic_slip
 from limitmason.capacity.refused import refuse, refuse_partial_rotations
@@ -219,7 +219,7 @@ def pushover(
     if not nodes:
         return _falls(generations, warnings)
     if settles:
-        return certified_curve(generations, nodes, origin, REACHED, warnings, 1.0)
+        return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings, 1.0)
     if to is not None and finite("to [m]", to) == 0.0:
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
     end, begins = None if to is None else system.controlled(origin) + to, nodes[-1].control
@@ -274,7 +274,7 @@ def _falls(generations: Generations, warnings: list[str]) -> PushoverCurve:
     """The curve of a structure that does not stand."""
     said = "no equilibrium under the dead load was found: is it carried, and is every block held?"
     return PushoverCurve(
-        np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=CANNOT_STAND,
+        np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=PathEnd.CANNOT_STAND,
         warnings=(*warnings, said), source="limitmason", generations=generations,
         references=(*PAPERS, *data_behind(generations.structures[0].assembly.recipe)),
     )

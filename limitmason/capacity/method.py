@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.answers.method import DISPLACED, Look, Method, settings_of
-from limitmason.answers.results import CANNOT_STAND, NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction, Range
+from limitmason.answers.results import Bound, BoundKind, Prediction, Range, Status
 from limitmason.capacity.analysis import pushover
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.sensitivity import governing_point
@@ -33,13 +33,13 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
     """
     curve = pushover(assembly, loads, **settings)
     softens = any(i.joint.softens for i in assembly.interfaces)
-    point, warnings, status = governing_point(curve, assembly), curve.warnings, SOLVED
+    point, warnings, status = governing_point(curve, assembly), curve.warnings, Status.SOLVED
     meaning = MEANING_SOFTENING if softens else MEANING
     value, mechanism, resultants = math.nan, None, None
-    if curve.status == CANNOT_STAND:
-        status = CANNOT_STAND
+    if curve.status == Status.CANNOT_STAND:
+        status = Status.CANNOT_STAND
     elif point is None or not all(c.accepted for c in curve.certificates[: point.index + 1]):
-        status = NOT_CONVERGED
+        status = Status.NOT_CONVERGED
         end = curve.point(-1)
         warnings = (
             *warnings,

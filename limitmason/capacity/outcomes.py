@@ -21,9 +21,6 @@ class PathEnd(StrEnum):
     CANNOT_STAND = "cannot stand under dead load"
 
 
-REACHED, PASSED, OVERTURNED, STOPPED, PLATEAU, OPENED, CANNOT_STAND = PathEnd
-
-
 class Phase(StrEnum):
     """Where a path is by its largest load."""
 

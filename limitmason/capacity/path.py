@@ -12,18 +12,7 @@ import numpy as np
 from limitmason.capacity import breaking, stepping
 from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.limit_point import DROP, LEVEL, passed
-from limitmason.capacity.outcomes import (
-    OPENED,
-    OVERTURNED,
-    PASSED,
-    PLATEAU,
-    REACHED,
-    STOPPED,
-    PathEnd,
-    Phase,
-    StepOutcome,
-    Try,
-)
+from limitmason.capacity.outcomes import PathEnd, Phase, StepOutcome, Try
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.steps import (
     Steps,
@@ -137,7 +126,7 @@ class _Path:
         self.warnings.append(
             f"{self.steps.most} tries of a step were made and {self.end:.4g} m was not reached: raise steps.most"
         )
-        return STOPPED
+        return PathEnd.STOPPED
 
     def _step(self) -> StepOutcome | PathEnd:
         """Try one step: find its end, judge it, append it, and choose the next length.
@@ -148,7 +137,7 @@ class _Path:
         system = self.generations.systems[last.generation]
         left = self.sense * (self.end - last.control)
         if left <= 1e-9 * abs(self.end) or left <= 1e-6 * system.length:
-            return REACHED
+            return PathEnd.REACHED
         found = self._found(system, last, left)
         if not isinstance(found, Try):
             return found
@@ -168,7 +157,7 @@ class _Path:
             self._pace(found, self.nodes[-1])
         return end or StepOutcome.ACCEPTED
 
-    def _stopped(self, last: Node, why: str, end: PathEnd = STOPPED) -> PathEnd:
+    def _stopped(self, last: Node, why: str, end: PathEnd = PathEnd.STOPPED) -> PathEnd:
         self.warnings.append(f"the path stops at {last.control:.4g} m, lambda {last.multiplier:.5g}: {why}")
         return end
 
@@ -366,7 +355,7 @@ class _Path:
         bonded = self.generations.bonded(a.new)
         if not bonded:
             return StepOutcome.ACCEPTED
-        return StepOutcome.SHORTER if self._halve(a) else self._stopped(a.last, bonded, OPENED)
+        return StepOutcome.SHORTER if self._halve(a) else self._stopped(a.last, bonded, PathEnd.OPENED)
 
     # ---- limit points, and the end --------------------------------------------------------------------------------
 
@@ -449,16 +438,16 @@ class _Path:
         fell = pushed > 0.0 and (self.phase is Phase.FALLING or softens or (new.jump and not renewed))
         # where joints lose strength others may take over: only a deep fall ends the path
         if self.to is None and softens and fell and loads[-1] + lacks[-1] < (1.0 - _DROP_OF_SOFTENING) * pushed:
-            return PASSED
+            return PathEnd.PASSED
         found = passed(loads, way, lacks, first.size) if self.to is None and not softens else None
         if found is not None and loads[found:].min() < (1.0 - LEVEL) * pushed:
             # what falls a little is followed over a part of a block
             found = passed(loads, way, lacks, first.size, np.inf)
         if found is not None:
-            return PASSED if loads[-1] < (1.0 - LEVEL) * pushed else PLATEAU
+            return PathEnd.PASSED if loads[-1] < (1.0 - LEVEL) * pushed else PathEnd.PLATEAU
         # blocks that come down on each other through gaps may ask for a push the other way before they carry
         far = abs(new.control - self.origin.control) > _OVER * system.size
-        return OVERTURNED if self.loading and fell and loads[-1] <= 0.0 and far else None
+        return PathEnd.OVERTURNED if self.loading and fell and loads[-1] <= 0.0 and far else None
 
     def _pace(self, a: Try, new: Node) -> None:
         """How long the next step is, by what this one took and by how well it was extrapolated."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import limitmason as lm
-from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED, Prediction
+from limitmason.answers.results import Prediction, Status
 from limitmason.display.progress import wanted, write
 from limitmason.errors import InputError
 from limitmason.methods import LIMIT, NON_ASSOCIATIVE, available_methods, get_method
@@ -215,11 +215,11 @@ def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
 def report(prediction: Prediction, assembly: Assembly | None = None) -> int:
     """Print a prediction, with the blocks that fall where it cannot stand, and return its exit status."""
     show_text(str(prediction))
-    if assembly is not None and prediction.status == CANNOT_STAND and prediction.mechanism is not None:
+    if assembly is not None and prediction.status == Status.CANNOT_STAND and prediction.mechanism is not None:
         names = [assembly.blocks[i].name for i in prediction.mechanism.moving_blocks(0.01) if not assembly.fixed[i]]
         more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
         show_text(f"  blocks that fall under dead load: {', '.join(names[:_NAMED])}{more}")
-    return 0 if prediction.status in (SOLVED, ALMOST_SOLVED) else 3
+    return 0 if prediction.status in (Status.SOLVED, Status.ALMOST_SOLVED) else 3
 
 
 ANALYSIS = ("flow_rule", "contact_model", "grid", "torsion_limit", "search", "time_limit")

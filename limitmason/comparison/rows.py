@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from limitmason.answers.references import Cited
-from limitmason.answers.results import ALMOST_SOLVED, SOLVED, Bound, BoundKind, Prediction
+from limitmason.answers.results import Bound, BoundKind, Prediction, Status
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import Quantity
 from limitmason.methods import get_method
@@ -139,7 +139,7 @@ class Row:
     @property
     def solved(self) -> bool:
         """Whether there is a finite multiplier to compare."""
-        return self.status in (SOLVED, ALMOST_SOLVED) and math.isfinite(self.multiplier)
+        return self.status in (Status.SOLVED, Status.ALMOST_SOLVED) and math.isfinite(self.multiplier)
 
     @property
     def refusal(self) -> str | None:

@@ -11,11 +11,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from limitmason.answers.method import DISPLACED, Look, Method, settings_of
-from limitmason.answers.results import NOT_CONVERGED, SOLVED, Bound, BoundKind, Prediction
+from limitmason.answers.results import Bound, BoundKind, Prediction, Status
 from limitmason.capacity import Steps, pushover
 from limitmason.capacity.contacts import standard_points
 from limitmason.capacity.ensemble import GOES_ON, thickness
-from limitmason.capacity.outcomes import OVERTURNED, REACHED
+from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.papers import PAPERS
 from limitmason.checks import positive
 from limitmason.display.progress import watched
@@ -82,22 +82,22 @@ def sustained(
         smallest = get_method(NON_ASSOCIATIVE).predict(
             assembly, loads, contact_model=contact_model, search=search, time_limit=time_limit, **options
         )
-    if smallest.status != SOLVED or smallest.mechanism is None:
+    if smallest.status != Status.SOLVED or smallest.mechanism is None:
         raise NotConverged(f"there is no smallest state to begin with: {smallest.status}")
     to = goes_on * thickness(assembly)
     curve = pushover(
         assembly, loads, initial=smallest, to=to, contact_model=contact_model, contacts=contacts, stiffness=stiffness,
         steps=steps, progress=progress, **options,
     )
-    value, status, warnings = math.nan, NOT_CONVERGED, (*few, *curve.warnings)
-    if curve.status == REACHED:
-        value, status = float(curve.load[-1]), SOLVED
-    elif curve.status == OVERTURNED:
-        value, status = 0.0, SOLVED
+    value, status, warnings = math.nan, Status.NOT_CONVERGED, (*few, *curve.warnings)
+    if curve.status == PathEnd.REACHED:
+        value, status = float(curve.load[-1]), Status.SOLVED
+    elif curve.status == PathEnd.OVERTURNED:
+        value, status = 0.0, Status.SOLVED
     else:
         warnings = (*warnings, f"the path ends at {curve.displacement[-1]:.3g} m of {to:.3g} m: {curve.status}")
     if not all(c.accepted for c in curve.certificates):
-        status = NOT_CONVERGED
+        status = Status.NOT_CONVERGED
     resultants = None
     try:
         resultants = curve.resultants(-1)

@@ -10,7 +10,7 @@ import numpy as np
 
 from limitmason import experiments
 from limitmason.answers.method import Method
-from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, SOLVED
+from limitmason.answers.results import Status
 from limitmason.errors import InputError, NotConverged
 from limitmason.methods import MODES, Answer, answer, get_method, predict
 from limitmason.model import Assembly, Loads
@@ -40,7 +40,7 @@ class Collapse:
     method: str = "limit"
     measured_as: float | Callable[[Any, float], float] | None = None
     floor: float = FLOOR
-    accept: tuple[str, ...] = (SOLVED, ALMOST_SOLVED)
+    accept: tuple[str, ...] = (Status.SOLVED, Status.ALMOST_SOLVED)
     options: Mapping[str, Any] = field(default_factory=dict)
     same: Callable[[Any], str] | None = field(default=None, repr=False)
 
@@ -111,7 +111,7 @@ class Collapse:
         assembly, loads, options = self.model(specimen, extend=extend, **parameters)
         prediction = predict(assembly, loads, self.method, **options)
         value = prediction.collapse_multiplier
-        if prediction.status == CANNOT_STAND or (prediction.status in self.accept and value <= self.floor):
+        if prediction.status == Status.CANNOT_STAND or (prediction.status in self.accept and value <= self.floor):
             value = self.floor
         elif prediction.status not in self.accept or not np.isfinite(value):
             raise NotConverged(
@@ -131,7 +131,7 @@ def collapse(
     *,
     measured_as: float | Callable[[Any, float], float] | None = None,
     floor: float = FLOOR,
-    accept: tuple[str, ...] = (SOLVED, ALMOST_SOLVED),
+    accept: tuple[str, ...] = (Status.SOLVED, Status.ALMOST_SOLVED),
     **options: Any,
 ) -> Collapse:
     """A simulator for ``Study``: build the specimen, extend it by the causes, find its collapse multiplier.

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.answers.results import ALMOST_SOLVED, SOLVED, Bound, BoundKind, Prediction
+from limitmason.answers.results import Bound, BoundKind, Prediction, Status
 from limitmason.checks import choice, positive
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
@@ -147,9 +147,10 @@ def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[st
         _, problem = analyse(problem, **settings)  # cohesive faces need cells as fine as their torsion asks for
     prediction = solve_nonassociative(problem, **settings, **options)
     c = prediction.certificate
-    if prediction.status != SOLVED or c is None or c.accepted:
+    if prediction.status != Status.SOLVED or c is None or c.accepted:
         return prediction
-    return replace(prediction, status=ALMOST_SOLVED, warnings=(*prediction.warnings, f"reduced accuracy: {c.refusal}"))
+    warnings = (*prediction.warnings, f"reduced accuracy: {c.refusal}")
+    return replace(prediction, status=Status.ALMOST_SOLVED, warnings=warnings)
 
 
 def _half_as_fine(assembly: Assembly, grid: Grid | Mapping[str, Grid]) -> dict[str, Grid]:

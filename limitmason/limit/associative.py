@@ -9,11 +9,6 @@ import numpy as np
 
 from limitmason.answers.acceptance import GAP, Certificate
 from limitmason.answers.results import (
-    ALMOST_SOLVED,
-    CANNOT_STAND,
-    NOT_CONVERGED,
-    SOLVED,
-    UNBOUNDED,
     Bound,
     BoundKind,
     ContactModel,
@@ -132,10 +127,10 @@ def _first_certified(
             judged=True,
         )
         spent += solution.seconds
-        if solution.status == UNBOUNDED and not carries_any(scaled, solution):
-            solution = solution._replace(status=NOT_CONVERGED)
+        if solution.status == Status.UNBOUNDED and not carries_any(scaled, solution):
+            solution = solution._replace(status=Status.NOT_CONVERGED)
         details: dict[str, Any] = {FREE: scaled.live_scale * solution.free} if len(scaled.free) else {}
-        if torsion and solution.status in (SOLVED, ALMOST_SOLVED):
+        if torsion and solution.status in (Status.SOLVED, Status.ALMOST_SOLVED):
             solution, seconds, details = with_torsion_limit(scaled, solution, tolerance, torsion, verbose=verbose)
             spent += seconds
         scaled = scaled.with_free(solution.free)
@@ -149,15 +144,15 @@ def _first_certified(
         if torsion or _sure(best, problem):
             break
     assert best is not None, "there is at least one attempt"
-    if best.status == CANNOT_STAND and not _falls(best) and not problem.cells:
+    if best.status == Status.CANNOT_STAND and not _falls(best) and not problem.cells:
         reason = "neither forces that carry the dead load were found nor a motion that proves it cannot be carried"
-        best = replace(best, status=NOT_CONVERGED, mechanism=None, warnings=(reason,))
-    elif unknown and best.status == UNBOUNDED:
+        best = replace(best, status=Status.NOT_CONVERGED, mechanism=None, warnings=(reason,))
+    elif unknown and best.status == Status.UNBOUNDED:
         # a structure that cannot stand has no multiplier, whatever the live load would hold up
-        best = replace(best, status=NOT_CONVERGED, collapse_multiplier=float("nan"))
-    elif unknown and best.status == SOLVED:
+        best = replace(best, status=Status.NOT_CONVERGED, collapse_multiplier=float("nan"))
+    elif unknown and best.status == Status.SOLVED:
         reason = "reduced accuracy: whether it stands without live load was not found out"
-        best = replace(best, status=ALMOST_SOLVED, warnings=(*best.warnings, reason))
+        best = replace(best, status=Status.ALMOST_SOLVED, warnings=(*best.warnings, reason))
     if len(tried) > 1:
         best = replace(best, provenance=dict(best.provenance, attempts=tuple(tried)))
     return best, spent
@@ -190,13 +185,13 @@ def _falls(prediction: Prediction) -> bool:
 def _rank(prediction: Prediction) -> tuple[int, float]:
     """Accepted or proven answers first, then the nearer to acceptance the better."""
     c = prediction.certificate
-    if prediction.status in (SOLVED, ALMOST_SOLVED) and c is not None:
+    if prediction.status in (Status.SOLVED, Status.ALMOST_SOLVED) and c is not None:
         numerical = replace(c, gap=c.gap - c.discretisation, discretisation=0.0)
         worst = float(np.nanmax([c.block_residual, c.joint_excess, abs(numerical.gap)]))
-        return (0 if prediction.status == SOLVED or numerical.accepted else 1), worst
-    if prediction.status == CANNOT_STAND:
+        return (0 if prediction.status == Status.SOLVED or numerical.accepted else 1), worst
+    if prediction.status == Status.CANNOT_STAND:
         return (0 if _falls(prediction) else 2), 0.0
-    return (0 if prediction.status == UNBOUNDED else 3), 0.0
+    return (0 if prediction.status == Status.UNBOUNDED else 3), 0.0
 
 
 def _sure(best: Prediction, problem: Problem) -> bool:
@@ -220,11 +215,11 @@ def _dead_load_checked(
     ----------
     problem, scaled, cones : the problem, the scaling of it that the solution is of, and the joint law in that scaling
     """
-    if not check and solution.status != CANNOT_STAND:
+    if not check and solution.status != Status.CANNOT_STAND:
         return solution, None, None, 0.0
     stands = solution.stands if spread(scaled) <= SEEN_LOADS else None
-    falls = solution.status in (SOLVED, ALMOST_SOLVED) and solution.multiplier < -1e-9
-    if stands and not falls and solution.status != CANNOT_STAND:
+    falls = solution.status in (Status.SOLVED, Status.ALMOST_SOLVED) and solution.multiplier < -1e-9
+    if stands and not falls and solution.status != Status.CANNOT_STAND:
         return solution, True, None, 0.0
     answer = stands_under_dead_load(scaled, cones)
     if answer.stands is None and not falls:
@@ -236,10 +231,10 @@ def _dead_load_checked(
     stands = False if falls else stands if answer.stands is None else answer.stands
     if stands is False:
         velocity = solution.velocity if answer.velocity is None and falls else answer.velocity
-        return solution._replace(status=CANNOT_STAND), False, velocity, answer.seconds
-    if solution.status == CANNOT_STAND and stands:
+        return solution._replace(status=Status.CANNOT_STAND), False, velocity, answer.seconds
+    if solution.status == Status.CANNOT_STAND and stands:
         # the interior point called a problem infeasible that has a solution at zero live load
-        return solution._replace(status=NOT_CONVERGED), stands, None, answer.seconds
+        return solution._replace(status=Status.NOT_CONVERGED), stands, None, answer.seconds
     return solution, stands, None, answer.seconds
 
 
@@ -260,7 +255,7 @@ def _finer(problem: Problem, prediction: Prediction) -> Cells | None:
     assembly, loads, m, c = problem.assembly, problem.loads, prediction.mechanism, prediction.certificate
     if m is None:
         return None
-    if prediction.status == CANNOT_STAND:
+    if prediction.status == Status.CANNOT_STAND:
         if _falls(prediction):
             return None
         allowed = 0.1 * CELL_TARGET * float((loads.dead * m.twists).sum())
@@ -287,7 +282,7 @@ def carry(problem: Problem) -> tuple[Resultants | None, Prediction | None]:
                 ), None
             if answer.velocity is None:
                 continue
-            solution = Solution(CANNOT_STAND, np.nan, np.empty(0), answer.velocity, 0, answer.seconds)
+            solution = Solution(Status.CANNOT_STAND, np.nan, np.empty(0), answer.velocity, 0, answer.seconds)
             falling, _ = prediction_from(scaled, solution, False, {}, np.nan, False, answer.velocity)
             if _falls(falling):
                 return None, falling
@@ -312,7 +307,7 @@ def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None
         return None, {}
     # a trial without forces: only its motion is judged
     none = resultants_from_points(assembly, points.position, points.interface, points.area, np.zeros((points.count, 3)))
-    trial = Prediction("", np.nan, Bound(BoundKind.NONE), CANNOT_STAND, m, none, **contact_facts(problem))
+    trial = Prediction("", np.nan, Bound(BoundKind.NONE), Status.CANNOT_STAND, m, none, **contact_facts(problem))
     bound = kinematic_multiplier(assembly, fall, trial).multiplier
     if not bound < 1.0:
         # as the solver gives it the motion may close joints by rounding: let one that opens all of them repair it
@@ -359,15 +354,15 @@ def prediction_from(
         words = f"estimate: {law} at the points of a grid, which overstate the torsion of cohesive faces"
         bound = Bound(BoundKind.ESTIMATE, words)
     method = "limit analysis, associative" + (", torsion limit" if torsion else "")
-    if solution.status in (CANNOT_STAND, UNBOUNDED, NOT_CONVERGED):
-        value = np.inf if solution.status == UNBOUNDED else np.nan
+    if solution.status in (Status.CANNOT_STAND, Status.UNBOUNDED, Status.NOT_CONVERGED):
+        value = np.inf if solution.status == Status.UNBOUNDED else np.nan
         mechanism, proof = _falling(problem, falling)
         status = solution.status
         reason = REASON[Status(status)]
         if mechanism is not None:
             count, first = len(proof["falling_blocks"]), proof["falling_blocks"][0]
             reason += f"; the mechanism is that of the fall ({count} blocks move, among them {first!r})"
-        if status == UNBOUNDED and stands is None:
+        if status == Status.UNBOUNDED and stands is None:
             reason += "; whether it stands without live load was not found out"
         return Prediction(
             method, float(value), Bound(BoundKind.NONE), status, mechanism, provenance=provenance,
@@ -388,7 +383,7 @@ def prediction_from(
         # what counts is the certificate, not what the solver calls itself: it may stop short of its own tolerance with
         # an answer that is good enough, or call an answer solved that is not
         provenance["solver_status"] = prediction.status
-        prediction = replace(prediction, status=SOLVED if certificate.accepted else ALMOST_SOLVED)
+        prediction = replace(prediction, status=Status.SOLVED if certificate.accepted else Status.ALMOST_SOLVED)
         if certificate.discretisation > GAP:
             words = f"lower bound for the {law}, {certificate.gap:.1e} below an upper one (cells of cohesive faces)"
             bound = Bound(BoundKind.LOWER, words)

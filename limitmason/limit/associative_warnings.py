@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, UNBOUNDED, Prediction
+from limitmason.answers.results import Prediction, Status
 from limitmason.limit.program.face_cells import spread_cohesion
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.law import interface_law
@@ -14,9 +14,10 @@ CONFINEMENT_WARNING = 10.0
 TWISTED = "some faces carry more torsion than uniform pressure allows (0.38 (mu N + c A) a on a square)"
 
 REASON = {
-    CANNOT_STAND: "no admissible joint forces carry the dead load: the structure cannot stand before any live load",
-    UNBOUNDED: "no finite multiplier: admissible joint forces grow with the live load without limit",
-    NOT_CONVERGED: "the solver stopped without an answer; try another tolerance or contact model",
+    Status.CANNOT_STAND: "no admissible joint forces carry the dead load: the structure cannot stand before any live "
+    "load",
+    Status.UNBOUNDED: "no finite multiplier: admissible joint forces grow with the live load without limit",
+    Status.NOT_CONVERGED: "the solver stopped without an answer; try another tolerance or contact model",
 }
 
 
@@ -29,7 +30,7 @@ def warnings_of(problem: Problem, prediction: Prediction, confinement: float, to
     torsion : the torsion of the faces was limited
     """
     out = []
-    if prediction.status == ALMOST_SOLVED:
+    if prediction.status == Status.ALMOST_SOLVED:
         why = prediction.certificate.refusal if prediction.certificate is not None else ""
         out.append("reduced accuracy" + (f": {why}" if why else ": read the certificate before using the number"))
     spread = prediction.details.get("torsion_spread", 0.0)

@@ -14,17 +14,7 @@ from scipy.optimize import nnls
 from scipy.spatial import HalfspaceIntersection
 
 from limitmason.answers.acceptance import OWN_RESIDUAL
-from limitmason.answers.results import (
-    ALMOST_SOLVED,
-    CANNOT_STAND,
-    SOLVED,
-    UNBOUNDED,
-    Bound,
-    BoundKind,
-    Mechanism,
-    Prediction,
-    Resultants,
-)
+from limitmason.answers.results import Bound, BoundKind, Mechanism, Prediction, Resultants, Status
 from limitmason.arrays import Array
 from limitmason.checks import numbers, positive, several
 from limitmason.display.notebook import Displayed
@@ -262,13 +252,13 @@ class _Support:
             solution = solve_static(p, make_cones(p), direction=h, within=limits)
             status = str(solution.status)
             y = scale * np.array([solution.multiplier, *solution.free])
-            if status in (UNBOUNDED, CANNOT_STAND):
-                return status, y, None, self.half_plane(p, solution.velocity) if status == CANNOT_STAND else None
-            if status in (SOLVED, ALMOST_SOLVED):
+            if status in (Status.UNBOUNDED, Status.CANNOT_STAND):
+                return status, y, None, self.half_plane(p, solution.velocity) if status == Status.CANNOT_STAND else None
+            if status in (Status.SOLVED, Status.ALMOST_SOLVED):
                 forces = self.certified(p, y, solution.force)
                 plane = self.half_plane(p, solution.velocity)
                 if forces is not None:
-                    return SOLVED, y, forces, plane
+                    return Status.SOLVED, y, forces, plane
         raise NotConverged(f"the program of direction {direction.round(4).tolist()} ended {status!r} without forces")
 
     def certified(self, p: Problem, y: Array, scaled: Array) -> Resultants | None:
@@ -279,7 +269,7 @@ class _Support:
         )
         if not self.dead.dead.any():
             return forces  # of a cone, whose apex has no load to measure what is left by: rays as the solver has them
-        state = Prediction("", 1.0, Bound(BoundKind.NONE), SOLVED, None, forces, **contact_facts(p))
+        state = Prediction("", 1.0, Bound(BoundKind.NONE), Status.SOLVED, None, forces, **contact_facts(p))
         found = certify(self.assembly, loads, state)
         return forces if max(found.block_residual, found.joint_excess) <= OWN_RESIDUAL else None
 
@@ -301,7 +291,7 @@ class _Support:
             self.assembly, p.points.position, p.points.interface, p.points.area, np.zeros((p.points.count, 3))
         )
         trial = Prediction(
-            "", math.nan, Bound(BoundKind.NONE), SOLVED, Mechanism(twists, np.zeros(0), np.zeros((0, 2))), none,
+            "", math.nan, Bound(BoundKind.NONE), Status.SOLVED, Mechanism(twists, np.zeros(0), np.zeros((0, 2))), none,
             **contact_facts(p),
         )
         if self.opening is None:
@@ -328,13 +318,13 @@ def _closed(
     k = len(names)
     axes = [sign * np.eye(k)[i] for i in range(k) for sign in (1.0, -1.0)]
     first = [support(d, within) for d in axes]
-    if within is None and any(status == UNBOUNDED for status, *_ in first):
-        ends = [np.abs(y) for status, y, *_ in first if status == SOLVED]
+    if within is None and any(status == Status.UNBOUNDED for status, *_ in first):
+        ends = [np.abs(y) for status, y, *_ in first if status == Status.SOLVED]
         within = np.maximum(10.0 * np.max(ends, axis=0), support.unit) if ends else 10.0 * support.unit
         first = [support(d, within) for d in axes]
     planes = [p for *_, p in first if p is not None]
     limits = np.full(k, np.inf) if within is None else within
-    if any(status == CANNOT_STAND for status, *_ in first):
+    if any(status == Status.CANNOT_STAND for status, *_ in first):
         reach = np.where(np.isfinite(limits), limits, 0.0)
         proofs = [p.twists for p in planes if p.offset < -float(np.abs(p.normal) @ reach)]
         if not proofs:

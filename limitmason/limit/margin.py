@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.answers.results import UNBOUNDED, Range
+from limitmason.answers.results import Range, Status
 from limitmason.arrays import Array
 from limitmason.limit.associative import analyse
 from limitmason.limit.program.problem import Problem, make_problem
@@ -46,7 +46,7 @@ def standing_margin(assembly: Assembly, loads: Loads, **model: Any) -> Margin:
         return ENOUGH, ENOUGH  # even pressure carries the load
     found = analyse(make_problem(assembly, Loads(loads.dead, left), **model), check_dead_load=False)[0]
     if found.certificate is None:
-        return (ENOUGH, ENOUGH) if found.status == UNBOUNDED else (math.nan, math.nan)
+        return (ENOUGH, ENOUGH) if found.status == Status.UNBOUNDED else (math.nan, math.nan)
     c = found.certificate
     return min(c.static_multiplier, ENOUGH), min(c.kinematic_multiplier, ENOUGH)
 

@@ -10,18 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.answers.results import (
-    ALMOST_SOLVED,
-    CANNOT_STAND,
-    NOT_CONVERGED,
-    SOLVED,
-    TIME_ENDED,
-    UNBOUNDED,
-    Bound,
-    BoundKind,
-    Prediction,
-    Resultants,
-)
+from limitmason.answers.results import Bound, BoundKind, Prediction, Resultants, Status
 from limitmason.arrays import Index
 from limitmason.limit.associative import carry
 from limitmason.limit.program.problem import make_problem
@@ -80,24 +69,24 @@ def governed(
         }
         for k, part in enumerate(parts)
     )
-    for status in (CANNOT_STAND, NOT_CONVERGED):
+    for status in (Status.CANNOT_STAND, Status.NOT_CONVERGED):
         for k, prediction in found.items():
             if prediction.status == status:
                 return _of_part(prediction, k, rows)
     lead = min(found, key=lambda k: found[k].collapse_multiplier)
     first = found[lead]
-    if any(prediction.status == TIME_ENDED for prediction in found.values()):
-        return _of_part(replace(first, status=TIME_ENDED), lead, rows)
-    value = first.collapse_multiplier if first.status != UNBOUNDED else 0.0
+    if any(prediction.status == Status.TIME_ENDED for prediction in found.values()):
+        return _of_part(replace(first, status=Status.TIME_ENDED), lead, rows)
+    value = first.collapse_multiplier if first.status != Status.UNBOUNDED else 0.0
     forces = [] if first.resultants is None else [first.resultants]
     for k in range(len(parts)):
-        if k == lead or (first.status == UNBOUNDED and k in found):
+        if k == lead or (first.status == Status.UNBOUNDED and k in found):
             continue  # if all that have a live load are without bound, only the others are still asked
         own, falling = _carrying(held[k], loads, value, found.get(k), model, check_dead_load)
         if own is None:
             return _failed(first, k, rows, falling, value if k in found else 0.0)
         forces.append(own)
-    if first.status == UNBOUNDED:
+    if first.status == Status.UNBOUNDED:
         return _of_part(first, lead, rows)
     return _whole(assembly, loads, first, lead, rows, forces)
 
@@ -118,7 +107,8 @@ def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | Non
         reason = f"the part with block {name!r} cannot carry {load}; the mechanism is that of its fall"
         details = dict(falling.details)
     return Prediction(
-        first.method, float("nan"), Bound(BoundKind.NONE), NOT_CONVERGED if falling is None else CANNOT_STAND,
+        first.method, float("nan"), Bound(BoundKind.NONE),
+        Status.NOT_CONVERGED if falling is None else Status.CANNOT_STAND,
         None if falling is None else falling.mechanism, provenance=first.provenance, warnings=(reason,),
         details={**details, "parts": rows, "governing_part": part}, flow_rule=first.flow_rule,
         contact_model=first.contact_model, plane=first.plane, stress_block=first.stress_block,
@@ -204,6 +194,6 @@ def _whole(
     status, warnings = first.status, first.warnings
     # of a torsion limit only the forces are certified, and the status is that of its iteration
     known = first.certificate is not None and first.certificate.accepted
-    if status == SOLVED and known and not certificate.accepted:
-        status, warnings = ALMOST_SOLVED, (*warnings, f"reduced accuracy: {certificate.refusal}")
+    if status == Status.SOLVED and known and not certificate.accepted:
+        status, warnings = Status.ALMOST_SOLVED, (*warnings, f"reduced accuracy: {certificate.refusal}")
     return replace(prediction, certificate=certificate, status=status, warnings=warnings)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.answers.results import CANNOT_STAND, NO_TILT, UNBOUNDED, Prediction, Reaction, Status
+from limitmason.answers.results import NO_TILT, Prediction, Reaction, Status
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.limit.analysis import limit_analysis
@@ -31,8 +31,8 @@ from limitmason.model.support_motion import Group, SupportMotion, group_of
 _DIRECTIONS = {f"{sign}{a}": s * np.eye(3)[k] for k, a in enumerate("xyz") for sign, s in (("+", 1.0), ("-", -1.0))}
 
 _REASON = {
-    CANNOT_STAND: "no reaction of this support carries the dead load: the structure is unstable already",
-    UNBOUNDED: "the structure does not let the support move that way: it needs no reaction along it",
+    Status.CANNOT_STAND: "no reaction of this support carries the dead load: the structure is unstable already",
+    Status.UNBOUNDED: "the structure does not let the support move that way: it needs no reaction along it",
 }
 
 
@@ -81,7 +81,7 @@ def settlement_analysis(
     motion = _motion_of(direction)
     back = SupportMotion([-v for v in motion.translation], [-v for v in motion.rotation], motion.about)
     other, _ = least_reaction(assembly, support, back, loads, options)
-    needs_none = other.status == UNBOUNDED or (other.reaction is not None and other.reaction.least <= zero)
+    needs_none = other.status == Status.UNBOUNDED or (other.reaction is not None and other.reaction.least <= zero)
     return replace(found, reaction=least._replace(stands_without=needs_none))
 
 

@@ -7,7 +7,7 @@ The own solver is compiled by numba and therefore loaded only when it is used. I
 import logging
 from typing import TYPE_CHECKING
 
-from limitmason.answers.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED
+from limitmason.answers.results import Status
 from limitmason.errors import InputError
 from limitmason.limit.interior_point.coverage import unsupported
 from limitmason.limit.program.cones import Cones
@@ -89,11 +89,11 @@ def solve_program(
 
     callback = _log_progress if verbose else None
     own = solve_interior_point(problem, tolerance=tolerance, check_dead_load=check_dead_load, callback=callback)
-    if own.status == SOLVED or solver == "interior-point" or (judged and own.status == ALMOST_SOLVED):
+    if own.status == Status.SOLVED or solver == "interior-point" or (judged and own.status == Status.ALMOST_SOLVED):
         return own
     other = solve_static(problem, cones, tolerance=tolerance, verbose=verbose)
     seconds = own.seconds + other.seconds
-    if other.status == NOT_CONVERGED and own.status == ALMOST_SOLVED:
+    if other.status == Status.NOT_CONVERGED and own.status == Status.ALMOST_SOLVED:
         return own._replace(seconds=seconds, fallback=f"clarabel: {other.status}")
     return other._replace(seconds=seconds, stands=own.stands, fallback=f"interior-point: {own.status}")
 

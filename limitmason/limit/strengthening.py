@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
-from limitmason.answers.results import CANNOT_STAND, Prediction
+from limitmason.answers.results import Prediction, Status
 from limitmason.checks import count, finite, several
 from limitmason.errors import InputError, NotConverged
 from limitmason.limit.analysis import limit_analysis
@@ -148,7 +148,7 @@ def strengthen(
         found = []
         for case in cases:
             prediction = limit_analysis(made, case, **options)
-            value = -math.inf if prediction.status == CANNOT_STAND else prediction.collapse_multiplier
+            value = -math.inf if prediction.status == Status.CANNOT_STAND else prediction.collapse_multiplier
             if math.isnan(value):
                 raise NotConverged(f"load case {case.name!r} with {', '.join(names) or 'no tie'}: {prediction.status}")
             found.append((value, prediction))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.answers.results import UNBOUNDED, Prediction
+from limitmason.answers.results import Prediction, Status
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.limit.settlement import guides_across, largest_multiplier, least_reaction
@@ -119,7 +119,7 @@ def thrust(
             assert state.reaction is not None
             value = sense * state.reaction.least
         value = 0.0 if abs(value) < 1e-9 * np.abs(loads.dead).max() else value
-        ends.append((-sense * math.inf if state.status == UNBOUNDED else value, state))
+        ends.append((-sense * math.inf if state.status == Status.UNBOUNDED else value, state))
     (least, low), (greatest, high) = ends
     return Thrust(float(least), float(greatest), d, (low, high))
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from limitmason.answers.results import ALMOST_SOLVED, NOT_CONVERGED, SOLVED
+from limitmason.answers.results import Status
 from limitmason.arrays import Array
 from limitmason.geometry.polygon import centred_overlap, polar_mean_radius
 from limitmason.limit.program.cones import TorsionLimit, make_cones
@@ -40,9 +40,9 @@ def with_torsion_limit(
         limits = limits._replace(radius=limits.radius / reduction)
         answer = solve_static(problem, make_cones(problem, torsion=limits), tolerance=tolerance, verbose=verbose)
         seconds += answer.seconds
-        if answer.status not in (SOLVED, ALMOST_SOLVED):
+        if answer.status not in (Status.SOLVED, Status.ALMOST_SOLVED):
             if last is None:
-                return solution._replace(status=NOT_CONVERGED), seconds, {"torsion_iterations": k + 1}
+                return solution._replace(status=Status.NOT_CONVERGED), seconds, {"torsion_iterations": k + 1}
             force = 0.5 * (
                 force + last.force
             )  # too strict a linearisation: move back towards forces that were possible
@@ -57,7 +57,7 @@ def with_torsion_limit(
         # half steps while the pressure still wanders, then averages that must come to rest
         force = force + (answer.force - force) * (0.5 if k < 6 else 3.0 / k)
     if last is None:
-        return solution._replace(status=NOT_CONVERGED), seconds, {"torsion_iterations": MAX_ITERATIONS}
+        return solution._replace(status=Status.NOT_CONVERGED), seconds, {"torsion_iterations": MAX_ITERATIONS}
     recent = values[-min(10, len(values)) :] if len(values) > 1 else values
     tail = recent[-5:]
     spread = 0.0 if len(values) < 3 else (max(tail) - min(tail)) / max(abs(values[-1]), 1e-300)
@@ -67,7 +67,7 @@ def with_torsion_limit(
         "torsion_spread": spread,
     }
     # a spread of 0.2 % is what jumping centres of pressure leave
-    status = SOLVED if spread <= 2e-3 else ALMOST_SOLVED
+    status = Status.SOLVED if spread <= 2e-3 else Status.ALMOST_SOLVED
     return last._replace(status=status), seconds, details
 
 

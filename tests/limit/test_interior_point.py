@@ -8,7 +8,7 @@ from scipy import sparse
 from walls import on_slab, running_bond, stack
 
 import limitmason as lm
-from limitmason.answers.results import CANNOT_STAND, SOLVED, UNBOUNDED
+from limitmason.answers.results import Status
 from limitmason.geometry import box
 from limitmason.limit.interior_point.coverage import unsupported
 from limitmason.limit.program.cones import make_cones
@@ -47,7 +47,7 @@ def test_own_solver_equals_clarabel(name):
     assert unsupported(problem) is None
     reference = solve_static(problem, make_cones(problem))
     solution = own(problem)
-    assert solution.status == reference.status == SOLVED
+    assert solution.status == reference.status == Status.SOLVED
     assert solution.multiplier == pytest.approx(reference.multiplier, rel=1e-6)
 
 
@@ -109,11 +109,11 @@ def test_an_overhanging_block_cannot_stand_whichever_way_it_is_pushed(direction,
     assembly = leaning(0.6)
     problem = make_problem(assembly, lm.Loads.horizontal(assembly, direction), in_plane=in_plane)
     solution = own(problem, check_dead_load=True)
-    assert solution.stands is False or solution.status == CANNOT_STAND
+    assert solution.stands is False or solution.status == Status.CANNOT_STAND
     prediction = lm.limit_analysis(
         assembly, lm.Loads.horizontal(assembly, direction), solver="interior-point", in_plane=in_plane
     )
-    assert prediction.status == CANNOT_STAND
+    assert prediction.status == Status.CANNOT_STAND
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.3, 0.45, 0.55, 0.9])
@@ -127,21 +127,21 @@ def test_a_load_without_any_carrier_cannot_stand():
     # nothing pulls the block up: no multiplier of the sideways load carries a dead load that lifts it
     assembly = stack([(1.0, 1.0)])
     up = lm.Loads(-2.0 * lm.Loads.weight(assembly).dead, lm.Loads.horizontal(assembly).live)
-    assert own(make_problem(assembly, up)).status == CANNOT_STAND
+    assert own(make_problem(assembly, up)).status == Status.CANNOT_STAND
 
 
 @pytest.mark.parametrize("in_plane", [None, False])
 def test_pressing_down_is_unbounded(in_plane):
     assembly = stack([(1.0, 1.0), (0.8, 0.5)])
     loads = lm.Loads(lm.Loads.weight(assembly).dead, lm.Loads.weight(assembly).dead)
-    assert own(make_problem(assembly, loads, in_plane=in_plane)).status == UNBOUNDED
+    assert own(make_problem(assembly, loads, in_plane=in_plane)).status == Status.UNBOUNDED
 
 
 def test_a_wedge_between_fixed_walls_is_unbounded():
     solids = [box((-1, 0, -1), (0, 1, 1)), box((0, 0, 0), (1, 1, 0.5)), box((1, 0, -1), (2, 1, 1))]
     assembly = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(30.0), fixed=[0, 2])
     prediction = lm.limit_analysis(assembly, lm.Loads.horizontal(assembly, (0, 1, 0)), solver="interior-point")
-    assert prediction.status == UNBOUNDED
+    assert prediction.status == Status.UNBOUNDED
 
 
 # ---- what it covers --------------------------------------------------------------------------------------------------

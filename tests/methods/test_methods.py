@@ -10,14 +10,14 @@ import pytest
 import limitmason as lm
 from limitmason import cli, methods
 from limitmason.answers.method import Look, Method, settings_of
-from limitmason.answers.results import SOLVED, Bound, BoundKind, Prediction, Range
+from limitmason.answers.results import Bound, BoundKind, Prediction, Range, Status
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def toy(assembly, loads, *, factor: float = 2.0):
     """A method that knows one number."""
-    return Prediction("toy", factor * 0.1, Bound(BoundKind.ESTIMATE, "estimate: a toy"), SOLVED,
+    return Prediction("toy", factor * 0.1, Bound(BoundKind.ESTIMATE, "estimate: a toy"), Status.SOLVED,
                       range=Range(0.18, 0.3, "toy's own"))
 
 

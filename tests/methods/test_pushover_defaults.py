@@ -10,7 +10,7 @@ import dem
 import limitmason as lm
 from limitmason.capacity import contacts
 from limitmason.capacity.contacts import standard_points
-from limitmason.capacity.outcomes import OPENED, REACHED
+from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.steps import bend
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import contact_points
@@ -132,7 +132,7 @@ def test_a_path_ends_where_open_joints_still_bear_their_plastic_bond(cohesion):
     loads = lm.Loads.horizontal(wall)
     exact = (2e5 * AREA + WEIGHT) * WIDTH / (WEIGHT * HEIGHT)
     curve = lm.pushover(wall, loads)
-    assert curve.status == OPENED
+    assert curve.status == PathEnd.OPENED
     assert "the joint between 'g' and 'b' is open by" in curve.warnings[0]
     assert curve.peak.load == pytest.approx(exact, rel=5e-3)
     assert lm.predict(wall, loads, "pushover").collapse_multiplier == pytest.approx(exact, rel=1e-3)
@@ -144,7 +144,7 @@ def test_a_rocking_block_goes_back_along_its_branch_and_over_to_the_other_side()
     loads = lm.Loads.horizontal(wall)
     there = lm.pushover(wall, loads, to=0.03)
     back = lm.pushover(wall, loads, to=-0.03, start=there)
-    assert (there.status, back.status) == (REACHED, REACHED)
+    assert (there.status, back.status) == (PathEnd.REACHED, PathEnd.REACHED)
     assert back.displacement[-1] == pytest.approx(-0.03)
     turn = np.array([s.turn[1] for s in back.states])
     theta = np.arctan2(turn[:, 0, 2], 1.0 + turn[:, 0, 0])
@@ -176,7 +176,7 @@ def test_a_state_goes_on_under_its_own_model_only():
     assert "it has 1 ties and had 0" in refused(wall.with_ties([rod]))
     assert "kn" in refused(wall, stiffness=2e10)
     # an equal model that was built anew is the same
-    assert lm.pushover(block({"cohesion": 1e3, **STIFF}), loads, to=2e-6, start=there).status == REACHED
+    assert lm.pushover(block({"cohesion": 1e3, **STIFF}), loads, to=2e-6, start=there).status == PathEnd.REACHED
 
 
 @pytest.mark.parametrize("blocks", ["simply deformable", "ritz"])

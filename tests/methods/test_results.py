@@ -11,7 +11,7 @@ import limitmason as lm
 import mechanisms
 from dem.stages.resuming import RunStatus
 from limitmason import formats
-from limitmason.answers.results import SOLVED, Bound, BoundKind, ContactModel, FlowRule, Prediction, Status
+from limitmason.answers.results import Bound, BoundKind, ContactModel, FlowRule, Prediction, Status
 from limitmason.capacity.outcomes import PathEnd
 from limitmason.errors import InputError
 from limitmason.model.stages import Settle
@@ -65,7 +65,7 @@ def test_without_a_multiplier_there_is_no_bound():
 
 def test_words_of_another_package_are_taken_for_the_kind_that_they_begin_with():
     for words, kind in (("upper: theirs", BoundKind.UPPER), ("their own", BoundKind.ESTIMATE), ("", BoundKind.NONE)):
-        found = Prediction("theirs", 0.3, words, SOLVED)
+        found = Prediction("theirs", 0.3, words, Status.SOLVED)
         assert (found.bound.kind, str(found.bound)) == (kind, words)
 
 

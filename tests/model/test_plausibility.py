@@ -77,11 +77,12 @@ def test_loads_beside_their_block_and_out_of_range():
 def test_falling_mechanism_is_drawn_and_its_blocks_named(tmp_path, capsys, monkeypatch):
     from dataclasses import replace
 
-    from limitmason.answers.results import CANNOT_STAND
+    from limitmason.answers.results import Status
     from limitmason.cli import main, models
 
     column = make_column(names=["ground", "low", "middle", "top"])
-    falls = replace(rocking(column, [2, 3], (1.0, 0.25, 1.0)), status=CANNOT_STAND, collapse_multiplier=float("nan"))
+    rocks = rocking(column, [2, 3], (1.0, 0.25, 1.0))
+    falls = replace(rocks, status=Status.CANNOT_STAND, collapse_multiplier=float("nan"))
     figure = lm.figures.mechanism(column, falls)
     assert has(figure, "opening")
     said = texts(figure).replace("\n", " ")
@@ -95,7 +96,7 @@ def test_falling_mechanism_is_drawn_and_its_blocks_named(tmp_path, capsys, monke
         assert "blocks that fall under dead load: middle, top\n" in capsys.readouterr().out
     assert (tmp_path / "f.png").exists()
     assert (tmp_path / "g.png").exists()
-    none = make_prediction(column, None, status=CANNOT_STAND)
+    none = make_prediction(column, None, status=Status.CANNOT_STAND)
     monkeypatch.setattr(models, "predict", lambda *_, **__: none)
     assert main(["figure", "mechanism", str(tmp_path / "m.json"), "-o", str(tmp_path / "h.png")]) == 3
     assert not (tmp_path / "h.png").exists()

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Status
+from limitmason.answers.results import Status
 from limitmason.arrays import Array
 from limitmason.errors import NotApplicable
 from limitmason.limit.interior_point.blas_threads import one_blas_thread
@@ -102,7 +102,7 @@ def solve_interior_point(
         stands = None
         if check_dead_load:
             # a structure that carries no multiplier of zero or more falls under its dead load alone
-            stands = False if status == SOLVED and it.multiplier < -1e-9 else _stands(program, factor, first)
+            stands = False if status == Status.SOLVED and it.multiplier < -1e-9 else _stands(program, factor, first)
     # back from x = (tan(phi) N + c A, T) of the cone program to (N, T)
     force = it.x.copy()
     force[:, 0] /= problem.law.tan_phi
@@ -208,14 +208,14 @@ def _iterate(
     """
     newton = NewtonSystem(program, factor)
     best, best_merit = None, np.inf
-    status = NOT_CONVERGED
+    status = Status.NOT_CONVERGED
     for iteration in range(max_iterations + 1):
         rest = residuals(program, it)
         measures = _measures(program, it, rest)
         if callback is not None:
             callback(Progress(iteration, it.multiplier, measures.kinematic, *measures[:3], factor.shifts))
         if measures.within(it.multiplier, tolerance):
-            status = SOLVED
+            status = Status.SOLVED
             break
         # the first iterates are far from any ray and would only cost the products
         if iteration > 2 and (proof := _no_solution(program, it)) is not None:
@@ -229,14 +229,14 @@ def _iterate(
         if step is None:
             break
         it = it.moved(*step)
-    if status != SOLVED and best is not None:
-        it, status = best, ALMOST_SOLVED
-    if status in (SOLVED, ALMOST_SOLVED) and _rescaled(newton, it):
+    if status != Status.SOLVED and best is not None:
+        it, status = best, Status.ALMOST_SOLVED
+    if status in (Status.SOLVED, Status.ALMOST_SOLVED) and _rescaled(newton, it):
         it = _cleaned(program, newton, it)
         final = _measures(program, it, residuals(program, it))
         # the iteration may have stopped early because of residuals that are gone now
         if final.within(it.multiplier, tolerance):
-            status = SOLVED
+            status = Status.SOLVED
     return status, it, iteration
 
 
@@ -257,7 +257,7 @@ def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool
             return None
         if newton.carries_dead_load():
             return True
-        if iteration > 2 and _no_solution(program, it) == CANNOT_STAND:
+        if iteration > 2 and _no_solution(program, it) == Status.CANNOT_STAND:
             return False
         step = _predict_and_correct(newton, residuals(program, it)._replace(live_rate=0.0))
         if step is None:
@@ -311,13 +311,13 @@ def _no_solution(program: ConeProgram, it: Iterate) -> Status | None:
         rest = np.abs(program.matrix @ it.x.ravel() + it.multiplier * program.live).max()
         held = program.bounded(it.x).min(initial=0.0) > -RAY * it.multiplier
         if held and rest < RAY * it.multiplier * np.abs(program.live).max():
-            return UNBOUNDED
+            return Status.UNBOUNDED
     work = float(program.right @ it.y + program.bound_level @ it.z)
     if work > 0:
         rates = (program.transpose @ it.y).reshape(it.x.shape) + it.s
         rates[:, 0] += program.push(it.z)
         if max(np.abs(rates).max(), abs(float(program.live @ it.y))) < RAY * work:
-            return CANNOT_STAND
+            return Status.CANNOT_STAND
     return None
 
 

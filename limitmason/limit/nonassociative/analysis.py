@@ -8,19 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from limitmason.answers.acceptance import Certificate
-from limitmason.answers.results import (
-    ALMOST_SOLVED,
-    NOT_CONVERGED,
-    SOLVED,
-    TIME_ENDED,
-    UNBOUNDED,
-    Bound,
-    BoundKind,
-    FlowRule,
-    Prediction,
-    Range,
-    Status,
-)
+from limitmason.answers.results import Bound, BoundKind, FlowRule, Prediction, Range, Status
 from limitmason.arrays import Array
 from limitmason.checks import choice, positive
 from limitmason.display.progress import noted
@@ -161,7 +149,7 @@ def solve_nonassociative(
         # psi = phi: the two laws are one and the associative certificate, with its gap, says more
         provenance["flow_rule"] = str(FlowRule.ASSOCIATIVE)
         return replace(upper, method=f"{METHOD} (psi = phi: associative)", provenance=provenance)
-    if upper.status not in (SOLVED, ALMOST_SOLVED, UNBOUNDED):
+    if upper.status not in (Status.SOLVED, Status.ALMOST_SOLVED, Status.UNBOUNDED):
         return replace(upper, method=METHOD, provenance=provenance, flow_rule=FlowRule.NON_ASSOCIATIVE)
     low = radenkovic_lower(law, deadline)
     if proof_seconds is None:
@@ -172,11 +160,11 @@ def solve_nonassociative(
         progress=_told(progress, problem.live_scale),
     )
     details = _details(problem, found, low, upper.collapse_multiplier, proof)
-    state, status = found.best, SOLVED
+    state, status = found.best, Status.SOLVED
     if state is None and found.nearest is not None and violation(ordered, found.nearest).worst <= LOOSE:
-        state, status = found.nearest, ALMOST_SOLVED
-    if state is None and found.stopped and upper.status != UNBOUNDED:
-        state, status = found.nearest, TIME_ENDED
+        state, status = found.nearest, Status.ALMOST_SOLVED
+    if state is None and found.stopped and upper.status != Status.UNBOUNDED:
+        state, status = found.nearest, Status.TIME_ENDED
         if state is None or state.multiplier * problem.live_scale > upper.collapse_multiplier:
             provenance["seconds"] = time.perf_counter() - start
             return _bound_alone(problem, upper, details, provenance)
@@ -184,13 +172,13 @@ def solve_nonassociative(
         provenance["seconds"] = time.perf_counter() - start
         return _without_state(problem, upper, proof, details, provenance)
     ends = (state.multiplier, state.multiplier)
-    if status == SOLVED and time.perf_counter() < deadline:
+    if status == Status.SOLVED and time.perf_counter() < deadline:
         ends = Polisher(ordered, accuracy, deadline=deadline).interval(state)
     details["interval_at_mechanism"] = tuple(e * problem.live_scale for e in ends)
     if measure_jump is None:
         measure_jump = problem.plane is not None and problem.points.count <= JUMP_POINTS
     in_time = time.perf_counter() < deadline
-    if measure_jump and in_time and status == SOLVED and (law.tan_psi[law.tan_phi > 0] == 0).any():
+    if measure_jump and in_time and status == Status.SOLVED and (law.tan_psi[law.tan_phi > 0] == 0).any():
         limits = None if proof is None else velocity_limits(problem)[order.row]
         details["at_small_dilatancy"] = _at_small_dilatancy(problem, ordered, state, accuracy, limits)
     prediction = _prediction(problem, law, order.back(law, state), status, details, provenance, search)
@@ -210,13 +198,13 @@ def _without_state(
             f"no admissible state exists, proven for velocities up to {proof.velocity_bound:g} times the mean live "
             f"velocity and joint forces up to {FORCE_BOUND:g} times the load"
         )
-    if upper.status == UNBOUNDED:
+    if upper.status == Status.UNBOUNDED:
         return replace(
             upper, method=METHOD, provenance=provenance, details=details, warnings=(*upper.warnings, reason),
             flow_rule=FlowRule.NON_ASSOCIATIVE,
         )
     return Prediction(
-        METHOD, float("nan"), Bound(BoundKind.NONE), NOT_CONVERGED, provenance=provenance, details=details,
+        METHOD, float("nan"), Bound(BoundKind.NONE), Status.NOT_CONVERGED, provenance=provenance, details=details,
         warnings=(reason,), flow_rule=FlowRule.NON_ASSOCIATIVE, **contact_facts(problem),
     )
 
@@ -227,7 +215,7 @@ def _bound_alone(problem: Problem, upper: Prediction, details: dict, provenance:
     between = f"between {low:.6g} and {high:.6g}" if np.isfinite(low) else f"at most {high:.6g}"
     words = f"upper bound: the associative multiplier, its state not admissible; not unique, {between} (Radenkovic)"
     prediction = replace(
-        upper, method=METHOD, status=TIME_ENDED, bound=Bound(BoundKind.UPPER, words), details=details,
+        upper, method=METHOD, status=Status.TIME_ENDED, bound=Bound(BoundKind.UPPER, words), details=details,
         provenance=provenance, flow_rule=FlowRule.NON_ASSOCIATIVE, certificate=None, warnings=(),
     )
     certificate = certify(problem.assembly, problem.loads, prediction)
@@ -377,11 +365,11 @@ def _prediction(
     if not np.isfinite(high):
         between = "without an upper bound, the associative multiplier being infinite"
     kind, words = _kind_of_bound(details, search)
-    if status == TIME_ENDED:
+    if status == Status.TIME_ENDED:
         words = "estimate: multiplier of the nearest state when the time ended, not admissible"
     bound = Bound(kind, f"{words}; not unique, {between} (Radenkovic)")
     value, certified = state.multiplier * problem.live_scale, Range()
-    if status in (SOLVED, ALMOST_SOLVED):
+    if status in (Status.SOLVED, Status.ALMOST_SOLVED):
         ends = [e for e in (*details["interval_at_mechanism"], *details["spread"], value) if math.isfinite(e)]
         certified = Range(min(ends), max(ends), "certified states found")
     return Prediction(
@@ -426,7 +414,7 @@ def _warnings(problem: Problem, prediction: Prediction, certificate: Certificate
     worst = max(certificate.flow_residual, certificate.complementarity, certificate.yield_violation)
     if not worst <= LOOSE:
         out.append(f"the true law is violated by {worst:.1e}: the multiplier is not certified")
-    elif prediction.status == ALMOST_SOLVED:
+    elif prediction.status == Status.ALMOST_SOLVED:
         out.append(f"the true law is met to {worst:.1e} only: read the certificate before using the number")
     jump = details.get("at_small_dilatancy", np.nan)
     if jump > (1.0 + JUMP) * prediction.collapse_multiplier:
@@ -451,7 +439,7 @@ def _warnings(problem: Problem, prediction: Prediction, certificate: Certificate
         out.append(f"crushing on a grid of {n} points per interface: refine the grid to see its error")
     if details["time_limit_reached"]:
         given = "the multiplier is the lowest of these, a longer search may end lower"
-        if prediction.status == TIME_ENDED:
+        if prediction.status == Status.TIME_ENDED:
             given = "none keeps the law yet, the nearest state is given; allow more time"
             if prediction.bound.kind is BoundKind.UPPER:
                 given = "none keeps the law yet below the associative bound, which is given; allow more time"

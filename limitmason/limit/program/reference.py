@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED
+from limitmason.answers.results import Status
 from limitmason.errors import InputError
 from limitmason.limit.program.cones import make_cones
 from limitmason.limit.program.problem import Problem
@@ -50,11 +50,11 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
         raise InputError(f"cvxpy could not use solver {solver!r}: {error}") from None
     seconds = time.perf_counter() - begin
     status = {
-        cp.OPTIMAL: SOLVED,
-        cp.OPTIMAL_INACCURATE: ALMOST_SOLVED,
-        cp.INFEASIBLE: CANNOT_STAND,
-        cp.UNBOUNDED: UNBOUNDED,
-    }.get(program.status, NOT_CONVERGED)
+        cp.OPTIMAL: Status.SOLVED,
+        cp.OPTIMAL_INACCURATE: Status.ALMOST_SOLVED,
+        cp.INFEASIBLE: Status.CANNOT_STAND,
+        cp.UNBOUNDED: Status.UNBOUNDED,
+    }.get(program.status, Status.NOT_CONVERGED)
     if force.value is None:
         empty = np.zeros(problem.matrix.shape[0])
         return Solution(status, float("nan"), np.zeros(problem.matrix.shape[1]), empty, 0, seconds)

@@ -9,7 +9,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from limitmason.answers.acceptance import OWN_RESIDUAL
-from limitmason.answers.results import ALMOST_SOLVED, CANNOT_STAND, NOT_CONVERGED, SOLVED, UNBOUNDED, Status
+from limitmason.answers.results import Status
 from limitmason.arrays import Array
 from limitmason.limit.program.cones import Cones
 from limitmason.limit.program.idle_joints import ROUNDING, without_rounding
@@ -34,12 +34,12 @@ class Solution(NamedTuple):
 
 
 _STATUS = {
-    "Solved": SOLVED,
-    "AlmostSolved": ALMOST_SOLVED,
-    "PrimalInfeasible": CANNOT_STAND,
-    "AlmostPrimalInfeasible": CANNOT_STAND,
-    "DualInfeasible": UNBOUNDED,
-    "AlmostDualInfeasible": UNBOUNDED,
+    "Solved": Status.SOLVED,
+    "AlmostSolved": Status.ALMOST_SOLVED,
+    "PrimalInfeasible": Status.CANNOT_STAND,
+    "AlmostPrimalInfeasible": Status.CANNOT_STAND,
+    "DualInfeasible": Status.UNBOUNDED,
+    "AlmostDualInfeasible": Status.UNBOUNDED,
 }
 
 
@@ -87,7 +87,7 @@ def solve_static(
     answer = clarabel.DefaultSolver(quadratic, objective, matrix, bound, kinds, settings).solve()
     seconds = time.perf_counter() - start
     x, z = np.array(answer.x), np.array(answer.z)
-    status = _STATUS.get(str(answer.status), NOT_CONVERGED)
+    status = _STATUS.get(str(answer.status), Status.NOT_CONVERGED)
     return Solution(status, float(x[n]), x[:n], z[:r], int(answer.iterations), seconds, free=x[n + 1 :])
 
 

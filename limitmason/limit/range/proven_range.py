@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.answers.results import ALMOST_SOLVED, SOLVED, UNBOUNDED
+from limitmason.answers.results import Status
 from limitmason.arrays import Array
 from limitmason.checks import choice, positive
 from limitmason.display.progress import reached, watched
@@ -198,8 +198,8 @@ def proven_range(
     upper = solve_associative(problem)
     ends: dict[str, RangeEnd] = {}
     law = joint_law(problem)
-    scale, top, endless = problem.live_scale, upper.collapse_multiplier, upper.status == UNBOUNDED
-    if not endless and (upper.status not in (SOLVED, ALMOST_SOLVED) or upper.resultants is None):
+    scale, top, endless = problem.live_scale, upper.collapse_multiplier, upper.status == Status.UNBOUNDED
+    if not endless and (upper.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or upper.resultants is None):
         raise NotConverged(f"the associative analysis ended '{upper.status}': there is no range to prove")
     if endless and ("largest" in which or law.dilatant.all()):
         raise NotConverged(
