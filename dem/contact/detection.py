@@ -121,7 +121,18 @@ def _allow(
     assembly: Assembly, state: State, pieces: Pieces, near: NearPairs, margin: float, code: Index, own: Index,
     joined: Flags,
 ) -> None:
-    """Motion from the reference position that pairs are allowed: none where faces or sharp corners have no joint."""
+    """Write how far pairs may move from the reference position before they are looked at again.
+
+    Pairs of faces or sharp corners that are near without a joint are looked at always. A joint may slip by a part of
+    its
+    point spacing and turn by ``TURN_LIMIT``.
+
+    Parameters
+    ----------
+    near : pairs of pieces; ``move`` [m] and ``angle`` [rad] are written
+    code, own : pair code of every row of ``near``, and of every joint, see :func:`_codes`
+    joined : rows whose blocks have a joint, shape (m,)
+    """
     still = np.zeros((assembly.n_blocks, 3, 3))
     shape = PiecesMeet(placed(pieces, still, assembly.centroids)[0], pieces, near.pairs, margin).now
     sharp = (shape.kind > FACES) | (~joined & (shape.kind == FACES) & (area_of(shape) > least_area(assembly)))
@@ -159,10 +170,20 @@ class _Search:
         self, assembly: Assembly, state: State, pieces: Pieces, around: Neighbours, code: Index, looked: Index,
         margin: float, *, beside: bool = False,
     ) -> None:
+        """Look at some pairs of blocks as they lie now, and find which joints are outworn.
+
+        Parameters
+        ----------
+        around, code : pieces that are near each other, and the pair code of each such row
+        looked : pair codes to look at
+        margin : gap up to which blocks count as near [m]
+        beside : take in the joints of neighbours too, as a cut may run on into them
+        """
         n, one, two = assembly.n_blocks, state.joints.block_a, state.joints.block_b
         self.assembly, self.pieces, self.margin, self.around, self.of_row = assembly, pieces, margin, around, code
         rows, hit = among(_codes(state.joints, n), looked), np.zeros(n, dtype=bool)
         hit[looked // n] = hit[looked % n] = True
+        # joints of these blocks, and of the blocks behind those joints
         for _ in range(2 if beside else 0):
             rows = hit[one] | hit[two]
             hit[one[rows]] = hit[two[rows]] = True
@@ -222,7 +243,12 @@ class _Search:
         self.makes = (shape.kind > FACES) | ((shape.kind == FACES) & (area_of(shape) > least_area(self.assembly)))
 
     def make(self) -> tuple[Fresh | None, Index]:
-        """Joints of the pairs that have none that stays, and their families."""
+        """Make joints of the pairs that have none that stays; they inherit what outworn ones held.
+
+        Returns
+        -------
+        The joints, or None without any, and the family of each: joints between which forces are shared out anew.
+        """
         shape, owner = self.met.now, self.pieces.owner
         rows = np.flatnonzero(self.makes & ~among(self.key, np.sort(self.code[self.stays])))
         if not len(rows):
@@ -305,6 +331,7 @@ class _Search:
         closing = np.abs(((vel - np.cross(b.spin[one], at - self.place[one])) * along).sum(axis=1))
         turn = np.linalg.norm(b.spin, axis=1) * self.pieces.reach
         fastest = np.linalg.norm(b.vel[one] - b.vel[other], axis=1) + turn[one] + turn[other]
+        # half the gap at this speed: what closes in is seen before it is through
         speed = np.maximum(closing, 0.1 * fastest)  # what runs alongside may turn
         return float((0.5 * shape.gap[use] / np.maximum(speed, 1e-300)).min())
 

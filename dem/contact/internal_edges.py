@@ -28,9 +28,13 @@ class Bearings(NamedTuple):
 
     @classmethod
     def of(cls, state: State, now: PointForces, rot: Array, flat: Flags) -> "Bearings":
-        """Those of a state.
+        """Joints of a state that press, with their normals, centres of pressure and depths.
 
-        ``flat`` are joints between faces that have not turned, shape (k,).
+        Parameters
+        ----------
+        now : contact forces of the state
+        rot : rotation matrices of the blocks, shape (n, 3, 3)
+        flat : joints between faces that have not turned, shape (k,)
         """
         joints, count = state.joints, len(state.joints.block_a)
         normal = np.einsum("kij,kj->ki", rot[joints.block_a], joints.frame[:, 2])

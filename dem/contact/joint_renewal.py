@@ -43,9 +43,18 @@ def outworn_joints(
     assembly: Assembly, state: State, now: PointForces, code: Index, key: Index, kind: Index, gap: Array,
     margin: float, turn: Array, slip: Array, mine: Flags,
 ) -> Flags:
-    """Joints to drop or to cut anew, by the pair code of every joint and of every pair of pieces that are near now.
+    """Joints to drop or to cut anew.
 
-    Only those that are ``mine`` are looked at.
+    They have slid far, bear nothing beside another contact, have turned onto another face, or are open beyond the
+    margin.
+
+    Parameters
+    ----------
+    code : pair code of every joint, shape (k,)
+    key, kind, gap : pair code, kind of meeting and gap [m] of every pair of pieces that are near now
+    margin : gap up to which blocks count as near [m]
+    turn, slip : how far joints have turned [rad] and slid [m] since they were cut, shape (k,)
+    mine : joints that are looked at, shape (k,)
     """
     first = state.joints.start[:-1]
     if not len(first):

@@ -46,7 +46,10 @@ class Neighbours(NamedTuple):
     def of(
         cls, assembly: Assembly, state: State, pieces: Pieces, margin: float, since: NearPairs | None
     ) -> "Neighbours":
-        """What is around the blocks of a state; ``since`` None is their reference position."""
+        """Pairs of pieces around the blocks of a state, and how they have moved since they were looked at.
+
+        ``since`` are the pairs as they were then; None is the reference position.
+        """
         n, b = assembly.n_blocks, state.bodies
         if since is None:
             _, low, high = placed(pieces, np.zeros((n, 3, 3)), assembly.centroids)
@@ -55,6 +58,7 @@ class Neighbours(NamedTuple):
             since.move[:], since.angle[:] = SMALL * margin, np.inf
             since.offset[:] = np.diff(assembly.centroids[since.blocks], axis=1)[:, 0]
             since.turn[:, 0] = 1.0
+        # the ground may travel far: pieces are placed against it
         ground = b.shift[assembly.fixed].mean(axis=0) if assembly.fixed.any() else np.zeros(3)
         place = assembly.centroids + b.shift - ground
         corners, low, high = placed(pieces, b.rot, place)
@@ -115,7 +119,12 @@ def _pairs(assembly: Assembly, pieces: Pieces, low: Array, high: Array, known: I
 
 
 def _renewed(assembly: Assembly, pieces: Pieces, near: NearPairs, low: Array, high: Array, margin: float) -> NearPairs:
-    """Pairs that are near now, where pieces have left their boxes; new ones are to be looked at."""
+    """Pairs that are near now, where pieces have left their boxes; new ones are to be looked at.
+
+    ``low`` and ``high`` are the corners of the pieces' boxes now [m], shape (p, 3). Boxes are kept wider by a skin, so
+    that
+    pairs are sought anew only when a piece has left its own.
+    """
     left = np.asarray((low - margin < near.low) | (high + margin > near.high)).any(axis=1).reshape(-1)
     if not left.any():
         return near

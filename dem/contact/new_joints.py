@@ -178,6 +178,7 @@ def _keep_stable(assembly: Assembly, state: State, blocks: Flags) -> list[str]:
         coupled = coupled_of(state.deformation, state.points, state.joints, moves)
     if state.mode == DYNAMIC:
         top = 0.0 if coupled is None or state.modes is None else fastest_of(bodies.mass, inertia, state.modes, coupled)
+        # below the stability limit of the blocks taken one by one, as their joints couple them
         limit = 0.65 * stable_step(stiffness, bodies.mass, inertia, blocks & ~assembly.fixed, state.joints, 1.0, top)
         if limit < 0.999 * state.dt:
             state.dt = limit

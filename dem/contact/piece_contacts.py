@@ -17,6 +17,15 @@ class PiecesMeet:
     def __init__(
         self, corners: Array, pieces: Pieces, pairs: Index, margin: float, blocks: Flags | None = None
     ) -> None:
+        """See how pairs of convex pieces meet in a position.
+
+        Parameters
+        ----------
+        corners : of all pieces [m], padded, shape (p, v, 3)
+        pairs : numbers of two pieces, shape (m, 2)
+        margin : gap up to which they count as near [m]
+        blocks : blocks whose face planes are needed, shape (n,); None is all
+        """
         m, x = len(pairs), pieces
         self.pieces, self.margin, self.pairs = pieces, margin, np.ascontiguousarray(pairs)
         self.arrays = kernels.PieceArrays(
@@ -56,7 +65,12 @@ def area_of(shape: kernels.Meetings) -> Array:
 
 
 def on_faces_that_go_on(met: PiecesMeet, joints: Joints, bearings: Bearings, n_blocks: int) -> dict[int, int]:
-    """Let pairs that overlap little along two axes meet on the face that goes on: rows, and the joint beside each."""
+    """Let pairs that overlap little along two axes meet on the face that goes on beside them.
+
+    The corner between two blocks of a course is no edge for the block that slides over both. Returned is, for the rows
+    of
+    pairs that do, the joint beside each.
+    """
     shape, owner = met.now, met.pieces.owner
     rows = np.flatnonzero((shape.kind != APART) & (shape.beside > -met.margin))
     if not len(rows) or not len(bearings.row):

@@ -55,10 +55,7 @@ class BlockStructure(DrivenStructure):
     least_samples = 2
 
     def __init__(self, assembly: Assembly, drive: Drive, loads: Loads | None, chosen: PushSettings) -> None:
-        """Contact points, masses and signature.
-
-        Nothing moves yet.
-        """
+        """Contact points, masses and signature; nothing moves yet."""
         self.move = drive = drive if chosen.calm is None else replace(drive, calm=chosen.calm)
         super().__init__(assembly, drive, loads, chosen)
         self.assembly = model = UNITS[chosen.blocks](assembly)
@@ -151,7 +148,7 @@ class BlockStructure(DrivenStructure):
         return origin, float(run.rec.state.total[E_STEPS]) - origin if run.samples else 0.0
 
     def curve_of(self, run: StageRun, status: RunStatus, steps: int, seconds: float) -> PushCurve:
-        """What a run that began at the settled state says of the drive."""
+        """Curve of a run that began at the settled state: displacement, force, errors and marks."""
         history = run.rec.history(status)
         rest, block = self.at_rest, self._driven_block
         before, axis = rest.state.bodies, self.unit[block, :3]
@@ -192,7 +189,15 @@ def _plane(assembly: Assembly, loads: Loads, unit: Array) -> Plane | None:
 
 
 def _stages(drive: Drive, path: Sequence[float], steps: int) -> Sequence[Stage]:
-    """A gentle start and one stage for every branch of the path."""
+    """A gentle start and one stage for every branch of the path.
+
+    The start takes a small part of the way at a quarter of the pace, as a jump of speed would shake the blocks.
+
+    Parameters
+    ----------
+    path : turning points of the drive's displacement [m]
+    steps : of the whole run
+    """
     names = ("x", "y", "z", "rx", "ry", "rz")
     size = float(max(np.linalg.norm([m.get(k, 0.0) for k in names[:3]]) for m in drive.displacement.values()))
 

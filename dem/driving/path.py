@@ -36,7 +36,12 @@ class Follower:
         self.origin, self.begun, self.clock = origin, done, time.perf_counter()
 
     def __call__(self, sampled: Mapping[str, Any]) -> object:
-        """Hand a sample on, which has counted its "step"."""
+        """Pass a sample to the user's progress function, with the part done and the time left.
+
+        A run counts steps from its ``origin``; ``begun`` of its ``count`` were there when it was taken up, and
+        ``before`` steps
+        belong to runs before it, out of ``total``.
+        """
         if self.progress is None:
             return None
         done = min(float(sampled["step"]) - self.origin, self.count)

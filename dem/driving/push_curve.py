@@ -237,7 +237,10 @@ class PushCurve(Curve):
         return None
 
     def beside(self, faster: PushCurve) -> PushCurve:
-        """This curve with the same run at a higher speed as its rate error."""
+        """This curve with a faster run of the same path as its rate error.
+
+        The error is the difference of the loads at equal parts of the way, over the peak of this one.
+        """
         peak = max(abs(self.peak.load), 1e-300)
         # both run the same path: where it is done to the same part
         way = [np.concatenate([[0.0], np.cumsum(np.abs(np.diff(c.displacement)))]) for c in (self, faster)]

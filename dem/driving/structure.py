@@ -99,10 +99,7 @@ class DrivenStructure(ABC):
         check_same(file, self.digests_of(file), same)
 
     def rest(self, file: Path | None) -> None:
-        """Come to rest under the dead loads, or take the rest from a file.
-
-        It is kept there.
-        """
+        """Come to rest under the dead loads, or take the rest from a file; it is kept there."""
         if file is not None and file.exists():
             self.check(file, self.same)
             self.take_rest(file)
@@ -114,7 +111,14 @@ class DrivenStructure(ABC):
     def drive(
         self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None, follow: Follower
     ) -> PushCurve:
-        """Drive a copy along a path in so many steps, or on from where a file says that it stood."""
+        """Drive a copy along a path in so many steps, or on from where a file says that it stood.
+
+        Parameters
+        ----------
+        path : turning points of the displacement [m]
+        same : signature that a file must agree with
+        file : checkpoint, written on the way; where it is there the run goes on from it
+        """
         clock, before = time.perf_counter(), file if file is not None and file.exists() else None
         if before is not None:
             self.check(before, same)

@@ -56,7 +56,14 @@ class NearPairs(NamedTuple):
 
 @kernel(fast=False)
 def place_pieces(owner: Index, local: Array, rot: Array, place: Array, corners: Array, low: Array, high: Array) -> None:
-    """Corners of all pieces and their boxes [m], by R - I and place of every block; all three are written."""
+    """Write corners and boxes of all pieces [m] in a position.
+
+    Parameters
+    ----------
+    owner, local : block of each piece (p,), and its corners from that block's centroid (p, v, 3)
+    rot, place : R - I and place of every block, (n, 3, 3) and (n, 3)
+    corners, low, high : written, (p, v, 3), (p, 3) and (p, 3)
+    """
     for i in range(len(owner)):
         b = owner[i]
         for r in range(3):
@@ -225,7 +232,10 @@ def _widest_crossing(
 
 @kernel(fast=False, forceinline=True)
 def _clipped(pieces: PieceArrays, base: int, face: int, axis: Array, polygon: Array, n: int, spare: Array) -> int:
-    """Clip a polygon by the sides of a face of the base, seen along its normal; corners that are left."""
+    """Clip a polygon by the sides of a face of the base, seen along its normal.
+
+    The polygon is changed in place, ``n`` are its corners and the number left is returned; ``spare`` is work space.
+    """
     corners, faces = pieces.corners, pieces.faces
     sides = pieces.size[base, face]
     for k in range(sides):
@@ -276,9 +286,17 @@ def _opposed_face(pieces: PieceArrays, other: int, lowest: int, axis: Array) -> 
 def _widest_axis(
     pieces: PieceArrays, p: int, q: int, m: int, margin: float, flat: float, met: Meetings, ref_p: Array, ref_q: Array
 ) -> tuple[bool, int, int]:
-    """Axis of the widest gap of pieces p and q: first piece is the base, its face, the other's nearest corner.
+    """Axis along which pieces p and q are farthest apart, of all face normals and edge pairs.
 
-    Face -1 where they are farther apart than the margin, and where two edges cross: then ``met`` says all.
+    Returned are whether the first piece is the base, its face, and the other's corner nearest to that face. The face is
+    -1
+    where they are farther apart than the margin, and where two edges cross: then ``met`` says all.
+
+    Parameters
+    ----------
+    m : row of ``met``, the meetings that are written
+    flat : cosine below which two directions count as square to each other
+    ref_p, ref_q : work arrays for plane and gap, shape (5,)
     """
     corners, n_corners, planes, n_faces = pieces.corners, pieces.n_corners, pieces.planes, pieces.n_faces
     fp, low_q = _widest_gap(corners, n_corners, planes, n_faces, p, q, ref_p)

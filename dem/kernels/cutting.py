@@ -91,7 +91,12 @@ def _spokes(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
 
 @kernel(fast=False, counted=True)
 def spread(x: Array, y: Array, s: Array, t: Array, area: Array) -> int:
-    """Points of a convex counter-clockwise polygon, edges included, with tributary areas; how many, all written."""
+    """Points of a convex counter-clockwise polygon, edges included, with tributary areas.
+
+    ``s``, ``t`` [m] and ``area`` [m2] are written, how many is returned. A quadrilateral has a lattice, any other
+    outline
+    its centre, corners and middles of sides. Each triangle gives a third of its area to its corners.
+    """
     n = len(x)
     most = max(LATTICE * LATTICE, 2 * n + 1)
     px, py, weight = np.empty(most), np.empty(most), np.zeros(most)
@@ -157,7 +162,14 @@ def _place(row: int, a: int, b: int, at: tuple[float, float, float], at_b: tuple
 def _cut_face(
     row: int, a: int, b: int, polygon: Array, plane: Array, corner: bool, poses: Poses, least: float, out: Cut
 ) -> None:
-    """Joint on a polygon of block b's face above the plane of block a's face."""
+    """Joint on a polygon of block b's face above the plane of block a's face.
+
+    Parameters
+    ----------
+    row : of ``out`` that is written; its size stays 0 where the polygon is smaller than ``least`` [m2]
+    polygon, plane : corners of the polygon [m], and normal and offset of the base's face
+    corner : whether a corner or edge touches, whose points have an area of their own
+    """
     m = len(polygon)
     flat, height, x, y = np.empty((m, 3)), np.empty(m), np.empty(m), np.empty(m)
     n = (plane[0], plane[1], plane[2])

@@ -53,7 +53,14 @@ def slopes(u: Numbers) -> Numbers:
 
 @kernel(forceinline=True)
 def turned_slopes(u: Numbers, g: Numbers, space: bool | None) -> Numbers:
-    """As :func:`slopes` of block b's face, in block a's frame."""
+    """Motion of block b's face by its strains in block a's frame: place, and slopes along both axes.
+
+    Parameters
+    ----------
+    u : three displacements and three rotations of the face in its own axes
+    g : columns of b's frame in a's, less the unit vectors
+    space : None in a plane, where no face turns about its normal
+    """
     z1, z2, z3 = third_axis(g)
     r11, r12, r21, r22, r31, r32 = 1.0 + g[0], g[1], g[2], 1.0 + g[3], g[4], g[5]
     c1, c2, c3, w1, w2, w3 = u
@@ -89,7 +96,14 @@ def less(v: Numbers, u: Numbers) -> Numbers:
 def load_shapes(
     contact: Array, i: int, side: Array, j: int, sign: float, f: Numbers, s: Numbers, t: Numbers, space: bool | None
 ) -> None:
-    """Add what forces do to the shapes of block i; sums of f, s f and t f in the axes of that side."""
+    """Add the work of a joint's forces on the shapes of block i to ``contact``.
+
+    Parameters
+    ----------
+    side : motions of the face by every shape, shape (k, m, 6)
+    f, s, t : sums of f, s f and t f over the points, in the axes of that side
+    sign : -1 for block a, 1 for block b
+    """
     # moments about the joint's origin: t f3, -s f3 and s f2 - t f1
     f1, f2, f3, m1, m2, m3 = sign * f[0], sign * f[1], sign * f[2], sign * t[2], -sign * s[2], sign * (s[1] - t[0])
     for k in range(PLANE_MODES if space is None else SPACE_MODES):
@@ -104,7 +118,11 @@ def strained_sums(
     j: int, points: Points, joints: Joints, bodies: RigidBodies, modes: BlockModes, space: bool | None,
     axes: Axes, d: Numbers, g: Numbers, ra: Numbers, rb: Numbers, dt: float,
 ) -> Numbers:
-    """Forces, moments and losses of joint j, added to the shapes of its blocks too; ``space`` is None in a plane."""
+    """Forces, moments and losses of joint j, added to the shapes of its blocks too.
+
+    ``space`` is None in a plane. Points within their strength are summed first; only a joint with one that is not is
+    summed again by the whole law.
+    """
     a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
     u = slopes(face_motion(modes.side_a, j, modes.value, a, space))
     v = turned_slopes(face_motion(modes.side_b, j, modes.value, b, space), g, space)
@@ -143,7 +161,7 @@ def strained_sums(
 
 @kernel(forceinline=True)
 def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | None) -> tuple[float, float]:
-    """A step of the modal coordinates; returns kinetic energy and what damping took [J]."""
+    """Move the shapes of all blocks by a step; kinetic energy and what damping took [J]."""
     value, rate, net = modes.value, modes.rate, modes.net
     dt, kick, viscosity, keep, lag = step
     kinetic = damping = 0.0
@@ -168,7 +186,10 @@ def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | 
 def deformation_at(
     j: int, joints: Joints, modes: BlockModes, space: bool | None, g: Numbers, x: float, y: float
 ) -> Numbers:
-    """Relative displacement by deformation at (x, y) of joint j, and a's own part of it, joint axes (3), (3)."""
+    """Relative displacement by deformation at (x, y) of joint j, and block a's part of it.
+
+    Both are three components [m] in the joint's axes.
+    """
     u = slopes(face_motion(modes.side_a, j, modes.value, joints.block_a[j], space))
     v = turned_slopes(face_motion(modes.side_b, j, modes.value, joints.block_b[j], space), g, space)
     e = less(v, u)

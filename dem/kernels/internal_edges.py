@@ -46,7 +46,10 @@ def _height(plane: Array, place: Array, n: Array, sign: float) -> float:
 @kernel(fast=False, counted=True)
 def _step(pieces: PieceArrays, parts: Index, carrier: int, k: int, by: Carrying, sign: float, plane: Array,
           place: Array) -> float:
-    """How much higher a plane lies at a place than the carrier's face [m], infinite where it has none."""
+    """How much higher a plane lies at a place than the carrier's face [m].
+
+    The carrier's face is the nearest to the joint's centre of pressure; infinite where it has none that looks that way.
+    """
     nearest, height, n, at = np.inf, -np.inf, by.normal[k], by.place[k]
     for piece in range(parts[carrier], parts[carrier + 1]):
         for face in range(pieces.n_faces[piece]):

@@ -113,12 +113,13 @@ def stress(
     w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float, peak: Peak,
     softening: SofteningRow,
 ) -> Numbers:
-    """Stress (t1, t2, n) and elastic energy [J/m2] in a position; arguments as in :func:`return_map`.
+    """Stress (t1, t2, n) [Pa] and elastic energy [J/m2] in a position; changes nothing.
 
-    Changes nothing.
+    Arguments as in :func:`return_map`.
     """
     kn, ks = peak.kn, peak.ks
     mu, _, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)
+    # pulled, the spring unloads straight to nothing from -reach, where tension has softened to
     reach = ft + damage * softening.secant
     n = min(tension(kn * (lift - w), ft, reach), kn * peak.crushing)
     a1, a2 = slip_1 - e1, slip_2 - e2
@@ -160,9 +161,11 @@ def within(
     w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float,
     peak: Peak, softening: SofteningRow | None, dashpot: Numbers | None,
 ) -> Numbers:
-    """Stress at a point that is well within its strength, power of its dashpots [W/m2], and 1 where it is not, else 0.
+    """Stress at a point well within its strength, and whether it is: no root, no division.
 
-    Arguments as in :func:`return_map`, which gives these numbers for such a point; no root and no division.
+    Arguments as in :func:`return_map`, which gives these numbers for such a point. Returned are t1, t2, n [Pa], power
+    of
+    the dashpots [W/m2], and 0.0, or 1.0 where the point is not within.
     """
     kn, ks = peak.kn, peak.ks
     mu, _, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)

@@ -34,10 +34,12 @@ def measure(
         b = joints.block_b[j]
         law = joints.law[j]
         kn, ks, fc = law[LAW.kn], law[LAW.ks], law[LAW.crushing]
+        # two edges that cross have one point, without strains of their blocks and without tension
         if law[LAW.cross] != 0.0:
             axes, far, _, rb = crossing(j, joints, bodies)
             k = joints.start[j]
             opening[k], slip[k, 0], slip[k, 1] = far + points.gap[k] - points.lift[k], 0.0, 0.0
+            # the law keeps the crushing strength over kn, as an opening
             n = min(max(-kn * opening[k], 0.0), kn * fc)
             t1, t2 = ks * points.slip_1[k], ks * points.slip_2[k]
             energy += points.area[k] * 0.5 * (n * n / kn + (t1 * t1 + t2 * t2) / ks)

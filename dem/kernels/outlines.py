@@ -201,10 +201,11 @@ def _between(
 
 @kernel(fast=False, counted=True)
 def find_ends(points: Points, joints: Joints, setback: Array, solids: SolidArrays, rows: Index, ends: Array) -> None:
-    """Write the rows of ``ends`` of the points of some joints.
+    """Write where the points of some joints lie between the ends of the outline.
 
-    A row holds s, t and the gradient of the gap as it was made, then for each axis its ends. Those are the part of the
-    way from the lower to the upper end, and whose edge either is.
+    A row of ``ends`` holds s, t and the gradient of the gap as it was made. For each axis follow the part of the way
+    from
+    the lower to the upper end, and whose edge either end is.
     """
     for j in rows:
         first, last = joints.start[j], joints.start[j + 1]

@@ -23,9 +23,9 @@ def _extent(x: Array) -> float:
 
 @kernel(fast=False, forceinline=True)
 def _may_be_at_an_end(along: Array, aside: Array, opening: Array) -> bool:
-    """Whether all pressed points may be at the lower, or all at the upper end of the outline along an axis.
+    """Whether all pressed points may be at one end of the outline along an axis.
 
-    They are not where another point lies beyond in the same row.
+    They are not where other points lie beyond in the same row, to both sides.
     """
     level, length = 1e-9 * _extent(aside), max(_extent(along), 1e-300)
     above = below = False

@@ -112,7 +112,17 @@ def _sheared(stiff: Array, along: Array, most: Array, part: float) -> float:
 
 @kernel(fast=False, counted=True)
 def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: Array) -> None:
-    """Setbacks of points with which they store an energy [J], written; negative where they are moved on."""
+    """Write how far points are set back so that they store an energy [J].
+
+    They are negative where points may be moved on, by what keeps the force within ``HARDER`` times ``push`` and the
+    depth
+    within ``DEEPER`` times.
+
+    Parameters
+    ----------
+    stiff, deep : stiffness [N/m] and depth [m] of every point
+    allowed : that energy
+    """
     held, force = _pressed(stiff, deep, 0.0)
     if held <= allowed * (1.0 + 1e-12):
         more = 0.0
@@ -135,7 +145,10 @@ def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: A
 
 @kernel(fast=False, counted=True)
 def _bearable(stiff: Array, along: Array, most: Array, allowed: float) -> float:
-    """Factor on elastic displacements along the face with which they store no more than an energy [J]."""
+    """Factor on elastic slips with which points store no more than an energy [J], at most DEEPER.
+
+    ``most`` is the shear that each point bears [N]; the factor is found by halving.
+    """
     low, high = 0.0, DEEPER
     if _sheared(stiff, along, most, high) <= allowed:
         return high

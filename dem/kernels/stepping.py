@@ -163,7 +163,7 @@ def _accelerate(
 
 @kernel(inline="always")
 def _stop(bodies: RigidBodies) -> None:
-    """Take all free velocities away."""
+    """Take all free velocities away: velocity, spin and the angular momentum that it follows."""
     for i in range(bodies.mass.size):
         for k in range(3):
             if not bodies.held[i, k]:

@@ -131,6 +131,10 @@ def held_sums(
     """Sums of joint j where all of its points are within their strength: no root, no division, nothing is written.
 
     ``dashes`` is None where it has no dashpots, and then ``motion`` and ``rates`` are; see :func:`point_sums`.
+
+    Returned are as in :func:`point_sums` the sums of forces and moments, work and losses, and last whether a point is
+    not
+    within its strength: then the sums must not be used.
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
     # what is None is left out by the compiler: one loop over points for each kind of joint, the plain one the shortest
@@ -194,7 +198,12 @@ def joint_sums(
     j: int, points: Points, joints: Joints, bodies: RigidBodies, axes: Axes, d: Numbers, g: Numbers, z: Numbers,
     arms: tuple[Numbers, Numbers], dt: float,
 ) -> Numbers:
-    """Sums of joint j between rigid blocks; arguments as in :func:`yielding_sums` and ``kinematics``."""
+    """Forces, moments and losses of joint j between rigid blocks.
+
+    Arguments as in :func:`yielding_sums` and ``kinematics``. Points within their strength are summed first, by a
+    shorter
+    loop; only a joint with one that is not is summed by the whole law.
+    """
     brakes = joints.law[j, LAW.dash] != 0.0 and dt > 0.0
     if brakes:
         motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])

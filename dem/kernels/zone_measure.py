@@ -12,7 +12,10 @@ from dem.kernels.zones import met, stress_at, turned
 
 @kernel(counted=True, forceinline=True)
 def _zone_stresses(nodes: Nodes, zones: Zones, tables: QuadTable, stresses: Array) -> float:
-    """Stresses of all zones in the plane; their elastic energy [J]."""
+    """Write the stresses of all zones in the plane [Pa], and return their elastic energy [J].
+
+    ``stresses`` has shape (zones, 4, 4): xx, zz, xz and yy at the four stress points, in axes of the structure.
+    """
     u, trial, plastic = np.empty(8), np.empty(4), np.empty(4)
     energy = 0.0
     for z in range(zones.kind.size):
@@ -46,7 +49,10 @@ def _zone_stresses(nodes: Nodes, zones: Zones, tables: QuadTable, stresses: Arra
 def _joint_stresses(
     nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array, joint: Array, energy: float
 ) -> float:
-    """Openings, slips and stresses of all contact points in the plane; an energy with their elastic one [J]."""
+    """Write opening, slip and stresses n, t of all contact points; the energy with their own [J].
+
+    ``joint`` has shape (m, 4); ``energy`` is what there is already.
+    """
     for k in range(contacts.joint.size):
         _, _, _, _, _, _, opening, slip = met(k, nodes, sides, contacts)
         row = contacts.joint[k]

@@ -46,9 +46,11 @@ class Met(NamedTuple):
 
 @kernel(fast=False)
 def planes(mat: Array, m: int, a: Array, b: Array, f: Array, shear: Index) -> int:
-    """Planes of material row m for sorted principal stresses: a s <= b, flow f, 1 where it is of shear; their number.
+    """Write the yield planes a s <= b of material row m, and return their number.
 
-    The first three stresses are s1 >= s2 >= s3 in plane strain; in plane stress the two in the plane, and 0.
+    The stresses are principal ones: s1 >= s2 >= s3 in plane strain; in plane stress the two in the plane, and 0. ``f``
+    is
+    the flow of each plane, ``shear`` 1 where it is of shear and 0 where it is of tension.
     """
     k, c, ft, q = mat[m, MAT_K], mat[m, MAT_C], mat[m, MAT_FT], mat[m, MAT_KPSI]
     for i in range(6):
@@ -81,7 +83,15 @@ def planes(mat: Array, m: int, a: Array, b: Array, f: Array, shear: Index) -> in
 
 @kernel(fast=False)
 def _met(active: Index, count: int, n: int, s: Array, surface: Planes, met: Met) -> bool:
-    """Multipliers of the active planes and the stress after them; True where both are admissible."""
+    """Return to some planes at once: True where multipliers and stress are admissible.
+
+    Parameters
+    ----------
+    active, count : numbers of the planes, and how many
+    n, surface : number of all planes; their a, b, f, the elastic constants d and dn, and a tolerance [Pa]
+    s : trial stress
+    met : multipliers and stress that are written, and work space
+    """
     a, b, f, d, dn, tol = surface
     lam, out, m = met
     # matrix a_i D f_j and right-hand side a_i s - b_i, by elimination with pivots

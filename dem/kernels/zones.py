@@ -42,7 +42,10 @@ from dem.kernels.zone_plasticity import (
 
 @kernel(forceinline=True)
 def turned(z: int, nodes: Nodes, zones: Zones, tables: QuadTable, u: Array) -> tuple[float, float]:
-    """Displacement of a zone's nodes in its own axes, written to u (8); cosine and sine of its rotation."""
+    """Displacement of a zone's nodes in its own axes, written to u (8); cosine and sine of its rotation.
+
+    The stiffness of a zone then is that of small strains; forces turn back by the same rotation.
+    """
     kind = np.uint64(zones.kind[z])
     i0, i1 = np.uint64(zones.node[z, 0]), np.uint64(zones.node[z, 1])
     i2, i3 = np.uint64(zones.node[z, 2]), np.uint64(zones.node[z, 3])
@@ -100,7 +103,11 @@ def stress_at(z: int, g: int, zones: Zones, tables: QuadTable, u: Array) -> tupl
 
 @kernel()
 def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plastic: Array) -> tuple[float, int]:
-    """Return the stress points of a zone to the surface; work lost [J] and whether one could not be returned."""
+    """Return the stress points of a zone to the yield surface.
+
+    Returned are the work lost [J] and 1 where a point could not be returned, else 0. The zone's ``spent`` stress, nodal
+    ``relief`` and enhanced ``amplitude`` follow, so that elastic forces stay those of the displacements.
+    """
     kind, m = np.uint64(zones.kind[z]), np.uint64(zones.material[z])
     lost = a0 = a1 = a2 = a3 = 0.0
     missed = 0
@@ -108,6 +115,7 @@ def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plas
     for g in range(4):
         xx, zz, xz, yy = stress_at(z, g, zones, tables, u)
         old = zones.flag[z, g]
+        # a point that yielded in the last step counts as one that has yielded
         past = (old & (SHEAR_PAST | TENSION_PAST)) | ((old & (SHEAR_NOW | TENSION_NOW)) << 2)
         if not exceeds(tables.material, m, xx, zz, xz, yy):
             zones.flag[z, g] = past
@@ -201,7 +209,12 @@ def zone_forces(nodes: Nodes, zones: Zones, tables: QuadTable, total: Array) -> 
 def met(
     k: int, nodes: Nodes, sides: Sides, contacts: SideContacts
 ) -> tuple[int, int, float, int, float, float, float, float]:
-    """Where contact point k lies: nodes and share along a's segment, that segment, frame t and n, opening and slip."""
+    """Where contact point k lies on its side of block a.
+
+    Returned are two nodes of the segment, the share along it, its number, the tangent (dx, dy), opening and slip [m].
+    The
+    outward normal is (dy, -dx).
+    """
     b0, b1, share = contacts.node[k, 0], contacts.node[k, 1], contacts.share[k]
     place, shift = nodes.place, nodes.shift
     x = (1.0 - share) * (place[b0, 0] + shift[b0, 0]) + share * (place[b1, 0] + shift[b1, 0])

@@ -58,9 +58,9 @@ def joint_marks(state: State, now: PointForces, count: int) -> JointMarks:
 
 
 def bond_yielded(assembly: Assembly, state: State) -> tuple[float, tuple[str, str]]:
-    """Largest opening or slip of a joint that bears perfectly plastic cohesion or tension [m], and its two blocks.
+    """Largest plastic opening or slip of a joint with perfectly plastic bond [m], and its blocks.
 
-    Beyond the elastic part; 0 and no names where there is no such joint.
+    It is 0 and no names where there is no such joint.
     """
     now = state.measured(assembly)
     p, law = state.points, state.joints.law[now.owner]

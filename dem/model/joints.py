@@ -207,6 +207,7 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
         by_opening, by_slip = np.where(alone, rate, by_opening), np.where(alone, rate, by_slip)
     for name in LOST:
         out[:, getattr(LAW, name)], out[:, getattr(LAW, f"rest_{name}")] = getattr(peak, name), getattr(rest, name)
+    # as an opening, so that the kernel compares displacements
     out[:, LAW.crushing] = peak.crushing / out[:, LAW.kn]
     out[:, LAW.by_opening], out[:, LAW.by_slip], out[:, LAW.dash] = by_opening, by_slip, dash
     out[:, LAW.secant] = [j.unloading is Unloading.SECANT for j in laws]

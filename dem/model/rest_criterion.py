@@ -96,7 +96,10 @@ class Scale:
         return replace(self, load=np.maximum(self.load, _own_load(wrench, self.free, self.arm)))
 
     def above_rounding(self, state: State) -> "Scale":
-        """The same, but of a block that others press at least 1e-7 of that, below which no balance can be told."""
+        """This scale with at least 1e-7 of what others press a block by.
+
+        Below that no balance of a block can be told from rounding.
+        """
         if not (self.load < 1e-6 * self.load.max()).any():
             return self
         _, force = _stored(state)
@@ -356,10 +359,10 @@ def hold(
 
 
 def _accelerates(path: list[tuple[float, float]]) -> bool:
-    """True where the blocks were faster, and the unbalanced force larger, in each later third of the last half.
+    """Whether speed and unbalanced force grow in each later third of the last half of a path.
 
     A few hundred steps say nothing: joints that slip one after the other let blocks speed up for a while on the way to
-    an equilibrium that takes tens of thousands.
+    an equilibrium that takes tens of thousands. ``path`` holds displacement and unbalanced force of each look.
     """
     part = len(path) // 6
     if part < 3:

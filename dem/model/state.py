@@ -130,7 +130,7 @@ class State:
         return State(**{f.name: twin(getattr(self, f.name)) for f in fields(self)})
 
     def part(self, rows: Index) -> State:
-        """The same blocks with some joints alone, given in their order, whose arrays are copies."""
+        """This state with some joints alone, in the order given; their arrays are copies."""
         j, count = self.joints, np.diff(self.joints.start)[rows]
         points = points_of(j, rows)
         joints: dict[str, Any] = {name: x[rows] for name, x in j._asdict().items() if name != "start"}
@@ -217,10 +217,7 @@ class State:
         return cls.from_arrays(read_archive(path), path)
 
     def energy_of_motion(self) -> float:
-        """Kinetic energy of the free degrees of freedom now [J].
-
-        It is that of the velocities and angular momenta.
-        """
+        """Kinetic energy of the free degrees of freedom now, by velocities and momenta [J]."""
         b = self.bodies
         rot = b.rot + np.eye(3)
         spin = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)
@@ -239,10 +236,7 @@ class State:
         self.total[kernels.E_KINETIC] = 0.0
 
     def measured(self, assembly: Assembly) -> PointForces:
-        """Contact forces in the present position.
-
-        Changes nothing.
-        """
+        """Contact forces in the present position; nothing changes."""
         m = len(self.points.s)
         position, force = np.empty((m, 3)), np.empty((m, 3))
         opening, slip = np.empty(m), np.empty((m, 2))

@@ -97,7 +97,7 @@ def collapse(
 
 
 def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Prediction:
-    """The search, and its repeats for the error budget."""
+    """Search for the largest load that stands, and repeat it for the error budget."""
     begun = time.perf_counter()
     unit = _unit(assembly, loads)
     points, model = chosen_points(assembly, chosen.contact_points, chosen.contact_model)
@@ -172,7 +172,7 @@ def _start(assembly: Assembly, loads: Loads, chosen: DemSettings, check: str) ->
 def _budget(
     assembly: Assembly, loads: Loads, found: Search, chosen: DemSettings, controls: Controls
 ) -> tuple[dict[str, dict[str, Any]], list[str]]:
-    """Repeats of a search in changed models, by check, and what they call in doubt."""
+    """Repeats of a search in changed models, by check, and notes on what they call in doubt."""
     share = 1.0 / (1 + len(chosen.error_budget))
     budget: dict[str, dict[str, Any]] = {}
     notes: list[str] = []
@@ -208,7 +208,7 @@ def _budget(
 
 
 def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[float]) -> list[str]:
-    """What a reader must know of a search: it was interrupted, loads stayed undecided, a load at rest moved far."""
+    """Notes on a search that was interrupted, left loads undecided, or moved blocks far at rest."""
     notes = []
     if "interrupted" in found.details:
         notes.append(f"interrupted while holding {found.details['interrupted']:.5g}: the bracket is not closed")
@@ -236,7 +236,7 @@ def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
 
 
 def _far_notes(assembly: Assembly, found: Search, contacts: str) -> list[str]:
-    """What to say where the largest load that stood has moved blocks to where the first contacts may not be all."""
+    """Notes where the largest load that stood moved blocks beyond their first contacts."""
     block, moved = farthest(assembly, found.state, reaches(assembly))
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or moved <= SMALL * near_margin(assembly):
         return []
@@ -248,7 +248,7 @@ def _far_notes(assembly: Assembly, found: Search, contacts: str) -> list[str]:
 
 
 def _sway_notes(assembly: Assembly, found: Search, moved_limit: float) -> list[str]:
-    """What to say where a load in equilibrium has moved blocks far, by soft joints or by bonds that yield."""
+    """Notes where a load in equilibrium moved blocks far, by soft joints or by bonds that yield."""
     share, edge = _swayed(assembly, found, moved_limit), smallest_edge(assembly)
     yielded, (a, b) = bond_yielded(assembly, found.state)
     if yielded >= MOVED * edge or (share > 0.5 and yielded >= PLASTIC * MOVED * edge):
@@ -265,7 +265,10 @@ def _sway_notes(assembly: Assembly, found: Search, moved_limit: float) -> list[s
 
 
 def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Search:
-    """The search gone on with from the largest load that stood, with a larger displacement that counts as collapse."""
+    """Go on with a search from the largest load that stood, with a wider limit of collapse.
+
+    The limit is the displacement that counts as collapse.
+    """
     patience = max(v.steps for _, v in found.record if v.outcome == EQUILIBRIUM)
     again = increments(
         assembly, loads, found.state.copy(), replace(c, first=c.tolerance * found.stable), settled=found.stable,
@@ -279,7 +282,7 @@ def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Se
 
 
 def _at_half_rate(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Search:
-    """The last tenth of the climb again with every increment halved."""
+    """Repeat the last tenth of the climb with every increment halved."""
     begin, state = found.near if found.near is not None else (0.0, found.state)
     climbed = [begin]
     for value, verdict in found.record:

@@ -207,7 +207,11 @@ class _Bracket:
         return np.inf if self.stable >= self.up_to or new > 1e3 * self.c.unit else new
 
     def held(self, new: float, record: list[tuple[float, LoadVerdict]]) -> None:
-        """Count a load as held; one above a refused load shows that it was refused for the stride that led to it."""
+        """Count a load as held.
+
+        One above a refused load shows that the latter was refused for the stride that led to it: the bracket opens
+        again.
+        """
         if new >= self.refused:
             # reopen the bracket: up to the next refused load, or upwards again
             above = [(x, v.outcome) for x, v in record if v.outcome != EQUILIBRIUM and x > new]

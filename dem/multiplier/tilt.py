@@ -327,6 +327,7 @@ def _stopped(
     guess = min(runs[-1].peak, last_tangent)
     if len(runs) > 1 and runs[-2].rate > runs[-1].rate:
         (fast, high), (slow, low) = runs[-2:]
+        # peaks at two speeds, continued in a line to a table that stands still
         guess = min(guess, max(low - (high - low) * slow / (fast - slow), 0.5 * guess))
 
     def turned(tangent: float) -> Array:
@@ -339,7 +340,10 @@ def _stopped(
 
 
 def _read(history: History, begun: float, d: Array, weight: float) -> Readings:
-    """What a history says of a turning table since a step."""
+    """Readings of a turning table since a step: angles, reactions over the weight, their ratio.
+
+    ``d`` is the downhill direction, a unit vector.
+    """
     total = history.reaction[:, :, :3].sum(axis=1)
     vertical, horizontal = total[:, 2] / weight, -(total @ d) / weight
     # a wall that leaves the table has no ratio

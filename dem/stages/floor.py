@@ -24,6 +24,10 @@ class Floor:
     """
 
     def __init__(self, assembly: Assembly, dead: Array) -> None:
+        """Find up and the level of the floor, that of the lowest corner of the supports.
+
+        Where a block hangs below that, the floor lies so deep that only what falls out of the structure meets it.
+        """
         self.assembly, self.reach = assembly, reaches(assembly)
         total = dead[~assembly.fixed, :3].sum(axis=0)
         pulls = float(np.linalg.norm(total)) > 1e-9 * float(np.abs(dead[:, :3]).sum())

@@ -245,9 +245,7 @@ class History(Displayed, Tabular, ReadOnly):
         return rotation_vectors(self.quaternion[:, self._column(block)])
 
     def curve(self, block: int | str, direction: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> Curve:
-        """Load-displacement curve of a driven block along a direction.
-
-        It is the force of the drive [N] over the displacement [m].
+        """Force of a drive over the displacement of its block along a direction [N, m].
 
         It unpacks as displacement, force. Its errors are the energy from nowhere over the largest work of the loads and
         the kinetic energy over the work so far, both [-].
@@ -293,9 +291,9 @@ class History(Displayed, Tabular, ReadOnly):
         }
 
     def diagram(self) -> dict[str, Any]:
-        """What ``plot()`` draws: displacement against the ground of the block that ends farthest from its place [mm].
+        """What ``plot()`` draws: the displacement of the block that ends farthest away [mm].
 
-        It stands over time, or over steps in quasi-static mode, whose time counts steps.
+        It is against the ground, over time or, in quasi-static mode, whose time counts steps, over steps.
         """
         held = self.assembly.fixed[self._blocks]
         moved = self.shift - (self.shift[:, held].mean(axis=1, keepdims=True) if held.any() else 0.0)

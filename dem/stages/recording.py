@@ -63,6 +63,10 @@ class Recorder:
         detect_every: int | None,
         store: Store | None = None,
     ) -> None:
+        """Split the loads into cases that stages scale, and lay out what is recorded.
+
+        Cases are dead load without weight, weight, live load, and weight along x and y, for tilting tables.
+        """
         n = assembly.n_blocks
         self.assembly, self.state, self.stages = assembly, state, stages
         weight = np.zeros((n, 6))
@@ -200,10 +204,7 @@ class Recorder:
         return bool(len(met))
 
     def _beyond(self) -> bool:
-        """True where the first contacts may no longer be all there are.
-
-        Noted when it is seen first.
-        """
+        """Whether the first contacts may no longer be all there are; noted when seen first."""
         block, moved = farthest(self.assembly, self.state, self.reach)
         beyond, names = moved > SMALL * self.margin, [block]
         if beyond:
@@ -250,6 +251,7 @@ class Recorder:
         w.since += steps
         w.travelled += steps * travel_per_step(self.state, self.reach)
         if not w.searching:
+            # a little before half the margin, up to which steps_to_look lets corners travel
             if w.travelled > 0.45 * self.margin:
                 w.travelled = 0.0
                 self.start_looking()
@@ -289,10 +291,7 @@ class Recorder:
         self.watch.due = self.watch.since + max(SOONEST, int(min(soonest / self.state.dt, self.every or 0)))
 
     def add(self, state: State, stage: int) -> dict[str, float]:
-        """Record a sample.
-
-        Refuse a state in which energy appears from nowhere.
-        """
+        """Record a sample; refuse a state in which energy appears from nowhere."""
         now = state.measured(self.assembly)
         e = state.total
         force, moment = unbalance(state, self.scale)
@@ -317,6 +316,7 @@ class Recorder:
         elif not self.watch.searching and pivots_on_wrong_face(self.assembly, state, now):
             self._detect()
         worked = abs(row["applied"] - self.begun["applied"]) + abs(row["support"] - self.begun["support"])
+        # all energy that could have become kinetic
         size = max(self.begun["kinetic"] + self.begun["elastic"] + worked, 1e-300)
         created = sum((row[c] - self.begun[c]) * (-1.0 if c in ("applied", "support") else 1.0) for c in self.begun)
         explodes = row["kinetic"] > 10.0 * size and created > 10.0 * size

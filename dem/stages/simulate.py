@@ -127,10 +127,7 @@ def prepared(
     store: Store | None = None,
     **model: Unpack[StateOptions],
 ) -> StageRun:
-    """Run that stands before its first step.
-
-    Arguments and errors as for :func:`simulate`.
-    """
+    """Run that stands before its first step; arguments and errors as for :func:`simulate`."""
     listed = [stages] if isinstance(stages, Stage) else stages
     todo, chosen = list(several("stages", listed, Stage)), given(model, StateOptions, "simulate")
     if not todo:

@@ -84,6 +84,7 @@ class StageRun:
             raise
 
     def _advance(self) -> Mapping[str, Any] | None:
+        """Step to the next sample, or as far as nothing must be looked at; None without a sample."""
         self._leave()
         if self.over:
             return None
@@ -138,10 +139,7 @@ class StageRun:
             self._open(self.at.stage + 1, None)
 
     def _open(self, number: int, at: Position | None) -> None:
-        """Begin a stage, or go on in it.
-
-        One without length pauses at once.
-        """
+        """Begin a stage, or go on in it where ``at`` says; one without length pauses at once."""
         if number and at is None:
             self._close()
         rec, state, stage = self.rec, self.rec.state, self.rec.stages[number]

@@ -90,6 +90,7 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
 
 
 def _check_plane(assembly: Assembly, k: int) -> None:
+    """Refuse a joint that faces y: zoned blocks are for walls in x-z."""
     i = assembly.interfaces[k]
     if abs(i.normal[1]) > 1e-6:
         a, b = assembly.blocks[i.block_a].name, assembly.blocks[i.block_b].name

@@ -74,10 +74,11 @@ class ZonedRun:
     finish = begin
 
     def advance(self) -> Mapping[str, Any]:
-        """Step to the next sample."""
+        """Step to the next sample; the force of the drive is the mean over the last quarter."""
         model, number, last = self.model, self.samples, self.record.columns
         rate, tail = float(self.rates[number]), min(self.chunk, max(self.chunk // 4, 20))
         running.drive(model, self.twist * rate, self.hold)
+        # damping of a steady motion is let through only where little moves beside it
         calm = last["restless"][-1] < CALM
         running.advance(model, self.chunk - tail, drifts=calm)
         running.advance(model, tail, drifts=calm)
@@ -122,7 +123,10 @@ class ZonedRun:
 
 
 def _rates(path: Sequence[float], steps: int, samples: int) -> Array:
-    """Displacement per step in every sample [m]: a gentle start, then one speed, exactly to each turning point."""
+    """Displacement per step in every sample [m], exactly to each turning point.
+
+    The first ``GENTLE`` samples rise to the speed of the others, as a jump of speed would shake the blocks.
+    """
     lengths = np.diff([0.0, *path])
     whole = np.abs(lengths).sum()
     chunk = steps // samples

@@ -64,6 +64,7 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
         raise UnstableError(f"block {name!r} has moved farther than the structure is large")
     corner = (model.nodes.place + model.nodes.shift)[model.zones.node]
     one, two = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]
+    # diagonals of a zone that no longer turn the same way: it has no area left
     flat = one[:, 0] * two[:, 1] <= one[:, 1] * two[:, 0]
     if flat.any():
         refuse_explosion(model)
@@ -107,9 +108,10 @@ def read(model: ZonedModel) -> Reading:
 
 
 def unbalance(model: ZonedModel) -> float:
-    """Largest unbalanced force at a free node over the mean applied one [-].
+    """Largest unbalanced force over the applied one [-], of free nodes and of rigid blocks.
 
-    For rigid blocks it is taken over the sum of the applied forces.
+    At a node it is over the mean applied force per free node, as each bears a small part of the load. At a rigid block,
+    which may bear all of it, it is over the sum. A structure without loads is measured by the reactions of its drive.
     """
     nodes, rigid = model.nodes, model.rigid
     free = nodes.body < 0
@@ -130,9 +132,7 @@ RAMP = 20
 
 
 def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_STEPS) -> bool:
-    """Bring the loads on and run until the unbalance stays below a tolerance.
-
-    Whether it did within the steps.
+    """Bring the loads on and run until the unbalance stays below a tolerance; False if it does not.
 
     Loads come in twenty parts over two of the slowest swings, at most a quarter of the steps.
     """
@@ -167,7 +167,10 @@ def energy_error(model: ZonedModel, at_start: float = 0.0) -> float:
 
 
 def slowest_period(model: ZonedModel) -> float:
-    """Steps of the slowest swing with closed, elastic joints on the masses as they are."""
+    """Steps of the slowest swing with closed, elastic joints on the masses as they are.
+
+    It is 2 pi / omega of the smallest eigenvalue of M^-1 K, sought from just below zero.
+    """
     reach = freedoms(model)
     k = (reach.T @ stiffness(model) @ reach).tocsc()
     free = np.flatnonzero(model.nodes.body < 0)

@@ -47,10 +47,7 @@ class ZonedStructure(DrivenStructure):
     least_samples = 1
 
     def __init__(self, assembly: Assembly, drive: Drive, loads: Loads | None, chosen: PushSettings) -> None:
-        """Zones, contacts, masses and signature.
-
-        Nothing moves yet.
-        """
+        """Zones, contacts, masses and signature; nothing moves yet."""
         stress = chosen.stress or PLANE_STRESS
         assert chosen.zone_size is not None
         super().__init__(assembly, drive, loads, chosen)
@@ -153,9 +150,9 @@ class ZonedStructure(DrivenStructure):
         return 0.0, float(run.chunk * run.samples)
 
     def curve_of(self, run: ZonedRun, status: RunStatus, steps: int, seconds: float) -> PushCurve:
-        """What a run says of the drive.
+        """Curve of a run: displacement, force, errors, marks and states of the zones.
 
-        ``seconds`` are those of the record, runs before it included.
+        Its ``seconds`` are those of the record, runs before it included.
         """
         r, m = run.record.arrays(), self.model
         slid, driven = float(np.nanmax(r["slip"][-1], initial=0.0)), int(np.argmax(np.abs(self.twist).max(axis=1)))
