@@ -12,7 +12,7 @@ from limitmason.arrays import Array, Index
 from limitmason.capacity import descent, newton
 from limitmason.capacity.certificate import SHORTEST, WITHIN
 from limitmason.capacity.kinematics import Pose, motion_between, moved
-from limitmason.capacity.point_law import PlasticHistory
+from limitmason.capacity.point_law import PlasticHistory, slip_under_strength, trial
 from limitmason.capacity.stepping import Node, by_programs, descent_first, node_of, quieted, step
 from limitmason.capacity.system import Evaluated, System
 
@@ -40,12 +40,13 @@ def overload(system: System, old: PlasticHistory, at: Evaluated) -> Array:
     stress, new = at.returned.stress, at.returned.history
     least = SHORTEST * system.length
     opening = at.contact.displacement[:, 0] - new.lift - s.tension / law.kn
-    slid = np.linalg.norm(new.slip - old.slip, axis=1)
+    tried, free = trial(law, old, at.contact.displacement), law.kn * (new.lift - at.contact.displacement[:, 0])
+    slid = slip_under_strength(law, s, old, tried[:, 1:], free, np.linalg.norm(new.slip - old.slip, axis=1))
     spare = np.linalg.norm(stress[:, 1:], axis=1) - np.maximum(s.shear_strength(stress[:, 0]), 0.0)
     # an open point has no shear strength that slip could break, nor one beyond the tip of the cone
     # a point that does not slide is below its strength by its spare shear over its spring
-    short = np.where(stress[:, 0] > -s.tension, np.minimum(spare / law.ks, 0.0), -np.inf)
-    sliding = np.where(s.bears_shear(stress[:, 0]), np.where(slid > 0.0, slid, short), -np.inf)
+    bears = (stress[:, 0] > -s.tension) & s.bears_shear(stress[:, 0])
+    sliding = np.where(slid > 0.0, slid, np.where(bears, np.minimum(spare / law.ks, 0.0), -np.inf))
     by_opening, by_slip = softening.sudden
     over = np.where(by_opening, opening / np.maximum(law.strength.tension / law.kn, least), -np.inf)
     other = np.where(by_slip, sliding / np.maximum(law.strength.cohesion / law.ks, least), -np.inf)

@@ -232,14 +232,18 @@ def damage_error(s: Structure, before: PathState, after: PathState) -> float:
     p = s.points
     if not p.softens:
         return 0.0
-    components, apart, _ = forces(s, after)
+    (began, from_, _), (components, apart, _) = forces(s, before), forces(s, after)
     grown = np.asarray(after.damage) - before.damage
     now = strength(s, after)
     beyond = beyond_strength(s, after, apart)
-    # beyond the tip of the cone there is no shear strength that slip could break
-    bears = now.bears_shear(components[:, 0] / p.area)
-    at_tip = np.abs(now.shear_strength(components[:, 0] / p.area)) <= AT_THE_TIP * now.cohesion
-    slid = np.where(bears | at_tip, np.linalg.norm(after.slip - before.slip, axis=1), 0.0)
+    # beyond the tip of the cone there is no shear strength that slip could break: it counts up to where that is passed
+    end = components[:, 0] / p.area
+    at_tip = np.abs(now.shear_strength(end)) <= AT_THE_TIP * now.cohesion
+    all_of_it = now.bears_shear(end) | at_tip
+    first, last = (now.shear_strength(n) for n in (began[:, 0] / p.area, p.kn * (after.lift - apart[:, 0])))
+    share = np.maximum(first, 0.0) / np.where(all_of_it, 1.0, np.maximum(first, 0.0) - last)
+    until = from_[:, 1:] + share[:, None] * (apart - from_)[:, 1:]
+    slid = np.linalg.norm(np.where(all_of_it[:, None], after.slip, until) - before.slip, axis=1)
     at_once = p.by_opening >= SUDDEN, p.by_slip >= SUDDEN
     opening, slip = (np.where(a, 0.0, r) for a, r in zip(at_once, (p.by_opening, p.by_slip), strict=True))
     least = np.minimum(np.maximum(before.damage, opening * beyond), 1.0)

@@ -11,8 +11,9 @@ Strengths go from peak to residual values as the damage h of a point goes from 0
 
     h = max(h_n, rate_opening x) + rate_slip p,  x = w - lift - t(h) / kn
 
-for the strengths at the end of the step, so that the energy spent does not depend on its length. What is lost at once
-is not lost here: within a step such points keep their strength, see :mod:`limitmason.capacity.breaking`.
+for the strengths at the end of the step, so that the energy spent does not depend on its length; p counts up to the
+tip of the cone, should the step pass it. What is lost at once is not lost here: within a step such points keep their
+strength, see :mod:`limitmason.capacity.breaking`.
 """
 
 from typing import NamedTuple
@@ -61,17 +62,24 @@ class PlasticHistory(NamedTuple):
     """Plastic state of the points: slip along the tangents [m], (m, c - 1), and lift by dilation [m], (m,).
 
     ``damage`` [-], (m,), is 0 at peak and 1 at residual strength; one 0 for points that never soften.
-    ``stretched`` is the plastic elongation of the ties [m], (t,).
+    ``stretched`` is the plastic elongation of the ties [m], (t,). ``stress`` (N, T...) is that of the state [Pa],
+    (m, c), from which the next step of softening points begins; one 0 where none softens.
     """
 
     slip: Array
     lift: Array
     damage: Array | float = 0.0
     stretched: Array = np.zeros(0)
+    stress: Array | float = 0.0
 
     def at(self, rows: Index) -> "PlasticHistory":
         """Of some of the points."""
-        return PlasticHistory(self.slip[rows], self.lift[rows], np.broadcast_to(self.damage, self.lift.shape)[rows])
+        damage = np.broadcast_to(self.damage, self.lift.shape)[rows]
+        return self._replace(slip=self.slip[rows], lift=self.lift[rows], damage=damage, stress=self.began()[rows])
+
+    def began(self) -> Array:
+        """Stress from which the next step begins [Pa], (m, c)."""
+        return np.broadcast_to(self.stress, (len(self.slip), self.slip.shape[1] + 1))
 
 
 class Returned(NamedTuple):
@@ -111,9 +119,9 @@ def return_map(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) 
         return _plastic(law, law.strength, old, tried)
     before = np.array(np.broadcast_to(old.damage, law.kn.shape))
     found = _plastic(law, law.strength_at(before), old._replace(damage=before), tried)
-    rows = np.flatnonzero(_demanded(law, before, old.lift, tried, before) > before)
+    rows = np.flatnonzero(_demanded(law, old._replace(damage=before), tried, before) > before)
     if not len(rows):
-        return found
+        return found._replace(history=found.history._replace(stress=found.stress))
     assert law.softening is not None
     # the point and all probes of its difference quotients at once: of few points, calls cost more than numbers
     k, c = len(rows), displacement.shape[1]
@@ -131,7 +139,7 @@ def return_map(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) 
     tangent[rows] = -0.5 * (ahead - behind).transpose(1, 2, 0) / probe[:, None, None]
     for j in range(c):
         tangent[rows, j, j] += _OPEN_TANGENT * np.minimum(law.kn, law.ks)[rows]
-    return Returned(stress, PlasticHistory(slip, lift, before), tangent)
+    return Returned(stress, PlasticHistory(slip, lift, before, stress=stress), tangent)
 
 
 def returned_stress(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> Array:
@@ -195,46 +203,68 @@ def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -
     before, tried = np.asarray(old.damage), _elastic_predictor(law, old, displacement)
     damage = before
     for _ in range(40):
-        asked = _demanded(law, before, old.lift, tried, damage)
+        asked = _demanded(law, old, tried, damage)
         # Newton's method on damage = demanded(damage), with the slope by a difference
         if (np.abs(asked - damage) < 1e-13).all():
             break
         probed = np.minimum(damage + 1e-7, 1.0)
-        rise = _demanded(law, before, old.lift, tried, probed) - asked
+        rise = _demanded(law, old, tried, probed) - asked
         slope = rise / np.maximum(probed - damage, 1e-300)
         # a point whose strength falls faster than its spring unloads goes all the way
         onward = np.where(slope < 1.0, (asked - damage) / np.where(slope < 1.0, 1.0 - slope, 1.0), 1.0 - damage)
         damage = np.clip(damage + onward, before, 1.0)
     else:
         # Slip damages no more where the tip of the cone has come to the tension: there the damage stops, halved in on.
-        swings = np.abs(_demanded(law, before, old.lift, tried, damage) - damage) >= 1e-13
+        swings = np.abs(_demanded(law, old, tried, damage) - damage) >= 1e-13
         low, high = before, np.ones(len(before))
         for _ in range(52):
             middle = 0.5 * (low + high)
-            more = _demanded(law, before, old.lift, tried, middle) > middle
+            more = _demanded(law, old, tried, middle) > middle
             low, high = np.where(more, middle, low), np.where(more, high, middle)
         damage = np.where(swings, high, damage)
     return _plastic_corrector(law, law.strength_at(damage), old.lift, tried), damage
 
 
-def _demanded(law: ElastoplasticLaw, before: Array, lift: Array, tried: _ElasticPredictor, damage: Array) -> Array:
+def _demanded(law: ElastoplasticLaw, old: PlasticHistory, tried: _ElasticPredictor, damage: Array) -> Array:
     """Damage that a step asks for if it is returned with the strengths of ``damage``.
 
     It has shape (m,). The true damage is where both are equal.
 
     Parameters
     ----------
-    before, lift : damage and opening by dilation before the step, (m,)
+    old : history at the start of the step
     tried : elastic predictor
     """
     assert law.softening is not None
     by_opening, by_slip = law.softening.gradual
     s = law.strength_at(damage)
-    found = _plastic_corrector(law, s, lift, tried)
+    found = _plastic_corrector(law, s, old.lift, tried)
     beyond = np.maximum(tried.opening - found.lift - s.tension / law.kn, 0.0)
-    # beyond the tip of the cone there is no shear strength that slip could break
-    slip = np.where(s.bears_shear(found.normal), found.slip, 0.0)
-    return np.minimum(np.maximum(before, by_opening * beyond) + by_slip * slip, 1.0)
+    shear = tried.size[:, None] * tried.along
+    slip = slip_under_strength(law, s, old, shear, law.kn * (found.lift - tried.opening), found.slip)
+    return np.minimum(np.maximum(old.damage, by_opening * beyond) + by_slip * slip, 1.0)
+
+
+def slip_under_strength(
+    law: ElastoplasticLaw, s: PointLaw, old: PlasticHistory, tried: Array, normal: Array, slip: Array
+) -> Array:
+    """Slip of a step that met a shear strength [m], (m,): all of it, or up to the tip of the cone, with no shear left.
+
+    Beyond the tip there is none that slip could break. On the way from the stress at the start to that of the end by
+    strengths ``s`` the tip is passed where their shear strength is nothing.
+
+    Parameters
+    ----------
+    tried : shear at the end without further slip [Pa], (m, c - 1)
+    normal, slip : normal stress at the end without a limit [Pa], and what slips in the step [m], (m,)
+    """
+    bears, began = s.bears_shear(np.maximum(normal, -s.tension)), old.began()
+    if bears.all():
+        return slip
+    first, last = s.shear_strength(began[:, 0]), s.shear_strength(normal)
+    share = np.where(first > 0.0, first / np.where(bears, 1.0, np.maximum(first, 0.0) - last), 0.0)
+    at_tip = began[:, 1:] + share[:, None] * (tried - began[:, 1:])
+    return np.where(bears, slip, np.sqrt(np.einsum("mc,mc->m", at_tip, at_tip)) / law.ks)
 
 
 def _plastic_corrector(law: ElastoplasticLaw, s: PointLaw, lift: Array, tried: _ElasticPredictor) -> _PlasticCorrector:

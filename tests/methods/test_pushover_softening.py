@@ -349,19 +349,30 @@ def test_slip_damages_until_the_tip_of_the_cone_comes_to_the_tension(by_slip, da
     Half of such points kept a damage of 0, since the demand falls to nothing where the tip has come to the tension.
     """
     law = law_of(2, 0.0, 0.0, by_slip, (0.6, 0.0, 0.0), 0.8)
-    found = return_map(law, virgin(2, 2), np.array([[0.2, 1.0], [0.2, -1.0]]))
+    pulled = return_map(law, virgin(2, 2), np.array([[0.2, 0.0], [0.2, 0.0]])).history
+    found = return_map(law, pulled, np.array([[0.2, 1.0], [0.2, -1.0]]))
     assert np.asarray(found.history.damage) == pytest.approx([damage] * 2, abs=1e-12)
     assert found.stress[:, 0] == pytest.approx([-0.4] * 2)
     assert np.abs(found.stress[:, 1]) == pytest.approx([0.3 * (1.0 - damage) - 0.24] * 2, abs=1e-12)
 
 
+@pytest.mark.parametrize("steps", [1, 7])
+@pytest.mark.parametrize("beyond", [1.0, 1.7])
+def test_slip_on_the_way_to_the_tip_of_the_cone_counts_however_long_the_step(steps, beyond):
+    """Opened and sheared as one, a point is at the tip when 0.4 a = 0.5 (1 - h), with all of a slipped: h = 0.3 a."""
+    law, old = law_of(1, 0.0, 0.0, 0.3, (0.6, 0.0, 0.0), 0.8), virgin(1, 2)
+    for a in np.linspace(0.0, beyond, steps + 1)[1:]:
+        old = return_map(law, old, a * np.array([[0.2, 1.0]])).history
+    assert old.damage[0] == pytest.approx(0.3 * 0.5 / 0.55, abs=1e-12)
+
+
 @pytest.mark.slow
 def test_a_path_in_space_with_tension_beyond_the_tip_keeps_its_softening_law():
-    """It stepped over 2.5 % of load, and its certificate refused a quarter of the samples."""
+    """It stepped over 2.5 % of load, and its certificate refused a quarter of the samples; then it was 1 % high."""
     path = lm.pushover(*ENGINES["pushover bonds"].model(7, 5).build())
     assert all(c.accepted for c in path.certificates)
     finer = lm.pushover(*ENGINES["pushover bonds"].model(7, 5).build(), steps=Steps(largest=0.01, smooth=5e-3))
-    assert path.peak.load == pytest.approx(finer.peak.load, rel=0.02)
+    assert path.peak.load == pytest.approx(finer.peak.load, rel=2e-3)
 
 
 def test_one_step_and_many_spend_the_same_on_a_straight_opening():

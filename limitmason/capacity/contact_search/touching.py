@@ -163,9 +163,10 @@ def found_anew(
     order = kept.ordered()
     damage = np.append(np.broadcast_to(history.damage, history.lift.shape)[~gone], [new.damage for new in made])
     before = np.concatenate([np.flatnonzero(~gone), np.full(len(made), -1, np.intp)])
-    return Renewed(
-        kept.at(order), PlasticHistory(slip[order], lift[order], damage[order]), all_force[order], before[order]
-    )
+    kept, all_force = kept.at(order), all_force[order]
+    stress = all_force / kept.area[:, None]
+    renewed = PlasticHistory(slip[order], lift[order], damage[order], stress=stress)
+    return Renewed(kept, renewed, all_force, before[order])
 
 
 def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: Flags, gap: Array) -> Near:
