@@ -232,6 +232,7 @@ def _answered(
 
 
 def _load_at(found: Any, method: str, displacement: float) -> float:
+    """Load of a method's curve at a displacement."""
     curve = found.details.get("curve") if isinstance(found, Prediction) else found
     if not isinstance(curve, Curve):
         raise InputError(f"method {method!r} follows no curve: it has no load at a displacement")

@@ -200,6 +200,7 @@ def _shrunk(assembly: Assembly, share: float) -> list[Interface]:
 
 
 def _directions(tilts: Sequence[str] | Mapping[str, ArrayLike]) -> Mapping[str, ArrayLike]:
+    """Directions of tilts by name, from names of the ground or as given."""
     if isinstance(tilts, Mapping):
         return tilts
     if not isinstance(tilts, str | Sequence):

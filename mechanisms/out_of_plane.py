@@ -190,17 +190,11 @@ def rocking_terms(
     facade: Facade, hinge: int, crossed: int, *, reduction: float | None = None, below_crack: str = "connected",
     friction: FrictionSums | None = None,
 ) -> PowerRatio:
-    """Return numerator and denominator of lambda_B as polynomials in the crack's tangent.
+    """Numerator and denominator of lambda_B as polynomials in s, the tangent of the crack.
 
-    s = 0 gives lambda_A.
-
-    Parameters
-    ----------
-    facade : parameters
-    hinge, crossed : n_k and n_c <= n_k
-    reduction : omega; None for 1 - s / tan(alpha_b)
-    below_crack : see :func:`compound_rocking`
-    friction : in place of the sums of :func:`mechanisms.friction.bed_joint_friction`
+    lambda_B = (resisting + side walls * side_n) / (driving + side walls * side_d), each moments about the hinge over
+    powers
+    0, 1, 2 of s [N m]. s = 0 gives lambda_A.
     """
     f, h = facade, facade.course_height
     top, crack = hinge * h, crossed * h
@@ -213,6 +207,7 @@ def rocking_terms(
     # wedge and overload on it, per side wall: b = H_c s
     wedge = 0.5 * f.unit_weight * f.side_wall_thickness * crack**2
     load_s, x0 = f.side_overload * crack, f.crack_offset
+    # moments of wedge and its overload about the hinge: to stabilise, and per lambda to overturn
     side_n = np.array([0.0, (wedge + load_s) * x0, wedge * crack / 3.0 + 0.5 * load_s * crack])
     side_d = np.array([0.0, wedge * (base + 2.0 * crack / 3.0) + load_s * top, 0.0])
     share = np.array([1.0, -1.0 / f.steepest_crack, 0.0]) if reduction is None else np.array([reduction, 0.0, 0.0])

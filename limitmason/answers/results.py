@@ -293,12 +293,10 @@ class Prediction(Displayed, Citable, ReadOnly):
 
     @property
     def quantities(self) -> dict[str, float]:
-        """What a test would write down, by name.
+        """What a test would write down, by name: the peak, what a curve shows, and the pattern.
 
-        "peak" (the multiplier), what its curve shows, and the pattern.
-
-        The pattern, "opened J" and "slid J" of every joint J, is that of the mechanism, where structure and contact
-        points are known. A method that tells what is left of the load gives that as "residual".
+        "peak" is the multiplier. The pattern, "opened J" and "slid J" of every joint J, is that of the mechanism, where
+        structure and contact points are known. A method that tells what is left of the load gives that as "residual".
         """
         curve, out = self.details.get("curve"), {"peak": float(self.collapse_multiplier)}
         if isinstance(curve, Curve):

@@ -139,9 +139,9 @@ def arch_from_curves(
 
 
 def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tuple[np.ndarray, np.ndarray, dict]:
-    """Joint ends of two arcs whose centres lie on the springing line.
+    """Joint ends of two arcs whose centres lie on the springing line; the crown joint is vertical.
 
-    The crown joint is vertical.
+    Returned are points of intrados and extrados from left to right [m], shape (n + 1, 2), and what the recipe keeps.
     """
     half = span / 2.0
     if voussoirs % 2:

@@ -212,9 +212,9 @@ def _place(length: float, sizes: list[tuple[float, bool]], senses: list[int]) ->
 
 
 def _sequence(bond: Bond, length: float) -> list[tuple[float, bool]]:
-    """Lay the module from 0 until `length` is covered.
+    """Sizes of the units that cover a length from 0, and whether each is a header.
 
-    Cut the last unit, and merge it if it is too short.
+    The last unit is cut; one that would be too short is merged with that before it.
     """
     sizes: list[tuple[float, bool]] = []
     position, index = 0.0, 0

@@ -126,6 +126,7 @@ def unit_crack_planes(assembly: Assembly, names: Sequence[str], least_length: fl
 
 
 def _plane(plane: Plane, name: str) -> tuple[Array, Array]:
+    """Point and unit normal of a crack plane, checked; ``name`` is that of its block."""
     if not isinstance(plane, (tuple, list)) or len(plane) != 2:
         raise InputError(f"the crack plane of block {name!r} must be a point and a normal, got {plane!r}")
     point = read_vector(f"point of the crack plane of block {name!r}", plane[0])

@@ -188,6 +188,7 @@ def _soldiers(where: str, band: Box, width: float) -> int:
 
 
 def _opening(given: Opening | Mapping, where: str) -> Opening:
+    """An opening from itself or a mapping of its fields."""
     if isinstance(given, Opening):
         return given
     if isinstance(given, Mapping):

@@ -223,6 +223,7 @@ def _add_lintels(site: Site, placed: Sequence[Placed], density: float | None) ->
 
 
 def _headers(given: object, leaves: int, bond: str) -> tuple[int, int] | None:
+    """Every how many courses and positions a header ties the leaves, or None."""
     if given is None:
         return None
     if bond != "running" or leaves < 2:
@@ -308,6 +309,7 @@ def _return_recipe(run: StraightWall) -> dict:
 
 
 def _opening_recipe(opening: Placed) -> dict:
+    """What the recipe of a wall keeps of an opening."""
     size = {"width": opening.x1 - opening.x0, "height": opening.z1 - opening.z0}
     record = {"x": opening.x0, "z": opening.z0, **size, "lintel": None, "bearing": None}
     if opening.soldiers:

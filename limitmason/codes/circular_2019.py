@@ -232,6 +232,7 @@ def _check_units(curve: Curve) -> None:
 
 
 def _spectra(spectrum: Spectrum | Mapping[str, Spectrum]) -> dict[str, Spectrum]:
+    """One spectrum for each limit state, from one for all or a mapping."""
     given = dict(spectrum) if isinstance(spectrum, Mapping) else dict.fromkeys(STATES, spectrum)
     if set(given) != set(STATES):
         raise InputError(
@@ -331,6 +332,7 @@ def _reached(spectrum: Spectrum, excess: Callable[[Spectrum], float]) -> float:
 
 def _zero(along: Array, alpha: Array) -> float:
     # a curve of elastic joints begins at zero too
+    """Displacement behind the peak at which the curve comes down to zero, between two samples."""
     peak = int(np.argmax(alpha))
     below = peak + np.flatnonzero(alpha[peak:] <= 0.0)
     if not len(below) or not alpha[peak] > 0.0:
@@ -361,6 +363,7 @@ def _ag(spectrum: Spectrum) -> float:
 
 
 def _warnings(twists: Array, readings: Sequence[Capacity]) -> tuple[str, ...]:
+    """Where readings by bodies and by blocks differ, and where blocks turn about several axes."""
     out = []
     bodies, stones = readings
     if abs(stones.mass_share / bodies.mass_share - 1.0) > 0.01:

@@ -48,7 +48,12 @@ class Solver:
     """
 
     def __init__(self, model: Continuum, control: Array, tolerance: float, band: float = 1.0) -> None:
-        """Work out the curves of all points."""
+        """Find the stress-strain curves of all integration points by the size of their bricks.
+
+        ``control`` is the row of the control displacement over all unknowns, ``band`` the width of a crack band over
+        the cube
+        root of a brick's volume, ``tolerance`` the unbalanced force over the load [-].
+        """
         self.model, self.control, self.tolerance = model, control, tolerance
         d = self.d = model.discretisation
         width = band * np.cbrt(d.volume.sum(axis=1))
@@ -61,7 +66,7 @@ class Solver:
         self.largest = 0.0  # multiplier on the path so far
 
     def answer(self, displacement: Array, memory: Memory, *, secant: bool = False) -> PointResponse:
-        """The law at all points."""
+        """Stresses, tangents and new memory of all integration points at a displacement."""
         strain = self.d.strains(displacement).reshape(-1, 6)
         parts = []
         for first in range(0, len(strain), _CHUNK):
@@ -213,7 +218,10 @@ class Solver:
     def _line_search(
         self, u: Array, factor: float, step: Array, more: float, r: Array, memory: Memory, secant: bool
     ) -> tuple[Array, float, PointResponse, Array]:
-        """Largest share of the step that leaves less unbalanced than before, else the best of four."""
+        """Largest share of the step that leaves less unbalanced than before, else the best of four.
+
+        ``r`` is the unbalanced force at ``u``. Returned are displacement, multiplier, response and unbalanced force.
+        """
         spread = self.d.spread(step)
         before = float(np.linalg.norm(r))
         best = None

@@ -166,7 +166,7 @@ class Factor:
         return tuple(np.array(part, dtype=float, order="F") for part in parts)  # type: ignore[return-value]
 
     def _exchange(self) -> None:
-        """Factor the whole matrix with exchanges."""
+        """Factor the whole matrix with exchanges of rows, where a front alone has no factor."""
         n = len(self.elimination.order)
         matrix = assembled(self.values, self.elimination.rank, n)
         try:

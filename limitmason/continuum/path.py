@@ -141,6 +141,7 @@ def _flat_bricks(model: Continuum) -> tuple[str, ...]:
 def _begun(
     solver: Solver, model: Continuum, start: SolidCurve | None, say: Callable[[str], None]
 ) -> list[EquilibriumState]:
+    """States to go on from: that under dead load, or those of a curve of the same model."""
     if start is None:
         first = solver.dead_load(say)
         if first is None:

@@ -220,7 +220,14 @@ def _beyond(c: Curves, strain: Array, before: Memory) -> Flags:
 
 
 def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> PointResponse:
-    """The law in principal axes."""
+    """The law in principal axes, with the tangent of a crack that turns with them.
+
+    Parameters
+    ----------
+    strain : shape (n, 6), engineering shear
+    before : largest equivalent strains of the past, as tensors, and the energy lost
+    secant : the stiffness to the origin in place of the tangent
+    """
     eps, axes = np.linalg.eigh(strain_tensor(strain))
     axes = np.swapaxes(axes, 1, 2)  # rows are directions
     kt = np.maximum(np.einsum("nij,njk,nik->ni", axes, before.tension, axes), 0.0)
@@ -230,6 +237,7 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Poin
     if secant:
         small = np.abs(equivalent) < 1e-30
         slope = np.where(small, e[:, None], sigma / np.where(small, 1.0, equivalent))
+    # a direction without any stiffness would leave the matrix singular
     slope = np.where(np.abs(slope) < _FLOOR * e[:, None], _FLOOR * e[:, None], slope)
     normal = np.linalg.solve(
         np.eye(3) - (nu / e)[:, None, None] * slope[:, :, None] * _COUPLING, slope[:, :, None] * np.eye(3)
@@ -239,6 +247,7 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Poin
     for k, (i, j) in enumerate(_PAIRS, start=3):
         gap = eps[:, i] - eps[:, j]
         close = np.abs(gap) < 1e-12 + 1e-9 * np.abs(eps).max(axis=1)
+        # stiffness of shear that keeps stress and strain coaxial while the axes turn
         g = np.where(close, 0.25 * (normal[:, i, i] + normal[:, j, j] - normal[:, i, j] - normal[:, j, i]),
                      (sigma[:, i] - sigma[:, j]) / np.where(close, 1.0, 2.0 * gap))
         if secant:  # cracked as its two directions are: never softer than the harmonic mean of their stiffnesses
@@ -254,7 +263,12 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Poin
 
 
 def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Array, Array]:
-    """Principal stresses that fit the curves, equivalent strains and slopes, shape (n, 3) each."""
+    """Principal stresses that fit the curves, equivalent strains and slopes, shape (n, 3) each.
+
+    The equivalent strain of a direction is that of a uniaxial test with its stress: Poisson's part is taken off.
+    Stresses
+    that fit the curves are found by Newton's method.
+    """
     nu, e = c.poisson[:, None], c.modulus[:, None]
     lame = nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     sigma = e * (eps / (1.0 + nu) + lame * eps.sum(axis=1, keepdims=True))

@@ -94,6 +94,7 @@ def shows(caller: str) -> None:
 
 
 def _give(kind: type) -> None:
+    """Give a class its line of text and its HTML, where it has none of its own."""
     if issubclass(kind, Enum | BaseException | str | float):
         return
     has_fields = dataclasses.is_dataclass(kind) or hasattr(kind, "_fields")

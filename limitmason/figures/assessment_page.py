@@ -66,6 +66,7 @@ def assessment_report(verdict: Assessment, path: str | Path, *, title: str = "Lo
 
 
 def _states(verdict: Assessment) -> str:
+    """HTML of the accelerations reached and asked at each limit state [g]."""
     how = {
         "SLD": "peak acceleration against a0*",
         "SLV": "q = 2 on the peak acceleration" if verdict.curve is None else "displacement spectrum at T",
@@ -81,6 +82,7 @@ def _states(verdict: Assessment) -> str:
 
 
 def _capacities(verdict: Assessment) -> str:
+    """HTML of the quantities of the capacity by bodies, as the text asks, and by single blocks."""
     def cells(c: Capacity) -> dict[str, float]:
         out = {"alpha0 [-]": verdict.multiplier, "e* [-]": c.mass_share, "a0* [m/s2]": c.a0}
         if verdict.curve is not None:
@@ -106,6 +108,7 @@ def _shown(value: float) -> str:
 
 
 def _input(verdict: Assessment) -> list[str]:
+    """Sentences on spectra, confidence factor, structure, loads and mechanism."""
     by_spectrum: dict[str, list[str]] = {}
     for state in STATES:
         by_spectrum.setdefault(_described(verdict.spectra[state]), []).append(state)
@@ -119,6 +122,7 @@ def _input(verdict: Assessment) -> list[str]:
 
 
 def _described(spectrum: Spectrum) -> str:
+    """One sentence on a spectrum."""
     if isinstance(spectrum, GroundSpectrum):
         return (
             f"ground, a_g {spectrum.ag:.3f} g, F0 {spectrum.f0:.3f}, Tc* {spectrum.tc_star:.3f} s, "

@@ -47,6 +47,14 @@ class Canvas:
         self, model: Assembly, view: str, ax: Axes | None, *, twists: Array | None = None,
         motions: Sequence[RigidMotion | None] = (None,), viewpoint_deg: tuple[float, float] | None = None,
     ) -> None:
+        """Choose plane or space, and a page on which all positions fit.
+
+        Parameters
+        ----------
+        view : one of ``VIEWS``
+        twists : of the mechanism, shape (n, 6), which tell whether it stays in a plane
+        motions : positions that must fit on the page; None is the reference
+        """
         self.model, self.plane = model, chosen_plane(model, view, twists)
         if self.plane is not None:
             self.drawing = elevation.Elevation(model, self.plane)

@@ -50,6 +50,7 @@ def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[ComparedValue]:
 
 
 def _with_range(value: Any, where: str) -> tuple[float, float, float]:
+    """Low, value and high of a number or a range; refused by ``where`` it stands."""
     try:
         numbers = [float(v) for v in (value if np.ndim(value) else [value])]
     except (TypeError, ValueError):
@@ -182,6 +183,7 @@ def predicted_against_published(
 
 
 def _limits(rows: list[ComparedValue], log: bool) -> tuple[float, float]:
+    """Ends of both axes; linear ones begin at zero unless that would leave a third of them empty."""
     values = np.array([r.published + r.predicted for r in rows])
     low, high = float(values.min()), float(values.max())
     if log:
@@ -192,6 +194,7 @@ def _limits(rows: list[ComparedValue], log: bool) -> tuple[float, float]:
 
 
 def _draw_group(ax: Axes, rows: list[ComparedValue], group: str, k: int) -> Any:
+    """Draw the values of one group with their ranges; ``k`` is its number, which chooses the colour."""
     colour, marker = style.SERIES[k % len(style.SERIES)], style.MARKERS[k % len(style.MARKERS)]
     x, y = np.array([r.published for r in rows]), np.array([r.predicted for r in rows])
     for values, other, horizontal in ((x, y, True), (y, x, False)):
@@ -236,6 +239,7 @@ def _label_points(
 
 
 def _summary(total: int, finite: list[ComparedValue], inside: np.ndarray, ratio: np.ndarray, band: float) -> str:
+    """Caption: how many values, how many within the band, and mean and variation of their ratio."""
     parts = [f"{len(finite)} values"]
     if band > 0.0:
         parts.append(f"{int(inside.sum())} within ±{100 * band:g} %")

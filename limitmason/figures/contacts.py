@@ -136,6 +136,7 @@ def _label(page: style.Page, rows: list[tuple[NearMiss, str]], axes: Array) -> N
         out = np.where(at >= middle, 1.0, -1.0)
         # in points on the page, from its middle
         here = 72.0 * page.inch * (at - middle)
+        # size of the text in points, by the mean width of a letter
         box = np.array([0.58 * size * len(text) + 4.0, size + 5.0])
         for lift, side in [(k, (u, v)) for k in (8.0, 24.0) for u in (1, -1) for v in (1, -1)]:
             step = out * side * (9.0, lift)

@@ -124,6 +124,10 @@ def _since_settled(curve: Any, index: int) -> tuple[Array, Array]:
 
 
 def _draw_joints(ax: Axes, view: elevation.Elevation, motion: RigidMotion, curve: Any, index: int) -> None:
+    """Draw the joints that have failed, as wide as they have opened or slid.
+
+    Those that moved by less than a thirtieth of the largest are grey and thin.
+    """
     opening, slip = (np.nan_to_num(getattr(curve, n)[index]) for n in ("opening", "slip"))
     failed = np.nan_to_num(curve.failed[index]) > 0.0
     movement = np.maximum(opening, slip) * failed

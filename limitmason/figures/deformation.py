@@ -201,6 +201,7 @@ def moved_blocks(model: Assembly, state: Any, sample: int) -> tuple[Array, Array
 
 
 def _checked(model: Assembly, shift: ArrayLike, quaternion: ArrayLike) -> tuple[Array, Array]:
+    """Displacements [m] and rotation vectors [rad] of all blocks, finite and of the right shape."""
     u, q = np.array(shift, dtype=float), np.array(quaternion, dtype=float)
     n = model.n_blocks
     if u.shape != (n, 3) or q.shape != (n, 4):

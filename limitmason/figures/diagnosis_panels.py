@@ -109,6 +109,7 @@ def _colours(result: Any) -> dict[tuple[str, ...], str]:
 
 
 def _head(sheet: _Sheet, result: Any, title: str | None) -> None:
+    """Verdict and data in large letters at the head of the sheet."""
     if title:
         sheet.text(0.12, sheet.depth, title, fontsize=style._FONT, color=style.FAINT, gid="title")
         sheet.depth += 0.2
@@ -134,6 +135,7 @@ def _count(result: Any) -> str:
 
 
 def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
+    """Panels of the residuals of baseline and kept explanations along every covariate."""
     within = tuple(f" in {kind}" for kind in set(result.design.kinds))  # a panel shows every kind
     covariates = {k: v for k, v in result.covariates.items() if not k.endswith(within)}
     covariates = covariates or {"number of the specimen": list(range(1, result.n + 1))}
@@ -182,6 +184,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
 
 
 def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
+    """What the panels of residuals show, and what is left out of them."""
     markers = kinds_note(result.design.kinds)
     parts = ["Points: specimens; line: trend along the covariate"]
     if markers:

@@ -102,7 +102,10 @@ def tie_forces(model: Assembly, prediction: Prediction) -> Array:
 def _draw_segments(
     ax: Axes, forces: JointForces, rows: Index, axes: Array, length: float, thickest: float
 ) -> None:
-    """One segment per interface through its centre of pressure, along the resultant."""
+    """One segment per interface through its centre of pressure, along the resultant.
+
+    ``length`` is that of all segments [m], ``thickest`` the width of the largest force in points.
+    """
     if not len(rows):
         return
     size = np.linalg.norm(forces.force, axis=1)

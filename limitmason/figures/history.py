@@ -197,6 +197,12 @@ _TO_SI = {"m": 1.0, "mm": 1e-3, "N": 1.0, "kN": 1e3, "MN": 1e6}
 
 
 def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> tuple[Array, Array]:
+    """Displacements [m] and forces [N] of a curve, a history or a pair of arrays.
+
+    A history gives the curve of ``block`` along ``direction``, of the driven block where none is named. Multipliers
+    become
+    forces where the curve knows its loads.
+    """
     if hasattr(curve, "curve"):
         curve = curve.curve(_driven(curve) if block is None else block, direction)
     if _is_multiplier(curve) and hasattr(curve, "as_force"):
@@ -229,6 +235,7 @@ def _driven(history: Any) -> int:
 
 
 def _finish(ax: Axes, own: bool, xlabel: str, ylabel: str, title: str | None, caption: str | None) -> Figure:
+    """Labels, legend, title and caption of a diagram on its own page or in axes of the caller."""
     ax.set_xlabel(xlabel)
     ax.set_ylabel(ylabel)
     ax.tick_params(labelsize=7.5, width=0.5, length=2.5, which="both")

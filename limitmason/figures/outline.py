@@ -66,6 +66,7 @@ def elevation_plane(normal: Array) -> Plane:
 
 
 def _one_leaf(assembly: Assembly, rows: Index, p: Array) -> bool:
+    """Whether blocks are prisms across the plane with normal ``p``, all at one depth."""
     low, high, off = [], [], []
     for i in rows:
         h = assembly.blocks[i].vertices @ p
@@ -148,6 +149,7 @@ def _through(flat: Array, label: Index, i: int, j: int, tolerance: float) -> lis
 
 
 def _chained(directed: dict[tuple[int, int], int]) -> list[list[int]]:
+    """Closed loops of vertices from directed edges that are counted."""
     after: dict[int, list[int]] = {}
     for (u, v), times in directed.items():
         if times:
@@ -199,6 +201,7 @@ def visible_edges(parts: Sequence[Solid], tolerance: float) -> list[list[Edge]]:
 def _stretches(
     a: Array, b: Array, own: int, normals: list[Array], offsets: list[Array], tolerance: float
 ) -> list[tuple[float, float]]:
+    """Parts of an edge between the faces of other pieces that cross it, as shares of its length."""
     length = float(np.linalg.norm(b - a))
     cuts = [0.0, 1.0]
     for k, (n, o) in enumerate(zip(normals, offsets, strict=True)):
@@ -212,6 +215,7 @@ def _stretches(
 
 
 def _is_edge(middle: Array, along: Array, normals: list[Array], offsets: list[Array], tolerance: float) -> bool:
+    """Whether a block has an edge at a place: points around it are neither all inside nor half."""
     u = along / np.linalg.norm(along)
     v = np.cross(u, (1.0, 0.0, 0.0) if abs(u[0]) < 0.7 else (0.0, 1.0, 0.0))
     v /= np.linalg.norm(v)

@@ -98,6 +98,7 @@ def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[So
     n = len(solids)
     both = [*solids, *others]
     i, j, front, overlap, _ = _hiding(both, piece_faces(both), view)
+    # pairs of a sorted piece i and another j that i hides, or that overlap
     mixed = (i < n) & (j >= n) & ((front < 0) | overlap)
     position = np.empty(n, dtype=np.intp)
     position[order] = np.arange(n)
@@ -107,7 +108,14 @@ def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[So
 
 
 def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[Index, Index, Index, Flags, Array]:
-    """Pairs i < j near each other on the page: which hides the other (+1 j, -1 i), whether they overlap, how sure."""
+    """Which of two pieces that are near each other on the page hides the other.
+
+    Returns
+    -------
+    Numbers i < j of the pairs; +1 where j may hide i, -1 where i may hide j, 0 where neither can; whether they overlap
+    in
+    space; and how sure that is [m].
+    """
     page = [view.project(s.vertices) for s in solids]
     low = np.array([[*p.min(axis=0), 0.0] for p in page])
     high = np.array([[*p.max(axis=0), 0.0] for p in page])
@@ -150,9 +158,15 @@ def _which_in_front(
 def _sorted_by_depth(
     n: int, behind: list[int], before: list[int], depth: Array, sure: Sequence[float]
 ) -> list[int]:
-    """Every piece after those behind it.
+    """Order in which to paint pieces: each after those behind it, the farthest first.
 
-    The farthest of the pieces that may be next, within a cycle too.
+    In a cycle the piece goes first that hides the others by the least certain verdict.
+
+    Parameters
+    ----------
+    behind, before : pairs of pieces of which the second hides the first
+    depth : of every piece towards the viewer
+    sure : how certain each pair is [m]
     """
     graph = coo_matrix((np.ones(len(behind)), (behind, before)), shape=(n, n))
     cycle = connected_components(graph, directed=True, connection="strong")[1]

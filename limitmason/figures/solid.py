@@ -30,6 +30,7 @@ class SolidView:
     """Convex pieces of an assembly, moved or not, with what is needed to paint them."""
 
     def __init__(self, assembly: Assembly, view: Camera, motion: RigidMotion | None = None) -> None:
+        """Place the pieces of all blocks as the motion has them, and find their edges and faces."""
         self.assembly = assembly
         self.view = view
         self.motion = motion
@@ -232,6 +233,10 @@ class Layout:
     """
 
     def __init__(self, scene: SolidView, bounds: Array, ax: Axes | None = None) -> None:
+        """Fit the drawing on its page, and find a free corner for the axes and their length.
+
+        ``bounds`` are the lowest and highest places on the page [m], shape (2, 2).
+        """
         self.view = scene.view
         span = np.ptp(bounds, axis=0)
         room = np.array([style.page_width() - 0.24, style.HEIGHT])
@@ -254,10 +259,7 @@ class Layout:
         self.high = bounds[1] + margin
 
     def draw(self, ax: Axes) -> None:
-        """Triad, its length, limits.
-
-        Equal axes without a frame.
-        """
+        """Draw the axes with their length; equal scales and no frame."""
         draw_triad(ax, self.view, self.origin, self.length)
         x, y = self.label
         ax.text(x, y, f"axes {self.length:g} m", fontsize=7.0, color=style.FAINT, va="bottom", gid="scale")

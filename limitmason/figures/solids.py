@@ -105,6 +105,10 @@ def _paint(
     ax: Axes, model: Continuum, places: Array, view: Camera, values: Array | None, norm: Normalize | None,
     colours: str, width: float,
 ) -> None:
+    """Paint the faces that look at the viewer, from behind, shaded and coloured by values.
+
+    ``values`` has one number per brick; without them the faces have the colour of stone.
+    """
     mesh = model.mesh
     faces = mesh.boundary_nodes  # corners around each face, counter-clockwise from outside
     p = places[faces]

@@ -112,6 +112,7 @@ def _headline(compared: SideBySide) -> str:
 
 
 def _compared(compared: SideBySide) -> str:
+    """HTML of the answers by all theories, with the test where there is one."""
     rows = []
     for r in compared.rows:
         ends = f"{r.low:.4f} to {r.high:.4f}" if r.has_range else ""
@@ -168,6 +169,7 @@ def _contacts(model: Assembly) -> str:
 
 
 def _checks(compared: SideBySide) -> str:
+    """Certificate and warnings of every answer as preformatted text."""
     out = []
     for row in compared.rows:
         found: Prediction | None = row.prediction

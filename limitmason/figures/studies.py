@@ -275,6 +275,7 @@ def _lines_by(rows: Sequence[Mapping[str, Any]], x: str, y: str) -> tuple[str, .
 
 
 def _group_name(by: Sequence[str], group: Sequence[Any]) -> str:
+    """Name of a line in the legend, from the columns that tell it apart: method, psi over phi, others."""
     parts = []
     for name, value in zip(by, group, strict=True):
         if name == "method":

@@ -187,6 +187,10 @@ class Page:
     """
 
     def __init__(self, extent: Iterable[float], ax: Axes | None, *, framed: bool = True, beside: float = 0.0) -> None:
+        """Take a page of its own, or the axes of the caller, and the scale at which a drawing fits.
+
+        ``extent`` is the size of the drawing [m]; ``beside`` is kept free at the right [inch].
+        """
         width, height = extent
         self.room = page_width() - beside
         self.own = ax is None
@@ -244,6 +248,7 @@ class Page:
         return figure
 
     def _finish_axes(self, title: str | None, text: str | None, handles: list[Any]) -> None:
+        """Title and caption above, and legend below, the axes of the caller."""
         ax = self.ax
         across = self.figure.get_size_inches()[0] * ax.get_position().width
         lines = textwrap.wrap(text, max(int(across / 0.0555), 24)) if text else []

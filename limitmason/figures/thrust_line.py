@@ -87,6 +87,7 @@ def _in_order(group: set[int], around: dict[int, list[Pair]], fixed: Flags) -> l
 
 
 def _line(joints: list[list[int]], forces: JointForces, x: AssemblyArrays) -> ThrustLine | None:
+    """Line of thrust through groups of joints; None with fewer than two that carry force."""
     centres, sizes, used = [], [], []
     for interfaces in joints:
         rows = [k for k in interfaces if forces.carries[k]]

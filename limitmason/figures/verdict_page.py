@@ -86,6 +86,7 @@ def diagnosis_page(
 
 
 def _gains(result: Any) -> str:
+    """HTML of what each kept explanation gains in errors and log scores."""
     rows = []
     for names in result.kept[:8]:
         gain = result.gains[names]

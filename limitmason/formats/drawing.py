@@ -144,6 +144,10 @@ def _read(
     path: Path, law: Joint, thickness: float | None, density: float, scale: float | None, tolerance: float | None,
     gap: float | None, mortar: float | None, layers: str | Sequence[str] | None,
 ) -> tuple[Assembly, Cleaned | None]:
+    """Assembly of a drawing, and what was cleaned in its outlines or None.
+
+    ``gap`` and ``mortar`` are widths of gaps that are closed [m], ``layers`` those that are read.
+    """
     suffix = path.suffix.lower()
     if suffix not in DRAWINGS:
         raise InputError(f"{path}: a drawing ends in {', '.join(DRAWINGS)}, this in {suffix or 'nothing'}")

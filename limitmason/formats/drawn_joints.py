@@ -65,6 +65,10 @@ def proposal(path: str | Path, **given: Any) -> Proposal | None:
 
 
 def _proposal(path: Path, given: dict[str, Any]) -> Proposal | None:
+    """What makes the stones of a drawing meet: layers, mortar or gap, tried in turn.
+
+    Gaps that are nearly all of one width are mortar, others are errors of drawing.
+    """
     drawn = outlines_of(path, given.get("scale"), None, given.get("layers"))
     why: list[str] = []
     options: dict[str, Any] = {}

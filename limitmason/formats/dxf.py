@@ -156,6 +156,7 @@ def _entities(space: Any, inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
 
 
 def _metres_per_unit(drawing: Any, path: str | Path) -> float:
+    """Metres per unit of a drawing, by its header."""
     code = int(drawing.header.get("$INSUNITS", 0))
     if code not in _UNITS:
         raise InputError(

@@ -91,13 +91,23 @@ def _bridged(whole: Any, stones: list[Any], reach: float, grid: float, shapely: 
 def _outlines(
     own: list[Any], whole: Any, stones: list[Any], names: Sequence[str], grid: float, shapely: Any
 ) -> list[Array]:
-    """One outline a stone: what is cut off from it, or nobody's, goes to the neighbour with the longest border."""
+    """Outlines of stones that together fill a region, shape (k, 2) each.
+
+    What is cut off from a stone, or is nobody's, goes to the neighbour with the longest border.
+
+    Parameters
+    ----------
+    own, whole : cell of every stone, and the region to fill
+    stones, names : as they are drawn
+    grid : size to which coordinates are rounded [m]; a multiple of it counts as nothing
+    """
     for k, (cell, stone) in enumerate(zip(own, stones, strict=True)):
         pieces = [p for p in shapely.get_parts(cell) if p.geom_type == "Polygon"]
         own[k] = max(pieces, key=lambda p: p.intersection(stone).area, default=stone)
         if own[k].intersection(stone).area < 0.5 * stone.area:
             raise InputError(f"{names[k]}: lies in another stone; leave one of them out")
     rest = shapely.difference(whole, shapely.union_all(own, grid_size=grid), grid_size=grid)
+    # slivers of rounding are narrower than that
     for piece in sorted((p for p in shapely.get_parts(rest) if p.area > 1e3 * grid * p.length), key=lambda p: -p.area):
         near = shapely.STRtree(own).query(piece, predicate="dwithin", distance=10.0 * grid)
         border = [own[k].intersection(piece.boundary.buffer(10.0 * grid)).length for k in near]

@@ -189,6 +189,7 @@ def _same_as_found(assembly: Assembly) -> bool:
 
 
 def _with_found_contacts(assembly: Assembly) -> Assembly:
+    """The assembly with the contacts that detection finds by its rules."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PlausibilityWarning)  # it was said when the assembly was made
         return Assembly.from_polyhedra(
@@ -258,6 +259,7 @@ def _tolerances(node: DocumentNode) -> dict[str, Any]:
 
 
 def _simple(node: DocumentNode) -> Assembly:
+    """Assembly of a file that gives outlines or blocks and the laws of their joints."""
     supports = [entries.support_of(s) for s in node.get("supports") or ()]
     fixed = [f.block() for f in node.get("fixed") or ()] + [s.block for s in supports if all(s.held)]
     options: dict[str, Any] = {
@@ -287,6 +289,7 @@ def _recipe(node: DocumentNode) -> dict[str, Any]:
 
 
 def _stored(node: DocumentNode) -> Assembly:
+    """Assembly of a file that gives every interface with its law."""
     for key in ("joints", "joints_between"):
         if key in node:
             raise node[key].error("does not go with 'interfaces', which assign the laws; remove one of the two")

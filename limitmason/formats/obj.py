@@ -113,6 +113,7 @@ def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
 
 
 def _parsed(path: str | Path) -> tuple[list[list[float]], list[_ObjFace]]:
+    """Vertices, and faces with the object and group they are of."""
     vertices: list[list[float]] = []
     faces: list[_ObjFace] = []
     thing: str | None = None
@@ -146,6 +147,7 @@ def _parsed(path: str | Path) -> tuple[list[list[float]], list[_ObjFace]]:
 
 
 def _vertex(text: str, where: str) -> list[float]:
+    """Three coordinates of a vertex."""
     words = text.split()
     try:
         numbers = [float(w) for w in words[:3]]

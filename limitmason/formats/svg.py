@@ -103,6 +103,7 @@ def read_svg(
 
 
 def _root(path: str | Path) -> ElementTree.Element:
+    """Outermost element of an SVG drawing."""
     try:
         root = ElementTree.parse(named_path(path)).getroot()
     except ElementTree.ParseError as error:

@@ -83,6 +83,7 @@ def write_vtu(
 
 
 def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -> _Piece:
+    """Grid, cell data and point data of the blocks, with velocities and a drawn mechanism."""
     pieces = [(i, part) for i, block in enumerate(assembly.blocks) for part in block.parts]
     owner = np.array([i for i, _ in pieces])
     counts = np.array([len(part.vertices) for _, part in pieces])
@@ -115,6 +116,7 @@ def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -
 
 
 def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array | None) -> _Piece:
+    """Grid and cell data of the joints, with openings, slips and forces."""
     x = assembly.arrays
     k = len(assembly.interfaces)
     grid = _Grid(x.corners, np.arange(len(x.corners)), x.corner_start[1:], _POLYGON, None, None)
@@ -140,6 +142,7 @@ def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array
 def _write(
     path: Path, grid: _Grid, cells: dict[str, Array], points: dict[str, Array], encoding: str, names: Sequence[str]
 ) -> None:
+    """Write a grid with its data as a VTU file."""
     n = len(grid.offsets)
     out = [
         '<?xml version="1.0"?>',
@@ -168,6 +171,7 @@ def _write(
 
 
 def _array(name: str, values: Array, encoding: str) -> str:
+    """One array as a VTU element, as text or in base 64."""
     kind = "u1" if values.dtype == np.uint8 else "i8" if values.dtype.kind in "iu" else "f8"
     data = np.ascontiguousarray(values, dtype=f"<{kind}" if kind != "u1" else kind)
     if encoding == "ascii":

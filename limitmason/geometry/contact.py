@@ -188,7 +188,13 @@ def candidates(
 ) -> Candidates:
     """Faces of near solids that overlap in projection with a gap within reach.
 
-    Tolerances are given per owner.
+    Parameters
+    ----------
+    owner : of every solid
+    start : first face of every solid, see :func:`all_faces`
+    p, q : pairs of solids that are near
+    distance, reach : gap that counts as contact, and up to which faces are looked at, per owner [m]
+    looked_at_deg : angle up to which faces are looked at
     """
     pair_distance = np.minimum(distance[owner[p]], distance[owner[q]])
     pair_reach = np.minimum(reach[owner[p]], reach[owner[q]])
@@ -209,9 +215,9 @@ CONTACT_CODES = (MADE, _CLOSED, _IN_PART)
 
 
 def judged(found: Candidates, rules: ContactRules, *, times: float = 1.0) -> Index:
-    """What each pair of faces is under the rules, with the distance taken some times as large.
+    """Code of each pair of faces under the rules: contact, near miss or nothing.
 
-    Codes of this module.
+    ``times`` is a factor on the distance that counts as contact.
     """
     pairs, limit = found.pairs, times * found.distance
     low, high = pairs.gap.min(axis=1), pairs.gap.max(axis=1)

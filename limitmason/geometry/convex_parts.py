@@ -123,6 +123,7 @@ class _Face:
     """A plane face: a point and the unit normal of its plane, and convex pieces of it [m]."""
 
     def __init__(self, corners: Array, slack: float) -> None:
+        """Cut a face into convex pieces and triangles; a sliver has none."""
         self.normal, self.point = face_plane(corners)[0], corners.mean(axis=0)
         self.pieces: list[Array] = []
         self.triangles: list[Array] = []

@@ -83,6 +83,7 @@ def clean_outline(outline: ArrayLike, tolerance: float) -> Array:
 
 
 def _crossing_edges(p: Array) -> tuple[int, int] | None:
+    """Numbers of two edges that cross, or None."""
     n = len(p)
     a, b = p, np.roll(p, -1, axis=0)
     i, j = np.triu_indices(n, 2)
@@ -142,6 +143,7 @@ def _is_convex(p: Array, indices: Iterable[int]) -> bool:
 
 
 def _ears(p: Array) -> list[tuple[int, int, int]]:
+    """Triangles of a simple polygon, counter-clockwise, by cutting off its ears."""
     remaining = list(range(len(p)))
     triangles = []
     while len(remaining) > 3:
@@ -171,6 +173,7 @@ def _ears(p: Array) -> list[tuple[int, int, int]]:
 
 
 def _join(p: Array, first: list[int], second: list[int]) -> list[int] | None:
+    """Two rings of corners joined along a common edge, if the result is convex."""
     for k, a in enumerate(first):
         b = first[(k + 1) % len(first)]
         for m, c in enumerate(second):

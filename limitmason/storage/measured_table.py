@@ -177,6 +177,7 @@ def force_factor(given: str, wanted: str, where: str) -> float:
 
 
 def _column(path: str, name: str, unit: str, lines: Sequence[int], cells: Sequence[str]) -> tuple:
+    """Values of a column: numbers, or words where most are no numbers and the unit is "-"."""
     for line, cell in zip(lines, cells, strict=True):
         if not cell:
             raise InputError(f"{path}: row {line}, column {name!r} is blank; fill it, or leave the row or column out")

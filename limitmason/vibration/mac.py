@@ -73,11 +73,11 @@ class Mac(Displayed, Tabular, ReadOnly):
 
     @property
     def groups(self) -> list[Alike]:
-        """Groups of the first, and those modes of the second that span the same motions.
+        """Groups of modes of the first set, and those of the second that span the same motions.
 
-        A group lies within 1 % in frequency.
-
-        Shapes of equal or close frequencies are any that span the same motions: one by one they need not be alike.
+        A group lies within 1 % in frequency. Shapes of equal or close frequencies are any that span the same motions:
+        one by
+        one they need not be alike.
         """
         theirs = _groups(self.frequency_b)
         out = []

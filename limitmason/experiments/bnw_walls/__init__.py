@@ -48,10 +48,7 @@ specimens = names_in(NAME, "walls.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One of "BNW1", "BNW2", "BNW3".
-
-    See ``OPTIONS``.
-    """
+    """One of "BNW1", "BNW2", "BNW3", see ``OPTIONS``."""
     table = read_table(NAME, "walls.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)

@@ -111,10 +111,7 @@ specimens = names_in(NAME, "specimens.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """Values of one specimen, "S1" to "S13" without "S4".
-
-    There is no assembly.
-    """
+    """Values of one specimen, "S1" to "S13" without "S4"; there is no assembly."""
     chosen_options({}, options, NAME)
     table = read_table(NAME, "specimens.csv")
     row = table.row(specimen)

@@ -56,10 +56,7 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wallette from x = 0, its column to the left of it.
-
-    Bottom course and column are held.
-    """
+    """The wallette from x = 0, its column to the left; bottom course and column are held."""
     p, o = test.parameters, test.options
     length, height, thickness = (float(p[f"block {k}"]) / 1e3 for k in ("width", "height", "thickness"))
     lengths, courses = int(p["blocks per course"]), int(p["courses"])

@@ -72,10 +72,7 @@ def specimens() -> tuple[str, ...]:
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """Mean and coefficient of variation of the ultimate load of one set, Table 4.
-
-    There is no assembly.
-    """
+    """Mean and variation of the ultimate load of one set, Table 4; there is no assembly."""
     chosen_options({}, options, NAME)
     number, kind = specimen.removeprefix("set-").split("-", 1)
     table = read_table(NAME, "sets.csv")

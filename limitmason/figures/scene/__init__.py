@@ -171,6 +171,7 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
 
 
 def _of_mechanism(model: Assembly, prediction: Prediction, line: str, scale: float, count: int) -> SceneMotion:
+    """Poses of a mechanism from rest to ``scale`` times the structure, and a line on it."""
     twists = checked_twists(model, prediction)
     poses = []
     for share in np.linspace(0.0, 1.0, max(count, 2)):
@@ -220,6 +221,7 @@ def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose]
 
 
 def _of_history(model: Assembly, history: Any, most: int) -> list[ScenePose]:
+    """Poses of a history with time or multiplier, seen from the ground."""
     words = {"multiplier": "λ = {:.4g}"}
     if getattr(getattr(history, "state", None), "mode", "") == "dynamic":
         words = {"time": "{:.3g} s"} | words
@@ -241,6 +243,7 @@ def _spread(count: int, most: int) -> list[int]:
 
 
 def _moved(model: Assembly, state: Any, sample: int, caption: str) -> ScenePose:
+    """Pose of one state: displacements [m] and rotation vectors [rad]."""
     if hasattr(state, "turn"):  # of a capacity curve: displacements and R - I
         shift, turn = state.shift, Rotation.from_matrix(np.eye(3) + state.turn).as_rotvec()
         if shift.shape != (model.n_blocks, 3):
