@@ -193,8 +193,7 @@ def rocking_terms(
     """Numerator and denominator of lambda_B as polynomials in s, the tangent of the crack.
 
     lambda_B = (resisting + side walls * side_n) / (driving + side walls * side_d), each moments about the hinge over
-    powers
-    0, 1, 2 of s [N m]. s = 0 gives lambda_A.
+    powers 0, 1, 2 of s [N m]. s = 0 gives lambda_A.
     """
     f, h = facade, facade.course_height
     top, crack = hinge * h, crossed * h

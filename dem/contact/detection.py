@@ -124,8 +124,7 @@ def _allow(
     """Write how far pairs may move from the reference position before they are looked at again.
 
     Pairs of faces or sharp corners that are near without a joint are looked at always. A joint may slip by a part of
-    its
-    point spacing and turn by ``TURN_LIMIT``.
+    its point spacing and turn by ``TURN_LIMIT``.
 
     Parameters
     ----------

@@ -122,8 +122,7 @@ def _renewed(assembly: Assembly, pieces: Pieces, near: NearPairs, low: Array, hi
     """Pairs that are near now, where pieces have left their boxes; new ones are to be looked at.
 
     ``low`` and ``high`` are the corners of the pieces' boxes now [m], shape (p, 3). Boxes are kept wider by a skin, so
-    that
-    pairs are sought anew only when a piece has left its own.
+    that pairs are sought anew only when a piece has left its own.
     """
     left = np.asarray((low - margin < near.low) | (high + margin > near.high)).any(axis=1).reshape(-1)
     if not left.any():

@@ -68,8 +68,7 @@ def on_faces_that_go_on(met: PiecesMeet, joints: Joints, bearings: Bearings, n_b
     """Let pairs that overlap little along two axes meet on the face that goes on beside them.
 
     The corner between two blocks of a course is no edge for the block that slides over both. Returned is, for the rows
-    of
-    pairs that do, the joint beside each.
+    of pairs that do, the joint beside each.
     """
     shape, owner = met.now, met.pieces.owner
     rows = np.flatnonzero((shape.kind != APART) & (shape.beside > -met.margin))

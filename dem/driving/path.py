@@ -39,8 +39,7 @@ class Follower:
         """Pass a sample to the user's progress function, with the part done and the time left.
 
         A run counts steps from its ``origin``; ``begun`` of its ``count`` were there when it was taken up, and
-        ``before`` steps
-        belong to runs before it, out of ``total``.
+        ``before`` steps belong to runs before it, out of ``total``.
         """
         if self.progress is None:
             return None

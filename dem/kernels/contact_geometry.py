@@ -289,8 +289,7 @@ def _widest_axis(
     """Axis along which pieces p and q are farthest apart, of all face normals and edge pairs.
 
     Returned are whether the first piece is the base, its face, and the other's corner nearest to that face. The face is
-    -1
-    where they are farther apart than the margin, and where two edges cross: then ``met`` says all.
+    -1 where they are farther apart than the margin, and where two edges cross: then ``met`` says all.
 
     Parameters
     ----------

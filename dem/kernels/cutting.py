@@ -94,8 +94,7 @@ def spread(x: Array, y: Array, s: Array, t: Array, area: Array) -> int:
     """Points of a convex counter-clockwise polygon, edges included, with tributary areas.
 
     ``s``, ``t`` [m] and ``area`` [m2] are written, how many is returned. A quadrilateral has a lattice, any other
-    outline
-    its centre, corners and middles of sides. Each triangle gives a third of its area to its corners.
+    outline its centre, corners and middles of sides. Each triangle gives a third of its area to its corners.
     """
     n = len(x)
     most = max(LATTICE * LATTICE, 2 * n + 1)

@@ -164,8 +164,7 @@ def within(
     """Stress at a point well within its strength, and whether it is: no root, no division.
 
     Arguments as in :func:`return_map`, which gives these numbers for such a point. Returned are t1, t2, n [Pa], power
-    of
-    the dashpots [W/m2], and 0.0, or 1.0 where the point is not within.
+    of the dashpots [W/m2], and 0.0, or 1.0 where the point is not within.
     """
     kn, ks = peak.kn, peak.ks
     mu, _, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)

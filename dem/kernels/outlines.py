@@ -204,8 +204,7 @@ def find_ends(points: Points, joints: Joints, setback: Array, solids: SolidArray
     """Write where the points of some joints lie between the ends of the outline.
 
     A row of ``ends`` holds s, t and the gradient of the gap as it was made. For each axis follow the part of the way
-    from
-    the lower to the upper end, and whose edge either end is.
+    from the lower to the upper end, and whose edge either end is.
     """
     for j in rows:
         first, last = joints.start[j], joints.start[j + 1]

@@ -115,8 +115,7 @@ def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: A
     """Write how far points are set back so that they store an energy [J].
 
     They are negative where points may be moved on, by what keeps the force within ``HARDER`` times ``push`` and the
-    depth
-    within ``DEEPER`` times.
+    depth within ``DEEPER`` times.
 
     Parameters
     ----------

@@ -133,8 +133,7 @@ def held_sums(
     ``dashes`` is None where it has no dashpots, and then ``motion`` and ``rates`` are; see :func:`point_sums`.
 
     Returned are as in :func:`point_sums` the sums of forces and moments, work and losses, and last whether a point is
-    not
-    within its strength: then the sums must not be used.
+    not within its strength: then the sums must not be used.
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
     # what is None is left out by the compiler: one loop over points for each kind of joint, the plain one the shortest
@@ -201,8 +200,7 @@ def joint_sums(
     """Forces, moments and losses of joint j between rigid blocks.
 
     Arguments as in :func:`yielding_sums` and ``kinematics``. Points within their strength are summed first, by a
-    shorter
-    loop; only a joint with one that is not is summed by the whole law.
+    shorter loop; only a joint with one that is not is summed by the whole law.
     """
     brakes = joints.law[j, LAW.dash] != 0.0 and dt > 0.0
     if brakes:

@@ -49,8 +49,7 @@ def planes(mat: Array, m: int, a: Array, b: Array, f: Array, shear: Index) -> in
     """Write the yield planes a s <= b of material row m, and return their number.
 
     The stresses are principal ones: s1 >= s2 >= s3 in plane strain; in plane stress the two in the plane, and 0. ``f``
-    is
-    the flow of each plane, ``shear`` 1 where it is of shear and 0 where it is of tension.
+    is the flow of each plane, ``shear`` 1 where it is of shear and 0 where it is of tension.
     """
     k, c, ft, q = mat[m, MAT_K], mat[m, MAT_C], mat[m, MAT_FT], mat[m, MAT_KPSI]
     for i in range(6):

@@ -212,8 +212,7 @@ def met(
     """Where contact point k lies on its side of block a.
 
     Returned are two nodes of the segment, the share along it, its number, the tangent (dx, dy), opening and slip [m].
-    The
-    outward normal is (dy, -dx).
+    The outward normal is (dy, -dx).
     """
     b0, b1, share = contacts.node[k, 0], contacts.node[k, 1], contacts.share[k]
     place, shift = nodes.place, nodes.shift

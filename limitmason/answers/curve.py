@@ -204,10 +204,8 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         """What a test would write down, by name, in the curve's units.
 
         They are "peak", "drift at peak", "residual" (load at the end), "stiffness" (secant of 10 to 40 % of the peak),
-        "drift
-        at 80 %" (where the load has fallen so far), and of the first event of each name its load and its drift. What
-        the curve
-        does not show is left out.
+        "drift at 80 %" (where the load has fallen so far), and of the first event of each name its load and its drift.
+        What the curve does not show is left out.
         """
         top, ultimate = self.peak, self.ultimate()
         out = {"peak": top.load, "drift at peak": top.displacement, "residual": float(self.load[-1])}

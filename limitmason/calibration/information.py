@@ -127,8 +127,7 @@ class Information(ReadOnly):
         """Principal moves wider than the resolution that some unidentified parameter joins.
 
         A move is cut where a value uniform between its bounds would end. Parameters with a tenth of it and less are
-        left out,
-        those on a logarithmic scale are told as factors.
+        left out, those on a logarithmic scale are told as factors.
         """
         size, moves = self._parts()
         # deviation of a value that is uniform between its bounds, in resolutions

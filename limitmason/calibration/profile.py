@@ -128,8 +128,7 @@ def furthest(j: Array, r: Array, limit: float, axis: int, sign: int, low: Array,
     """Move that takes one parameter furthest while |r + j d|^2 stays within a limit, in a box.
 
     An ellipsoid has its furthest point in closed form. Another parameter that leaves the box is held at its end, and
-    the
-    point found anew.
+    the point found anew.
 
     Parameters
     ----------

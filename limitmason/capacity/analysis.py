@@ -123,8 +123,7 @@ def pushover(
         block a, as :func:`dem.collapse` and programs of contact pairs do; else the firmer block carries it
     gaps : opening of every contact point in the reference pose [m], 0 or more, in the order of
         :func:`limitmason.mechanics.contact_points.contact_points` with the same settings; faces that touch by default.
-        See
-        :func:`imperfection_ensemble`
+        See :func:`imperfection_ensemble`
     stiffness : kn, or (kn, ks), of every joint [Pa/m]; by default that of the joints, else the DEM's default
     steps : see :class:`Steps`
     start : curve whose last state is gone on from, for the same model, contact points and dead load; its live load must

@@ -20,8 +20,7 @@ def contact(
     """Write displacements, directions and arms of the points in a pose.
 
     Per point: offset (m, 3) from a's place to b's in the reference pose, arms from the centroids [m], reference
-    directions
-    (m, c, 3). ``turn`` is the rotation matrix less one, so that small turns keep their digits.
+    directions (m, c, 3). ``turn`` is the rotation matrix less one, so that small turns keep their digits.
     """
     gap = np.empty(3)
     for m in range(len(block_a)):

@@ -222,10 +222,8 @@ class Generations:
         """Rise of the load over a step by the weaker tangent of every point at its two ends.
 
         It is None where one end has all the weaker tangents, and NaN where their tangent is singular. Points that let
-        go make
-        a path less steep, those that take hold steeper. Where both happen in a step this is as steep as it falls,
-        whichever
-        came first.
+        go make a path less steep, those that take hold steeper. Where both happen in a step this is as steep as it
+        falls, whichever came first.
 
         Parameters
         ----------

@@ -68,11 +68,9 @@ def told_of_sharing(generations: Generations, nodes: list[Node]) -> list[str]:
 def lost_at_edges(generations: Generations, nodes: list[Node]) -> float:
     """Part by which the largest load would be lower if joints gave way at their edges [-].
 
-    It is 0.0 without a limit point. A face that bears N and has turned by t is pressed over the length
-    x = sqrt(2 N / (k t)), with k its stiffness per length, and its force acts x / 3 from the edge. The load lost by
-    that
-    falls with the way u as c / sqrt(u), while the curve itself falls by slope u. Their sum is least at
-    3 cbrt(slope c^2 / 4).
+    It is 0.0 without a limit point. A face that bears N and has turned by t is pressed over the length x = sqrt(2 N /
+    (k t)), with k its stiffness per length, and its force acts x / 3 from the edge. The load lost by that falls with
+    the way u as c / sqrt(u), while the curve itself falls by slope u. Their sum is least at 3 cbrt(slope c^2 / 4).
 
     It is wrong where blocks then move by another mechanism. On small structures in plane it was mostly within a quarter
     of the difference, once at a third of it; in space it was too high on 2 of 12.

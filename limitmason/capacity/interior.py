@@ -106,8 +106,7 @@ class _Points:
         """State inside the law at a pose: spare strength times plastic rate is one value.
 
         ``product`` is that value, the distance from the law in the interior-point method. The opening by dilation is
-        that of
-        the true law.
+        that of the true law.
         """
         tried, s, kn, ks = self.elastic(at), self.strength, self.stiff[:, 0], self.stiff[:, 1]
         lift = (at.returned.history.lift - self.old.lift) / self.system.length

@@ -64,8 +64,7 @@ def extrapolated(system: System, nodes: list[Node], move: float) -> tuple[Pose, 
     """Guess of pose and multiplier after a move, by last increment or elastic tangent.
 
     The tangent is taken at the start and where bonds just broke, as the increment before says nothing there. The last
-    node
-    is the one that the step begins from, with its contacts found anew. ``move`` is signed [m].
+    node is the one that the step begins from, with its contacts found anew. ``move`` is signed [m].
     """
     last = nodes[-1]
     if len(nodes) >= 2 and last.broken is None:
@@ -135,8 +134,7 @@ def until_open(system: System, last: Node, new: Node, most: float) -> float:
     """Share of a step in which no point that bore opens beyond a gap, or 1.0 [-].
 
     Closing and opening are taken on one straight line, from what the spring is pressed by at the start to the gap at
-    the
-    end. The step is cut where the line is at half of the gap ``most`` [m].
+    the end. The step is cut where the line is at half of the gap ``most`` [m].
     """
     bore = last.force[:, 0] > BEARS * system.weight
     gap = contact(system.bodies, new.pose).displacement[:, 0] - new.history.lift

@@ -73,8 +73,7 @@ class System:
         dead, live : wrenches on the degrees of freedom [N, N m], shape (n, d)
         control : row of the control displacement, shape (n, d)
         weight, size, length : mean weight of a block [N], its size [m] and an elastic displacement [m], the units of
-            the
-            equations
+            the equations
         springs : stiffness of every shape of the blocks [N/m], shape (n, k)
         """
         none = np.zeros_like(springs)

@@ -45,8 +45,7 @@ def shared_acceleration(assembly: Assembly, loads: Loads) -> Array:
     """Live force over weight that most blocks have in common, in units of g, shape (3,).
 
     It is zero where there is none. Only forces at the centroid count, as body forces act there. Of a single block under
-    a
-    force at its centroid nobody can tell whether it is a body force: it is taken as one.
+    a force at its centroid nobody can tell whether it is a body force: it is taken as one.
     """
     rows = np.flatnonzero((assembly.weights > 0) & ~assembly.fixed)
     if not len(rows):

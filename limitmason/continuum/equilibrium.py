@@ -51,8 +51,7 @@ class Solver:
         """Find the stress-strain curves of all integration points by the size of their bricks.
 
         ``control`` is the row of the control displacement over all unknowns, ``band`` the width of a crack band over
-        the cube
-        root of a brick's volume, ``tolerance`` the unbalanced force over the load [-].
+        the cube root of a brick's volume, ``tolerance`` the unbalanced force over the load [-].
         """
         self.model, self.control, self.tolerance = model, control, tolerance
         d = self.d = model.discretisation

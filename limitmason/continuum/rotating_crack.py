@@ -266,8 +266,7 @@ def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Arra
     """Principal stresses that fit the curves, equivalent strains and slopes, shape (n, 3) each.
 
     The equivalent strain of a direction is that of a uniaxial test with its stress: Poisson's part is taken off.
-    Stresses
-    that fit the curves are found by Newton's method.
+    Stresses that fit the curves are found by Newton's method.
     """
     nu, e = c.poisson[:, None], c.modulus[:, None]
     lame = nu / ((1.0 + nu) * (1.0 - 2.0 * nu))

@@ -105,8 +105,7 @@ class Collapse:
         """Prediction of one specimen in the unit that ``measured_as`` makes of it.
 
         A structure that cannot stand under its dead load has the floor as its multiplier, so that a fit can still climb
-        from
-        there.
+        from there.
         """
         assembly, loads, options = self.model(specimen, extend=extend, **parameters)
         prediction = predict(assembly, loads, self.method, **options)

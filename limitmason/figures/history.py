@@ -200,8 +200,7 @@ def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> t
     """Displacements [m] and forces [N] of a curve, a history or a pair of arrays.
 
     A history gives the curve of ``block`` along ``direction``, of the driven block where none is named. Multipliers
-    become
-    forces where the curve knows its loads.
+    become forces where the curve knows its loads.
     """
     if hasattr(curve, "curve"):
         curve = curve.curve(_driven(curve) if block is None else block, direction)

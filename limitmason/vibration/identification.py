@@ -209,8 +209,7 @@ def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown:
     """Modes of poles that come back at the next order, gathered by frequency.
 
     A pole comes back within 1 % in frequency and 10 % in damping, with a MAC above 0.95. Each mode is the median of at
-    least
-    three; the modes that come back most often are taken.
+    least three; the modes that come back most often are taken.
     """
     kept: list[tuple[float, float, Complex]] = []
     for (f0, d0, s0), (f1, d1, s1) in pairwise(poles):

@@ -76,8 +76,7 @@ class Mac(Displayed, Tabular, ReadOnly):
         """Groups of modes of the first set, and those of the second that span the same motions.
 
         A group lies within 1 % in frequency. Shapes of equal or close frequencies are any that span the same motions:
-        one by
-        one they need not be alike.
+        one by one they need not be alike.
         """
         theirs = _groups(self.frequency_b)
         out = []

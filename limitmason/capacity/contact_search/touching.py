@@ -393,8 +393,7 @@ def _frame(old: Before, row: int, rotation: Array, normal: Array) -> Array:
     """Normal and tangents of a new point, near the tangents of the one it replaces.
 
     They are in the reference axes of the block that carries the frame, shape (c, 3). Slip is kept along them, so that
-    they
-    must not swing round.
+    they must not swing round.
     """
     if old.c.components == 2:
         # as in the reference pose: the tangent is the normal turned in the plane

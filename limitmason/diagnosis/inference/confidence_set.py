@@ -122,8 +122,7 @@ class ConfidenceSet:
         """Whether the baseline is enough, the data scatter more than stated, or neither.
 
         The verdict is "none", "scatter", or "unexplained" so far. Scatter is said where it alone is too large: no cause
-        takes
-        more of it away than chance would (the guard), and no trend is seen.
+        takes more of it away than chance would (the guard), and no trend is seen.
         """
         null, singles = self.fitted(y)
         tally, critical = self._gated(null, singles)
@@ -299,8 +298,7 @@ class ConfidenceSet:
         """Statistics of the gate for fits of the baseline and of every cause.
 
         They are the largest gain of a cause, the trend ``shape`` as given, the scatter, and the guard: by how much the
-        best
-        cause reduces the scatter. Each has one value a data set.
+        best cause reduces the scatter. Each has one value a data set.
         """
         best = np.max([f.loglik for f in singles], axis=0)
         out = {"gain": best - null.loglik, **self._residuals(null, replicate, shape)}
@@ -326,8 +324,7 @@ class ConfidenceSet:
         """Whether an explanation is so far off that it is rejected without a bootstrap.
 
         That is by a log-likelihood deficit, or by nominal tail probabilities of trend and scatter far below those of
-        the
-        bootstrap: ``rule.hopeless`` and ``rule.hopeless_tail``.
+        the bootstrap: ``rule.hopeless`` and ``rule.hopeless_tail``.
         """
         design, tail = self.design, self.rule.hopeless_tail
         if deficit >= self.rule.hopeless:

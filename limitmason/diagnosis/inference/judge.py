@@ -109,8 +109,7 @@ class Judge:
         """Nearest rival lever, log-likelihood of the explanation over it, and that asked.
 
         A lever is what a listed cause acts through, here with another dependence on the columns than the explanation
-        has. A
-        drift from test to test is one of them, with its own threshold.
+        has. A drift from test to test is one of them, with its own threshold.
         """
         like, levers, rival, beyond, asked = self.design.like, rivals.levers(names), "", np.inf, LEVER
         if levers.along:
@@ -327,8 +326,7 @@ class Judge:
         """Withdraw a single name whose residuals keep structure, or try pairs first.
 
         Pairs are tried where the residuals ask for them. A pair counts if it gains more over the single name than the
-        best of
-        all second causes would by chance.
+        best of all second causes would by chance.
         """
         names, better = record.names, record.structure < self.rule.structure
         if record.structure >= self.rule.asks or not (better or pairs):
@@ -365,8 +363,7 @@ def dose_of(
     """Share of the fitted effect that no bias could make, and its standard error.
 
     The contrast is the part of the effect that is left when the nearest bias and the measured inputs have taken all
-    they
-    can. A share of 1 is all of the effect, 0 none.
+    they can. A share of 1 is all of the effect, 0 none.
     """
     contrast = discrepancy.weighted(discrepancy.best(effect / sd, Likelihood()), effect)
     reach = float(contrast @ effect)

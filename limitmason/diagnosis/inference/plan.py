@@ -310,8 +310,7 @@ def equivalent_tests(
     """How many tests of each quantity bring as much as one test of the best quantity.
 
     What they bring is measured by the sum over pairs of min(d2, cap). The best specimen of each quantity is tested
-    again
-    and again. The result is empty where no test brings anything.
+    again and again. The result is empty where no test brings anything.
     """
 
     def reached(row: int, times: int) -> float:

@@ -198,8 +198,7 @@ def _iterate(
 ) -> tuple[Status, Iterate, int]:
     """Iterate until the program is solved, proven unsolvable, or stops improving.
 
-    Of several iterates that nearly solve the program the one of least merit is kept: residuals of equilibrium count
-    100
+    Of several iterates that nearly solve the program the one of least merit is kept: residuals of equilibrium count 100
     times the complementarity, as they cannot be repaired later.
 
     Returns

@@ -85,8 +85,7 @@ def complying_forces(
 ) -> ForceState | None:
     """Smallest, or largest, multiplier whose forces comply with the mechanism of an exact state.
 
-    A point that opens bears nothing, one that slides is on its cone against the slip, one that closes by crushing
-    bears
+    A point that opens bears nothing, one that slides is on its cone against the slip, one that closes by crushing bears
     its crushing force; ``ACTIVE`` is the rate from which it does.
     """
     opening, sliding, slip = split(law, law.matrix.T @ state.velocity)

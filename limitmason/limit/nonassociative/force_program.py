@@ -116,8 +116,7 @@ class ForceProgram:
         """Multiplier and forces from the tension corner that minimise theta lambda + weight . f, or None.
 
         ``theta`` is the price of the multiplier, ``weight`` that of every force component, shape (c m,). A theta of 1
-        looks for
-        the smallest multiplier, -1 for the largest.
+        looks for the smallest multiplier, -1 for the largest.
         """
         self._objective = np.zeros(len(self._objective))
         self._objective[-1] = theta

@@ -135,8 +135,7 @@ class PlanePrograms:
         """Velocities at mean live velocity one that minimise sum(weight * rate), rates in ``zero`` held at zero.
 
         ``weight`` and ``zero`` have shape (4, m), rows as those of :meth:`rates`: opening beyond dilation, slip to
-        either side,
-        crushing.
+        either side, crushing.
         """
         # unknowns: velocities, then at every point slip either way and crushing; what it opens by is a row
         m, n, law = self.m, self.n, self.law

@@ -254,9 +254,8 @@ def _random_start(
 ) -> tuple[str, Array | None]:
     """Normal forces to start from, in turn: random admissible ones, the best disturbed, their mean, any.
 
-    Noise of 0.7 in the logarithm, and 4 times the mean force, spread over what forces in a wall differ by. The added
-    1 or
-    2 % lets joints without force take part.
+    Noise of 0.7 in the logarithm, and 4 times the mean force, spread over what forces in a wall differ by. The added 1
+    or 2 % lets joints without force take part.
     """
     m = len(good)
     kind = k % 4

@@ -122,8 +122,7 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
 def _add_torsion(problem: Problem, torsion: TorsionLimit, rows: _Rows) -> None:
     """Add the cone of torsion of whole joints: moment about a pole within radius times normal force.
 
-    The row pair reads |(sum T_1, sum T_2, M / radius)| <= sum(tan(phi) N + c A) over the points of a joint, M about
-    its
+    The row pair reads |(sum T_1, sum T_2, M / radius)| <= sum(tan(phi) N + c A) over the points of a joint, M about its
     normal through the pole. The radius [m] is floored to keep the division finite.
     """
     x = problem.assembly.arrays

@@ -31,8 +31,7 @@ def own_loads(problem: Problem) -> Array:
     """Dead load of every block over ``force_scale``; live load where no block has any.
 
     The shape is (n_blocks,), held blocks have zero. A block without load takes the largest of its neighbours', from
-    block
-    to block.
+    block to block.
     """
     block = row_blocks(problem)
     load = block_norms(problem, problem.dead if problem.dead.any() else problem.live)
