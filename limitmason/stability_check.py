@@ -17,7 +17,7 @@ from limitmason.capacity import PushoverCurve, pushover
 from limitmason.checks import finite, instance
 from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotApplicable
-from limitmason.limit.associative import carry, contact_facts
+from limitmason.limit.associative import carry
 from limitmason.limit.margin import Margin, last_standing, standing_margin
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.range.bracket import inside
@@ -181,7 +181,7 @@ def _state(problem: Problem) -> tuple[bool | None, Prediction]:
     """Whether some forces carry the dead load, with them, or with the motion by which it falls."""
     forces, falling = carry(problem)
     words = Bound(BoundKind.NONE, "no multiplier: forces that carry the dead load" if forces else "")
-    state = Prediction("stability", math.nan, words, Status.SOLVED, None, forces, **contact_facts(problem))
+    state = Prediction("stability", math.nan, words, Status.SOLVED, None, forces, **problem.contact_facts)
     if forces is not None:
         return True, state
     return (None, replace(state, status=Status.NOT_CONVERGED)) if falling is None else (False, falling)

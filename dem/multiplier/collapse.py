@@ -114,7 +114,7 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
     if swayed and bond_yielded(assembly, found.state)[0] < PLASTIC * MOVED * smallest_edge(assembly):
         controls = replace(controls, moved_limit=WIDEST)
         found = _further(assembly, loads, found, controls)
-    warnings = [*found.state.warnings, *assembly.contact_warnings]
+    warnings = [*found.state.warnings]
     budget: dict[str, dict[str, Any]] = {}
     if found.status in (Status.SOLVED, Status.ALMOST_SOLVED):
         budget, notes = _budget(assembly, loads, found, chosen, controls)

@@ -11,7 +11,6 @@ from limitmason.checks import choice, positive
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
-from limitmason.limit.contact_notes import with_contact_warnings
 from limitmason.limit.papers import papers_behind
 from limitmason.limit.parts import governed, independent_parts
 from limitmason.limit.program.problem import Problem, make_problem
@@ -28,7 +27,6 @@ FLOW_RULES = ("associative", "non-associative")
 @of_model
 @watched("limit analysis")
 @adds_model_notes(cites=papers_behind)
-@with_contact_warnings
 def limit_analysis(
     assembly: Assembly,
     loads: Loads,

@@ -11,7 +11,6 @@ from limitmason.answers.acceptance import GAP, Certificate
 from limitmason.answers.results import (
     Bound,
     BoundKind,
-    ContactModel,
     FlowRule,
     Mechanism,
     Prediction,
@@ -30,9 +29,8 @@ from limitmason.limit.program.scaling import balanced, spread
 from limitmason.limit.program.static import Solution, carries_any, in_balance, opening_motion, stands_under_dead_load
 from limitmason.limit.solvers import choose_solver, solve_program
 from limitmason.limit.torsion import with_torsion_limit
-from limitmason.mechanics.certificate import certify, kinematic_multiplier
+from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.residuals import load_on_blocks
-from limitmason.mechanics.resultants import resultants_from_points, scaled_mechanism
 from limitmason.model.load import Loads
 
 WIDE_GAP = 3e-7
@@ -276,10 +274,7 @@ def carry(problem: Problem) -> tuple[Resultants | None, Prediction | None]:
         for scaled in (balanced(problem), problem):
             answer = stands_under_dead_load(scaled, make_cones(scaled))
             if answer.force is not None:
-                points, force = problem.points, scaled.forces(answer.force)
-                return resultants_from_points(
-                    problem.assembly, points.position, points.interface, points.area, force
-                ), None
+                return problem.resultants(scaled.forces(answer.force)), None
             if answer.velocity is None:
                 continue
             solution = Solution(Status.CANNOT_STAND, np.nan, np.empty(0), answer.velocity, 0, answer.seconds)
@@ -300,31 +295,18 @@ def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None
     """
     if velocity is None:
         return None, {}
-    assembly, points = problem.assembly, problem.points
     fall = Loads(np.zeros_like(problem.loads.dead), problem.loads.dead)
-    m = scaled_mechanism(assembly, fall, problem.twists(velocity), points.position, points.interface)
+    m = problem.mechanism(fall, velocity)
     if m is None:
         return None, {}
-    # a trial without forces: only its motion is judged
-    none = resultants_from_points(assembly, points.position, points.interface, points.area, np.zeros((points.count, 3)))
-    trial = Prediction("", np.nan, Bound(BoundKind.NONE), Status.CANNOT_STAND, m, none, **contact_facts(problem))
-    bound = kinematic_multiplier(assembly, fall, trial).multiplier
+    bound = problem.proven_by(fall, m.twists).multiplier
     if not bound < 1.0:
         # as the solver gives it the motion may close joints by rounding: let one that opens all of them repair it
         motion, _ = opening_motion(problem)
         if motion is not None:
-            bound = kinematic_multiplier(assembly, fall, trial, candidates=(problem.twists(motion),)).multiplier
-    blocks = tuple(assembly.blocks[i].name for i in m.moving_blocks(1e-4))
+            bound = problem.proven_by(fall, m.twists, (problem.twists(motion),)).multiplier
+    blocks = tuple(problem.assembly.blocks[i].name for i in m.moving_blocks(1e-4))
     return m, {"falling_blocks": blocks, "falling_margin": 1.0 - bound}
-
-
-def contact_facts(problem: Problem) -> dict[str, Any]:
-    """What a prediction says of the contacts that its forces act at, as its fields."""
-    return {
-        "contact_model": ContactModel(problem.contact_model),
-        "plane": problem.plane is not None,
-        "stress_block": problem.stress_block.count > 0,
-    }
 
 
 def prediction_from(
@@ -345,7 +327,7 @@ def prediction_from(
     }
     if solution.fallback:
         provenance["solver_fallback"] = solution.fallback
-    facts = {"flow_rule": FlowRule.ASSOCIATIVE, **contact_facts(problem)}
+    facts = {"flow_rule": FlowRule.ASSOCIATIVE, **problem.contact_facts}
     law = "associative law (psi = phi)"
     bound = Bound(BoundKind.EXACT, f"exact for the {law}")
     if torsion:
@@ -372,11 +354,10 @@ def prediction_from(
     own = load_on_blocks(assembly, loads, value)
     force = problem.forces(in_balance(problem, solution.force, solution.multiplier))
     force = without_rounding(assembly, own, points.interface, force)
-    resultants = resultants_from_points(assembly, points.position, points.interface, points.area, force)
-    mechanism = scaled_mechanism(assembly, loads, problem.twists(solution.velocity), points.position, points.interface)
+    mechanism = problem.mechanism(loads, solution.velocity)
     prediction = Prediction(
-        method, value, bound, solution.status, mechanism, resultants, None, (),
-        provenance, details, **facts,
+        method, value, bound, solution.status, mechanism, problem.resultants(force), None, (), provenance, details,
+        **facts,
     )
     certificate, seconds = _certified(problem, prediction, torsion)
     if not torsion:

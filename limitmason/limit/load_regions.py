@@ -14,21 +14,19 @@ from scipy.optimize import nnls
 from scipy.spatial import HalfspaceIntersection
 
 from limitmason.answers.acceptance import OWN_RESIDUAL
-from limitmason.answers.results import Bound, BoundKind, Mechanism, Prediction, Resultants, Status
+from limitmason.answers.results import Bound, BoundKind, Prediction, Resultants, Status
 from limitmason.arrays import Array
 from limitmason.checks import numbers, positive, several
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError, NotConverged
-from limitmason.limit.associative import contact_facts
 from limitmason.limit.program.cones import make_cones
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.program.scaling import balanced
 from limitmason.limit.program.static import opening_motion, solve_static
 from limitmason.limit.range.bracket import inside
-from limitmason.mechanics.certificate import certify, kinematic_multiplier
+from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.contact_points import chosen_grid
 from limitmason.mechanics.law_table import refuse
-from limitmason.mechanics.resultants import resultants_from_points
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -264,12 +262,10 @@ class _Support:
     def certified(self, p: Problem, y: Array, scaled: Array) -> Resultants | None:
         """Forces that carry the multipliers by their own certificate, or None."""
         loads = Loads(self.dead.dead, np.tensordot(y, self.live, 1))
-        forces = resultants_from_points(
-            self.assembly, p.points.position, p.points.interface, p.points.area, p.forces(scaled)
-        )
+        forces = p.resultants(p.forces(scaled))
         if not self.dead.dead.any():
             return forces  # of a cone, whose apex has no load to measure what is left by: rays as the solver has them
-        state = Prediction("", 1.0, Bound(BoundKind.NONE), Status.SOLVED, None, forces, **contact_facts(p))
+        state = Prediction("", 1.0, Bound(BoundKind.NONE), Status.SOLVED, None, forces, **p.contact_facts)
         found = certify(self.assembly, loads, state)
         return forces if max(found.block_residual, found.joint_excess) <= OWN_RESIDUAL else None
 
@@ -287,17 +283,10 @@ class _Support:
         works = size > 1e-6 * np.abs(twists).max() * np.abs(self.dead.dead).sum()
         load = np.tensordot(rate * self.unit**2, self.live, 1) if works else self.dead.dead
         dead = self.dead.dead if works else 0.0 * load
-        none = resultants_from_points(
-            self.assembly, p.points.position, p.points.interface, p.points.area, np.zeros((p.points.count, 3))
-        )
-        trial = Prediction(
-            "", math.nan, Bound(BoundKind.NONE), Status.SOLVED, Mechanism(twists, np.zeros(0), np.zeros((0, 2))), none,
-            **contact_facts(p),
-        )
         if self.opening is None:
             motion = opening_motion(p)[0]
             self.opening = () if motion is None else (p.twists(motion),)
-        k = kinematic_multiplier(self.assembly, Loads(dead, load), trial, candidates=self.opening)
+        k = p.proven_by(Loads(dead, load), twists, self.opening)
         if k.twists is None or not math.isfinite(k.multiplier):
             return None
         offset = k.multiplier * float((load * k.twists).sum()) - (0.0 if works else float((load * k.twists).sum()))

@@ -1,23 +1,12 @@
 """Limit analysis as two methods: by the associative flow rule, and by that of the joints."""
 
-from typing import Any
+from functools import partial
 
 from limitmason.answers.method import Look, Method, settings_of
-from limitmason.answers.results import FlowRule, Prediction
+from limitmason.answers.results import FlowRule
 from limitmason.limit import papers
 from limitmason.limit.analysis import limit_analysis
 from limitmason.limit.nonassociative.analysis import solve_nonassociative
-from limitmason.model.assembly import Assembly
-from limitmason.model.load import Loads
-
-
-def _associative(assembly: Assembly, loads: Loads, **settings: Any) -> Prediction:
-    return limit_analysis(assembly, loads, FlowRule.ASSOCIATIVE, **settings)
-
-
-def _non_associative(assembly: Assembly, loads: Loads, **settings: Any) -> Prediction:
-    return limit_analysis(assembly, loads, FlowRule.NON_ASSOCIATIVE, **settings)
-
 
 _LEVERS = (
     "friction", "friction of single joints", "cohesion", "tension", "faces", "blocks", "weights", "displaced blocks",
@@ -26,7 +15,7 @@ _LEVERS = (
 
 ASSOCIATIVE = Method(
     "associative",
-    _associative,
+    partial(limit_analysis, flow_rule=FlowRule.ASSOCIATIVE),
     settings_of("AssociativeSettings", limit_analysis),
     look=Look("limit analysis,\nassociative", "BLUE", "v"),
     theorem="upper",
@@ -37,7 +26,7 @@ ASSOCIATIVE = Method(
 
 NON_ASSOCIATIVE = Method(
     "non-associative",
-    _non_associative,
+    partial(limit_analysis, flow_rule=FlowRule.NON_ASSOCIATIVE),
     settings_of("NonAssociativeSettings", limit_analysis, solve_nonassociative),
     look=Look("limit analysis,\nnon-associative", "SKY", "^"),
     kept=("radenkovic",),

@@ -12,7 +12,6 @@ from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.limit.analysis import limit_analysis
 from limitmason.limit.associative import analyse
-from limitmason.limit.contact_notes import with_contact_warnings
 from limitmason.limit.papers import papers_behind
 from limitmason.limit.program.problem import make_problem
 from limitmason.mechanics.contact_points import Grid, chosen_grid
@@ -195,7 +194,6 @@ def released(assembly: Assembly, moved: list[int], freed: tuple[int, ...]) -> As
 
 
 @adds_model_notes(cites=papers_behind)
-@with_contact_warnings
 def largest_multiplier(
     assembly: Assembly,
     loads: Loads,

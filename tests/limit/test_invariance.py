@@ -156,7 +156,7 @@ def test_order_of_geometry_gives_the_same_arrays_and_leads_back(make, mirrored):
         # a state of the ordered law is a state of the problem's own: same residual, same power
         random = np.random.default_rng(1)
         force, velocity = random.random(law.matrix.shape[1]), random.random(law.matrix.shape[0])
-        here = ForceState(0.3, force, velocity, "any")
+        here = ForceState(0.3, force, velocity)
         there = order.back(law, here)
         residual = law.matrix @ there.force + law.dead + 0.3 * law.live
         ordered = laws[-1].matrix @ force + laws[-1].dead + 0.3 * laws[-1].live

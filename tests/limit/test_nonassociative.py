@@ -278,7 +278,7 @@ def test_certificate_agrees_with_the_laws_own_check():
     scaled[:, 0] += law.tension
     velocity = problem.dual(twists)
     velocity *= law.live_size / (law.live @ velocity)
-    own = violation(law, ForceState(prediction.collapse_multiplier / problem.live_scale, scaled.ravel(), velocity, ""))
+    own = violation(law, ForceState(prediction.collapse_multiplier / problem.live_scale, scaled.ravel(), velocity))
     independent = certify(wall, loads, disturbed)
     assert own.complementarity > 1e-3
     assert independent.complementarity == pytest.approx(own.complementarity, rel=1e-9)

@@ -203,20 +203,7 @@ def outward(root: Array, o: Array) -> Array:
 @njit(cache=True, error_model="numpy")
 def inverse_hessian(root: Array, v: Array) -> Array:
     """H^-1 v = root root^T v at every point."""
-    m, c = v.shape
-    out, o = np.empty((m, c)), np.empty(c)
-    for p in range(m):
-        for j in range(c):
-            total = 0.0
-            for i in range(c):
-                total += root[p, i, j] * v[p, i]
-            o[j] = total
-        for i in range(c):
-            total = 0.0
-            for j in range(c):
-                total += root[p, i, j] * o[j]
-            out[p, i] = total
-    return out
+    return outward(root, outward(root.transpose(0, 2, 1), v))
 
 
 @njit(cache=True, error_model="numpy")

@@ -140,18 +140,21 @@ class NewtonSystem:
         self.it: Iterate
 
     def scale(self, it: Iterate) -> bool:
-        """Scale and factorise at an iterate, or False when rounding has carried it out of a cone."""
+        """Scale and factorise at an iterate, or False where rounding leaves it outside a cone or without a factor."""
         inside, self._axis, self._size = kernels.nesterov_todd(it.x, it.s)
         if not inside:
             return False
-        self._image = self._scaled_x(it.x)
+        self._image = self._scaled(it.x)
         self.it = it
         p = self.program
         # eliminated slack and multiplier of a bound act as a spring z / slack on the normal force
         stiffness = np.asarray(np.bincount(p.bound_point, it.z / it.slack, len(it.x)), dtype=float)
         self._root, self._turn, self._lever = kernels.inverse_roots(self._axis, self._size, stiffness)
-        self.factor.factorise(self._root)
         self._live_solution: Array | None = None
+        try:
+            self.factor.factorise(self._root)
+        except FloatingPointError:
+            return False
         return True
 
     def direction(self, rest: Residuals, products: Array, bound_products: Array) -> Iterate:
@@ -214,11 +217,8 @@ class NewtonSystem:
             last = error
         return y, multiplier
 
-    def _scaled_x(self, x: Array) -> Array:
-        return kernels.scaled(self._axis, self._size, x, False)
-
-    def _scaled_s(self, s: Array) -> Array:
-        return kernels.scaled(self._axis, self._size, s, True)
+    def _scaled(self, x: Array, inverse: bool = False) -> Array:
+        return kernels.scaled(self._axis, self._size, x, inverse)
 
     def products(self, target: float, d: Iterate | None = None) -> tuple[Array, Array]:
         """Changes of the products that lead to ``target``, less the second-order term of a direction (Mehrotra)."""
@@ -226,7 +226,7 @@ class NewtonSystem:
         cone[:, 0] += target
         if d is None:
             return cone, bound
-        return cone - cone_product(self._scaled_x(d.x), self._scaled_s(d.s)), bound - d.slack * d.z
+        return cone - cone_product(self._scaled(d.x), self._scaled(d.s, True)), bound - d.slack * d.z
 
     def centred_products(
         self, wanted: tuple[Array, Array], d: Iterate, primal: float, dual: float, target: float
@@ -246,7 +246,7 @@ class NewtonSystem:
         def move(value: Array) -> Array:
             return np.maximum(np.clip(value, 0.1 * target, 10.0 * target) - value, -10.0 * target)
 
-        value = cone_product(self._scaled_x(trial.x), self._scaled_s(trial.s))
+        value = cone_product(self._scaled(trial.x), self._scaled(trial.s, True))
         # the two eigenvalues of a product are value_0 +- |value_1..|
         tail = np.sqrt(np.einsum("mc,mc->m", value[:, 1:], value[:, 1:]))
         high, low = move(value[:, 0] + tail), move(value[:, 0] - tail)

@@ -30,6 +30,7 @@ from limitmason.limit.interior_point.newton import (
     step_lengths,
 )
 from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.scaling import row_blocks
 from limitmason.limit.program.static import Solution
 
 CORRECTORS = 2
@@ -95,7 +96,7 @@ def solve_interior_point(
     # numbers that overflow on the last, useless steps are caught where steps are measured
     with one_blas_thread(), np.errstate(all="ignore"):
         factor = BlockCholesky(
-            program.matrix.tocsc(), program.components, problem.row // degrees(problem), problem.assembly.centroids
+            program.matrix.tocsc(), program.components, row_blocks(problem), problem.assembly.centroids
         )
         first = _first_iterate(program, factor)
         status, it, iterations = _iterate(program, factor, first, tolerance, max_iterations, callback)
@@ -109,11 +110,6 @@ def solve_interior_point(
     force[:, 0] -= shift
     seconds = time.perf_counter() - start
     return Solution(status, float(it.multiplier), force.ravel(), -it.y, iterations, seconds, stands, "interior-point")
-
-
-def degrees(problem: Problem) -> int:
-    """Degrees of freedom of a free block: 3 in plane, 6 in space."""
-    return 3 if problem.plane is not None else 6
 
 
 def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:
@@ -222,7 +218,7 @@ def _iterate(
         merit = max(100.0 * measures.primal, measures.complementarity)
         if measures.nearly(it.multiplier) and merit < best_merit:
             best, best_merit = it, merit
-        if iteration == max_iterations or not _rescaled(newton, it):
+        if iteration == max_iterations or not newton.scale(it):
             break
         step = _predict_and_correct(newton, rest)
         if step is None:
@@ -230,7 +226,7 @@ def _iterate(
         it = it.moved(*step)
     if status != Status.SOLVED and best is not None:
         it, status = best, Status.ALMOST_SOLVED
-    if status in (Status.SOLVED, Status.ALMOST_SOLVED) and _rescaled(newton, it):
+    if status in (Status.SOLVED, Status.ALMOST_SOLVED) and newton.scale(it):
         it = _cleaned(program, newton, it)
         final = _measures(program, it, residuals(program, it))
         # the iteration may have stopped early because of residuals that are gone now
@@ -252,7 +248,7 @@ def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool
     it = first._replace(y=np.zeros_like(first.y), s=s)
     newton = NewtonSystem(program, factor)
     for iteration in range(50):
-        if not _rescaled(newton, it):
+        if not newton.scale(it):
             return None
         if newton.carries_dead_load():
             return True
@@ -263,13 +259,6 @@ def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool
             return None
         it = it.moved(*step)
     return None
-
-
-def _rescaled(newton: NewtonSystem, it: Iterate) -> bool:
-    try:
-        return newton.scale(it)
-    except FloatingPointError:
-        return False
 
 
 def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate, float, float] | None:

@@ -60,13 +60,13 @@ def alternate(
             break
         multiplier, force = answer
         if time.perf_counter() > deadline:  # the next program would end after the limit too
-            return best or ForceState(multiplier, force, velocity, "cone program")
+            return best or ForceState(multiplier, force, velocity)
         normal = np.maximum(split(law, force)[0], 0.0)
         _, dual = programs.velocities.largest(law.cohesion + (law.tan_phi - law.tan_psi) * normal)
         if dual is None:
             break
         velocity = dual.velocity
-        found = ForceState(multiplier, force, velocity, "alternating cone programs")
+        found = ForceState(multiplier, force, velocity)
         broken = violation(law, found)
         off, last = broken.worst, merit
         merit = theta * multiplier + broken.complementarity
@@ -97,7 +97,7 @@ def complying_forces(
         law, opening=gap > ACTIVE, sliding=slides, direction=direction, closing=closing, deadline=deadline
     )
     answer = program.solve(-1.0 if largest else 1.0)
-    return None if answer is None else ForceState(*answer, state.velocity, "forces that comply")
+    return None if answer is None else ForceState(*answer, state.velocity)
 
 
 def lower(

@@ -13,7 +13,7 @@ from limitmason.arrays import Array
 from limitmason.checks import choice, positive
 from limitmason.display.progress import noted
 from limitmason.errors import InputError
-from limitmason.limit.associative import contact_facts, solve_associative
+from limitmason.limit.associative import solve_associative
 from limitmason.limit.associative_warnings import TWISTED, self_stress, twisted_faces
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, joint_law, true_forces, violation
@@ -31,7 +31,6 @@ from limitmason.limit.nonassociative.smallest import Extreme, prove_smallest, ve
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.law_table import NON_ASSOCIATIVE, notes
-from limitmason.mechanics.resultants import resultants_from_points, scaled_mechanism
 
 METHOD = "limit analysis, non-associative"
 
@@ -123,14 +122,12 @@ def solve_nonassociative(
     undeformed geometry does not see.
     """
     start = time.perf_counter()
-    if isinstance(search, str):
-        choice("search", search, EFFORTS)
+    named = "standard" if isinstance(search, Effort) else choice("search", search, EFFORTS)
+    effort = search if isinstance(search, Effort) else EFFORTS[named]
     for name, number in (("accuracy", accuracy), ("time_limit", time_limit), ("proof_seconds", proof_seconds)):
         if number is not None and number != np.inf:
             positive(name, number)
     deadline = np.inf if time_limit is None else start + time_limit
-    effort = EFFORTS[search] if isinstance(search, str) else search
-    named = search if isinstance(search, str) else "standard"
     proving = proof_is_tried(problem, prove, named)
     if proof_seconds is not None and not proving:
         raise InputError(
@@ -143,7 +140,7 @@ def solve_nonassociative(
     provenance = dict(
         upper.provenance, flow_rule=str(FlowRule.NON_ASSOCIATIVE), seed=seed,
         solver="clarabel" if problem.plane is None else "clarabel, HiGHS",
-        search=search if isinstance(search, str) else "given",
+        search="given" if effort is search else named,
     )
     if law is None:
         # psi = phi: the two laws are one and the associative certificate, with its gap, says more
@@ -182,10 +179,9 @@ def solve_nonassociative(
         limits = None if proof is None else velocity_limits(problem)[order.row]
         details["at_small_dilatancy"] = _at_small_dilatancy(problem, ordered, state, accuracy, limits)
     prediction = _prediction(problem, law, order.back(law, state), status, details, provenance, search)
-    certificate = certify(problem.assembly, problem.loads, prediction)
+    prediction = _certified(problem, prediction)
     provenance["seconds"] = time.perf_counter() - start
-    prediction = replace(prediction, certificate=certificate)
-    return replace(prediction, warnings=tuple(_warnings(problem, prediction, certificate)))
+    return prediction
 
 
 def _without_state(
@@ -205,22 +201,32 @@ def _without_state(
         )
     return Prediction(
         METHOD, float("nan"), Bound(BoundKind.NONE), Status.NOT_CONVERGED, provenance=provenance, details=details,
-        warnings=(reason,), flow_rule=FlowRule.NON_ASSOCIATIVE, **contact_facts(problem),
+        warnings=(reason,), flow_rule=FlowRule.NON_ASSOCIATIVE, **problem.contact_facts,
     )
 
 
 def _bound_alone(problem: Problem, upper: Prediction, details: dict, provenance: dict) -> Prediction:
     """The answer where the time ended before a state below the associative bound: that bound, certified as it is."""
-    low, high = details["radenkovic"]
-    between = f"between {low:.6g} and {high:.6g}" if np.isfinite(low) else f"at most {high:.6g}"
-    words = f"upper bound: the associative multiplier, its state not admissible; not unique, {between} (Radenkovic)"
-    prediction = replace(
-        upper, method=METHOD, status=Status.TIME_ENDED, bound=Bound(BoundKind.UPPER, words), details=details,
-        provenance=provenance, flow_rule=FlowRule.NON_ASSOCIATIVE, certificate=None, warnings=(),
-    )
+    words = f"upper bound: the associative multiplier, its state not admissible; not unique, {_between(details)}"
+    return _certified(problem, replace(
+        upper, method=METHOD, status=Status.TIME_ENDED, bound=Bound(BoundKind.UPPER, f"{words} (Radenkovic)"),
+        details=details, provenance=provenance, flow_rule=FlowRule.NON_ASSOCIATIVE, certificate=None, warnings=(),
+    ))
+
+
+def _certified(problem: Problem, prediction: Prediction) -> Prediction:
+    """The prediction with its certificate, and with the warnings that follow from it."""
     certificate = certify(problem.assembly, problem.loads, prediction)
     prediction = replace(prediction, certificate=certificate)
     return replace(prediction, warnings=tuple(_warnings(problem, prediction, certificate)))
+
+
+def _between(details: dict) -> str:
+    """Where Radenkovic's bounds have the multiplier, in words."""
+    low, high = details["radenkovic"]
+    if not np.isfinite(high):
+        return "without an upper bound, the associative multiplier being infinite"
+    return f"between {low:.6g} and {high:.6g}" if np.isfinite(low) else f"at most {high:.6g}"
 
 
 def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[Trial], None]:
@@ -354,27 +360,19 @@ def _prediction(
     details : of :func:`_details`
     search : its name or effort, for the words of the bound
     """
-    assembly, points = problem.assembly, problem.points
-    force = problem.forces(true_forces(law, state))
-    resultants = resultants_from_points(assembly, points.position, points.interface, points.area, force)
-    mechanism = scaled_mechanism(
-        assembly, problem.loads, problem.twists(state.velocity), points.position, points.interface
-    )
-    low, high = details["radenkovic"]
-    between = f"between {low:.6g} and {high:.6g}" if np.isfinite(low) else f"at most {high:.6g}"
-    if not np.isfinite(high):
-        between = "without an upper bound, the associative multiplier being infinite"
+    resultants = problem.resultants(problem.forces(true_forces(law, state)))
+    mechanism = problem.mechanism(problem.loads, state.velocity)
     kind, words = _kind_of_bound(details, search)
     if status == Status.TIME_ENDED:
         words = "estimate: multiplier of the nearest state when the time ended, not admissible"
-    bound = Bound(kind, f"{words}; not unique, {between} (Radenkovic)")
+    bound = Bound(kind, f"{words}; not unique, {_between(details)} (Radenkovic)")
     value, certified = state.multiplier * problem.live_scale, Range()
     if status in (Status.SOLVED, Status.ALMOST_SOLVED):
         ends = [e for e in (*details["interval_at_mechanism"], *details["spread"], value) if math.isfinite(e)]
         certified = Range(min(ends), max(ends), "certified states found")
     return Prediction(
         METHOD, value, bound, status, mechanism, resultants, None, (), provenance, details, FlowRule.NON_ASSOCIATIVE,
-        range=certified, **contact_facts(problem),
+        range=certified, **problem.contact_facts,
     )
 
 

@@ -142,7 +142,7 @@ class ForceProgram:
         velocity = normalised(self.law, dual)
         if velocity is None or not (np.isfinite(x).all() and np.isfinite(velocity).all()):
             return str(answer.status), None
-        return str(answer.status), ForceState(float(x[-1]), x[:-1], velocity, "cone program")
+        return str(answer.status), ForceState(float(x[-1]), x[:-1], velocity)
 
 
 def slope_rows(slope: Array, components: int, columns: int) -> sparse.csr_array:

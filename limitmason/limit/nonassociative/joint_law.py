@@ -52,7 +52,6 @@ class ForceState(NamedTuple):
     multiplier: float
     force: Array
     velocity: Array
-    how: str
 
 
 class Violation(NamedTuple):
@@ -91,12 +90,9 @@ def joint_law(problem: Problem) -> JointLaw:
     law, tension = problem.law.from_corner(), problem.law.tension
     corner = np.zeros(problem.matrix.shape[1])
     corner[:: problem.components] = tension
-    # forces are over the total load / sqrt(free blocks), so the total load itself is their root
-    total = float(np.sqrt((~problem.assembly.fixed).sum()))
     return JointLaw(
         problem.matrix, problem.dead - problem.matrix @ corner, problem.live, law.tan_phi, law.tan_psi,
-        tension, law.cohesion, law.crushing, problem.components, float(np.abs(problem.live).sum()),
-        total,
+        tension, law.cohesion, law.crushing, problem.components, float(np.abs(problem.live).sum()), problem.size,
     )
 
 

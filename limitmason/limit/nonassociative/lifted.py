@@ -23,12 +23,8 @@ class LiftedBound(NamedTuple):
     """Lower bound of the scaled multiplier: the dual value recomputed with numpy, less what its residual could cost."""
 
     value: float
-    dual_value: float
     residual: float  # largest violation of dual feasibility
     status: str
-    rows: int
-    columns: int
-    seconds: float
 
 
 def lifted_rows(programs: PlanePrograms) -> int:
@@ -102,16 +98,12 @@ def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit
     model.setOptionValue("time_limit", max(float(time_limit) - (time.perf_counter() - began), 0.1))
     model.run()
     status = model.modelStatusToString(model.getModelStatus())
-    rows, columns = matrix.shape
     if model.getModelStatus() != highspy.HighsModelStatus.kOptimal:
-        return LiftedBound(-np.inf, -np.inf, np.inf, status, rows, columns, time.perf_counter() - began)
+        return LiftedBound(-np.inf, np.inf, status)
     solution = model.getSolution()
     primal, dual = np.array(solution.col_value), np.array(solution.row_dual)
     # only equalities may carry duals of either sign; the single right-hand side that is not zero is the unity row's
     dual = np.where(row_low == row_high, dual, np.maximum(dual, 0.0))
     residual = np.abs(cost - matrix.T @ dual)
-    value = float(dual[fixed])
-    return LiftedBound(
-        value - float(residual @ np.abs(primal)), value, float(residual.max(initial=0.0)), status, rows, columns,
-        time.perf_counter() - began,
-    )
+    value = float(dual[fixed]) - float(residual @ np.abs(primal))
+    return LiftedBound(value, float(residual.max(initial=0.0)), status)

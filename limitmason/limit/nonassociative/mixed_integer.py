@@ -4,7 +4,6 @@ A binary per alternative says which of slack and rate may differ from zero. Boun
 equilibrium by linear programs; bounds on the velocities are stated, then tightened by linear programs.
 """
 
-import time
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -43,7 +42,6 @@ class Proof(NamedTuple):
     nodes: int
     velocity_share: float  # largest velocity of the best state over its bound
     forces_assumed: bool
-    seconds: float
     infeasible: bool  # proven: no admissible state within the bounds
 
 
@@ -275,7 +273,6 @@ class BoundedProgram:
         gap : between state and bound at which to stop, absolute and relative [-]
         verbose : let HiGHS write its log
         """
-        began = time.perf_counter()
         model, at = self._model(largest)
         for option, value in (
             ("time_limit", float(time_limit)), ("mip_rel_gap", gap), ("mip_abs_gap", gap),
@@ -300,7 +297,6 @@ class BoundedProgram:
         return Proof(
             state=state, bound=float(info.mip_dual_bound), status=status, nodes=int(info.mip_node_count),
             velocity_share=velocity_share, forces_assumed=self.limits.forces_assumed,
-            seconds=time.perf_counter() - began,
             infeasible=model.getModelStatus() == highspy.HighsModelStatus.kInfeasible,
         )
 
@@ -311,7 +307,7 @@ class BoundedProgram:
             return found
         force = np.empty(2 * self.programs.m)
         force[0::2], force[1::2] = x[at["N"]] * self.programs.unit, x[at["T"]] * self.programs.unit
-        return polish(self.programs, ForceState(float(x[at["lambda"]][0]), force, x[at["v"]], "mixed-integer program"))
+        return polish(self.programs, ForceState(float(x[at["lambda"]][0]), force, x[at["v"]]))
 
     def _on_alternatives(self, x: Array, at: dict[str, slice], largest: bool) -> ForceState | None:
         """State with the same open and sliding points as a point of the program, None without one."""
@@ -324,4 +320,4 @@ class BoundedProgram:
         answer = p.forces(theta=-1.0 if largest else 1.0, zero=p.rates(velocity) > ACTIVE)
         if answer is None:
             return None
-        return ForceState(answer.multiplier, answer.force, velocity, "mixed-integer program")
+        return ForceState(answer.multiplier, answer.force, velocity)

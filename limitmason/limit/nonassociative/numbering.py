@@ -57,7 +57,7 @@ class Numbering(NamedTuple):
         turned = self._blocks(c).T @ state.force
         force.reshape(-1, c)[self.point] = turned.reshape(-1, c)
         velocity[self.row] = self.sign * state.velocity
-        return ForceState(state.multiplier, force, velocity, state.how)
+        return ForceState(state.multiplier, force, velocity)
 
     def _blocks(self, components: int) -> sparse.csr_array:
         """Turn of the force components of every point, block diagonal, shape (c m, c m)."""

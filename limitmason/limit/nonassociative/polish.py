@@ -186,7 +186,7 @@ def polish(programs: PlanePrograms, state: ForceState, *, deadline: float = np.i
             continue
         answer = programs.forces(theta=1.0, zero=programs.rates(velocity) > ACTIVE)
         if answer is not None:
-            return ForceState(answer.multiplier, answer.force, velocity, "active set")
+            return ForceState(answer.multiplier, answer.force, velocity)
     return alternate_plane(programs, state, deadline=deadline)
 
 
@@ -218,7 +218,7 @@ def alternate_plane(
         if found is None:
             break
         velocity = found
-        best = ForceState(answer.multiplier, answer.force, velocity, "alternating linear programs")
+        best = ForceState(answer.multiplier, answer.force, velocity)
         gap = programs.gap(answer.force, velocity)
         merit = theta * answer.multiplier + gap
         done = (theta == 0 and gap < tolerance) or merit > last - 1e-10 * max(1.0, abs(last))
@@ -248,7 +248,7 @@ def descend(
     answer = programs.forces(theta=1.0, zero=programs.rates(state.velocity) > ACTIVE)
     if answer is None or answer.multiplier > state.multiplier + 1e-9:
         return state
-    best = ForceState(answer.multiplier, answer.force, state.velocity, "descended")
+    best = ForceState(answer.multiplier, answer.force, state.velocity)
     noise: Array | float = 0.0
     for _ in range(rounds):
         if time.perf_counter() > deadline:
@@ -261,7 +261,7 @@ def descend(
             break
         # the old forces comply with the new velocities as well: the multiplier cannot rise
         stalled = found.multiplier > best.multiplier - 1e-9
-        best, answer = ForceState(found.multiplier, found.force, velocity, "descended"), found
+        best, answer = ForceState(found.multiplier, found.force, velocity), found
         noise = 0.0
         if stalled:
             if tries <= 0 or random is None:

@@ -33,9 +33,7 @@ class SchemeRun(NamedTuple):
 
     state: ForceState | None
     steps: int
-    variant: SchemeSettings  # the settings in the end, after restarts
     excess: float  # of the last forces over the true law, relative to the total load
-    values: tuple[float, ...]  # scaled multiplier of every step of the last attempt
 
 
 def run_sequence(
@@ -64,13 +62,12 @@ def run_sequence(
     multiplier does not mean that the true law holds, and the end depends on the start; always polish and check.
     """
     variant = variant or SchemeSettings()
-    values: list[float] = []
     total_steps, state, over = 0, None, np.inf
     for attempt in range(restarts + 1):
         slope = np.where(law.dilatant, law.tan_phi, law.tan_psi - variant.slope * law.tan_phi)
         program = ForceProgram(law, slope=slope, tolerance=1e-10, deadline=deadline)
         frozen = np.maximum(start, 0.0)
-        best, idle, failed, values = np.inf, 0, False, []
+        best, idle, failed = np.inf, 0, False
         for _ in range(max_steps):
             offset = (law.tan_phi - slope) * frozen + variant.offset * frozen.max(initial=0.0)
             status, answer = program.largest(law.cohesion + np.where(law.dilatant, 0.0, offset))
@@ -79,7 +76,6 @@ def run_sequence(
                 failed = True
                 break
             state, over = answer, excess(law, answer.force)
-            values.append(answer.multiplier)
             normal = np.maximum(split(law, answer.force)[0], 0.0)
             change = np.abs(normal - frozen).max(initial=0.0) / law.total
             frozen = variant.mixing * normal + (1.0 - variant.mixing) * frozen
@@ -93,4 +89,4 @@ def run_sequence(
             variant = variant._replace(slope=0.5 * variant.slope)
         else:
             variant = variant._replace(offset=10.0 * variant.offset)
-    return SchemeRun(state, total_steps, variant, float(over), tuple(values))
+    return SchemeRun(state, total_steps, float(over))

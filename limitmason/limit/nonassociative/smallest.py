@@ -24,24 +24,34 @@ REACHED = 0.5
 
 
 class Extreme(NamedTuple):
-    """Lowest (or highest) exact state known, and the scaled multiplier beyond which there is none within the bounds."""
+    """Lowest (or highest) exact state known, and the multiplier beyond which there is none within the bounds."""
 
     state: ForceState | None
     bound: float
-    proven: bool  # state and bound agree
+    proven: bool  # state and bound agree within the tolerance asked for
     method: str  # what gave the bound
     none: bool = False  # there is no admissible state at all within the bounds
     velocity_bounded: bool = False  # the bound holds only within velocity_bound
     velocity_bound: float = float("nan")  # in mean live velocities
-    velocity_share: float = float("nan")  # largest velocity of the state over its bound
+    velocity_share: float = float("nan")  # largest velocity of the state over its bound; near one it may hide others
     force_bounded: bool = False  # a stated bound on the joint forces was needed too
     nodes: int = 0
     seconds: float = 0.0
 
     @property
+    def value(self) -> float:
+        """Multiplier of the state, NaN without one; of a state outside the stated velocities beyond the bound, too."""
+        return float("nan") if self.state is None else self.state.multiplier
+
+    @property
     def gap(self) -> float:
-        """Distance between state and bound, scaled, or infinite without a state."""
-        return np.inf if self.state is None else abs(self.state.multiplier - self.bound)
+        """Distance between state and bound, or infinite without a state."""
+        return np.inf if self.state is None else abs(self.value - self.bound)
+
+    def times(self, scale: float) -> "Extreme":
+        """The same in units of the live load."""
+        state = None if self.state is None else self.state._replace(multiplier=self.value * scale)
+        return self._replace(state=state, bound=self.bound * scale)
 
 
 def velocity_limits(problem: Problem, velocity_bound: float = 1.0) -> Array:

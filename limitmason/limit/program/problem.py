@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
 
+from limitmason.answers.results import Bound, BoundKind, ContactModel, Mechanism, Prediction, Resultants, Status
 from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 from limitmason.limit.program.face_cells import Cells, whole_faces, with_cells
+from limitmason.mechanics.certificate import Kinematics, kinematic_multiplier
 from limitmason.mechanics.contact_points import ContactPoints, Grid, contact_points
 from limitmason.mechanics.equilibrium import degrees_of_freedom, equilibrium_matrix
 from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.mechanics.law_table import ASSOCIATIVE, CORNERS, refuse
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.mechanics.residuals import total_load
+from limitmason.mechanics.resultants import resultants_from_points, scaled_mechanism
 from limitmason.mechanics.stress_block import StressBlock, stress_blocks
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -117,6 +120,31 @@ class Problem(NamedTuple):
         """Inverse of :meth:`twists`."""
         basis, _ = degrees_of_freedom(self.assembly, self.plane)
         return (twists @ basis).ravel()[self.row] * self.row_radius
+
+    @property
+    def contact_facts(self) -> dict[str, Any]:
+        """What a prediction says of the contacts that its forces act at, as its fields."""
+        return {
+            "contact_model": ContactModel(self.contact_model),
+            "plane": self.plane is not None,
+            "stress_block": self.stress_block.count > 0,
+        }
+
+    def resultants(self, force: Array) -> Resultants:
+        """Resultants of contact forces on block b in global axes [N], shape (m, 3)."""
+        p = self.points
+        return resultants_from_points(self.assembly, p.position, p.interface, p.area, force)
+
+    def mechanism(self, loads: Loads, dual: Array) -> Mechanism | None:
+        """The motion of duals of the equilibrium rows, scaled to loads, or None where they do no work on it."""
+        return scaled_mechanism(self.assembly, loads, self.twists(dual), self.points.position, self.points.interface)
+
+    def proven_by(self, loads: Loads, twists: Array, candidates: tuple[Array, ...] = ()) -> Kinematics:
+        """What a motion alone proves of loads, see :func:`limitmason.mechanics.certificate.kinematic_multiplier`."""
+        none = self.resultants(np.zeros((self.points.count, 3)))
+        motion = Mechanism(twists, np.zeros(0), np.zeros((0, 2)))
+        trial = Prediction("", np.nan, Bound(BoundKind.NONE), Status.SOLVED, motion, none, **self.contact_facts)
+        return kinematic_multiplier(self.assembly, loads, trial, candidates=candidates)
 
 
 def make_problem(

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.answers.results import Status
+from limitmason.answers.results import Prediction, Status
 from limitmason.arrays import Array
 from limitmason.checks import choice, positive
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.nonassociative.analysis import radenkovic_lower
-from limitmason.limit.nonassociative.joint_law import ForceState, exact, from_corner, joint_law
+from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, from_corner, joint_law
 from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms
 from limitmason.limit.nonassociative.search import EFFORTS, search_smallest
@@ -26,7 +26,7 @@ from limitmason.limit.nonassociative.smallest import (
     prove_smallest,
     velocity_limits,
 )
-from limitmason.limit.program.problem import make_problem
+from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.mechanics.contact_points import Grid, chosen_grid
 from limitmason.mechanics.law_table import GRID, PROVEN_RANGE, refuse
 from limitmason.model.assembly import Assembly
@@ -34,41 +34,6 @@ from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 
 ENDS = ("smallest", "largest")
-
-
-@dataclass(frozen=True)
-class RangeEnd:
-    """One end of the range.
-
-    Parameters
-    ----------
-    value : multiplier of a certified state [-]; NaN when none is known
-    bound : multiplier that no admissible state passes, within the bounds named below [-]
-    proven : whether value and bound agree within the tolerance asked for
-    method : what gave the bound
-    velocity_bounded : whether the proof holds only within the stated velocities
-    velocity_share : largest velocity of the state over the stated bound; near one the bound may hide other states
-    force_bounded : whether a stated bound on the joint forces was needed too
-    nodes, seconds : cost
-    """
-
-    value: float
-    bound: float
-    proven: bool
-    method: str
-    velocity_bounded: bool = False
-    velocity_share: float = float("nan")
-    force_bounded: bool = False
-    nodes: int = 0
-    seconds: float = 0.0
-
-    @property
-    def gap(self) -> float:
-        """Distance between state and bound.
-
-        A state outside the stated velocities may also lie beyond the bound.
-        """
-        return abs(self.value - self.bound)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +51,7 @@ class ProvenRange:
 
     smallest: float
     largest: float
-    ends: Mapping[str, RangeEnd]
+    ends: Mapping[str, Extreme]
     associative: float
     velocity_bound: float
     force_bound: float
@@ -195,21 +160,14 @@ def proven_range(
             "a proven range needs a plane problem: blocks, interfaces and loads symmetric about one plane"
         )
     refuse(PROVEN_RANGE, assembly, problem.interfaces, where=GRID)
-    upper = solve_associative(problem)
-    ends: dict[str, RangeEnd] = {}
-    law = joint_law(problem)
-    scale, top, endless = problem.live_scale, upper.collapse_multiplier, upper.status == Status.UNBOUNDED
-    if not endless and (upper.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or upper.resultants is None):
-        raise NotConverged(f"the associative analysis ended '{upper.status}': there is no range to prove")
-    if endless and ("largest" in which or law.dilatant.all()):
-        raise NotConverged(
-            "the associative multiplier has no end, so that no largest one is found; "
-            + ("psi = phi: there is no other" if law.dilatant.all() else "ask for which='smallest'")
-        )
-    top = np.inf if endless else top / scale
+    law, ends = joint_law(problem), {}
+    upper = _associative_end(problem, law, which)
+    scale = problem.live_scale
+    top = np.inf if upper.status == Status.UNBOUNDED else upper.collapse_multiplier / scale
     if law.dilatant.all():
         value = upper.collapse_multiplier
-        ends = {name: RangeEnd(value, value, True, ASSOCIATIVE) for name in which}
+        state = ForceState(value, np.zeros(0), np.zeros(0))
+        ends = dict.fromkeys(which, Extreme(state, value, True, ASSOCIATIVE))
         low, high = (value if name in which else float("nan") for name in ENDS)
         return ProvenRange(low, high, ends, value, velocity_bound, force_bound, time.perf_counter() - began)
 
@@ -243,14 +201,24 @@ def proven_range(
         else:
             limits = velocity_limits(problem, velocity_bound)
             end = _largest(programs, found, top, limits, force_bound, time_limit, tolerance)
-        assert end.state is not None
-        ends[name] = RangeEnd(
-            end.state.multiplier * scale, end.bound * scale, end.proven, end.method, end.velocity_bounded,
-            end.velocity_share, end.force_bounded, end.nodes, time.perf_counter() - since,
-        )
+        ends[name] = end.times(scale)._replace(seconds=time.perf_counter() - since)
     low, high = (ends[name].value if name in ends else float("nan") for name in ENDS)
     seconds = time.perf_counter() - began
     return ProvenRange(low, high, ends, top * scale, velocity_bound, force_bound, seconds)
+
+
+def _associative_end(problem: Problem, law: JointLaw, which: tuple[str, ...]) -> Prediction:
+    """The associative answer, which ends the range where it has an end; refused where there is no range to prove."""
+    upper = solve_associative(problem)
+    endless, only = upper.status == Status.UNBOUNDED, law.dilatant.all()
+    if not endless and (upper.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or upper.resultants is None):
+        raise NotConverged(f"the associative analysis ended '{upper.status}': there is no range to prove")
+    if endless and ("largest" in which or only):
+        raise NotConverged(
+            "the associative multiplier has no end, so that no largest one is found; "
+            + ("psi = phi: there is no other" if only else "ask for which='smallest'")
+        )
+    return upper
 
 
 def _largest(
@@ -259,7 +227,7 @@ def _largest(
 ) -> Extreme:
     """The associative value where a known mechanism admits it, else the mixed-integer program."""
     answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
-    best = found if answer is None else ForceState(answer.multiplier, answer.force, found.velocity, "largest")
+    best = found if answer is None else ForceState(answer.multiplier, answer.force, found.velocity)
     if close(best.multiplier, top, tolerance):
         return Extreme(best, top, True, ASSOCIATIVE)
     began, share = time.perf_counter(), float(np.max(np.abs(best.velocity) / limits))
