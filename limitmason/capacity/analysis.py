@@ -46,7 +46,7 @@ from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import Grid, weakening
 from limitmason.mechanics.default_stiffness import joint_stiffness
-from limitmason.mechanics.equilibrium import degrees_of_freedom, project
+from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.joint_shapes import told_of_soft_blocks
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import refuse_ties
@@ -166,7 +166,7 @@ def pushover(
     ``to=None`` goes on until a fifth of the largest load is lost.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
-    refuse(assembly, loads)
+    refuse(assembly)
     deforming = blocks in (SIMPLY_DEFORMABLE, RITZ)
     anew = _found_anew(assembly, blocks, contacts, deforming)
     if initial is not None and deforming:
@@ -188,7 +188,7 @@ def pushover(
     apex = tension_above_apex(assembly, taken=True)
     warnings += [*of_points, *of_ties, *filter(None, [apex]), *told_of_soft_blocks(assembly, kn, blocks)]
     basis, free = degrees_of_freedom(assembly, plane)
-    dead, live = project(loads.dead, basis) * free, project(loads.live, basis) * free
+    dead, live = loads.dead @ basis * free, loads.live @ basis * free
     weight, size = _units(assembly, loads, free, moving)
     row, ratio = _control(assembly, control, basis, free, live)
     if initial is not None and not (gaps is None and start is None and moving is None):

@@ -23,7 +23,7 @@ from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, Grid
 from limitmason.mechanics.default_stiffness import joint_stiffness
-from limitmason.mechanics.equilibrium import degrees_of_freedom, project
+from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.joint_shapes import shapes_of, told_of_soft_blocks
 from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.mechanics.law_table import refuse_ties
@@ -176,9 +176,8 @@ class ElasticRange(ReadOnly):
             For another number of blocks or joints, other stiffnesses, areas or places of joints, to 1e-9 of each, and
             other materials of blocks.
         """
-        if len(assembly.blocks) != len(self.assembly.blocks) or len(assembly.interfaces) != len(
-            self.assembly.interfaces
-        ):
+        one, two = ((len(a.blocks), len(a.interfaces)) for a in (self.assembly, assembly))
+        if one != two:
             raise InputError("with_strengths: the joints must differ in their strengths only, not in number")
         for a, b in zip(self.assembly.blocks, assembly.blocks, strict=True):
             if a.material != b.material:
@@ -265,8 +264,6 @@ def elastic_range(
     """
     deforming = blocks in (SIMPLY_DEFORMABLE, RITZ)
     refuse_ties(assembly, "an elastic range", "leave the ties out: assembly.with_ties(())")
-    if len(loads.dead) != assembly.n_blocks:
-        raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
     plane, state = plane_of(assembly, loads, blocks, stress)
@@ -277,7 +274,7 @@ def elastic_range(
     warnings = [*warnings, *told_of_soft_blocks(assembly, kn, blocks)]
     rows, matrix = stiffness_matrix(assembly, points, springs, plane, shapes, blocks)
     basis, free = degrees_of_freedom(assembly, plane)
-    wrench = np.column_stack([(project(w, basis) * free).ravel() for w in (loads.dead, loads.live)])
+    wrench = np.column_stack([(w @ basis * free).ravel() for w in (loads.dead, loads.live)])
     if not wrench[:, 1].any():
         raise InputError("no live load acts on a free block: there is nothing whose range could be asked for")
     kept = np.concatenate([free.ravel(), np.ones(matrix.shape[0] - free.size, dtype=bool)])

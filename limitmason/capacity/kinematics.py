@@ -17,7 +17,7 @@ from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity.contacts import PathContacts
 from limitmason.capacity.deformable import CondensedShapes
 from limitmason.capacity.point_law import LARGE
-from limitmason.geometry.rotation import rotation_matrices
+from limitmason.geometry.rotation import cross_matrix, rotation_matrices
 from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
@@ -229,13 +229,6 @@ def shape_geometry(at: Contact, force: Array) -> tuple[Array, Array]:
     f = cross_matrix(np.einsum("mci,mc->mi", at.directions, force))
     on_a = f @ at.shapes_b
     return on_a, -on_a
-
-
-def cross_matrix(v: Array) -> Array:
-    """[v], with [v] w = v x w, shape (m, 3, 3)."""
-    k = np.zeros((len(v), 3, 3))
-    k[:, 0, 1], k[:, 0, 2], k[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    return k - np.swapaxes(k, 1, 2)
 
 
 def motion_between(before: Pose, after: Pose) -> Array:

@@ -12,7 +12,7 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from limitmason.arrays import Array
+from limitmason.arrays import Array, Index
 from limitmason.capacity.point_law import PlasticHistory
 from limitmason.capacity.system import Evaluated, System
 from limitmason.mechanics.law import PointLaw
@@ -99,15 +99,8 @@ def solve_step(
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
     settings.tol_ktratio = 1e-9
     quadratic = sparse.diags(np.concatenate(p), format="csc")
-    solver = clarabel.DefaultSolver(
-        quadratic,
-        np.concatenate(q),
-        matrix,
-        np.concatenate([-dead, *limit]),
-        [clarabel.ZeroConeT(order), *cones],
-        settings,
-    )
-    found = solver.solve()
+    kinds, right = [clarabel.ZeroConeT(order), *cones], np.concatenate([-dead, *limit])
+    found = clarabel.DefaultSolver(quadratic, np.concatenate(q), matrix, right, kinds, settings).solve()
     if str(found.status) not in ("Solved", "AlmostSolved"):
         return None
     x, z = np.array(found.x), np.array(found.z)
@@ -132,33 +125,28 @@ def _bounds(
     if normal is not None:
         bears = bears.frozen(normal / force)
     tan, fixed = bears.tan_phi, bears.cohesion
-    one = np.ones(m)
-    place = [sparse.csc_matrix((-one, (rows, c * rows)), shape=(m, unknowns))]
-    limit = [bears.tension]
+    one, place, limit = np.ones(m), [], []
+
+    def bounded(row: Index, column: Index, value: Array, most: Array) -> None:
+        """Rows of value x <= most."""
+        place.append(sparse.csc_matrix((value, (row, column)), shape=(len(most), unknowns)))
+        limit.append(most)
+
+    bounded(rows, c * rows, -one, bears.tension)
     crushes = np.flatnonzero(bears.crushes)
     if len(crushes):
-        pressed = np.arange(len(crushes)), c * crushes
-        place.append(sparse.csc_matrix((np.ones(len(crushes)), pressed), shape=(len(crushes), unknowns)))
-        limit.append(bears.crushing[crushes])
+        bounded(np.arange(len(crushes)), c * crushes, np.ones(len(crushes)), bears.crushing[crushes])
     cones: list[Any] = [clarabel.NonnegativeConeT(len(crushes) + (m if c == 3 else 3 * m) + 2 * t)]
     if t:
-        bounded = np.arange(unknowns - t, unknowns)
-        for sign, bound in ((-1.0, np.zeros(t)), (1.0, ties.strength / force)):
-            place.append(sparse.csc_matrix((np.full(t, sign), (np.arange(t), bounded)), shape=(t, unknowns)))
-            limit.append(bound)
+        for sign, most in ((-1.0, np.zeros(t)), (1.0, ties.strength / force)):
+            bounded(np.arange(t), np.arange(unknowns - t, unknowns), np.full(t, sign), most)
     if c == 2:
         for sign in (1.0, -1.0):
-            entry = np.concatenate([sign * one, -tan])
-            place.append(
-                sparse.csc_matrix(
-                    (entry, (np.tile(rows, 2), np.concatenate([2 * rows + 1, 2 * rows]))), shape=(m, unknowns)
-                )
-            )
-            limit.append(fixed)
+            columns = np.concatenate([2 * rows + 1, 2 * rows])
+            bounded(np.tile(rows, 2), columns, np.concatenate([sign * one, -tan]), fixed)
     else:
-        entry = np.concatenate([-tan, -one, -one])
         where = np.concatenate([3 * rows, 3 * rows + 1, 3 * rows + 2])
-        place.append(sparse.csc_matrix((entry, (where, where)), shape=(3 * m, unknowns)))
-        limit.append(np.column_stack([fixed, np.zeros((m, 2))]).ravel())
+        most = np.column_stack([fixed, np.zeros((m, 2))]).ravel()
+        bounded(where, where, np.concatenate([-tan, -one, -one]), most)
         cones += [clarabel.SecondOrderConeT(3)] * m
     return place, limit, cones

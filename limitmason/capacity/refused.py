@@ -5,13 +5,10 @@ import numpy as np
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics import law_table
 from limitmason.model.assembly import Assembly
-from limitmason.model.load import Loads
 
 
-def refuse(assembly: Assembly, loads: Loads) -> None:
+def refuse(assembly: Assembly) -> None:
     """Refuse joints that a path does not follow, and models that nothing can push."""
-    if len(loads.dead) != assembly.n_blocks:
-        raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
     law_table.refuse(law_table.PUSHOVER, assembly)
     if assembly.fixed.all():
         raise InputError("every block is held: there is nothing to push")

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.capacity.kinematics import Pose, cross_matrix
+from limitmason.capacity.kinematics import Pose
+from limitmason.geometry.rotation import cross_matrix
 from limitmason.mechanics.tie_springs import TieSprings, stretched, tension, tie_springs
 from limitmason.model.assembly import Assembly
 

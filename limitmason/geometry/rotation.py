@@ -35,6 +35,14 @@ def quaternions(vector: ArrayLike) -> Array:
     return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * v], axis=-1)
 
 
+def cross_matrix(v: Array) -> Array:
+    """[v], with [v] w = v x w, of vectors of shape (..., 3): shape (..., 3, 3)."""
+    k = np.zeros((*v.shape, 3))
+    k[..., 0, 1], k[..., 0, 2], k[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
+    k -= np.swapaxes(k, -1, -2)
+    return k
+
+
 def rotation_matrices(vector: ArrayLike) -> Array:
     """Rotation matrices exp([v x]) of rotation vectors.
 
@@ -50,9 +58,7 @@ def rotation_matrices(vector: ArrayLike) -> Array:
     """
     v = np.asarray(vector, dtype=float)
     angle = np.linalg.norm(v, axis=-1)[..., None, None]
-    k = np.zeros(v.shape[:-1] + (3, 3))
-    k[..., 0, 1], k[..., 0, 2], k[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
-    k -= np.swapaxes(k, -1, -2)
+    k = cross_matrix(v)
     # sin(a)/a and (1 - cos(a))/a^2 = 2 (sin(a/2)/a)^2 without loss of digits
     sine = np.sinc(angle / np.pi)
     half = np.sinc(0.5 * angle / np.pi)

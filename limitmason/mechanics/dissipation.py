@@ -28,6 +28,20 @@ def point_rates(assembly: Assembly, twists: Array, position: Array, interface: N
     return opening, jump - opening[:, None] * n
 
 
+def along_tangents(assembly: Assembly, faces: NDArray, vectors: Array) -> Array:
+    """Components of vectors, shape (m, 3), along both tangents of a face each, shape (m, 2)."""
+    x = assembly.links
+    return np.column_stack([(vectors * t[faces]).sum(axis=1) for t in (x.tangent_1, x.tangent_2)])
+
+
+def face_slip(assembly: Assembly, twists: Array, faces: NDArray) -> tuple[Array, Array]:
+    """How whole faces slide: slip of their centroids along the tangents [m/s], (m, 2), and spin about the normal."""
+    x = assembly.links
+    _, at_centre = point_rates(assembly, twists, x.centre[faces], faces)
+    spin = ((twists[x.block_b[faces], 3:] - twists[x.block_a[faces], 3:]) * x.normal[faces]).sum(axis=1)
+    return along_tangents(assembly, faces, at_centre), spin
+
+
 def point_state(assembly: Assembly, resultants: Resultants, twists: Array, *, convex: bool = True) -> PointState:
     """Forces, rates and strengths at the contact points of a prediction.
 
@@ -91,10 +105,7 @@ class Dissipation:
             self._start = np.concatenate([[0], np.cumsum(np.diff(x.corner_start)[f])])
             rows = np.flatnonzero(whole[x.corner_owner])
             owner = x.corner_owner[rows]
-            arm = x.corners[rows] - x.centre[owner]
-            self._corners = np.column_stack(
-                [(arm * x.tangent_1[owner]).sum(axis=1), (arm * x.tangent_2[owner]).sum(axis=1)]
-            )
+            self._corners = along_tangents(assembly, owner, x.corners[rows] - x.centre[owner])
             self._cohesion = law.at(f).corner_cohesion
             lumped = np.zeros(len(x.area))
             lumped[f] = self._cohesion
@@ -130,9 +141,7 @@ class Dissipation:
         if not len(self._faces):
             return 0.0
         # a face slides by the slip of its centre and its spin about the normal: |slip| is integrated over its polygon
-        x, f = self._assembly.links, self._faces
-        _, at_centre = point_rates(self._assembly, twists, x.centre[f], f)
-        spin = ((twists[x.block_b[f], 3:] - twists[x.block_a[f], 3:]) * x.normal[f]).sum(axis=1)
-        flat = np.column_stack([(at_centre * x.tangent_1[f]).sum(axis=1), (at_centre * x.tangent_2[f]).sum(axis=1)])
-        whole = self._cohesion * slip_integrals(self._corners, self._start, flat, spin)
+        whole = self._cohesion * slip_integrals(
+            self._corners, self._start, *face_slip(self._assembly, twists, self._faces)
+        )
         return float(whole.sum() - (self._lumped * np.linalg.norm(sliding, axis=1)).sum())

@@ -71,8 +71,3 @@ def equilibrium_matrix(assembly: Assembly, points: ContactPoints, *, plane: Plan
     matrix = sparse.csc_array((wrench.ravel(), rows, starts), shape=(d * n, c * m))
     matrix.eliminate_zeros()
     return matrix
-
-
-def project(wrench: Array, basis: Array) -> Array:
-    """Wrenches (n, 6) on the degrees of freedom of :func:`degrees_of_freedom`, shape (n, d)."""
-    return wrench @ basis

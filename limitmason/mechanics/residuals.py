@@ -131,20 +131,23 @@ def load_on_blocks(assembly: Assembly, loads: Loads, multiplier: float) -> Array
     return own
 
 
+def largest_on_blocks(assembly: Assembly, interface: Index, size: Array) -> Array:
+    """Largest joint force on every block, shape (n_blocks,), from sizes of contact forces at interfaces, shape (m,)."""
+    x, largest = assembly.links, np.zeros(assembly.n_blocks)
+    joint = np.bincount(interface, size, len(x.area))
+    for block in (x.block_a, x.block_b):
+        np.maximum.at(largest, block, joint)
+    return largest
+
+
 def block_measures(assembly: Assembly, loads: Loads, resultants: Resultants, multiplier: float) -> Array:
     """Force by which the residual of every block is judged [N], shape (n_blocks,).
 
     The dead and live load of the block, forces and moments over its size; see :func:`own_measures`.
     """
-    x, n = assembly.links, assembly.n_blocks
-    own = load_on_blocks(assembly, loads, multiplier)
-    k = resultants.point_interface
-    force = np.linalg.norm(resultants.point_force, axis=1)
-    joint = np.bincount(k, force, len(x.area))
-    largest = np.zeros(n)
-    np.maximum.at(largest, x.block_a, joint)
-    np.maximum.at(largest, x.block_b, joint)
-    measure = own_measures(assembly, own, largest)
+    size = np.linalg.norm(resultants.point_force, axis=1)
+    largest = largest_on_blocks(assembly, resultants.point_interface, size)
+    measure = own_measures(assembly, load_on_blocks(assembly, loads, multiplier), largest)
     return np.where(assembly.fixed, np.inf, np.maximum(measure, 1e-300))
 
 

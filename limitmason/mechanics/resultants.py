@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from limitmason.answers.results import Mechanism, Resultants
 from limitmason.arrays import Array
-from limitmason.mechanics.dissipation import point_rates
+from limitmason.mechanics.dissipation import along_tangents, point_rates
 from limitmason.mechanics.residuals import live_size
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -59,7 +59,4 @@ def scaled_mechanism(
     size = live_size(assembly, loads)
     v = v * ((size if size > 0 else 1.0) / rate)
     opening, sliding = point_rates(assembly, v, position, interface)
-    x = assembly.links
-    t1 = (sliding * x.tangent_1[interface]).sum(axis=1)
-    t2 = (sliding * x.tangent_2[interface]).sum(axis=1)
-    return Mechanism(v, opening, np.column_stack([t1, t2]))
+    return Mechanism(v, opening, along_tangents(assembly, interface, sliding))

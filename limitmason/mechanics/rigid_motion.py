@@ -11,6 +11,7 @@ from limitmason.answers.results import Prediction
 from limitmason.arrays import Array, Flags, Index
 from limitmason.checks import instance, positive
 from limitmason.errors import InputError
+from limitmason.geometry.rotation import cross_matrix
 from limitmason.model import Assembly
 
 _LARGEST_TURN = 0.35
@@ -55,9 +56,7 @@ def finite_motion(centroids: Array, twists: Array, factor: float) -> RigidMotion
     """
     v, w = factor * twists[:, :3], factor * twists[:, 3:]
     angle = np.linalg.norm(w, axis=1)
-    k = np.zeros((len(w), 3, 3))
-    k[:, 0, 1], k[:, 0, 2], k[:, 1, 2] = -w[:, 2], w[:, 1], -w[:, 0]
-    k -= np.swapaxes(k, 1, 2)
+    k = cross_matrix(w)
     small = angle < 1e-4
     t = np.where(small, 1.0, angle)
     sine = np.where(small, 1.0 - angle**2 / 6.0, np.sin(t) / t)

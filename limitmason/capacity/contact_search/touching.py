@@ -11,6 +11,7 @@ left, by distance. Points inside a face stay with the block that carries them un
 then go on at its side, and so does a loaded corner that nothing follows. None are added.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -321,7 +322,8 @@ def _made(old: Before, near: Near, row: int, others: list[NewPoint], share: Arra
     # tangents of the model, turned into the face
     rotation, normal = np.eye(3) + pose.turn[a], shapes.normal[face]
     directions = _frame(old, model, rotation, normal)
-    law, rest, interface = c.law.at(np.array([model])), c.rest.at(np.array([model])), c.interface[[model]]
+    one = c.at(np.array([model]))
+    law, rest, interface = one.law, one.rest, one.interface
     damage = float(np.broadcast_to(old.history.damage, c.area.shape)[model])
     if not same[model]:
         # blocks that had no joint are not bonded, and nothing of their friction is lost
@@ -330,8 +332,8 @@ def _made(old: Before, near: Near, row: int, others: list[NewPoint], share: Arra
         rest, damage = law, 0.0
     elif not heirs.any():
         # what meets anew was never bonded
-        law, rest = (one._replace(cohesion=np.zeros(1), tension=np.zeros(1)) for one in (law, rest))
-    kn, ks, area = float(c.kn[model]), float(c.ks[model]), float(c.area[model])
+        law, rest = (part._replace(cohesion=np.zeros(1), tension=np.zeros(1)) for part in (law, rest))
+    kn, ks, area = float(one.kn[0]), float(one.ks[0]), float(one.area[0])
     taken = np.flatnonzero(heirs)
     if share is None:
         taken, share = np.array([model]), np.ones(c.count)
@@ -358,23 +360,11 @@ def _made(old: Before, near: Near, row: int, others: list[NewPoint], share: Arra
     sense = 1.0
     if interface[0] != NEW:
         sense = 1.0 if shapes.assembly.interfaces[int(interface[0])].block_b == b else -1.0
-    point = PathContacts(
-        block_a=np.array([a]),
-        block_b=np.array([b]),
-        place_a=(x[a] + local)[None],
-        place_b=place[None].copy(),
-        directions=directions[None],
-        area=np.array([area]),
-        interface=interface,
-        sense=np.array([sense]),
-        law=law,
-        kn=np.array([kn]),
-        ks=np.array([ks]),
-        corner=near.corner[[row]],
-        face=near.face[[row]],
-        rest=rest,
-        by_opening=c.by_opening[[model]] * same[model],
-        by_slip=c.by_slip[[model]] * same[model],
+    point = replace(
+        one, block_a=np.array([a]), block_b=np.array([b]), place_a=(x[a] + local)[None], place_b=place[None].copy(),
+        directions=directions[None], area=np.array([area]), interface=interface, sense=np.array([sense]), law=law,
+        rest=rest, corner=near.corner[[row]], face=near.face[[row]], by_opening=one.by_opening * same[model],
+        by_slip=one.by_slip * same[model],
     )
     return NewPoint(point, force, slip, lift, damage, heir_of=model if heirs.any() else -1)
 

@@ -17,7 +17,7 @@ from limitmason.arrays import Array
 from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
 from limitmason.geometry.slip import slip_integrals
 from limitmason.mechanics.contact_points import ContactPoints
-from limitmason.mechanics.dissipation import point_rates
+from limitmason.mechanics.dissipation import face_slip
 from limitmason.mechanics.law import interface_law
 from limitmason.model.assembly import Assembly
 
@@ -79,11 +79,8 @@ def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> 
     twists : of the mechanism, shape (n_blocks, 6)
     allowed : sum of c (integral of |s| - A |s| at the centroid) over all cells afterwards [W]
     """
-    x = assembly.arrays
     faces = np.array(list(cells))
-    _, sliding = point_rates(assembly, twists, x.centre[faces], faces)
-    spin = ((twists[x.block_b[faces], 3:] - twists[x.block_a[faces], 3:]) * x.normal[faces]).sum(axis=1)
-    at = np.column_stack([(sliding * x.tangent_1[faces]).sum(axis=1), (sliding * x.tangent_2[faces]).sum(axis=1)])
+    at, spin = face_slip(assembly, twists, faces)
     cohesion = spread_cohesion(assembly)
     owner, polygons = [], []
     for number, k in enumerate(cells):

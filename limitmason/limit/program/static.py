@@ -15,7 +15,7 @@ from limitmason.limit.program.cones import Cones
 from limitmason.limit.program.idle_joints import ROUNDING, without_rounding
 from limitmason.limit.program.problem import Problem
 from limitmason.limit.program.scaling import block_norms, row_blocks, unit_loads
-from limitmason.mechanics.residuals import own_measures
+from limitmason.mechanics.residuals import largest_on_blocks, own_measures
 
 
 class Solution(NamedTuple):
@@ -165,12 +165,9 @@ def _without_rounding(problem: Problem, force: Array, own: Array) -> Array:
 
 def _balances(problem: Problem, force: Array, load: Array, own: Array) -> bool:
     """Whether forces carry a load on every block, measured by the block's ``own`` load over ``force_scale``."""
-    points, block = problem.points, row_blocks(problem)
+    block = row_blocks(problem)
     size = np.linalg.norm(force.reshape(-1, problem.components), axis=1) * problem.point_scale
-    joint = np.bincount(points.interface, size)[points.interface]
-    largest = np.zeros(len(own))
-    np.maximum.at(largest, points.block_a, joint)
-    np.maximum.at(largest, points.block_b, joint)
+    largest = largest_on_blocks(problem.assembly, problem.points.interface, size)
     rest = np.abs(problem.matrix @ force + load) * problem.row_unit
     return bool((rest <= OWN_RESIDUAL * own_measures(problem.assembly, own, largest)[block]).all())
 
