@@ -27,7 +27,7 @@ from limitmason.capacity.contacts import (
     turned_over,
 )
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
-from limitmason.capacity.edges import told_of_edges, told_of_sharing
+from limitmason.capacity.edges import told_of_edges, told_of_flat_top, told_of_sharing, told_of_stiffness
 from limitmason.capacity.initial_gaps import begun_with, of_forces, of_gaps
 from limitmason.capacity.kinematics import at_rest, make_bodies
 from limitmason.capacity.outcomes import PathEnd
@@ -117,7 +117,7 @@ def pushover(
           cohesion resists twisting 1.85 times as much as on a square face, at 5 x 5 points 0.98 times.
         - Else "vertices": rigid blocks rock on the ends of their joints, as in limit analysis. Faces of finite
           stiffness give way there, which lowers the largest load by up to 20 %. Where a stiffness is named the curve
-          warns from 1.5 % on. Two points on a side also bend three times too stiffly.
+          warns from 1.5 % on. Two points on a side also turn three times too stiffly, which every such curve says.
     contacts : "anew" as in the notes, the default for rigid and lumped blocks; "first" keeps the points of the
         undeformed joints for ever, the default for blocks that deform. Named, it also keeps the frame of a joint on its
         block a, as :func:`dem.collapse` and programs of contact pairs do; else the firmer block carries it
@@ -196,6 +196,8 @@ def pushover(
     misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
     law, softens = interface_law(assembly.arrays, convex=False), softening_by_plastic_slip(assembly, kn, ks)
     first, shapes = first_contacts(points, law, kn, ks, misfit, softens), None
+    named = (assembly.arrays.normal_stiffness > 0.0) | (stiffness is not None)
+    few = told_of_stiffness(assembly, points, named)
     firm = firmness(assembly, loads)
     if contacts != FIRST:  # else frames are those of the DEM
         first = turned_over(first, firm[first.block_b] > firm[first.block_a])
@@ -218,14 +220,14 @@ def pushover(
     if not nodes:
         return _falls(generations, warnings)
     if settles:
-        return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings, 1.0)
+        return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + few, 1.0)
     if to is not None and finite("to [m]", to) == 0.0:
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
     end, begins = None if to is None else system.controlled(origin) + to, nodes[-1].control
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
-    warnings += said
+    warnings += said + few
     if contact_model is None and grid is None and initial is None:
-        warnings += _told_of_points(generations, nodes, stiffness)
+        warnings += _told_of_points(generations, nodes) if named.any() else []
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     if moving is not None:
         return certified_curve(generations, nodes, origin, status, warnings, ratio)
@@ -246,17 +248,10 @@ def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming
     return contacts == ANEW or (contacts is None and not deforming)
 
 
-def _told_of_points(
-    generations: Generations, nodes: list[Node], stiffness: float | tuple[float, float] | None
-) -> list[str]:
-    """Warnings of default points at the edges, where the user named a finite stiffness.
-
-    Joints that crush or soften have enough points by themselves.
-    """
-    assembly = generations.structures[0].assembly
-    named = stiffness is not None or bool((assembly.arrays.normal_stiffness > 0.0).any())
-    if not named or weakening(assembly).any():
-        return []
+def _told_of_points(generations: Generations, nodes: list[Node]) -> list[str]:
+    """Warnings of default points, where the user named a finite stiffness."""
+    if weakening(generations.structures[0].assembly).any():
+        return told_of_flat_top(nodes)
     return told_of_edges(generations, nodes) + told_of_sharing(generations, nodes)
 
 

@@ -12,10 +12,13 @@ with -g the slope that displacements give it. It is largest at u = (C / 2 g)^(2/
 
 import numpy as np
 
+from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.program import solve_step
 from limitmason.capacity.stepping import Node
+from limitmason.mechanics.contact_points import ContactPoints
+from limitmason.model.assembly import Assembly
 
 TOLD = 0.015
 """Part of the largest load from which what corners leave out is told [-]: the estimate is good to a quarter."""
@@ -23,8 +26,78 @@ TOLD = 0.015
 SHARED = 1.5
 """Largest load of an associative path over that of the path, in space, from which it is told [-]."""
 
+STIFFER = 1.02
+"""Second moment of a joint's points over that of its face from which it is told [-]."""
+
+NEARLY, UNSURE = 0.98, 0.01
+"""Part of the largest load whose displacement is told, and by how much loads hang on points that crush or break [-]."""
+
+LEVEL = 0.05
+"""Spread of that displacement from which it is told [-]; it is 2 % on a straight line."""
+
 _ENDLESS = 1e3  # times from which no number is told
 _FAR = 1e6  # advance of the live load that outweighs what elastic forces cost, in block weights times elastic lengths
+
+
+def told_of_stiffness(assembly: Assembly, points: ContactPoints, named: Flags) -> list[str]:
+    """What to say where points turn joints of a stiffness that somebody named more stiffly than faces.
+
+    Parameters
+    ----------
+    named : interfaces whose stiffness was given, shape (k,)
+    """
+    times = stiffer(assembly, points)[named[np.unique(points.interface)]]
+    too_stiff = times[times > STIFFER]
+    if not len(too_stiff):
+        return []
+    return [
+        f"{len(too_stiff)} of {len(times)} joints of a given stiffness have two points on a side, which turn up to "
+        f"{too_stiff.max():.2g} times as stiffly as their faces: displacements before the largest load may be far off, "
+        "mostly too small; give contact_model='lobatto' for them"
+    ]
+
+
+def stiffer(assembly: Assembly, points: ContactPoints) -> Array:
+    """Largest ratio of the second moments of a joint's points and of its face [-], per joint that has points.
+
+    It is 3 of two points on a side, and 4 of the corners of a triangle.
+    """
+    x, first = assembly.arrays, np.flatnonzero(np.diff(points.interface, prepend=-1))
+    tangents = np.zeros((len(x.area), *points.directions[0, 1:].shape))
+    tangents[points.interface[first]] = points.directions[first, 1:]
+
+    def along(place: Array, owner: Index) -> Array:
+        return np.asarray(np.einsum("mci,mi->mc", tangents[owner], place - x.centre[owner]))
+
+    # triangles from the centroid to the sides: their area over twelve, times what their corners are multiplied by
+    owner, following = x.corner_owner, np.arange(1, len(x.corners) + 1)
+    following[x.corner_start[1:] - 1] = x.corner_start[:-1]
+    one, two = x.corners - x.centre[owner], (x.corners - x.centre[owner])[following]
+    part = np.einsum("mi,mi->m", np.cross(one, two), x.normal[owner]) / 24.0
+    one, two = along(x.corners, owner), along(x.corners[following], owner)
+    face = np.einsum("m,mi,mj->mij", part, one + two, one + two)
+    face += np.einsum("m,mi,mj->mij", part, one, one) + np.einsum("m,mi,mj->mij", part, two, two)
+    face = np.add.reduceat(face, x.corner_start[:-1])[points.interface[first]]
+    arm = along(points.position, points.interface)
+    own = np.add.reduceat(np.einsum("m,mi,mj->mij", points.area, arm, arm), first)
+    return np.asarray(np.linalg.eigvals(np.linalg.solve(face, own)).real.max(axis=1))
+
+
+def told_of_flat_top(nodes: list[Node]) -> list[str]:
+    """What to say where joints crush or break and the load is nearly level before its largest.
+
+    Their points bear a load to a part of ``UNSURE``: where it is nearly reached hangs on them.
+    """
+    load, way = np.array([(abs(n.multiplier), abs(n.control - nodes[0].control)) for n in nodes]).T
+    top = int(load.argmax())
+    shares = NEARLY + np.array([-UNSURE, 0.0, UNSURE])
+    low, at, high = np.interp(shares * load[top], np.maximum.accumulate(load[: top + 1]), way[: top + 1])
+    if high <= (1.0 + LEVEL) * low:
+        return []
+    return [
+        f"points at which joints crush or break bear a load to {UNSURE:.0%} or so: {NEARLY:.0%} of the largest is "
+        f"reached at {at:.3g} m, or anywhere from {low:.3g} to {high:.3g} m"
+    ]
 
 
 def told_of_edges(generations: Generations, nodes: list[Node]) -> list[str]:

@@ -14,6 +14,7 @@ from limitmason.answers.results import Mechanism, Resultants
 from limitmason.arrays import Array, Index
 from limitmason.capacity.certificate import StepCertificate, Structure, strength, tensions
 from limitmason.capacity.contact_generations import Generations
+from limitmason.capacity.edges import STIFFER, stiffer
 from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.limit_point import first_limit_point
 from limitmason.capacity.stepping import Node, handed_over
@@ -193,14 +194,13 @@ class PushoverCurve(Curve):
         warnings: tuple[str, ...] = ()
         if plane is not None:
             warnings = ("the path was followed in its plane: only modes in this plane are found, none across it",)
-        on_joint = np.diff(np.flatnonzero(np.diff(p.interface, prepend=-1, append=-2)))
-        if on_joint.min() <= (4 if plane is None else 2):
-            warnings += (
-                "a joint has two points on a side, which bend three times too stiffly: frequencies are up to 1.7 times "
-                "too high; follow the path with contact_model='grid'",
-            )
         label = f"blocks at {self.displacement[sample]:.3g} m of a capacity curve, {found}"
         points = ContactPoints(p.place_a, p.interface, p.area, p.directions, p.block_a, p.block_b)
+        if (times := stiffer(s.assembly, points).max()) > STIFFER:
+            warnings += (
+                f"joints with two points on a side turn up to {times:.2g} times as stiffly as their faces: frequencies "
+                f"are up to {times**0.5:.2g} times too high; follow the path with contact_model='grid'",
+            )
         shapes, blocks = (None, RIGID) if s.deformation is None else (s.deformation.shapes, s.deformation.blocks)
         return block_system(s.assembly, points, stiffness[:, : p.components], label, warnings, plane, shapes, blocks)
 

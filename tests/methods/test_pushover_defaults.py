@@ -1,6 +1,7 @@
 """What a path promises by default: sections that crush or crack to 2 %, bonds that end, ways back, one model."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -318,6 +319,35 @@ def test_corners_say_what_faces_that_give_way_at_the_edge_would_bear_less(stiffn
     inside = np.sqrt(2.0 * WEIGHT / (stiffness * DEPTH * theta)) / 3.0
     exact = 1.0 - ((WIDTH / 2.0 - inside) / (HEIGHT / 2.0) - theta).max() / (WIDTH / HEIGHT)
     assert told(lm.pushover(wall, lm.Loads.horizontal(wall, way))) == pytest.approx(exact, rel=0.1)
+
+
+FEW = "turn up to (.*) times as stiffly as their faces"
+
+
+@pytest.mark.parametrize(("sides", "times"), [(3, 4.0), (4, 3.0), (6, 2.4)])
+@pytest.mark.parametrize("points", [{}, {"contact_model": "lobatto", "grid": (3, 3)}])
+def test_two_points_on_a_side_say_how_much_more_stiffly_they_turn_than_faces(sides, times, points):
+    """The foot of a column of regular prisms turns by M / (kn I), I = A (6 r^2 - s^2) / 24 of its face."""
+    radius, height, count, kn = 0.2, 0.3, 3, 1e11
+    at = 2.0 * math.pi * np.arange(sides) / sides
+    ring = radius * np.column_stack([np.cos(at), np.sin(at)])
+    around = [[k, (k + 1) % sides, (k + 1) % sides + sides, k + sides] for k in range(sides)]
+    faces = [[*range(sides)][::-1], [*range(sides, 2 * sides)], *around]
+
+    def course(k):
+        return np.vstack([np.column_stack([ring, np.full(sides, z)]) for z in (height * k, height * (k + 1))]), faces
+
+    joint = lm.Joint(40.0, normal_stiffness=kn, shear_stiffness=kn)
+    column = lm.Assembly.from_polyhedra([course(k) for k in range(count + 1)], joint=joint, density=2000.0, fixed=[0])
+    curve = lm.pushover(column, lm.Loads.horizontal(column, (1.0, 0.2, 0.0)), to=1e-8, contacts="first", **points)
+    side, area = 2.0 * radius * math.sin(math.pi / sides), sides * radius**2 * math.sin(2.0 * math.pi / sides) / 2.0
+    second = area * (6.0 * radius**2 - side**2) / 24.0
+    moment = curve.load[-1] * 2000.0 * 9.81 * area * count * height * count * height / 2.0
+    turned = np.linalg.norm(curve.states[-1].turn[1] - curve.states[0].turn[1]) / math.sqrt(2.0)
+    told = [re.search(FEW, w) for w in curve.warnings if "two points on a side" in w]
+    stiffer = float(told[0][1]) if told else 1.0
+    assert stiffer == pytest.approx(times if not points else 1.0)
+    assert turned * kn * second * stiffer == pytest.approx(moment, rel=1e-4)
 
 
 def test_corners_say_nothing_of_edges_where_nothing_is_lost_there():

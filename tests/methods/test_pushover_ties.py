@@ -240,5 +240,5 @@ def test_a_path_without_its_ties_is_refused(monkeypatch):
     monkeypatch.setattr(system, "pull", nothing)
     curve = lm.pushover(*pier(), to=0.02, stiffness=1e9)
     assert curve.status == "stopped"
-    assert "out of nothing" in curve.warnings[-1]
+    assert any("out of nothing" in w for w in curve.warnings)
     assert curve.multiplier.max() < 0.05
