@@ -245,7 +245,10 @@ class _Path:
         if moved == 0.0:
             return StepOutcome.ACCEPTED
         on = fell * abs(a.new.control - a.last.control) / moved
-        may_end = largest - self.toward * a.last.multiplier + on > DROP * largest
+        below = 1.0 - self.toward * np.array([n.multiplier for n in self.nodes[self.begin :]]) / largest
+        known, lowest = float(below[int(np.argmin(below)) :].max()), float(below[-1]) + on / largest
+        # a first limit point is passed by a first fall, a path of joints that soften ends by a larger one
+        may_end = known <= DROP < lowest or lowest > (DROP if a.system.law.softening is None else _DROP_OF_SOFTENING)
         if not may_end or min(fell, rose) <= LEVEL * largest or a.last.jump or a.last.broken is not None:
             return StepOutcome.ACCEPTED
         if max(fell, rose) <= self.steps.peak * largest or self.rounds >= _ROUNDS:
@@ -452,9 +455,9 @@ class _Path:
     def _pace(self, a: Try, new: Node) -> None:
         """How long the next step is, by what this one took and by how well it was extrapolated."""
         largest = self._largest()
-        if new.jump or self.toward * new.multiplier < (1.0 - _MISSED) * largest:
+        if new.jump or (self.toward * new.multiplier < (1.0 - _MISSED) * largest and not self.rounds):
             self.bound = np.inf  # what could be passed over is behind
-        elif self.phase is Phase.FALLING:
+        elif self.phase is not Phase.CLOSING:
             self.bound *= 2.0  # where nothing was passed over
         if self.phase is Phase.CLOSING and self.short < _TRIES:
             self.short += 1

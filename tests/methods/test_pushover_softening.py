@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from referee.engines import ENGINES
+from referee.paths import finer
 
 import dem
 import limitmason as lm
@@ -373,6 +374,17 @@ def test_a_path_in_space_with_tension_beyond_the_tip_keeps_its_softening_law():
     assert all(c.accepted for c in path.certificates)
     finer = lm.pushover(*ENGINES["pushover bonds"].model(7, 5).build(), steps=Steps(largest=0.01, smooth=5e-3))
     assert path.peak.load == pytest.approx(finer.peak.load, rel=2e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "number", "times"), [(9101, 4, 1.7), (7, 5, 1.3), (3, 3, 2.0)])
+def test_a_path_does_not_creep_behind_a_fall_that_it_has_known(seed, number, times):
+    """Steps stayed short for good, or came back to one dip until tries ran out, or leapt: the limit point holds."""
+    model = ENGINES["pushover bonds"].model(seed, number)
+    usual, fine = (lm.pushover(*model.build(), steps=steps) for steps in (None, finer(times)))
+    assert usual.status == fine.status == "limit point passed"
+    for one, other in ((usual.peak, fine.peak), (usual.first_limit_point, fine.first_limit_point)):
+        assert one.load == pytest.approx(other.load, rel=2e-3)
 
 
 def test_one_step_and_many_spend_the_same_on_a_straight_opening():
