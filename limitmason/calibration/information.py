@@ -77,12 +77,17 @@ class Information(ReadOnly):
 
     @property
     def to_sides(self) -> Array:
-        """Fisher deviation to below and above, which differ at a kink alone, shape (2, p)."""
+        """Fisher deviation of every parameter to below and above, shape (2, p).
+
+        Both are equal unless the residuals have a kink in that parameter: their slopes to its two sides differ in size
+        by more than the factor `KINK`. Each side then has the deviation that its own slopes give.
+        """
         out = np.zeros((2, len(self.scale)))
         for side, own in enumerate(self.sides):
             for k in range(len(self.scale)):
                 slopes = self.slopes.copy()
                 sizes = np.linalg.norm(self.sides[:, :, k], axis=1)
+                # NaN: a bound leaves no room on one side, so that no kink can be seen
                 if not sizes.max() <= KINK * sizes.min() and not np.isnan(sizes).any():
                     slopes[:, k] = own[:, k]
                 out[side, k] = self._deviation(slopes)[k]

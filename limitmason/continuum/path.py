@@ -141,7 +141,11 @@ def _flat_bricks(model: Continuum) -> tuple[str, ...]:
 def _begun(
     solver: Solver, model: Continuum, start: SolidCurve | None, say: Callable[[str], None]
 ) -> list[EquilibriumState]:
-    """States to go on from: that under dead load, or those of a curve of the same model."""
+    """States to go on from: that under dead load, or those of a curve of the same model.
+
+    A curve is of this model if it has as many integration points. Its last state must be in equilibrium under these
+    loads, with no held unknown [m] moved: a moved one would mean that a support had been driven.
+    """
     if start is None:
         first = solver.dead_load(say)
         if first is None:
@@ -152,10 +156,10 @@ def _begun(
     last = start.nodes[-1] if start.nodes else None
     if last is None or last.memory is None or len(last.memory.lost) != len(solver.curves.modulus):
         raise InputError("start is a curve of another model: nodes and integration points must be the same")
-    loads = (float(np.abs(last.displacement[model.held.ravel()]).max(initial=0.0)),)
+    moved = float(np.abs(last.displacement[model.held.ravel()]).max(initial=0.0))
     now = solver.answer(last.displacement, last.memory)
     off = float(np.linalg.norm(solver.unbalanced(now, last.multiplier))) / solver.size(last.multiplier)
-    if loads[0] > 0.0 or off > 10.0 * max(last.residual, solver.tolerance):
+    if moved > 0.0 or off > 10.0 * max(last.residual, solver.tolerance):
         raise InputError("start is a curve of other loads or materials: its last state is not in equilibrium here")
     return list(start.nodes)
 

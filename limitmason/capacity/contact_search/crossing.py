@@ -274,15 +274,21 @@ def as_near(shapes: Shapes, found: Crossings, before: Pose, now: Pose) -> Near:
 
 
 def with_crossings(shapes: Shapes, c: PathContacts) -> tuple[Shapes, PathContacts]:
-    """Contacts of the reference pose in space with those named at which sides cross.
+    """Contacts of the reference pose in space, each at which two sides cross told its corner and face.
 
-    What crosses there without being a point, or belongs to no joint, is no contact later either.
+    A point between faces is a corner of one block, or a place where a side of one face crosses a side of the other. The
+    second kind is found here. Its frame may have to go to the other block of the pair. Crossings that are no point of
+    a joint are noted as `strangers` of the shapes: they are not taken for new contacts later.
+
+    Parameters
+    ----------
+    c : points of the joints; `corner` and `face` are -1 where none is known yet
     """
     shapes = shapes._replace(edge=_edges(shapes))
     rest = at_rest(shapes.assembly.n_blocks)
     found = crossings(shapes, rest, 1e-2 * shapes.step)
     near = as_near(shapes, found, rest, rest)
-    corner, face, over = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
+    corner, face, swapped = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
     named = np.zeros(len(near.corner), bool)
     # of crossings at one place that on the faces that look at each other most comes first and names the point
     for row in np.argsort(looking(shapes, rest, near), kind="stable"):
@@ -291,11 +297,12 @@ def with_crossings(shapes: Shapes, c: PathContacts) -> tuple[Shapes, PathContact
         at = np.flatnonzero(same & (np.abs(c.place_b - near.place[row]).max(axis=1) < 1e-2 * shapes.near))
         named[row] = len(at) > 0
         for i in at[corner[at] < 0]:
-            corner[i], face[i], over[i] = near.corner[row], near.face[row], c.block_b[i] != b
-    c = replace(turned_over(c, over), corner=corner, face=face)
+            corner[i], face[i], swapped[i] = near.corner[row], near.face[row], c.block_b[i] != b
+    c = replace(turned_over(c, swapped), corner=corner, face=face)
     p, q = found.side
     joined = np.isin(shapes.pair(shapes.owner[p], shapes.owner[q]), shapes.pair(c.block_a, c.block_b))
-    alien = ~joined | (~named & (found.inside > shapes.step))
-    faces = np.stack([shapes.corner_face[p], shapes.corner_face[q]], 1)[alien]
-    codes = shapes.code(near.corner[alien][:, None], faces)
+    # of no joint, or well away from the ends of both sides and yet no point of the joint
+    strange = ~joined | (~named & (found.inside > shapes.step))
+    faces = np.stack([shapes.corner_face[p], shapes.corner_face[q]], 1)[strange]
+    codes = shapes.code(near.corner[strange][:, None], faces)
     return shapes._replace(strangers=np.concatenate([shapes.strangers, codes.ravel()])), c

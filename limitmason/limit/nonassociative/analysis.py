@@ -281,8 +281,7 @@ def _at_small_dilatancy(
     """
     little = law._replace(tan_psi=np.where(law.tan_psi == 0, SMALL_DILATANCY * law.tan_phi, law.tan_psi))
     normal = np.maximum(state.force[:: law.components], 0.0)
-    # a larger slope would hide so small a dilatancy
-    # slopes, mixings, no random start, no push, and none per candidate:
+    # one slope, below the dilatancy that it must not hide; one mixing; no random starts and no pushes
     effort = Effort((0.1 * SMALL_DILATANCY,), (0.6,), 0, (), False)
     found = search_smallest(little, normal, effort=effort, accuracy=accuracy)
     best = found.best
