@@ -1,18 +1,18 @@
 """Driven structures: a plate pushed to a displacement, at a speed and a third of it, as one load-displacement curve."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from dem.driving.block_structure import BlockStructure
 from dem.driving.pace import default_steps
-from dem.driving.path import SLOWER, Follower, turning_points
 from dem.driving.push_curve import PushCurve, told
-from dem.driving.structure import DrivenStructure
+from dem.driving.structure import SLOWER, DrivenStructure, Follower, turning_points
+from dem.driving.zoned_structure import ZonedStructure
 from dem.settings import PushSettings
-from dem.stages.resuming import RunStatus, digests, part_file
+from dem.stages.resuming import RunStatus, check_same, digests, part_file
 from dem.stages.run import Progress
-from dem.zones.structure import ZonedStructure
 from limitmason.deformable.levels import ZONED
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
@@ -82,7 +82,7 @@ def push(
     as far as the kinetic energy stays small beside the work: ``errors["kinetic"]`` says so at every sample, and the two
     speeds differ where it does not.
     """
-    chosen, path = (settings or PushSettings()).with_options(options), turning_points(to)
+    chosen, path = replace(settings or PushSettings(), **options), turning_points(to)
     made: type[DrivenStructure] = ZonedStructure if chosen.blocks == ZONED else BlockStructure
     structure = made(assembly, drive, loads, chosen)
     same = dict(structure.same) | digests(
@@ -93,7 +93,7 @@ def push(
     # before a file of this push is written beside those of another
     for file in files:
         if file is not None and file.exists():
-            structure.check(file, same)
+            check_same(file, same)
     steps = chosen.steps or default_steps(structure.period, structure.least_steps)
     counts = (steps, SLOWER * steps)[: len(files)]
     rest = part_file(checkpoint, "settled")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any, TypedDict
 
 from dem.model.joints import Grid as Spacing
@@ -126,16 +126,6 @@ class DemSettings:
             if check not in CHECKS:
                 raise InputError(f"unknown check {check!r} in error_budget; known: {', '.join(CHECKS)}")
 
-    def with_options(self, options: Mapping[str, Any]) -> DemSettings:
-        """These settings with some replaced by name.
-
-        Raises
-        ------
-        TypeError
-            For an unknown name.
-        """
-        return replace(self, **options) if options else self
-
 
 KINDS = (RIGID, LUMPED, SIMPLY_DEFORMABLE, ZONED)
 """How the units of a driven structure deform."""
@@ -221,13 +211,3 @@ class PushSettings:
                 f"samples must be at least 10 and steps at least {'ten times as many' if self.blocks == ZONED else 100}"
                 f", got {self.samples!r} and {self.steps!r}"
             )
-
-    def with_options(self, options: Mapping[str, Any]) -> PushSettings:
-        """These settings with some replaced by name.
-
-        Raises
-        ------
-        TypeError
-            For an unknown name.
-        """
-        return replace(self, **options) if options else self

@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.contact.internal_edges import FLAT, Bearings, moved_together
 from dem.contact.joint_renewal import (
     PIVOT_SLIP,
     PIVOT_TURN,
@@ -19,7 +18,7 @@ from dem.contact.joint_renewal import (
 )
 from dem.contact.near import ALWAYS, SMALL, Neighbours, placed
 from dem.contact.new_joints import Fresh, assemble, cut
-from dem.contact.piece_contacts import PiecesMeet, area_of, least_area, on_faces_that_go_on
+from dem.contact.piece_contacts import FLAT, Bearings, PiecesMeet, area_of, least_area, moved_together, on_next_faces
 from dem.contact.state_transfer import close_setbacks, inherit, keep_energy
 from dem.kernels import APART, CROSSING, E_DAMPING, FACES, Joints, NearPairs
 from dem.kernels.arrays import Index
@@ -59,7 +58,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     crossing that carries nothing is looked for anew each time, so that what touches first is what the joint is made
     for. New pairs take the law of a joint of one of their blocks without cohesion and tension: they were never bonded.
     A new joint starts with the shear force and the dilation of the nearest old point of its pair, or of the joint whose
-    face goes on in its own (:mod:`dem.contact.internal_edges`), and with the elastic energy that these had, as far as
+    face goes on in its own (:mod:`dem.contact.piece_contacts`), and with the elastic energy that these had, as far as
     that does not press harder, never with more: see :func:`dem.contact.state_transfer.keep_energy`. What contacts found
     anew no longer store is counted as artificial damping.
 
@@ -237,7 +236,7 @@ class _Search:
         self.key, self.pairs = self.of_row[near], around.near.pairs[near]
         self.met, n = PiecesMeet(around.corners, self.pieces, self.pairs, self.margin, self.hit), self.assembly.n_blocks
         seen = self.bearings
-        self.beside = {} if seen is None else on_faces_that_go_on(self.met, self.state.joints, seen, n)
+        self.beside = {} if seen is None else on_next_faces(self.met, self.state.joints, seen, n)
         shape = self.met.now
         self.makes = (shape.kind > FACES) | ((shape.kind == FACES) & (area_of(shape) > least_area(self.assembly)))
 

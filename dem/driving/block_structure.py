@@ -1,6 +1,6 @@
 """A structure of rigid, lumped or strained blocks as a push drives it."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
@@ -11,9 +11,8 @@ import numpy as np
 
 from dem.driving.own_weight import settled
 from dem.driving.pace import LEAST_STEPS, slowest_period, softest_note
-from dem.driving.path import widest_spacing
 from dem.driving.push_curve import PushCurve
-from dem.driving.structure import DrivenStructure
+from dem.driving.structure import DrivenStructure, widest_spacing
 from dem.kernels import E_STEPS
 from dem.model.initial_state import make_state
 from dem.model.joint_marks import JointMarks
@@ -31,11 +30,6 @@ from limitmason.mechanics.lumped_units import with_lumped_units
 from limitmason.mechanics.plane import Plane, find_plane, two_planes
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
-
-UNITS: Mapping[str, Callable[[Assembly], Assembly]] = {
-    RIGID: lambda assembly: assembly, LUMPED: with_lumped_units, SIMPLY_DEFORMABLE: lambda assembly: assembly,
-}
-"""What units make of their joints: lumped ones give them their compliance."""
 
 GENTLE = 0.02
 """Part of the path over which the drive starts at a quarter of its speed [-]."""
@@ -58,7 +52,7 @@ class BlockStructure(DrivenStructure):
         """Contact points, masses and signature; nothing moves yet."""
         self.move = drive = drive if chosen.calm is None else replace(drive, calm=chosen.calm)
         super().__init__(assembly, drive, loads, chosen)
-        self.assembly = model = UNITS[chosen.blocks](assembly)
+        self.assembly = model = with_lumped_units(assembly) if chosen.blocks == LUMPED else assembly
         loads = loads if loads is not None else Loads.weight(model)
         self.loads = Loads(loads.dead, np.zeros_like(loads.dead), loads.name)
         plane, strains = _plane(model, self.loads, self.unit), chosen.blocks == SIMPLY_DEFORMABLE
@@ -127,10 +121,6 @@ class BlockStructure(DrivenStructure):
     def take_rest(self, file: Path) -> None:
         """Take the run that came to rest from a file."""
         self.settled = History.load(file, self.assembly)
-
-    def digests_of(self, file: Path) -> Mapping[str, str]:
-        """What a file says that a run which goes on from it must have in common with it."""
-        return History.load(file, self.assembly).same
 
     def begun(self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None) -> StageRun:
         """Run of a copy along a path, from its start or from where a file says that it stood."""

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dem.driving.failure_mode import MODES, Mode, failure_mode
-from dem.driving.zone_marks import AT_YIELD, ELASTIC, TENSION, YIELDED, BlockMesh, ZoneState
 from dem.papers import PAPERS
 from dem.stages.history import History
+from dem.zones.mesh import ZoneMesh
+from dem.zones.recording import AT_YIELD, ELASTIC, TENSION, YIELDED, ZoneState
 from limitmason.answers.curve import Curve, Event
 from limitmason.answers.references import data_behind
 from limitmason.answers.results import flags
@@ -86,7 +87,7 @@ class PushCurve(Curve):
     steps: int
     seconds: float
     faster: PushCurve | None = None
-    mesh: BlockMesh | None = None
+    mesh: ZoneMesh | None = None
     zones: Sequence[ZoneState] = ()
     stress: str = ""
 
@@ -218,7 +219,7 @@ class PushCurve(Curve):
         return self._first_zone([z.plastic * np.isin(z.marks, (AT_YIELD, YIELDED)) for z in self.zones], strain)
 
     @property
-    def _mesh(self) -> BlockMesh:
+    def _mesh(self) -> ZoneMesh:
         """Mesh of zoned blocks.
 
         Refused of others.
@@ -312,9 +313,12 @@ def told(curve: PushCurve, label: str) -> PushCurve:
             "joints lose their strength at once: the peak hangs on which joint breaks first, and that on rounding; "
             "quote the median of a few starts whose blocks are moved by 1e-12 m, or lm.pushover"
         )
+    first, failed = curve.first_failure, []
+    if first is not None:
+        failed.append(Event("first failure" if first.index else BY_WEIGHT, first.index, first.where, first.value))
     return replace(
         curve, label=label, source="dem.push", references=(*PAPERS, *data_behind(curve.assembly.recipe)),
-        events=(*_failure_events(curve), *_zone_events(curve)), warnings=tuple(notes),
+        events=(*failed, *_zone_events(curve)), warnings=tuple(notes),
     )
 
 
@@ -337,14 +341,6 @@ def dynamic_notes(displacement: Array, kinetic: Array) -> list[str]:
         f"{displacement[dynamic[0]]:.3g} m: from there on drops are dynamic, and what follows one is a fall, not a "
         "branch of equilibrium"
     ]
-
-
-def _failure_events(curve: PushCurve) -> tuple[Event, ...]:
-    """The first failure of a curve as an event, by own weight or while it is driven, or none where no joint fails."""
-    first = curve.first_failure
-    if first is None:
-        return ()
-    return (Event("first failure" if first.index else BY_WEIGHT, first.index, first.where, first.value),)
 
 
 def _zone_events(curve: PushCurve) -> list[Event]:

@@ -8,7 +8,6 @@ import numpy as np
 
 from dem import kernels
 from dem.model.edge_points import follow_edges
-from dem.model.stable_step import owners
 from dem.model.state import DYNAMIC, State, UnstableError
 from limitmason.arrays import Array, Flags
 from limitmason.constants import GRAVITY
@@ -49,7 +48,7 @@ EVENLY = 1000
 
 def restless(state: State, calm: float) -> bool:
     """Whether the kinetic energy is above a part of the elastic one."""
-    return bool(state.total[kernels.E_KINETIC] > calm * _stored(state)[0])
+    return bool(state.total[kernels.E_KINETIC] > calm * state.forces().elastic_energy)
 
 
 @dataclass(frozen=True)
@@ -102,23 +101,11 @@ class Scale:
         """
         if not (self.load < 1e-6 * self.load.max()).any():
             return self
-        _, force = _stored(state)
-        owner = owners(state.joints)
+        now = state.forces()
         pressed = np.zeros(len(self.load))
         for block in (state.joints.block_a, state.joints.block_b):
-            np.add.at(pressed, block[owner], np.linalg.norm(force, axis=1))
+            np.add.at(pressed, block[now.owner], np.linalg.norm(now.force, axis=1))
         return replace(self, load=np.maximum(self.load, 1e-7 * pressed))
-
-
-def _stored(state: State) -> tuple[float, Array]:
-    """Elastic energy of joints and blocks [J], and force of every contact point on block b [N], shape (m, 3)."""
-    m = len(state.points.s)
-    force = np.empty((m, 3))
-    energy = kernels.measure(
-        state.points, state.joints, state.bodies, np.empty((m, 3)), force, np.empty(m), np.empty((m, 2)), state.modes,
-        state.space,
-    )
-    return float(energy), force
 
 
 def _own_load(wrench: Array, moves: Flags, arm: Array) -> Array:
@@ -165,7 +152,7 @@ def run(
     """
     steps = len(factors)
     # without combined damping the kernel is compiled without it, to the bits of before
-    drifts = bool(state.total[kernels.E_KINETIC] < CALM * _stored(state)[0]) if damping.combined else None
+    drifts = bool(state.total[kernels.E_KINETIC] < CALM * state.forces().elastic_energy) if damping.combined else None
     if drives is None or speeds is None:
         drives, speeds = np.zeros((0,) + cases.shape[1:]), np.zeros((steps, 0))
     acting = kernels.Acting(*(np.ascontiguousarray(v, dtype=float) for v in (cases, factors, drives, speeds)))

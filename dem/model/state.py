@@ -29,7 +29,7 @@ from limitmason.errors import InputError, NotConverged
 from limitmason.mechanics.resultants import resultants_from_points
 from limitmason.model import Assembly
 from limitmason.model.fingerprint import Fingerprint
-from limitmason.storage.files import read_archive, write_archive
+from limitmason.storage.files import Archive, read_archive, write_archive
 
 ENDS = 10
 """Columns of ``State.ends``, see :mod:`dem.model.edge_points`."""
@@ -170,20 +170,15 @@ class State:
         InputError
             Where something is missing, by its name.
         """
-
-        def take(name: str) -> Any:
-            if name not in file:
-                raise InputError(f"{path} lacks {name!r}: it was cut short, or is of another version of this package")
-            return file[name]
+        file = Archive(path, file)
 
         def group(kind: Any, name: str) -> Any:
-            return kind(*(take(f"{name}.{key}") for key in kind._fields))
+            return kind(*(file[f"{name}.{key}"] for key in kind._fields))
 
-        model = Fingerprint({k.removeprefix("model."): v for k, v in file.items() if k.startswith("model.")})
+        model = Fingerprint(dict(file.group("model")))
         if not model.arrays:
             raise InputError(f"{path} does not say which model it is of: it is of another version of this package")
-        clock, total = take("clock"), take("total")
-        if len(total) != kernels.E_SIZE:
+        if len(file["total"]) != kernels.E_SIZE:
             raise InputError(f"{path} was written by another version of this package: its sums of energy differ")
         terms = [str(name) for name in file.get("terms", ())]
         if terms != list(kernels.COLUMNS):
@@ -191,19 +186,19 @@ class State:
                 f"{path} was written with the terms {terms} added to the joint law, now there are "
                 f"{list(kernels.COLUMNS)}: register the same in the same order (limitmason.model.joint_term.ADDED)"
             )
-        plain = {name: take(name) for name in _PLAIN}
+        plain = {name: file[name] for name in _PLAIN}
         modes = deformation = None
         if "modes.value" in file:
             modes = group(BlockModes, "modes")
-            plane = bool(take("deformation.normal").any())
+            plane = bool(file["deformation.normal"].any())
             _check_widths(path, modes, len(plain["contact"]), PLANE_MODES if plane else SPACE_MODES)
-            shapes = {f.name: take(f"deformation.{f.name}") for f in fields(StrainShapes)}
+            shapes = {f.name: file[f"deformation.{f.name}"] for f in fields(StrainShapes)}
             deformation = StrainShapes(**shapes | {"state": str(shapes["state"])})
         return cls(
             group(Points, "points"), group(Joints, "joints"), group(RigidBodies, "bodies"), ties=group(Ties, "ties"),
             model=model, near=group(NearPairs, "near") if "near.pairs" in file else None,
-            time=float(clock[0]), dt=float(clock[1]), mode=str(take("mode")),
-            warnings=tuple(str(w) for w in take("warnings")), modes=modes, deformation=deformation,
+            time=float(file["clock"][0]), dt=float(file["clock"][1]), mode=str(file["mode"]),
+            warnings=tuple(str(w) for w in file["warnings"]), modes=modes, deformation=deformation,
             **plain,
         )
 
@@ -235,19 +230,21 @@ class State:
             self.modes.rate[:] = 0.0
         self.total[kernels.E_KINETIC] = 0.0
 
+    def forces(self) -> PointForces:
+        """Contact forces in the present position, places from the centroid of block b, and energy without ties."""
+        m = len(self.points.s)
+        out = np.empty((m, 3)), np.empty((m, 3)), np.empty(m), np.empty((m, 2))
+        energy = kernels.measure(self.points, self.joints, self.bodies, *out, self.modes, self.space)
+        return PointForces(owners(self.joints), *out, float(energy))
+
     def measured(self, assembly: Assembly) -> PointForces:
         """Contact forces in the present position; nothing changes."""
-        m = len(self.points.s)
-        position, force = np.empty((m, 3)), np.empty((m, 3))
-        opening, slip = np.empty(m), np.empty((m, 2))
-        energy = kernels.measure(
-            self.points, self.joints, self.bodies, position, force, opening, slip, self.modes, self.space
+        now = self.forces()
+        energy = stored_energy(self.ties, self.bodies) if len(self.ties.block_a) else 0.0
+        return replace(
+            now, position=now.position + assembly.centroids[self.joints.block_b[now.owner]],
+            elastic_energy=float(now.elastic_energy + energy),
         )
-        owner = owners(self.joints)
-        position += assembly.centroids[self.joints.block_b[owner]]
-        if len(self.ties.block_a):
-            energy += stored_energy(self.ties, self.bodies)
-        return PointForces(owner, position, force, opening, slip, float(energy))
 
     @property
     def stresses(self) -> BlockStress:

@@ -1,6 +1,6 @@
 """Blocks that deform in modes: from their shapes to the arrays of the kernel, masses that keep the step, stresses."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -219,27 +219,21 @@ class Start:
         """
         d = self.deformation
         n, m = d.reach.shape
-        stiffness, inv_mass, bases = np.zeros((n, m)), np.zeros((n, m)), {}
+        stiffness, inv_mass = np.zeros((n, m)), np.zeros((n, m))
+        new = replace(d, coefficients=d.coefficients.copy(), mean=d.mean.copy(), gradient=d.gradient.copy())
         for i, k in self.stiffness.items():
-            metric = self.mass[i] if coupled is None else k + 2.0 * coupled[i, 6:, 6:]
-            value, bases[i] = eigh(k, metric)
+            value, basis = eigh(k, self.mass[i] if coupled is None else k + 2.0 * coupled[i, 6:, 6:])
             stiffness[i], inv_mass[i] = np.maximum(value, 0.0), 1.0
-        new = {f.name: getattr(d, f.name) for f in fields(d)}
-        for name in ("coefficients", "mean", "gradient"):
-            new[name] = new[name].copy()
-            for i, basis in bases.items():
-                new[name][i] = np.tensordot(basis.T, new[name][i], axes=1)
-        for i in bases:
+            for array in (new.coefficients, new.mean, new.gradient):
+                array[i] = np.tensordot(basis.T, array[i], axes=1)
             x = assembly.blocks[i].vertices - assembly.centroids[i]
-            u = StrainShapes(**new).displacement(np.full(len(x), i), x)
-            new["reach"][i] = np.linalg.norm(u, axis=1).max(axis=0)
-        deformation = StrainShapes(**new)
-        side_a, side_b = sides(deformation, points, joints)
+            new.reach[i] = np.linalg.norm(new.displacement(np.full(len(x), i), x), axis=1).max(axis=0)
         zero = np.zeros((n, m))
         modes = BlockModes(
-            zero, zero.copy(), stiffness, np.ones((n, m)), inv_mass, zero.copy(), zero.copy(), side_a, side_b,
+            zero, zero.copy(), stiffness, np.ones((n, m)), inv_mass, zero.copy(), zero.copy(),
+            *sides(new, points, joints),
         )
-        return deformation, modes
+        return new, modes
 
 
 def coupled_of(shapes: StrainShapes, points: Points, joints: Joints, moves: Flags) -> Array:
@@ -263,19 +257,17 @@ def scale_masses_of_modes(
     """
     allowed = 4.0 * safety**2 / dt**2
     modes.mass[:] = 1.0 / allowed
-    for i in np.flatnonzero(modes.inv_mass.any(axis=1)):
-        factor = max(_top(coupled[i], modes.stiffness[i], mass[i], inertia[i], modes.mass[i]) / allowed, 1.0)
-        mass[i] *= factor
-        inertia[i] *= factor
-        modes.mass[i] *= factor
-        modes.inv_mass[i] = 1.0 / modes.mass[i]
+    rows, squares = _squares_of(mass, inertia, modes, coupled)
+    factor = np.maximum(squares / allowed, 1.0)
+    mass[rows] *= factor
+    inertia[rows] *= factor[:, None, None]
+    modes.mass[rows] *= factor[:, None]
+    modes.inv_mass[rows] = 1.0 / modes.mass[rows]
 
 
 def fastest_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) -> float:
     """Half of the largest w^2 of M^-1 (2 K_joints + K_modes) over all blocks that deform [1/s2]."""
-    rows = np.flatnonzero(modes.inv_mass.any(axis=1))
-    tops = [_top(coupled[i], modes.stiffness[i], mass[i], inertia[i], modes.mass[i]) for i in rows]
-    return 0.5 * max(tops, default=0.0)
+    return 0.5 * float(_squares_of(mass, inertia, modes, coupled)[1].max(initial=0.0))
 
 
 def relative_deformation(deformation: StrainShapes, modes: BlockModes, joints: Joints, points: Points) -> Array:
@@ -299,23 +291,24 @@ def add_modal_mass(
     Returns every block's factor, (n,).
     """
     allowed = 4.0 * safety**2 / dt**2
+    rows, squares = _squares_of(mass, np.asarray(np.linalg.inv(inv_inertia), float), modes, coupled)
     factor = np.ones(len(mass))
-    for i in np.flatnonzero(modes.inv_mass.any(axis=1)):
-        inertia = np.linalg.inv(inv_inertia[i])
-        top = _top(coupled[i], modes.stiffness[i], mass[i], inertia, modes.mass[i]) / allowed
-        if top > 1.001:
-            factor[i] = top
-            mass[i] *= top
-            inv_mass[i] = 1.0 / mass[i]
-            inv_inertia[i] /= top
-            modes.mass[i] *= top
-            modes.inv_mass[i] /= top
-            modes.rate[i] /= top
+    factor[rows] = np.where(squares / allowed > 1.001, squares / allowed, 1.0)
+    mass *= factor
+    inv_mass[:] = 1.0 / mass
+    inv_inertia /= factor[:, None, None]
+    modes.mass[:] *= factor[:, None]
+    modes.inv_mass[:] /= factor[:, None]
+    modes.rate[:] /= factor[:, None]
     return factor
 
 
-def _top(coupled: Array, stiffness: Array, mass: float, inertia: Array, modal_mass: Array) -> float:
-    """Largest w^2 of M^-1 (2 K_joints + K_modes) of one block, a bound of the assembly's [1/s2]."""
-    whole = 2.0 * coupled
-    whole[6:, 6:] += np.diag(stiffness)
-    return float(largest_squares(whole[None], np.array([mass]), inertia[None], modal_mass[None])[0])
+def _squares_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) -> tuple[Index, Array]:
+    """Blocks that deform, and the largest w^2 of M^-1 (2 K_joints + K_modes) of each [1/s2].
+
+    It is a bound of the assembly's.
+    """
+    rows = np.flatnonzero(modes.inv_mass.any(axis=1))
+    whole, k = 2.0 * coupled[rows], np.arange(6, coupled.shape[1])
+    whole[:, k, k] += modes.stiffness[rows]
+    return rows, largest_squares(whole, mass[rows], inertia[rows], modes.mass[rows])

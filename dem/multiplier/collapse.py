@@ -91,7 +91,7 @@ def collapse(
     too high where joints are so soft that blocks turn or meet others before they fall, by up to 1.4 % on four walls of
     1e8 Pa/m at psi = phi. The answer says from which displacement; :func:`dem.push` finds contacts anew.
     """
-    chosen = (settings or DemSettings()).with_options(options)
+    chosen = replace(settings or DemSettings(), **options)
     with task("DEM, collapse", shown=chosen.progress is None):
         return _collapse(assembly, loads, chosen)
 

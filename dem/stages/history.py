@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,7 +25,7 @@ from limitmason.geometry.rotation import rotation_vectors
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
 from limitmason.storage.csv_table import Tabular
-from limitmason.storage.files import read_archive, write_archive
+from limitmason.storage.files import as_json, of_json, read_archive, write_archive
 from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.system import VibratingSystem
 
@@ -127,23 +127,17 @@ class History(Displayed, Tabular, ReadOnly):
         checkpoint again.
         """
         own = self.store is not None and Path(path) == self.store.checkpoint
-        sample, damping, stages, every, status = self.settings
         arrays: dict[str, Any] = {f"state.{k}": v for k, v in self.state.arrays().items()}
         arrays |= {f"scalar.{k}": v for k, v in self.scalars.items()}
         arrays |= {} if own else {k: getattr(self, k) for k in (*_ARRAYS, "tie_force")}
-        arrays["reaction_blocks"] = self.reaction_blocks
-        arrays["recorded"] = np.arange(self.assembly.n_blocks) if self.recorded is None else self.recorded
         arrays |= self.position.arrays() if self.position is not None else {}
-        brake = [np.nan] * 4
-        if damping is not None:
-            brake = [damping.local, damping.adaptive, float(damping.kinetic), float(damping.combined)]
+        settings = self.settings._asdict()
+        if self.settings.damping is not None:
+            settings["damping"] = asdict(self.settings.damping)
+        words = {name: getattr(self, name) for name in ("status", "stages", "warnings", "factors")}
         write_archive(path, arrays | {
-            "status": np.array(self.status), "stages": np.array(self.stages, str),
-            "notes": np.array(self.warnings, str),
-            "factors": np.array(self.factors), "settings.sample": np.array(sample), "settings.damping": np.array(brake),
-            "settings.stages": np.array(stages, str), "settings.status": np.array(status),
-            "settings.detect_every": np.array(-1 if every is None else every),
-            "same.names": np.array(list(self.same), str), "same.digests": np.array(list(self.same.values()), str),
+            "reaction_blocks": self.reaction_blocks, "recorded": self._blocks,
+            "words": as_json(words | {"settings": settings}), "same": as_json(dict(self.same)),
         })
 
     @classmethod
@@ -163,37 +157,26 @@ class History(Displayed, Tabular, ReadOnly):
         """
         folder = Path(path) if Path(path).is_dir() else None
         file = read_archive(path if folder is None else folder / CHECKPOINT)
-
-        def take(name: str) -> Any:
-            if name not in file:
-                raise InputError(f"{path} lacks {name!r}: it is no history, or of another version of this package")
-            return file[name]
-
-        state = State.from_arrays(
-            {k.removeprefix("state."): v for k, v in file.items() if k.startswith("state.")}, path
-        )
+        state = State.from_arrays(file.group("state"), path)
         check_continues(assembly, state, Loads(state.dead, state.live), None)
-        recorded, store = take("recorded").astype(np.intp), None
-        samples = {k: take(k) for k in (*_ARRAYS, "tie_force")} if folder is None else {}
+        recorded, store = file["recorded"].astype(np.intp), None
+        samples = {k: file[k] for k in (*_ARRAYS, "tie_force")} if folder is None else {}
         if folder is not None:
-            stored = StoredSamples.read(folder, len(take("scalar.step")))
+            stored = StoredSamples.read(folder, len(file["scalar.step"]))
             samples = {k: v for k, v in stored.arrays().items() if k != "rows"}
-            samples["reaction_blocks"] = take("reaction_blocks")
+            samples["reaction_blocks"] = file["reaction_blocks"]
             chosen = None if len(recorded) == assembly.n_blocks else tuple(recorded.tolist())
             store = Store(folder, chosen, stored.shapes["opening"] == (len(assembly.interfaces),))
-        brake, every = take("settings.damping").tolist(), int(take("settings.detect_every"))
-        damping = None if np.isnan(brake[0]) else Damping(*brake[:2], *map(bool, brake[2:]))
+        words = of_json(file, "words")
+        sample, damping, stages, every, status = words["settings"].values()
         return cls(
-            assembly, RunStatus(str(take("status"))), {c: take(f"scalar.{c}") for c in COLUMNS}, state=state,
-            **samples, store=store, recorded=recorded,
-            stages=tuple(take("stages").tolist()),
-            warnings=tuple(take("notes").tolist()), factors=tuple(take("factors").tolist()),
-            position=Position.from_arrays(file),
+            assembly, RunStatus(words["status"]), {c: file[f"scalar.{c}"] for c in COLUMNS}, state=state,
+            **samples, store=store, recorded=recorded, position=Position.from_arrays(file),
+            stages=tuple(words["stages"]), warnings=tuple(words["warnings"]), factors=tuple(words["factors"]),
             settings=RunSettings(
-                take("settings.sample").item(), damping, tuple(take("settings.stages").tolist()),
-                None if every < 0 else every, RunStatus(str(take("settings.status"))),
+                sample, None if damping is None else Damping(**damping), tuple(stages), every, RunStatus(status)
             ),
-            same=dict(zip(take("same.names").tolist(), take("same.digests").tolist(), strict=True)),
+            same=of_json(file, "same"),
         )
 
     def __getitem__(self, name: str) -> Array:

@@ -2,8 +2,6 @@
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -18,9 +16,8 @@ from dem.model.state import DYNAMIC, State, UnstableError
 from dem.model.tie_arrays import pulls
 from dem.stages.floor import Floor
 from dem.stages.history import COLUMNS, History, RunSettings
-from dem.stages.resuming import Position, RunStatus
-from dem.stages.samples import Samples
-from dem.stages.store import Store, StoredSamples
+from dem.stages.resuming import Position, RunStatus, Watch
+from dem.stages.store import Samples, Store, StoredSamples
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
@@ -41,16 +38,6 @@ FALLEN = 2.0
 """Displacement of a block that ends a Settle, over the size of the structure [-]."""
 
 
-@dataclass
-class Watch:
-    """Steps and travel since contacts were looked for last [m], steps after which they must be, and whether at all."""
-
-    since: int = 0
-    travelled: float = 0.0
-    due: int = SOONEST
-    searching: bool = False
-
-
 class Recorder:
     """Load cases with their present factors, and the samples taken so far."""
 
@@ -60,7 +47,7 @@ class Recorder:
         loads: Loads,
         state: State,
         stages: Sequence[Stage],
-        detect_every: int | None,
+        settings: RunSettings,
         store: Store | None = None,
     ) -> None:
         """Split the loads into cases that stages scale, and lay out what is recorded.
@@ -97,11 +84,10 @@ class Recorder:
         self.samples = Samples(**shapes) if store is None else StoredSamples(store.folder, shapes)
         self.floor = Floor(assembly, state.dead)
         self.margin, self.reach = near_margin(assembly), reaches(assembly)
-        self.every, self.watch = detect_every, Watch()
+        self.every, self.watch, self.settings = settings.detect_every, Watch(), settings
         self._beyond_noted = False
         self.begun = self._energies()
         self.notes: list[str] = list(state.warnings)
-        self.settings = RunSettings(detect_every=detect_every)
         self.same: Mapping[str, str] = {}
         self.position: Position | None = None
         self.status = RunStatus.FINISHED
@@ -117,36 +103,18 @@ class Recorder:
         if history.position is not None:
             self.begun = dict(zip(self.begun, history.position.energy.tolist(), strict=True))
 
-    @property
-    def factors(self) -> Array:
-        """Factors of the load cases now."""
-        return self.state.factors
-
-    @cached_property
-    def pieces(self) -> Pieces:
-        """Convex pieces of the blocks."""
-        return Pieces.of(self.assembly)
-
-    def target(self, stage: Stage) -> float:
-        """Multiplier or tilt angle at the end of the stage."""
-        if isinstance(stage, Ramp):
-            return stage.to
-        if isinstance(stage, Tilt):
-            return float(np.deg2rad(stage.to_deg))
-        return 0.0
-
-    def table(self, start: Array, target: float, part: Array, stage: Stage) -> Array:
+    def table(self, start: Array, part: Array, stage: Stage) -> Array:
         """Factors of the cases at the given parts of a stage, shape (steps, 5)."""
         out = np.tile(start, (len(part), 1))
         if isinstance(stage, Ramp):
-            out[:, 2] = start[2] + part * (target - start[2])
+            out[:, 2] = start[2] + part * (stage.to - start[2])
         elif isinstance(stage, Tilt):
             axis = np.asarray(stage.axis, dtype=float)
             if not np.linalg.norm(axis) > 0 or abs(axis[2]) > 1e-9 * np.linalg.norm(axis):
                 raise InputError(f"tilting axis {stage.axis} is not horizontal")
             d = np.cross(axis / np.linalg.norm(axis), (0.0, 0.0, 1.0))
             first = float(np.arctan2(start[3] * d[0] + start[4] * d[1], start[1]))
-            angle = first + part * (target - first)
+            angle = first + part * (float(np.deg2rad(stage.to_deg)) - first)
             out[:, 1], out[:, 3], out[:, 4] = np.cos(angle), np.sin(angle) * d[0], np.sin(angle) * d[1]
         elif isinstance(stage, Settle) and stage.gently:
             out *= np.minimum(part * (stage.max_steps / stage.gently), 1.0)[:, None]
@@ -209,7 +177,7 @@ class Recorder:
         beyond, names = moved > SMALL * self.margin, [block]
         if beyond:
             # blocks that went along with their neighbours have the contacts they had
-            around = Neighbours.of(self.assembly, self.state, self.pieces, self.margin, None)
+            around = Neighbours.of(self.assembly, self.state, Pieces.of(self.assembly), self.margin, None)
             due = np.flatnonzero(around.due() & ~(around.new & around.apart))
             beyond = bool(len(due) or len(around.gone))
             if len(due):
@@ -273,7 +241,7 @@ class Recorder:
             self.samples.begin()
         still = not (state.bodies.vel.any() or state.bodies.ang.any())
         if state.mode == DYNAMIC and state.total[kernels.E_STEPS] == 0.0 and still:
-            stand_back(state, self.assembly, np.tensordot(self.factors, self.cases, 1))
+            stand_back(state, self.assembly, np.tensordot(state.factors, self.cases, 1))
             self.begun = self._energies()
         self.start_looking()
 
@@ -284,7 +252,7 @@ class Recorder:
             self._detect()
 
     def _detect(self, *, sharp: bool = False) -> None:
-        notes, soonest = redetect(self.assembly, self.state, self.pieces, margin=self.margin, sharp=sharp)
+        notes, soonest = redetect(self.assembly, self.state, Pieces.of(self.assembly), margin=self.margin, sharp=sharp)
         self.notes += notes
         if not sharp:
             self.watch.since, self.watch.travelled = 0, 0.0
@@ -296,13 +264,13 @@ class Recorder:
         e = state.total
         force, moment = unbalance(state, self.scale)
         marks = joint_marks(state, now, len(self.assembly.interfaces))
-        tilt = float(np.arctan2(np.hypot(self.factors[3], self.factors[4]), self.factors[1]))
+        factors = state.factors
         row = {
             "time": state.time,
             "step": float(e[kernels.E_STEPS]),
             "stage": float(stage),
-            "multiplier": float(self.factors[2]),
-            "tilt": tilt,
+            "multiplier": float(factors[2]),
+            "tilt": float(np.arctan2(np.hypot(factors[3], factors[4]), factors[1])),
             "unbalanced force": force,
             "unbalanced moment": moment,
             "kinetic": float(e[kernels.E_KINETIC]),
@@ -345,7 +313,7 @@ class Recorder:
         return History(
             self.assembly, status, {c: table[:, i].copy() for i, c in enumerate(COLUMNS)}, reaction_blocks=self.blocks,
             state=self.state, stages=tuple(s.name or type(s).__name__ for s in self.stages),
-            warnings=tuple(dict.fromkeys(self.notes)), factors=tuple(self.factors.tolist()),
+            warnings=tuple(dict.fromkeys(self.notes)), factors=tuple(self.state.factors.tolist()),
             position=copy.deepcopy(self.position), settings=self.settings._replace(status=self.status),
             same=self.same,
             store=self.store, recorded=self.recorded, **columns,

@@ -5,7 +5,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import astuple, dataclass, fields, is_dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
+from dem.contact.detection import SOONEST
 from dem.model.joints import JointOptions, make_laws
 from dem.model.state import State
 from limitmason.arrays import Array, Flags
@@ -21,6 +22,7 @@ from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.fingerprint import check_same_loads
 from limitmason.model.stages import Stage
+from limitmason.storage.files import of_json, read_archive
 
 
 class RunStatus(StrEnum):
@@ -30,6 +32,16 @@ class RunStatus(StrEnum):
     INTERRUPTED = "interrupted"
     NOT_SETTLED = "not settled"
     UNSTABLE = "unstable"
+
+
+@dataclass
+class Watch:
+    """Steps and travel since contacts were looked for last [m], steps after which they must be, and whether at all."""
+
+    since: int = 0
+    travelled: float = 0.0
+    due: int = SOONEST
+    searching: bool = False
 
 
 @dataclass
@@ -45,8 +57,7 @@ class Position:
     factors, shift, quat, held : at its begin; ``held`` before the stage held any degrees of freedom itself
     quiet : checks in a row in which a Settle was quiet
     outcome : of the stage so far
-    servo : vertical give [m/N] and summed lack [N] of every servo, shape (s, 2)
-    watch : steps and travel since contacts were looked for, steps until they must be, whether they are, shape (4,)
+    servo : vertical give [m/N] and summed lack [N] of every servo, which writes its own row, shape (s, 2)
     energy : sums of energy that the run began with, for the guard against explosions, shape (8,)
     waited : steps in a row, about, for which a drive has stood still for calm
     """
@@ -62,13 +73,14 @@ class Position:
     quiet: int
     outcome: RunStatus
     servo: Array
-    watch: Array
+    watch: Watch
     energy: Array
     waited: int = 0
 
     def arrays(self) -> dict[str, Array]:
         """All of it as arrays by name."""
-        return {f"position.{f.name}": np.array(getattr(self, f.name)) for f in fields(self)}
+        values = {f.name: getattr(self, f.name) for f in fields(self)} | {"watch": astuple(self.watch)}
+        return {f"position.{name}": np.array(value) for name, value in values.items()}
 
     @classmethod
     def from_arrays(cls, file: Mapping[str, Any]) -> "Position | None":
@@ -79,6 +91,7 @@ class Position:
         numbers: dict[str, Callable[[Any], Any]] = {
             "stage": int, "done": int, "quiet": int, "waited": int, "begun": float, "dt": float,
             "outcome": lambda x: RunStatus(str(x)),
+            "watch": lambda x: Watch(int(x[0]), float(x[1]), int(x[2]), bool(x[3])),
         }
         return cls(**{name: numbers[name](x) if name in numbers else x for name, x in raw.items()})
 
@@ -146,19 +159,21 @@ def signature(assembly: Assembly, parts: Mapping[str, Iterable[NDArray[Any]]], *
     return out | whole | digests(**settings)
 
 
-def check_same(path: Path, then: Mapping[str, str], now: Mapping[str, str]) -> None:
+def check_same(path: Path, now: Mapping[str, str]) -> None:
     """Refuse a checkpoint of a run with other settings.
 
     Parameters
     ----------
-    path : of the checkpoint, for the message
-    then, now : digests of the settings by name, in the file and of the run that would go on from it
+    path : of the checkpoint, which holds digests of the settings of its run, by name
+    now : digests of those of the run that would go on from it
 
     Raises
     ------
     InputError
         Naming the settings that differ, and for a file that does not say of which run it is.
     """
+    file = read_archive(path)
+    then = of_json(file, "same") if "same" in file else {}
     if not then:
         raise InputError(
             f"the checkpoint {path} does not say how its push was run: it is of an earlier version, or no push; give "

@@ -115,17 +115,9 @@ def _gone(
 
 
 def prepared(
-    assembly: Assembly,
-    stages: Stage | Sequence[Stage],
-    *,
-    loads: Loads | None = None,
-    damping: Damping | None = None,
-    sample: int | float = 200,
-    start: History | State | None = None,
-    factors: Sequence[float] | None = None,
-    detect_every: int | None = 50,
-    store: Store | None = None,
-    **model: Unpack[StateOptions],
+    assembly: Assembly, stages: Stage | Sequence[Stage], *, loads: Loads | None = None, damping: Damping | None = None,
+    sample: int | float = 200, start: History | State | None = None, factors: Sequence[float] | None = None,
+    detect_every: int | None = 50, store: Store | None = None, **model: Unpack[StateOptions],
 ) -> StageRun:
     """Run that stands before its first step; arguments and errors as for :func:`simulate`."""
     listed = [stages] if isinstance(stages, Stage) else stages
@@ -165,9 +157,9 @@ def prepared(
         state.factors = now
     state.dead, state.live = loads.dead.copy(), loads.live.copy()
     check_gentle(todo, state.time > 0.0)
-    recorder = Recorder(assembly, loads, state, todo, detect_every, store)
+    settings = RunSettings(sample, damping, tuple(stage_as_text(s) for s in todo), detect_every)
+    recorder = Recorder(assembly, loads, state, todo, settings, store)
     recorder.notes += notes
-    recorder.settings = RunSettings(sample, damping, tuple(stage_as_text(s) for s in todo), detect_every)
     recorder.same = start.same if isinstance(start, History) else {}
     return StageRun(recorder, None)
 
@@ -212,13 +204,11 @@ def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
     One that has ended stays so: a history without a position is over, and its status says how.
     """
     todo = [stages] if isinstance(stages, Stage) else list(stages)
-    settings = history.settings
-    check_same_stages(todo, settings.stages)
+    check_same_stages(todo, history.settings.stages)
     state = history.state.copy()
     loads = Loads(state.dead, state.live)
     check_continues(history.assembly, state, loads, None)
-    recorder = Recorder(history.assembly, loads, state, todo, settings.detect_every, history.store)
-    recorder.settings = settings
+    recorder = Recorder(history.assembly, loads, state, todo, history.settings, history.store)
     recorder.take_up(history)
     ended = RunStatus(history.status) if history.position is None else None
     return StageRun(recorder, history.position, ended)

@@ -10,7 +10,7 @@ import numpy as np
 from dem.model.rest_criterion import displacement_since, restless, run
 from dem.model.stable_step import block_stiffness
 from dem.model.state import DYNAMIC, State, UnstableError
-from dem.stages.recording import Recorder, Watch
+from dem.stages.recording import Recorder
 from dem.stages.resuming import Position, RunStatus
 from dem.stages.stage_checks import SERVO_EVERY, servo_holds, stage_length
 from limitmason.arrays import Array, Flags
@@ -107,11 +107,9 @@ class StageRun:
         rec.look(count)
         if state.mode == DYNAMIC and rec.lay(at.held):
             self._prescribe(self.stage)
-        self._keep()
         if waits or (self._sample_number() == number and self._remaining() > 0):
             return None
         sampled = rec.add(state, at.stage)
-        self._keep()  # a sample may have looked for contacts
         if self._ends(sampled) or self._remaining() <= 0:
             self.pause = True
             self.over = at.stage + 1 == len(rec.stages)
@@ -150,26 +148,23 @@ class StageRun:
         self.brake = stage.damping or damping or usual
         self.steps, duration = (stage.max_steps, None) if isinstance(stage, Settle) else stage_length(stage)
         self.duration = duration or 0.0
-        self.servos = [_Jack(rec.assembly, state, block, servo) for block, servo in stage.servo.items()]
         if at is None:
             at = Position(
-                number, 0, state.time, state.dt, rec.factors.copy(), state.bodies.shift.copy(),
+                number, 0, state.time, state.dt, state.factors.copy(), state.bodies.shift.copy(),
                 state.bodies.quat.copy(), state.bodies.held.copy(), 0,
-                RunStatus.NOT_SETTLED if settles else RunStatus.FINISHED, np.zeros((len(self.servos), 2)), np.zeros(4),
-                np.zeros(len(rec.begun)),
+                RunStatus.NOT_SETTLED if settles else RunStatus.FINISHED, np.zeros((len(stage.servo), 2)), rec.watch,
+                np.array(list(rec.begun.values())),
             )
-        else:
-            for servo, kept in zip(self.servos, at.servo, strict=True):
-                servo.give, servo.sum = float(kept[0]), float(kept[1])
-            w = at.watch
-            rec.watch = Watch(int(w[0]), float(w[1]), int(w[2]), bool(w[3]))
-        self.at = at
+        self.servos = [
+            _Jack(rec.assembly, state, block, servo, row)
+            for (block, servo), row in zip(stage.servo.items(), at.servo, strict=True)
+        ]
+        self.at = rec.position = at
+        rec.watch = at.watch
         self._prescribe(stage)
-        self.target = rec.target(stage)
         self.calm = stage.calm if isinstance(stage, Drive) else None
         if self.calm is not None and (dynamic or self.steps is None):
             raise InputError("a Drive that waits for calm is for quasi-static runs, its length in steps")
-        self._keep()
         self.pause = self._remaining() <= 0
         self.over = self.pause and number + 1 == len(rec.stages)
 
@@ -219,14 +214,6 @@ class StageRun:
         if at.outcome != RunStatus.FINISHED:
             self.status = at.outcome
 
-    def _keep(self) -> None:
-        """Say where the run stands, for a checkpoint and for who takes up the history of an interrupted one."""
-        at, w = self.at, self.rec.watch
-        at.servo = np.array([(servo.give, servo.sum) for servo in self.servos]).reshape(-1, 2)
-        at.watch = np.array([w.since, w.travelled, w.due, w.searching], dtype=float)
-        at.energy = np.array(list(self.rec.begun.values()))
-        self.rec.position = at
-
     def _remaining(self) -> int:
         """Steps left in the stage."""
         # new contacts may shorten the step, so a duration is counted in time
@@ -270,7 +257,7 @@ class StageRun:
             part = (at.done + ahead) / self.steps
         else:
             part = np.minimum((state.time - at.begun + ahead * state.dt) / self.duration, 1.0)
-        return self.rec.table(at.factors, self.target, part, self.stage)
+        return self.rec.table(at.factors, part, self.stage)
 
     def _speeds(self, count: int, waits: bool) -> Array:
         """Factors of the prescribed twists in each of the next steps, shape (count, d)."""
@@ -310,14 +297,16 @@ def _of_ground(held: Flags, velocity: Sequence[float] | Array) -> Array:
 
 
 class _Jack:
-    """A servo at work: block, wanted push [N], gain over the vertical stiffness of the block's joints [m/N]."""
+    """A servo at work: block, wanted push [N], and its row in :attr:`Position.servo`: what it has learnt."""
 
-    def __init__(self, assembly: Assembly, state: State, block: int | str, servo: Servo) -> None:
+    def __init__(self, assembly: Assembly, state: State, block: int | str, servo: Servo, learnt: Array) -> None:
         self.block, self.force, self.gain = assembly.block_index(block), servo.force, servo.gain
         stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks, ties=state.ties)[self.block, 2, 2]
         if not stiffness > 0.0:
             raise InputError(f"servo on block {block!r}: no joint of it carries a vertical force")
-        self.give, self.sum = servo.gain / stiffness, 0.0
+        self.learnt = learnt
+        if not learnt[0] > 0.0:
+            learnt[0] = servo.gain / stiffness
 
     def lacking(self, state: State) -> float:
         """Force wanted less the push in the last step [N]."""
@@ -327,5 +316,6 @@ class _Jack:
         """Downward velocity for the next steps [m/s]."""
         off = self.lacking(state)
         # out of contact there is nothing to learn a speed from
-        self.sum = self.sum + steps * off if off < self.force else 0.0
-        return self.give * (off + 0.25 * self.gain * self.sum) / state.dt
+        self.learnt[1] = self.learnt[1] + steps * off if off < self.force else 0.0
+        give, lacked = self.learnt.tolist()
+        return float(give * (off + 0.25 * self.gain * lacked) / state.dt)

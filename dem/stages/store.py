@@ -1,4 +1,4 @@
-"""A run's samples on disk while it runs: a folder of plain binary files that are read without being loaded."""
+"""A run's samples, column by column: in memory, or in a folder of binary files that are read without being loaded."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from dem.stages.samples import Samples
 from limitmason.arrays import Index
 from limitmason.errors import InputError
 from limitmason.model import Assembly
@@ -57,6 +56,36 @@ class Store:
                 f"{self.folder} holds a run already: go on with dem.resume(dem.History.load({str(self.folder)!r}, "
                 "assembly), stages), or give another folder"
             )
+
+
+class Samples:
+    """Columns of a record, an entry for every sample.
+
+    Parameters
+    ----------
+    shapes : of an entry of each
+    """
+
+    def __init__(self, **shapes: tuple[int, ...]) -> None:
+        self.shapes = shapes
+        self.columns: dict[str, list[Any]] = {name: [] for name in shapes}
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+    def add(self, **entry: Any) -> None:
+        """Write a sample down."""
+        for name, values in self.columns.items():
+            values.append(entry[name])
+
+    def take_up(self, arrays: Mapping[str, Any]) -> None:
+        """Go on with the samples of a run before, from arrays as :meth:`arrays` gives them."""
+        self.columns = {name: list(arrays[name]) for name in self.columns}
+
+    def arrays(self) -> dict[str, Any]:
+        """All samples of every column, shape (samples, ...)."""
+        every = self.columns.items()
+        return {name: np.array(values).reshape(len(values), *self.shapes[name]) for name, values in every}
 
 
 class StoredSamples(Samples):

@@ -34,16 +34,15 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
         For a joint that does not run along y.
     """
     x = assembly.arrays
-    position: list[Array] = []
-    area: list[Array] = []
-    owner: list[Index] = []
-    if grid is None:
-        for k in np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])).tolist():
-            _check_plane(assembly, k)
+    found = None if grid is None else make_points(assembly, grid, "grid")
+    interfaces = np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b]))
+    position, area = [], []
+    for k in interfaces.tolist():
+        _check_plane(assembly, k)
+        if found is None:
             corners = x.corners[x.corner_start[k] : x.corner_start[k + 1]][:, [0, 2]]
-            along = corners - corners.mean(axis=0)
             direction = np.array([-x.normal[k, 2], x.normal[k, 0]])
-            ends = along @ direction
+            ends = (corners - corners.mean(axis=0)) @ direction
             length = float(np.ptp(ends))
             n = max(int(np.ceil(length / (mesh.size or length) - 1e-9)), 1) + 1
             first = corners.mean(axis=0) + ends.min() * direction
@@ -51,40 +50,33 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
             share = np.full(n, 1.0 / (n - 1))
             share[[0, -1]] *= 0.5
             area.append(share * x.area[k])
-            owner.append(np.full(n, k, dtype=np.int64))
-    else:
-        found = make_points(assembly, grid, "grid")
-        for k in np.unique(found.interface).tolist():
-            _check_plane(assembly, k)
+        else:
             rows = np.flatnonzero(found.interface == k)
             flat = found.position[rows][:, [0, 2]]
             # both points across the thickness lie at one place in the plane
-            _, first, number = np.unique(np.round(flat / 1e-9).astype(np.int64), axis=0, return_index=True,
-                                         return_inverse=True)
-            position.append(flat[first])
-            area.append(np.asarray(np.bincount(number.ravel(), found.area[rows]), dtype=float))
-            owner.append(np.full(len(first), k, dtype=np.int64))
-    places, areas, owners = np.concatenate(position), np.concatenate(area), np.concatenate(owner)
-    interfaces, row = np.unique(owners, return_inverse=True)
-    m = len(places)
+            _, at, number = np.unique(np.round(flat / 1e-9).astype(np.int64), axis=0, return_index=True,
+                                      return_inverse=True)
+            position.append(flat[at])
+            area.append(np.bincount(number.ravel(), found.area[rows]))
+    row = np.repeat(np.arange(len(interfaces)), [len(part) for part in area])
+    m = len(row)
     side, segment, arc = np.zeros(m, np.int64), np.zeros(m, np.int64), np.zeros(m)
     node, share, gap = np.zeros((m, 2), np.int64), np.zeros(m), np.zeros(m)
-    for k in range(m):
-        i = assembly.interfaces[owners[k]]
+    for k, place in enumerate(np.concatenate(position)):
+        i = assembly.interfaces[interfaces[row[k]]]
         normal = np.asarray(i.normal)[[0, 2]]
-        one = _nearest(mesh, sides, i.block_a, normal, places[k])
-        two = _nearest(mesh, sides, i.block_b, -normal, places[k])
-        side[k], segment[k] = one[0], one[1]
-        node[k], share[k] = sides.node[two[1] : two[1] + 2], two[2]
+        side[k], segment[k], _ = _nearest(mesh, sides, i.block_a, normal, place)
+        _, two, share[k] = _nearest(mesh, sides, i.block_b, -normal, place)
+        node[k] = sides.node[two : two + 2]
         on_b = (1.0 - share[k]) * mesh.place[node[k, 0]] + share[k] * mesh.place[node[k, 1]]
-        o, e = mesh.place[sides.node[one[1]]], mesh.place[sides.node[one[1] + 1]]
+        o, e = mesh.place[sides.node[segment[k] : segment[k] + 2]]
         t = (e - o) / np.linalg.norm(e - o)
-        arc[k] = sides.arc[one[1]] + (on_b - o) @ t
+        arc[k] = sides.arc[segment[k]] + (on_b - o) @ t
         # faces that touch within the tolerance meet where the model is made
         gap[k] = -((on_b - o) @ np.array([t[1], -t[0]]))
-    zero = np.zeros(m)
+    plastic = (np.zeros(m) for _ in range(5))
     contacts = SideContacts(
-        row.ravel().astype(np.int64), side, segment, arc, node, share, areas, gap, *(zero.copy() for _ in range(5))
+        row.astype(np.int64), side, segment, arc, node, share, np.concatenate(area), gap, *plastic
     )
     return contacts, interfaces.astype(np.int64)
 

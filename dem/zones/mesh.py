@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dem.driving.zone_marks import BlockMesh
-from limitmason.arrays import Array
+from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.geometry import polygon_area_centroid
 from limitmason.model import Assembly
@@ -27,27 +26,37 @@ _FLAT = 1e-6  # of the size of a block: corners this near a plane lie in it
 
 
 @dataclass(frozen=True, kw_only=True)
-class ZoneMesh(BlockMesh):
+class ZoneMesh:
     """Nodes, zones and sides of all blocks in the plane x-z.
 
     Parameters
     ----------
+    place : nodes in the reference position [m], x and z, shape (n, 2)
+    block : of every node, shape (n,)
+    zones : nodes of every zone, counter-clockwise, shape (e, 4)
+    zone_block : shape (e,)
+    rigid : blocks without zones, shape (b,)
+    size : largest zone edge [m]
     sides : nodes along each side of every block, in a row
     side_start : first entry of every side in ``sides``, shape (s + 1,)
     side_block : shape (s,)
     thickness : of every block [m], shape (b,)
-    area : of every block in the plane [m2], shape (b,)
     """
 
+    place: Array
+    block: Index
+    zones: Index
+    zone_block: Index
+    rigid: Flags
+    size: float
     sides: Index
     side_start: Index
     side_block: Index
     thickness: Array
-    area: Array
 
     @property
     def zone_sizes(self) -> Array:
-        """Root of the area of every zone [m], shape (e,)."""
+        """Edge of a square as large as every zone [m], shape (e,)."""
         corners = self.place[self.zones]
         one, two = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
         return np.sqrt(0.5 * np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]))
@@ -84,19 +93,6 @@ def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
     return flat[np.argsort(np.arctan2(r[:, 1], r[:, 0]))], float(high - low)
 
 
-def need_length(zone_size: float) -> None:
-    """Refuse a zone size that is no length.
-
-    Raises
-    ------
-    InputError
-        For what is no positive number.
-    """
-    number = isinstance(zone_size, (int, float, np.number)) and not isinstance(zone_size, bool)
-    if not number or not (np.isfinite(zone_size) and zone_size > 0.0):
-        raise InputError(f"zone_size must be a positive length [m], got {zone_size!r}")
-
-
 def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -> ZoneMesh:
     """Cut the blocks that have a material and are neither held nor ``stiff`` into zones no larger than a size [m].
 
@@ -109,32 +105,25 @@ def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -
         For a zone size that is no length, larger than a block's least side, or so small that there are more than
         ``MOST`` zones, and as :func:`outline_of`.
     """
-    need_length(zone_size)
-    n_blocks = assembly.n_blocks
-    place: list[Array] = []
-    zones: list[Index] = []
-    owner: list[Index] = []
-    zone_owner: list[Index] = []
-    sides: list[Index] = []
-    side_block: list[int] = []
-    thickness, area = np.zeros(n_blocks), np.zeros(n_blocks)
+    if isinstance(zone_size, bool) or not isinstance(zone_size, int | float | np.number) or not 0 < zone_size < np.inf:
+        raise InputError(f"zone_size must be a positive length [m], got {zone_size!r}")
+    outlines, thickness = zip(*(outline_of(assembly, i) for i in range(assembly.n_blocks)), strict=True)
+    area = np.array([polygon_area_centroid(outline)[0] for outline in outlines])
     rigid = assembly.held.any(axis=1) | np.array([b.material is None for b in assembly.blocks])
     rigid[list(stiff)] = True
-    outlines = [outline_of(assembly, i) for i in range(n_blocks)]
-    cut_area = sum(polygon_area_centroid(o)[0] for k, (o, _) in enumerate(outlines) if not rigid[k])
+    cut_area = sum(area[~rigid].tolist())
     if cut_area > MOST * zone_size**2:
         raise InputError(
             f"zone_size = {zone_size:g} m cuts {cut_area:.3g} m2 of wall into {cut_area / zone_size**2:.1e} zones or "
             f"more; {MOST:.0e} is the most: take {np.sqrt(cut_area / MOST):.2g} m or larger"
         )
+    parts: list[tuple[Array, Index, list[Index]]] = []
     count, largest = 0, 0.0
-    for i, block in enumerate(assembly.blocks):
-        outline, thickness[i] = outlines[i]
-        area[i] = polygon_area_centroid(outline)[0]
+    for i, (block, outline) in enumerate(zip(assembly.blocks, outlines, strict=True)):
         edges = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
         if rigid[i]:
-            nodes, cells = outline, np.zeros((0, 4), dtype=np.int64)
-            chains = [np.array([k, (k + 1) % len(outline)], dtype=np.int64) for k in range(len(outline))]
+            nodes, cells = outline, np.zeros((0, 4), np.int64)
+            chains = [np.array([k, (k + 1) % len(outline)]) for k in range(len(outline))]
         else:
             if zone_size > edges.min() * (1.0 + 1e-9):
                 raise InputError(
@@ -144,19 +133,17 @@ def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -
             nodes, cells, chains = _cut(outline, edges, zone_size)
             x = nodes[cells]
             largest = max(largest, float(np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2).max()))
-        place.append(nodes)
-        owner.append(np.full(len(nodes), i, dtype=np.int64))
-        zones.append(cells.astype(np.int64) + count)
-        zone_owner.append(np.full(len(cells), i, dtype=np.int64))
-        for chain in chains:
-            sides.append(chain + count)
-            side_block.append(i)
+        parts.append((nodes, cells + count, [chain + count for chain in chains]))
         count += len(nodes)
+    place, zones, chains_of = zip(*parts, strict=True)
+    of_node, of_zone, of_side = (
+        np.repeat(np.arange(len(parts)), [len(x) for x in items]) for items in (place, zones, chains_of)
+    )
+    sides = [chain for chains in chains_of for chain in chains]
     return ZoneMesh(
-        place=np.concatenate(place), block=np.concatenate(owner), zones=np.concatenate(zones),
-        zone_block=np.concatenate(zone_owner), sides=np.concatenate(sides),
-        side_start=np.concatenate([[0], np.cumsum([len(s) for s in sides])]).astype(np.int64),
-        side_block=np.array(side_block, dtype=np.int64), thickness=thickness, area=area, rigid=rigid, size=largest,
+        place=np.concatenate(place), block=of_node, zones=np.concatenate(zones), zone_block=of_zone,
+        sides=np.concatenate(sides), side_start=np.cumsum([0, *map(len, sides)]), side_block=of_side,
+        thickness=np.array(thickness), rigid=rigid, size=largest,
     )
 
 

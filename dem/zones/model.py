@@ -1,23 +1,23 @@
 """An assembly as zones, contact points and rigid blocks: what the zones' kernels see, with masses and loads."""
 
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from dem.kernels import LAW, LAW_SIZE
+from dem.kernels import zone_plasticity as of
 from dem.kernels.arrays import Index
 from dem.kernels.zone_arrays import Z_SIZE, Nodes, QuadTable, Rigid, Zones
 from dem.model.joints import Grid, JointOptions, losses, make_laws
 from dem.zones.attach import make_contacts, make_sides
 from dem.zones.element import SQUARE, ZoneTables, shape_values, zone_tables
-from dem.zones.material_row import material_row
 from dem.zones.mesh import make_mesh
-from dem.zones.stable import freedoms, stable_masses, stiffness
-from dem.zones.zoned_model import AXES, SENSE, ZonedModel
+from dem.zones.zoned_model import AXES, SENSE, ZonedModel, free_stiffness, stable_masses
 from limitmason.arrays import Array, Flags
 from limitmason.checks import choice
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, Elasticity
 from limitmason.errors import InputError
+from limitmason.mechanics.law import unit_tension
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.model import Assembly, Loads, Material
 
@@ -54,10 +54,6 @@ def make_model(
     """
     options = joint_options or JointOptions()
     choice("plane (stress= of a push)", plane, (PLANE_STRESS, PLANE_STRAIN))
-    if options.dashpot is not None and np.any(np.asarray(list(
-        options.dashpot.values() if hasattr(options.dashpot, "values") else np.atleast_1d(options.dashpot)
-    ), dtype=float) > 0.0):
-        raise InputError("joint_options: zoned runs have local damping alone; leave the dashpot out")
     refuse_ties(assembly, "a block cut into zones", "use rigid blocks")
     mesh = make_mesh(assembly, zone_size, stiff)
     if mesh.rigid.all():
@@ -66,6 +62,8 @@ def make_model(
             "poisson_ratio=..., density=...)), or run rigid blocks"
         )
     laws, warnings = make_laws(assembly, loads.dead, options)
+    if laws[:, LAW.dash].any():
+        raise InputError("joint_options: zoned runs have local damping alone; leave the dashpot out")
     for name, wrench in (("dead", loads.dead), ("live", loads.live)):
         free = ~assembly.fixed
         outside = np.abs(wrench[free][:, [1, 3, 5]]).max(initial=0.0)
@@ -115,41 +113,6 @@ def _rigid_blocks(assembly: Assembly, rigid: Flags, body: Index) -> Rigid:
     )
 
 
-class _Shapes:
-    """Tables of the zones' shapes and materials, one for all that are equal.
-
-    Parameters
-    ----------
-    place : nodes [m]
-    state : "plane stress" or "plane strain"
-    """
-
-    def __init__(self, place: Array, state: str) -> None:
-        self.place, self.state = place, state
-        self.made: list[ZoneTables] = []
-        self.elastic: list[Array] = []
-        self.known: dict[Hashable, int] = {}
-
-    def of(self, cell: Index, material: Material, thickness: float) -> int:
-        """Where the tables of a zone stand in ``made``; they are made for the first zone of its kind.
-
-        Zones are of one kind if size and form agree to nine digits, and thickness and material are the same.
-        """
-        arms = self.place[cell] - self.place[cell].mean(axis=0)
-        size = np.abs(arms).max()
-        form = np.round(arms / (1e-9 * size)).astype(int).ravel().tolist()
-        key = (float(f"{size:.9e}"), *form, thickness, id(material))
-        if key not in self.known:
-            self.known[key] = len(self.made)
-            self.elastic.append(Elasticity.of(material.young_modulus, material.poisson_ratio, self.state).matrix)
-            self.made.append(zone_tables(arms, thickness, self.elastic[-1]))
-        return self.known[key]
-
-    def column(self, name: str) -> Array:
-        """One table of all of them, by its name in :class:`ZoneTables`."""
-        return np.ascontiguousarray(np.stack([getattr(t, name) for t in self.made]))
-
-
 def make_zones(
     place: Array, cells: Index, materials: Sequence[Material | None], thickness: Array, plane: str
 ) -> tuple[QuadTable, Zones]:
@@ -163,21 +126,44 @@ def make_zones(
     cells : nodes of every zone, counter-clockwise, shape (e, 4)
     materials, thickness : of every zone [m]
     """
-    shapes, rows, of_material = _Shapes(place, plane), list[Array](), dict[int, int]()
+    arms = place[cells] - place[cells].mean(axis=1, keepdims=True)
+    size = np.abs(arms).max(axis=(1, 2))
+    known = {id(m): m for m in materials if m is not None}
+    row = np.array([list(known).index(id(m)) for m in materials], dtype=np.int64)
+    # zones are of one kind if size and form agree to nine digits, and thickness and material are the same
+    form = np.round(arms / (1e-9 * size[:, None, None])).reshape(len(cells), -1)
+    key = np.column_stack([[float(f"{s:.9e}") for s in size], form, thickness, row])
+    _, first, kind = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    elastic = [Elasticity.of(m.young_modulus, m.poisson_ratio, plane).matrix for m in known.values()]
+    made = [zone_tables(arms[z], float(thickness[z]), elastic[row[z]]) for z in first]
+    rows = [material_row(m, plane == PLANE_STRAIN, e) for m, e in zip(known.values(), elastic, strict=True)]
+    tables = {name: np.ascontiguousarray([getattr(t, name) for t in made]) for name in ZoneTables._fields}
     e = len(cells)
-    kind, row = np.zeros(e, np.int64), np.zeros(e, np.int64)
-    for z, (cell, material) in enumerate(zip(cells, materials, strict=True)):
-        assert material is not None
-        kind[z] = shapes.of(cell, material, float(thickness[z]))
-        if id(material) not in of_material:
-            of_material[id(material)] = len(rows)
-            rows.append(material_row(material, plane == PLANE_STRAIN, shapes.elastic[kind[z]]))
-        row[z] = of_material[id(material)]
     zones = Zones(
-        cells, kind, row, np.zeros((e, 4, 4)), np.zeros((e, 8)), np.zeros((e, 4)), np.zeros((e, 4), np.int64),
-        np.zeros((e, 4)),
+        cells, kind.ravel().astype(np.int64), row, np.zeros((e, 4, 4)), np.zeros((e, 8)), np.zeros((e, 4)),
+        np.zeros((e, 4), np.int64), np.zeros((e, 4)),
     )
-    return QuadTable(**{name: shapes.column(name) for name in ZoneTables._fields}, material=np.stack(rows)), zones
+    return QuadTable(**tables, material=np.stack(rows)), zones
+
+
+def material_row(material: Material, plane_strain: bool, elastic: Array) -> Array:
+    """Numbers by which the kernels know a material of zones, shape (MAT_SIZE,).
+
+    Parameters
+    ----------
+    elastic : of :class:`limitmason.deformable.Elasticity`, shape (4, 3)
+    """
+    row = np.zeros(of.MAT_SIZE)
+    row[of.MAT_STRAIN] = float(plane_strain)
+    row[of.MAT_D], row[of.MAT_DN], row[of.MAT_G] = elastic[0, 0], elastic[0, 1], elastic[2, 2]
+    row[of.MAT_K], row[of.MAT_KPSI], row[of.MAT_C], row[of.MAT_FT] = 1.0, 1.0, np.inf, np.inf
+    if material.cohesion is not None and material.friction_angle_deg is not None:
+        sin, sin_psi = np.sin(np.deg2rad([material.friction_angle_deg, material.dilatancy_angle_deg]))
+        row[of.MAT_K], row[of.MAT_KPSI] = (1.0 + sin) / (1.0 - sin), (1.0 + sin_psi) / (1.0 - sin_psi)
+        row[of.MAT_C] = 2.0 * material.cohesion * np.sqrt(row[of.MAT_K])
+        row[of.MAT_FT] = unit_tension(material)
+        row[of.MAT_YIELDS] = 1.0
+    return row
 
 
 def set_loads(model: ZonedModel, wrench: Array) -> None:
@@ -221,10 +207,8 @@ def nodal_volume(model: ZonedModel) -> Array:
 def _scale_masses(model: ZonedModel) -> None:
     """Masses of nodes and rigid blocks as large as a step of 1 needs."""
     nodes, rigid = model.nodes, model.rigid
-    reach = freedoms(model)
-    k = (reach.T @ stiffness(model) @ reach).tocsr()
     free = np.flatnonzero(nodes.body < 0)
-    mass = stable_masses(k, len(free))
+    mass = stable_masses(free_stiffness(model), len(free))
     nodes.mass[free] = mass[: 2 * len(free) : 2]
     rigid.mass[~rigid.held] = mass[2 * len(free) :]
     # a smooth level joint is stiff across as soon as its block tilts a little: all directions as the stiffest one

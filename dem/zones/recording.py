@@ -2,17 +2,48 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from dem.driving.zone_marks import ZoneState
+from dem.kernels.zone_plasticity import SHEAR_NOW, SHEAR_PAST, TENSION_NOW, TENSION_PAST
 from dem.model.joint_marks import JointMarks, PointMarks, marks_of
-from dem.stages.samples import Samples
+from dem.stages.store import Samples
 from dem.zones.running import Reading
 from dem.zones.zoned_model import ZonedModel
 from limitmason.arrays import Array
-from limitmason.storage.files import read_archive, write_archive
+from limitmason.storage.files import as_json, read_archive, write_archive
+
+ELASTIC, AT_YIELD, YIELDED, TENSION = 0, 1, 2, 3
+"""Marks of a zone: elastic, yields in shear now, yielded so before, failed in tension at any time."""
+
+
+class ZoneState(NamedTuple):
+    """Zones at a sample.
+
+    Parameters
+    ----------
+    shift : displacements of all nodes [m], shape (n, 2)
+    flags : of the stress points, shape (e, 4)
+    plastic : accumulated length of the plastic strain, largest of each zone's points [-], shape (e,)
+    """
+
+    shift: Array
+    flags: NDArray[np.int64]
+    plastic: Array
+
+    @property
+    def marks(self) -> NDArray[np.int64]:
+        """Mark of every zone from the flags of its stress points, shape (e,).
+
+        Tension goes first.
+        """
+        whole = np.bitwise_or.reduce(self.flags, axis=1)
+        out = np.where(whole & SHEAR_PAST, YIELDED, ELASTIC)
+        out = np.where(whole & SHEAR_NOW, AT_YIELD, out)
+        return np.where(whole & (TENSION_NOW | TENSION_PAST), TENSION, out)
+
 
 _MOVING: Mapping[str, tuple[str, ...]] = {
     "nodes": ("shift", "velocity", "mass", "load", "force", "before", "held"),
@@ -41,16 +72,7 @@ def save(path: str | Path, model: ZonedModel, same: Mapping[str, str], samples: 
         f"{group}.{name}": getattr(getattr(model, group), name) for group, name in _moving(model)
     }
     arrays |= {f"sample.{k}": v for k, v in samples.arrays().items()} if samples is not None else {}
-    write_archive(path, arrays | {
-        "total": model.total, "same.names": np.array(list(same)), "same.digests": np.array(list(same.values())),
-    })
-
-
-def read_digests(path: Path) -> dict[str, str]:
-    """What a run must have in common with that of a file, or empty where it does not say so."""
-    file = read_archive(path)
-    names = ("same.names", "same.digests")
-    return dict(zip(*(file[k].tolist() for k in names), strict=True)) if names[0] in file else {}
+    write_archive(path, arrays | {"total": model.total, "same": as_json(dict(same))})
 
 
 def read_model(path: Path, model: ZonedModel) -> dict[str, Any]:
@@ -62,7 +84,7 @@ def read_model(path: Path, model: ZonedModel) -> dict[str, Any]:
     for group, name in _moving(model):
         getattr(getattr(model, group), name)[...] = file[f"{group}.{name}"]
     model.total[...] = file["total"]
-    return {k.removeprefix("sample."): v for k, v in file.items() if k.startswith("sample.")}
+    return file.group("sample")
 
 
 def zoned_joint_marks(model: ZonedModel, now: Reading) -> JointMarks:

@@ -3,15 +3,12 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import eigsh
 
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_LOST, Z_MISSED, Z_SUPPORT
 from dem.kernels.zone_measure import measure_zones
 from dem.kernels.zone_motion import advance_zones
 from dem.model.state import UnstableError
-from dem.zones.stable import DAMPING, freedoms, stiffness
-from dem.zones.zoned_model import ZonedModel
+from dem.zones.zoned_model import DAMPING, ZonedModel, slowest_period
 from limitmason.arrays import Array, Flags
 
 SETTLED = 1e-4
@@ -53,22 +50,23 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
         its surface.
     """
     advance_zones(model.arrays, steps, model.dt, damping, drifts)
-    lost = ~np.isfinite(model.nodes.shift).all(axis=1)
+    blocks, mesh, shift = model.assembly.blocks, model.mesh, model.nodes.shift
+    lost = ~np.isfinite(shift).all(axis=1)
     if lost.any():
-        name = model.assembly.blocks[int(model.mesh.block[int(np.argmax(lost))])].name
+        name = blocks[int(mesh.block[int(np.argmax(lost))])].name
         raise UnstableError(f"the place of a node of block {name!r} is no longer finite")
-    flown = np.abs(model.nodes.shift).max(axis=1) > np.ptp(model.nodes.place, axis=0).max()
-    if flown.any():
-        refuse_explosion(model)
-        name = model.assembly.blocks[int(model.mesh.block[int(np.argmax(flown))])].name
-        raise UnstableError(f"block {name!r} has moved farther than the structure is large")
-    corner = (model.nodes.place + model.nodes.shift)[model.zones.node]
+    flown = np.abs(shift).max(axis=1) > np.ptp(model.nodes.place, axis=0).max()
+    corner = (model.nodes.place + shift)[model.zones.node]
     one, two = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]
     # diagonals of a zone that no longer turn the same way: it has no area left
     flat = one[:, 0] * two[:, 1] <= one[:, 1] * two[:, 0]
-    if flat.any():
+    if flown.any() or flat.any():
         refuse_explosion(model)
-        name = model.assembly.blocks[int(model.mesh.block[model.zones.node[int(np.argmax(flat)), 0]])].name
+    if flown.any():
+        name = blocks[int(mesh.block[int(np.argmax(flown))])].name
+        raise UnstableError(f"block {name!r} has moved farther than the structure is large")
+    if flat.any():
+        name = blocks[int(mesh.zone_block[int(np.argmax(flat))])].name
         raise UnstableError(f"a zone of block {name!r} is pressed flat: the block bears less than what loads it")
     if model.total[Z_MISSED] > 0.0:
         raise UnstableError("a stress could not be returned to its yield surface: dilatancy beyond the friction angle")
@@ -164,20 +162,3 @@ def energy_error(model: ZonedModel, at_start: float = 0.0) -> float:
     work = total[Z_APPLIED] + total[Z_SUPPORT]
     rest = total[Z_LOST].sum() + total[Z_KINETIC] + read(model).energy - at_start
     return float((work - rest) / max(abs(work), 1e-300))
-
-
-def slowest_period(model: ZonedModel) -> float:
-    """Steps of the slowest swing with closed, elastic joints on the masses as they are.
-
-    It is 2 pi / omega of the smallest eigenvalue of M^-1 K, sought from just below zero.
-    """
-    reach = freedoms(model)
-    k = (reach.T @ stiffness(model) @ reach).tocsc()
-    free = np.flatnonzero(model.nodes.body < 0)
-    mass = np.concatenate([np.repeat(model.nodes.mass[free], 2), model.rigid.mass[~model.rigid.held]])
-    root = sparse.diags(1.0 / np.sqrt(mass))
-    scaled = (root @ k @ root).tocsc()
-    shift = -1e-9 * float(scaled.diagonal().max())
-    start = np.random.default_rng(0).standard_normal(len(mass))
-    low = float(eigsh(scaled, 1, sigma=shift, which="LM", v0=start, tol=1e-3, return_eigenvectors=False)[0])
-    return float(2.0 * np.pi / np.sqrt(max(low, 1e-300)) / model.dt)

@@ -1,16 +1,27 @@
-"""What a model of zoned blocks consists of."""
+"""What a model of zoned blocks consists of, its stiffness, and the masses that keep its step stable."""
 
 from dataclasses import dataclass, replace
 from typing import Any
 
-from dem.kernels.arrays import Index
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import eigsh
+
+from dem.kernels.arrays import LAW, Index
 from dem.kernels.zone_arrays import Nodes, QuadTable, Rigid, SideContacts, Sides, ZonedArrays, Zones
 from dem.zones.mesh import ZoneMesh
 from limitmason.arrays import Array
+from limitmason.errors import InputError
 from limitmason.model import Assembly
 
 AXES, SENSE = (0, 2, 4), (1.0, 1.0, -1.0)
 """Which of a block's six motions x, z and ry are, and their signs here: a turn from x to z is one about -y."""
+
+DAMPING = 0.8
+"""Local damping for which masses are scaled: it can make a force 1.8 times as large."""
+
+MARGIN = 0.95
+"""Part of the largest stable square of the step that is used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,3 +72,104 @@ class ZonedModel:
     def arrays(self) -> ZonedArrays:
         """What the kernels see of it."""
         return ZonedArrays(*(getattr(self, name) for name in ZonedArrays._fields))
+
+
+def free_stiffness(model: ZonedModel) -> sparse.csr_matrix:
+    """Elastic stiffness over the free unknowns, see :func:`freedoms`."""
+    reach = freedoms(model)
+    return sparse.csr_matrix(reach.T @ stiffness(model) @ reach)
+
+
+def stiffness(model: ZonedModel) -> sparse.csr_matrix:
+    """Elastic stiffness of zones and closed joints [N/m] over the freedoms x0, z0, x1, ... of all nodes."""
+    zones, contacts = model.zones, model.contacts
+    dof = (2 * zones.node[:, :, None] + np.arange(2)).reshape(len(zones.node), -1)
+    width = dof.shape[1]
+    k = model.tables.stiffness[zones.kind]
+    rows, cols = np.repeat(dof, width, 1).ravel(), np.tile(dof, (1, width)).ravel()
+    b, size = contact_matrix(model), 2 * len(model.nodes.place)
+    law = model.law[contacts.joint]
+    stiff = law[:, [LAW.kn, LAW.ks]] * contacts.area[:, None]
+    whole = sparse.csr_matrix((k.ravel(), (rows, cols)), (size, size))
+    return (whole + b.T @ sparse.diags(stiff.ravel()) @ b).tocsr()
+
+
+def contact_matrix(model: ZonedModel) -> sparse.csr_matrix:
+    """Opening and slip of every contact point from displacements of all nodes, shape (2 m, 2 n).
+
+    Rows are opening and slip of one point after another, columns x and z of one node after another. A point lies
+    between two nodes of block b and two of block a, which move it by their shares.
+    """
+    c, side, place = model.contacts, model.sides, model.nodes.place
+    i, j = side.node[c.segment], side.node[c.segment + 1]
+    run = place[j] - place[i]
+    t = run / np.linalg.norm(run, axis=1)[:, None]
+    axes = np.stack([np.column_stack([t[:, 1], -t[:, 0]]), t])  # normal and tangent
+    first = side.arc[c.segment]
+    along = (c.arc - first) / (side.arc[c.segment + 1] - first)
+    node = np.stack([c.node[:, 0], c.node[:, 1], i, j])
+    share = np.stack([1.0 - c.share, c.share, along - 1.0, -along])
+    data = share[None, :, :, None] * axes[:, None]
+    row = (2 * np.arange(len(t)) + np.arange(2)[:, None])[:, None, :, None]
+    column = (2 * node[:, :, None] + np.arange(2))[None]
+    where = tuple(np.broadcast_to(x, data.shape).ravel() for x in (row, column))
+    return sparse.csr_matrix((data.ravel(), where), (2 * len(t), 2 * len(place)))
+
+
+def freedoms(model: ZonedModel) -> sparse.csr_matrix:
+    """Displacement of all nodes from the free unknowns: nodes of zones, then freedoms of rigid blocks not held."""
+    nodes, rigid = model.nodes, model.rigid
+    n, free, carried = len(nodes.place), np.flatnonzero(nodes.body < 0), np.flatnonzero(nodes.body >= 0)
+    own = (2 * free[:, None] + np.arange(2)).ravel()
+    zones = sparse.csr_matrix((np.ones(len(own)), (own, np.arange(len(own)))), (2 * n, len(own)))
+    body, one = nodes.body[carried], np.ones(len(carried))
+    arm = nodes.place[carried] - rigid.centre[body]
+    # a node moves by x and z of its block, and by its turn from x to z
+    data = np.column_stack([one, one, -arm[:, 1], arm[:, 0]])
+    where = (2 * carried[:, None] + [0, 1, 0, 1]).ravel(), (3 * body[:, None] + [0, 1, 2, 2]).ravel()
+    moved = sparse.csc_matrix((data.ravel(), where), (2 * n, rigid.held.size))
+    return sparse.csr_matrix(sparse.hstack([zones, moved[:, np.flatnonzero(~rigid.held.ravel())]]))
+
+
+def stable_masses(k: sparse.csr_matrix, nodes: int) -> Array:
+    """Masses per freedom for a step of 1 under local damping, from the largest eigenvalue of their stiffness.
+
+    m proportional to the row sums of |K| (Gershgorin), one for all freedoms of a node; then scaled so that
+    (1 + DAMPING) lambda_max(M^-1 K) <= 4 MARGIN.
+
+    Parameters
+    ----------
+    k : stiffness over the free freedoms [N/m], symmetric
+    nodes : at the head of the freedoms, two each
+    """
+    mass = np.asarray(abs(k).sum(axis=1)).ravel()
+    own = 2 * nodes
+    mass[:own] = np.repeat(mass[:own].reshape(-1, 2).max(axis=1), 2)
+    if not (mass > 0.0).all():
+        raise InputError("a block is held by no zone and no joint")
+    return mass * largest_eigenvalue(k, mass) * (1.0 + DAMPING) / (4.0 * MARGIN)
+
+
+def largest_eigenvalue(k: sparse.csr_matrix, mass: Array) -> float:
+    """Largest eigenvalue of M^-1 K for a diagonal M [1/s2], not below the exact one by more than 1e-3 of it."""
+    root = sparse.diags(1.0 / np.sqrt(mass))
+    scaled = (root @ k @ root).tocsr()
+    if k.shape[0] < 60:
+        return float(np.linalg.eigvalsh(scaled.toarray())[-1])
+    start = np.random.default_rng(0).standard_normal(k.shape[0])
+    return float(eigsh(scaled, 1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0]) * (1.0 + 2e-3)
+
+
+def slowest_period(model: ZonedModel) -> float:
+    """Steps of the slowest swing with closed, elastic joints on the masses as they are.
+
+    It is 2 pi / omega of the smallest eigenvalue of M^-1 K, sought from just below zero.
+    """
+    free = np.flatnonzero(model.nodes.body < 0)
+    mass = np.concatenate([np.repeat(model.nodes.mass[free], 2), model.rigid.mass[~model.rigid.held]])
+    root = sparse.diags(1.0 / np.sqrt(mass))
+    scaled = (root @ free_stiffness(model).tocsc() @ root).tocsc()
+    shift = -1e-9 * float(scaled.diagonal().max())
+    start = np.random.default_rng(0).standard_normal(len(mass))
+    low = float(eigsh(scaled, 1, sigma=shift, which="LM", v0=start, tol=1e-3, return_eigenvectors=False)[0])
+    return float(2.0 * np.pi / np.sqrt(max(low, 1e-300)) / model.dt)

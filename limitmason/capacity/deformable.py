@@ -13,11 +13,11 @@ from scipy.linalg import solve_triangular
 
 from limitmason.arrays import Array
 from limitmason.checks import choice
-from limitmason.deformable import PLANE_STRESS, SOLID, STATES
+from limitmason.deformable import PLANE_STRESS, SOLID, STATES, Body
 from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints
-from limitmason.mechanics.joint_shapes import BlockShapes, at_joints, shapes_of
+from limitmason.mechanics.joint_shapes import at_joints, shapes_of
 from limitmason.mechanics.lumped_units import with_lumped_units
 from limitmason.mechanics.plane import Plane, find_plane, two_planes
 from limitmason.model.assembly import Assembly
@@ -44,7 +44,7 @@ class CondensedShapes:
     blocks : "simply deformable" or "ritz"
     """
 
-    shapes: tuple[BlockShapes | None, ...]
+    shapes: tuple[Body | None, ...]
     bases: tuple[Array | None, ...]
     stiffness: Array
     shapes_a: Array

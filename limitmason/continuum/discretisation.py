@@ -168,7 +168,7 @@ class Discretisation:
 
         Symmetric, it need not be definite.
         """
-        return self.elimination.factor(values)
+        return Factor(self.elimination, values)
 
     def spread(self, values: Array) -> Array:
         """Displacements of all unknowns from those in the order of elimination, zero where held."""

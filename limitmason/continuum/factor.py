@@ -70,10 +70,6 @@ class Elimination:
         size = self.fronts.owned[front] + len(self.fronts.edges[front])
         return np.where(rank < 0, size, self.fronts.place(front, rank))
 
-    def factor(self, values: Array) -> "Factor":
-        """Factor of the stiffness with the matrices of the bricks, symmetric, shape (m, k, k)."""
-        return Factor(self, values)
-
 
 class _Exactly(Exception):
     """A front's own block is exactly singular."""

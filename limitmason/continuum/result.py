@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +22,7 @@ from limitmason.vibration.system import VibratingSystem
 _MISSED = 0.02  # error of the energy balance from which a curve warns
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class SolidCurve(Curve):
     """Load [N] against control displacement from the state under dead load [m].
 
@@ -35,12 +36,12 @@ class SolidCurve(Curve):
     energy : balance; what a jump sets free, and a real wall would throw off as motion, is part of its error
     """
 
-    nodes: tuple[EquilibriumState, ...] = ()
-    model: Continuum | None = None
-    control: tuple[Array, Array] | None = None
-    tolerance: float = 1e-3
-    band: float = 1.0
-    energy: Energy | None = None
+    nodes: tuple[EquilibriumState, ...]
+    model: Continuum
+    control: tuple[Array, Array]
+    tolerance: float
+    band: float
+    energy: Energy
 
     @property
     def residual(self) -> Array:
@@ -78,7 +79,6 @@ class SolidCurve(Curve):
 
         It is the largest crack strain of the point times the crack band of its brick.
         """
-        assert self.model is not None
         crack = self._full(sample).crack
         assert crack is not None
         width = self.band * np.cbrt(self.model.discretisation.volume.sum(axis=1))
@@ -86,7 +86,6 @@ class SolidCurve(Curve):
 
     def strain(self, sample: int = -1) -> Array:
         """Largest principal strain at the integration points [-], shape (m, q)."""
-        assert self.model is not None
         strain = self.model.discretisation.strains(self.nodes[sample].displacement)
         return np.asarray(np.linalg.eigvalsh(strain_tensor(strain))[..., -1], dtype=np.float64)
 
@@ -95,8 +94,6 @@ class SolidCurve(Curve):
 
         Small motions unload and reload.
         """
-        assert self.model is not None
-        assert self.control is not None
         node = self._full(sample)
         assert node.memory is not None
         solver = Solver(self.model, self.model.functional(*self.control), self.tolerance, self.band)
@@ -115,7 +112,6 @@ class SolidCurve(Curve):
         return node
 
     def _by_brick(self, values: Array) -> Array:
-        assert self.model is not None
         return values.reshape(len(self.model.mesh), self.model.discretisation.per_brick, *values.shape[1:])
 
     def save(self, path: str | Path) -> None:
@@ -123,7 +119,6 @@ class SolidCurve(Curve):
 
         :func:`load_curve` reads them back for the same model.
         """
-        assert self.control is not None
         arrays: dict[str, Array] = {
             "displacement": np.array([n.displacement for n in self.nodes]),
             "scalars": np.array([[getattr(n, k) for k in _SCALARS] for n in self.nodes]),
@@ -152,8 +147,11 @@ def load_curve(path: str | Path, model: Continuum) -> SolidCurve:
         raise InputError(f"{path} is of a model with {u.shape[1] // 3} nodes, this one has {len(model.mesh.nodes)}")
     nodes = []
     for i, (row, x) in enumerate(zip(file["scalars"], u, strict=True)):
-        full = [file[f"{i}/{k}"] for k in _FIELDS] if f"{i}/stress" in file else None
-        nodes.append(_node(x, row, full))
+        scalars: dict[str, Any] = dict(zip(_SCALARS, row.tolist(), strict=True))
+        scalars |= {"iterations": int(scalars["iterations"]), "jump": bool(scalars["jump"])}
+        *memory, stress, crack = (file[f"{i}/{k}"] if f"{i}/stress" in file else None for k in _FIELDS)
+        kept = None if stress is None else Memory(*memory)
+        nodes.append(EquilibriumState(x, memory=kept, stress=stress, crack=crack, **scalars))
     control = file["point"], file["direction"]
     return curve_of(model, nodes, control, float(file["tolerance"]), str(file["status"]), (), float(file["band"]))
 
@@ -162,21 +160,13 @@ _SCALARS = ("multiplier", "control", "residual", "iterations", "stored", "lost",
 _FIELDS = ("tension", "compression", "lost", "stress", "crack")  # those of the memory first
 
 
-def _node(displacement: Array, row: Array, full: list[Array] | None) -> EquilibriumState:
-    multiplier, control, residual, iterations, stored, lost, jump = row.tolist()
-    memory = None if full is None else Memory(*full[:3])
-    stress, crack = (None, None) if full is None else full[3:]
-    return EquilibriumState(
-        displacement, multiplier, control, residual, int(iterations), memory, stress, crack, stored, lost, bool(jump)
-    )
-
-
 def curve_of(
     model: Continuum, nodes: list[EquilibriumState], control: tuple[ArrayLike, ArrayLike], tolerance: float,
     status: str, warnings: tuple[str, ...], band: float = 1.0,
 ) -> SolidCurve:
     """The curve of a list of states."""
     live, dead = model.live.ravel(), model.all_dead
+    point, direction = (np.asarray(v, dtype=float) for v in control)
     size = float(np.linalg.norm(model.live.sum(axis=0)))  # 0 for a couple: the curve then holds multipliers, not forces
     u, factor = np.array([n.displacement for n in nodes]), np.array([n.multiplier for n in nodes])
     travel = np.diff(u, axis=0)
@@ -203,6 +193,6 @@ def curve_of(
     return SolidCurve(
         np.array([n.control - nodes[0].control for n in nodes]), factor * (size or 1.0), "m", "N" if size else "-",
         "continuum", tuple(events), {"energy": error, "residual": np.array([n.residual for n in nodes])}, (), status,
-        warnings, "limitmason", PAPERS, tuple(nodes), model,
-        (np.asarray(control[0], dtype=float), np.asarray(control[1], dtype=float)), tolerance, band, energy,
+        warnings, "limitmason", PAPERS, nodes=tuple(nodes), model=model, control=(point, direction),
+        tolerance=tolerance, band=band, energy=energy,
     )

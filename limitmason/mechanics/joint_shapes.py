@@ -1,13 +1,12 @@
 """Shapes of blocks that deform, at the contact points of their joints: what modes and capacity curves share."""
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array, Index
-from limitmason.deformable import polynomial_blocks, simply_deformable_blocks
+from limitmason.deformable import Body, polynomial_blocks, simply_deformable_blocks
 from limitmason.deformable.levels import RITZ, SIMPLY_DEFORMABLE
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.model.assembly import Assembly
@@ -25,26 +24,7 @@ _HIGHEST = 3
 """Degree up to which a joint takes up the displacement of a face."""
 
 
-class BlockShapes(Protocol):
-    """Shapes of one block: modes of limitmason.deformable."""
-
-    @property
-    def count(self) -> int:
-        """How many."""
-
-    @property
-    def stiffness(self) -> Array:
-        """Per pair of shapes, shape (k, k)."""
-
-    @property
-    def mass(self) -> Array:
-        """Per pair of shapes, shape (k, k)."""
-
-    def displacement(self, points: Array) -> Array:
-        """Displacement of every shape at points (m, 3), shape (m, k, 3)."""
-
-
-def shapes_of(assembly: Assembly, blocks: str, stress: str, normal: ArrayLike | None) -> Sequence[BlockShapes | None]:
+def shapes_of(assembly: Assembly, blocks: str, stress: str, normal: ArrayLike | None) -> Sequence[Body | None]:
     """Shapes of every block, None where it is rigid.
 
     Of :func:`limitmason.deformable.simply_deformable_blocks` for "simply deformable", of
@@ -85,7 +65,7 @@ def told_of_soft_blocks(assembly: Assembly, kn: Array, blocks: str) -> tuple[str
 
 
 def at_joints(
-    assembly: Assembly, points: ContactPoints, shapes: Sequence[BlockShapes | None], blocks: str
+    assembly: Assembly, points: ContactPoints, shapes: Sequence[Body | None], blocks: str
 ) -> tuple[Array, Array]:
     """Displacement of every shape of the blocks a and b at every joint point, shapes (m, 3, largest k) each.
 

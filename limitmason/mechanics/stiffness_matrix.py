@@ -6,17 +6,18 @@ import numpy as np
 from scipy import sparse
 
 from limitmason.arrays import Array
+from limitmason.deformable import Body
 from limitmason.deformable.levels import RIGID
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.mechanics.equilibrium import equilibrium_matrix
-from limitmason.mechanics.joint_shapes import BlockShapes, at_joints
+from limitmason.mechanics.joint_shapes import at_joints
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
 
 
 def stiffness_matrix(
     assembly: Assembly, points: ContactPoints, stiffness: Array, plane: Plane | None = None,
-    shapes: Sequence[BlockShapes | None] | None = None, blocks: str = RIGID,
+    shapes: Sequence[Body | None] | None = None, blocks: str = RIGID,
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
     """A and K = A k A^T, with the stiffness of the shapes beside that of the joints.
 
@@ -45,7 +46,7 @@ def stiffness_matrix(
 
 
 def _shape_rows(
-    assembly: Assembly, points: ContactPoints, shapes: Sequence[BlockShapes | None], blocks: str
+    assembly: Assembly, points: ContactPoints, shapes: Sequence[Body | None], blocks: str
 ) -> sparse.csr_array:
     """Forces of the points on every shape, block by block, shape (shapes of all, c m): more rows of A."""
     c = points.components

@@ -124,6 +124,11 @@ def save_figure(figure: Any, path: str | Path, *, dpi: float = 200) -> None:
         figure.savefig(file, format=Path(path).suffix[1:].lower() or "png", dpi=dpi)
 
 
+def as_json(value: Any) -> NDArray[np.str_]:
+    """Words and numbers as a text in JSON that an archive keeps; :func:`of_json` reads it."""
+    return np.array(json.dumps(value, default=np.generic.item))
+
+
 def write_archive(path: str | Path, arrays: Mapping[str, Any], *, compressed: bool = False) -> None:
     """Write arrays to a numpy archive, whole or not at all, see :func:`written_whole`."""
     with written_whole(path, "wb") as file:
@@ -197,7 +202,30 @@ def read_json(path: str | Path) -> Any:
     return parsed_json(read_text(path), path)
 
 
-def read_archive(path: str | Path) -> dict[str, NDArray[Any]]:
+def of_json(file: Mapping[str, Any], name: str) -> Any:
+    """What :func:`as_json` has made an entry of an archive of."""
+    return json.loads(str(file[name]))
+
+
+class Archive(dict[str, Any]):
+    """Arrays of a file by name; one that is not there is an error that names the file and it."""
+
+    def __init__(self, path: object, arrays: Mapping[str, Any]) -> None:
+        super().__init__(arrays)
+        self.path = path
+
+    def __missing__(self, name: str) -> NDArray[Any]:
+        raise InputError(
+            f"{self.path} lacks {name!r}: it is a file of something else, was cut short, or is of another version of "
+            "this package"
+        )
+
+    def group(self, name: str) -> Archive:
+        """Those whose names begin with that of a group and a point, by what follows."""
+        return Archive(self.path, {k.removeprefix(f"{name}."): v for k, v in self.items() if k.startswith(f"{name}.")})
+
+
+def read_archive(path: str | Path) -> Archive:
     """All arrays of a numpy archive by name.
 
     Raises
@@ -209,7 +237,7 @@ def read_archive(path: str | Path) -> dict[str, NDArray[Any]]:
         raise InputError(f"there is no file {path}")
     try:
         with np.load(path, allow_pickle=False) as file:
-            return {name: file[name] for name in file.files}
+            return Archive(path, {name: file[name] for name in file.files})
     except (ValueError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile, zlib.error, struct.error) as error:
         raise InputError(
             f"{path} is cut off, damaged or no archive of arrays ({error}); delete it to begin anew, or give another"

@@ -13,13 +13,14 @@ from scipy import sparse
 
 from limitmason.arrays import Array, Flags
 from limitmason.checks import choice
-from limitmason.deformable import SOLID, STATES
+from limitmason.deformable import SOLID, STATES, Body
 from limitmason.deformable.levels import RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
-from limitmason.mechanics.contact_points import ContactPoints, contact_points
+from limitmason.mechanics.contact_points import ContactPoints
+from limitmason.mechanics.contact_points import contact_points as points_of
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom
-from limitmason.mechanics.joint_shapes import BlockShapes, shapes_of, told_of_soft_blocks
+from limitmason.mechanics.joint_shapes import shapes_of, told_of_soft_blocks
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
@@ -37,7 +38,7 @@ class BlockCarrier:
     """Shapes of blocks, displacement and rotation about each centroid and coordinates of what deforms, (n, 6 + k)."""
 
     assembly: Assembly
-    shapes: Sequence[BlockShapes | None] = ()
+    shapes: Sequence[Body | None] = ()
 
     @property
     def places(self) -> Array:
@@ -113,17 +114,13 @@ def closed_system(
         if blocks == RIGID or plane is None:
             why = "rigid blocks have no stress" if blocks == RIGID else "this problem is in no plane"
             raise InputError(f"stress={stress!r} is for blocks that deform in a plane: {why}")
-    points = _points(assembly, contact_points, contact_model, plane)
+    points = points_of(assembly, contact_model=contact_model, grid=contact_points, plane=plane, elastic=True)
     kn, ks, told = joint_stiffness(assembly, dead.dead, stiffness)
     components = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface]
     warnings = (*told, *["the frequencies are meaningless"] * bool(told), *told_of_soft_blocks(assembly, kn, blocks))
     label = f"{'' if blocks == RIGID else blocks + ' '}blocks on closed joints"
     shapes = None if blocks == RIGID else shapes_of(assembly, blocks, stress, None if plane is None else plane.normal)
     return block_system(assembly, points, components, label, warnings, plane, shapes, blocks)
-
-
-def _points(assembly: Assembly, grid: Grid | Mapping[str, Grid], model: str, plane: Plane | None) -> ContactPoints:
-    return contact_points(assembly, contact_model=model, grid=grid, plane=plane, elastic=True)
 
 
 def state_stiffness(
@@ -160,7 +157,7 @@ def block_system(
     label: str,
     warnings: tuple[str, ...] = (),
     plane: Plane | None = None,
-    shapes: Sequence[BlockShapes | None] | None = None,
+    shapes: Sequence[Body | None] | None = None,
     blocks: str = RIGID,
 ) -> VibratingSystem:
     """Blocks on springs at contact points.

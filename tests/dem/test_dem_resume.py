@@ -207,7 +207,7 @@ def test_what_does_not_fit_the_run_before_is_refused_by_name(tmp_path):
         dem.resume(begun, hold)
     with np.load(tmp_path / "run.npz") as file:
         arrays = dict(file)
-    for missing in ("state.factors", "state.laws", "state.dead", "scalar.kinetic", "reaction", "settings.stages"):
+    for missing in ("state.factors", "state.laws", "state.dead", "scalar.kinetic", "reaction", "words"):
         np.savez(tmp_path / "less.npz", **{k: v for k, v in arrays.items() if k != missing})
         with pytest.raises(ValueError, match=missing.removeprefix("state.")):
             dem.History.load(tmp_path / "less.npz", wall)

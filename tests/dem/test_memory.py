@@ -7,16 +7,16 @@ from walls import running_bond
 
 import dem
 import limitmason as lm
-from dem.model import memory
+from dem.model import joints
 from limitmason.errors import InputError
 
 
 def test_a_model_larger_than_the_machine_is_refused_with_the_numbers(monkeypatch):
     wall = running_bond(3, 4)
     loads = lm.Loads.weight(wall)
-    monkeypatch.setattr(memory, "memory_of_machine", lambda: 1e6)
-    joints = len(wall.interfaces)
-    with pytest.raises(InputError, match=rf"{joints * 1000} contact points on {joints} joints take .* GB"):
+    monkeypatch.setattr(joints, "memory_of_machine", lambda: 1e6)
+    count = len(wall.interfaces)
+    with pytest.raises(InputError, match=rf"{count * 1000} contact points on {count} joints take .* GB"):
         dem.make_state(wall, loads, contact_points=(40, 25))
     assert dem.make_state(wall, loads, contact_points=(2, 2)).dt > 0.0
 
@@ -29,4 +29,4 @@ def test_the_bytes_of_a_point_are_those_that_are_taken():
     points = len(dem.make_state(wall, loads, contact_points=(16, 16)).points.s)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert 0.5 * memory.PER_POINT * points < peak < memory.PER_POINT * points
+    assert 0.5 * joints.PER_POINT * points < peak < joints.PER_POINT * points

@@ -13,7 +13,7 @@ from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SIZE
 from dem.model.state import UnstableError
 from dem.zones import running
 from dem.zones.model import make_model
-from dem.zones.stable import contact_matrix, freedoms, stiffness
+from dem.zones.zoned_model import contact_matrix, freedoms, stiffness
 
 BRICK = lm.Material(young_modulus=16.7e9, poisson_ratio=0.15, density=2000.0)
 MORTAR = lm.Joint(30.0, cohesion=1e5, tensile_strength=5e4, normal_stiffness=8.2e10, shear_stiffness=3.6e10)

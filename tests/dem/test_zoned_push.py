@@ -5,7 +5,7 @@ import pytest
 
 import dem
 import limitmason as lm
-from dem.driving.zone_marks import TENSION
+from dem.zones.recording import TENSION
 from limitmason import figures
 from limitmason.errors import InputError, NotConverged
 

@@ -1,26 +1,28 @@
-"""A structure of zoned blocks as a push drives it: loads that come on, pace, samples of a drive and files of them."""
+"""Zoned blocks as a push drives them: loads that come on, pace, samples of a drive and files of them."""
 
+import time
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from dem.driving.path import widest_spacing
 from dem.driving.push_curve import PushCurve
-from dem.driving.structure import DrivenStructure
-from dem.driving.zone_marks import ZoneState
+from dem.driving.structure import DrivenStructure, widest_spacing
 from dem.kernels.arrays import LAW
-from dem.kernels.zone_arrays import Z_KINETIC
+from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_LOST, Z_SUPPORT
 from dem.model.joint_marks import JointMarks
+from dem.model.rest_criterion import CALM
 from dem.model.state import UnstableError
 from dem.settings import PushSettings
 from dem.stages.resuming import RunStatus, signature
-from dem.zones import running
-from dem.zones.drive import ZonedRun
-from dem.zones.model import make_model, set_loads
-from dem.zones.recording import read_digests, read_model, save
-from dem.zones.zoned_model import AXES, SENSE
+from dem.stages.store import Samples
+from dem.zones import recording, running
+from dem.zones.model import make_model
+from dem.zones.recording import ZoneState
+from dem.zones.zoned_model import AXES, SENSE, ZonedModel, slowest_period
+from limitmason.arrays import Array, Flags
 from limitmason.deformable import PLANE_STRESS
 from limitmason.deformable.levels import ZONED
 from limitmason.errors import InputError, NotConverged
@@ -32,6 +34,125 @@ AT_REST = 1e-8
 
 LEAST_STEPS = 40_000
 """Steps that the faster run takes, at least: a brittle panel that fails at 9 kN carries 14 to 19 in 6000 to 20 000."""
+
+
+GENTLE = 5
+"""Samples over which the drive comes up to its speed."""
+
+
+class ZonedRun:
+    """A run of zoned blocks along a path, see :class:`dem.stages.run.Run`.
+
+    The load of a sample is the mean of the last quarter of its steps.
+
+    Parameters
+    ----------
+    model : at rest; changed on the way
+    twist, hold : of rigid blocks per displacement of 1 m, and the freedoms that the drive holds
+    path, steps, count : turning points [m], steps over all of them and samples
+    """
+
+    status = RunStatus.FINISHED
+
+    def __init__(
+        self, model: ZonedModel, twist: Array, hold: Flags, path: Sequence[float], steps: int, count: int
+    ) -> None:
+        """Write the settled model down as sample 0."""
+        self.model, self.twist, self.hold = model, twist, hold
+        self.rates, self.chunk = _rates(path, steps, count), steps // count
+        self.before = np.where(twist != 0.0, model.rigid.net, 0.0)
+        self.work_before = float(model.total[Z_APPLIED] + model.total[Z_SUPPORT])
+        self.clock, self.same, self.notes = time.perf_counter(), dict[str, str](), [*model.warnings]
+        first = self._sampled(0.0, 0.0, 0.0, 0.0)
+        self.record = Samples(**{name: np.shape(value) for name, value in first.items()})
+        self.record.add(**first)
+
+    @property
+    def samples(self) -> int:
+        """Samples of the drive so far."""
+        return len(self.record) - 1
+
+    @property
+    def over(self) -> bool:
+        """Whether the path is done."""
+        return self.samples == len(self.rates)
+
+    @property
+    def where(self) -> tuple[float, str]:
+        """Part of the path that is done, and the displacement."""
+        return self.samples / len(self.rates), f"{1e3 * self.record.columns['moved'][-1]:.3g} mm"
+
+    def begin(self) -> None:
+        """Nothing to do: the drive comes with every sample."""
+
+    finish = begin
+
+    def advance(self) -> Mapping[str, Any]:
+        """Step to the next sample; the force of the drive is the mean over the last quarter."""
+        model, number, last = self.model, self.samples, self.record.columns
+        rate, tail = float(self.rates[number]), min(self.chunk, max(self.chunk // 4, 20))
+        running.drive(model, self.twist * rate, self.hold)
+        # damping of a steady motion is let through only where little moves beside it
+        calm = last["restless"][-1] < CALM
+        running.advance(model, self.chunk - tail, drifts=calm)
+        running.advance(model, tail, drifts=calm)
+        running.refuse_explosion(model)
+        load = float(-((model.rigid.total / tail - self.before) * self.twist).sum())
+        work = abs(float(model.total[Z_APPLIED] + model.total[Z_SUPPORT]))
+        done = max(abs(work - self.work_before), 1e-300)
+        moving = float(model.total[Z_KINETIC]) / done if number >= GENTLE else 0.0
+        at = last["moved"][-1] + rate * self.chunk
+        self.record.add(**self._sampled(at, load, moving, work))
+        return {"step": self.chunk * (number + 1), "displacement": at, "load": load}
+
+    def note(self, text: str) -> None:
+        """Keep what a reader must know of it."""
+        self.notes.append(text)
+
+    def save(self, file: str | Path, status: RunStatus = RunStatus.INTERRUPTED) -> None:
+        """Write a file from which the run goes on to the same bits."""
+        # what flew apart is run again from the last file before it
+        if status != RunStatus.UNSTABLE:
+            recording.save(file, self.model, self.same, self.record)
+
+    def take_up(self, file: Path) -> None:
+        """Go on from where a file says that a run like this one stood."""
+        self.record.take_up(recording.read_model(file, self.model))
+        self.clock = time.perf_counter() - float(self.record.columns["seconds"][-1])
+
+    def _sampled(self, at: float, load: float, kinetic: float, work: float) -> dict[str, Any]:
+        """What is written down of where the model stands.
+
+        ``work`` is that of loads and supports so far, 0 before the drive.
+        """
+        model, now = self.model, running.read(self.model)
+        moving = float(model.total[Z_KINETIC])
+        rest = float(model.total[Z_LOST].sum() + moving) + now.energy
+        place, turn = recording.rigid_motion(model)
+        marks, zones = recording.zoned_joint_marks(model, now), recording.zone_state(model)
+        return dict(
+            moved=at, load=load, kinetic=kinetic, energy=abs(work - rest) / max(work, 1e-300) if work else 0.0,
+            restless=moving / max(now.energy, 1e-300) if work else 0.0, seconds=time.perf_counter() - self.clock,
+            **marks._asdict(), place=place, turn=turn, **zones._asdict(),
+        )
+
+
+def _rates(path: Sequence[float], steps: int, samples: int) -> Array:
+    """Displacement per step in every sample [m], exactly to each turning point.
+
+    The first ``GENTLE`` samples rise to the speed of the others, as a jump of speed would shake the blocks.
+    """
+    lengths = np.diff([0.0, *path])
+    whole = np.abs(lengths).sum()
+    chunk = steps // samples
+    rates: list[float] = []
+    for branch, length in enumerate(lengths):
+        count = max(round(samples * abs(length) / whole), GENTLE + 1)
+        weight = np.ones(count)
+        if branch == 0:
+            weight[:GENTLE] = (np.arange(GENTLE) + 0.5) / GENTLE
+        rates += list(length * weight / weight.sum() / chunk)
+    return np.array(rates)
 
 
 class ZonedStructure(DrivenStructure):
@@ -71,7 +192,6 @@ class ZonedStructure(DrivenStructure):
             assembly, Loads(dead, np.zeros_like(dead)), zone_size=chosen.zone_size, plane=stress,
             contact_points=chosen.contact_points, joint_options=chosen.joint_options, stiff=stiff,
         )
-        set_loads(model, dead)
         rows = [int(np.count_nonzero(model.mesh.rigid[:b])) for b in stiff]
         self.twist, self.hold = np.zeros(model.rigid.held.shape), np.zeros_like(model.rigid.held)
         self.twist[rows] = unit[stiff][:, AXES] * SENSE
@@ -91,7 +211,7 @@ class ZonedStructure(DrivenStructure):
     @cached_property
     def period(self) -> float:
         """Steps of the slowest motion."""
-        return running.slowest_period(self.model)
+        return slowest_period(self.model)
 
     def contrast(self) -> str:
         """Stiffness of zones and joints in words."""
@@ -117,15 +237,11 @@ class ZonedStructure(DrivenStructure):
 
     def keep_rest(self, file: Path) -> None:
         """Write the model at rest to a file."""
-        save(file, self.model, self.same, None)
+        recording.save(file, self.model, self.same, None)
 
     def take_rest(self, file: Path) -> None:
         """Put the model where a file's was at rest."""
-        read_model(file, self.model)
-
-    def digests_of(self, file: Path) -> Mapping[str, str]:
-        """What a file says that a run which goes on from it must have in common with it."""
-        return read_digests(file)
+        recording.read_model(file, self.model)
 
     def _unsettled(self) -> str:
         """Why a model did not settle, in words: it moves, or it is at rest but for the rounding of stiff springs."""
