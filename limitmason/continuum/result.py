@@ -128,8 +128,8 @@ class SolidCurve(Curve):
         for i in self.kept:
             node = self.nodes[i]
             assert node.memory is not None
-            kept = (*node.memory, node.stress, node.crack)
-            arrays |= {f"{i}/{k}": np.asarray(v) for k, v in zip(_FIELDS, kept, strict=True)}
+            kept = node.memory._asdict() | {"stress": node.stress, "crack": node.crack}
+            arrays |= {f"{i}/{k}": np.asarray(v) for k, v in kept.items()}
         write_archive(path, arrays, compressed=True)
 
 
@@ -149,15 +149,14 @@ def load_curve(path: str | Path, model: Continuum) -> SolidCurve:
     for i, (row, x) in enumerate(zip(file["scalars"], u, strict=True)):
         scalars: dict[str, Any] = dict(zip(_SCALARS, row.tolist(), strict=True))
         scalars |= {"iterations": int(scalars["iterations"]), "jump": bool(scalars["jump"])}
-        *memory, stress, crack = (file[f"{i}/{k}"] if f"{i}/stress" in file else None for k in _FIELDS)
-        kept = None if stress is None else Memory(*memory)
-        nodes.append(EquilibriumState(x, memory=kept, stress=stress, crack=crack, **scalars))
+        kept = file.group(str(i), "/")
+        memory = Memory(*(kept[k] for k in Memory._fields)) if kept else None
+        nodes.append(EquilibriumState(x, memory=memory, stress=kept.get("stress"), crack=kept.get("crack"), **scalars))
     control = file["point"], file["direction"]
     return curve_of(model, nodes, control, float(file["tolerance"]), str(file["status"]), (), float(file["band"]))
 
 
 _SCALARS = ("multiplier", "control", "residual", "iterations", "stored", "lost", "jump")
-_FIELDS = ("tension", "compression", "lost", "stress", "crack")  # those of the memory first
 
 
 def curve_of(

@@ -220,9 +220,10 @@ class Archive(dict[str, Any]):
             "this package"
         )
 
-    def group(self, name: str) -> Archive:
-        """Those whose names begin with that of a group and a point, by what follows."""
-        return Archive(self.path, {k.removeprefix(f"{name}."): v for k, v in self.items() if k.startswith(f"{name}.")})
+    def group(self, name: str, mark: str = ".") -> Archive:
+        """Those whose names begin with that of a group and a mark, by what follows."""
+        begin = f"{name}{mark}"
+        return Archive(self.path, {k.removeprefix(begin): v for k, v in self.items() if k.startswith(begin)})
 
 
 def read_archive(path: str | Path) -> Archive:
