@@ -97,10 +97,6 @@ class BlockStructure(DrivenStructure):
         """Steps of the slowest motion."""
         return slowest_period(self.assembly, self.state, self.loads)
 
-    @property
-    def _driven_block(self) -> int:
-        return int(np.argmax(np.linalg.norm(self.unit[:, :3], axis=1)))
-
     def contrast(self) -> str:
         """What makes its motion slow, in words."""
         return softest_note(self.state, self.assembly)
@@ -140,7 +136,7 @@ class BlockStructure(DrivenStructure):
     def curve_of(self, run: StageRun, status: RunStatus, steps: int, seconds: float) -> PushCurve:
         """Curve of a run that began at the settled state: displacement, force, errors and marks."""
         history = run.rec.history(status)
-        rest, block = self.at_rest, self._driven_block
+        rest, block = self.at_rest, int(np.argmax(np.linalg.norm(self.unit[:, :3], axis=1)))
         before, axis = rest.state.bodies, self.unit[block, :3]
         driven = [k for k, b in enumerate(history.reaction_blocks) if self.unit[b].any()]
         twist = self.unit[history.reaction_blocks[driven]]

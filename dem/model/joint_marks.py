@@ -51,10 +51,11 @@ def joint_marks(state: State, now: PointForces, count: int) -> JointMarks:
     slip = np.hypot(p.slip_1, p.slip_2)
     interface = state.interface[now.owner]
     kept = interface >= 0
-    points = PointMarks(now.opening, slip, normal, shear, p.lift, p.damage, p.area)
-    if not kept.all():
-        points, law, interface = PointMarks(*(v[kept] for v in points)), law[kept], interface[kept]
-    return marks_of(points, law, interface, count)
+    points = {
+        "opening": now.opening, "slip": slip, "normal": normal, "shear": shear, "lift": p.lift, "damage": p.damage,
+        "area": p.area,
+    }
+    return marks_of(law[kept], interface[kept], count, **{name: values[kept] for name, values in points.items()})
 
 
 def bond_yielded(assembly: Assembly, state: State) -> tuple[float, tuple[str, str]]:
@@ -75,29 +76,10 @@ def bond_yielded(assembly: Assembly, state: State) -> tuple[float, tuple[str, st
     return float(moved[k]), (a, b)
 
 
-class PointMarks(NamedTuple):
-    """What stands at contact points, shape (m,).
-
-    Parameters
-    ----------
-    opening : less dilation [m]
-    slip : plastic, without sign [m]
-    normal, shear : compression positive, and without sign [Pa]
-    lift : what dilation gave and crushing took [m]
-    damage : part of the strength that is gone [-]
-    area : [m2]
-    """
-
-    opening: Array
-    slip: Array
-    normal: Array
-    shear: Array
-    lift: Array
-    damage: Array
-    area: Array
-
-
-def marks_of(points: PointMarks, law: Array, interface: Index, count: int) -> JointMarks:
+def marks_of(
+    law: Array, interface: Index, count: int, *, opening: Array, slip: Array, normal: Array, shear: Array, lift: Array,
+    damage: Array, area: Array,
+) -> JointMarks:
     """Marks per interface from what stands at the contact points, of rigid, simply deformable and zoned blocks alike.
 
     Parameters
@@ -105,9 +87,14 @@ def marks_of(points: PointMarks, law: Array, interface: Index, count: int) -> Jo
     law : of every point's joint, columns as in ``LAW``, shape (m, LAW_SIZE)
     interface : of every point, shape (m,)
     count : number of interfaces of the assembly
+    opening : less dilation [m], shape (m,)
+    slip : plastic, without sign [m], shape (m,)
+    normal, shear : compression positive, and without sign [Pa], shape (m,)
+    lift : what dilation gave and crushing took [m], shape (m,)
+    damage : part of the strength that is gone [-], shape (m,)
+    area : [m2], shape (m,)
     """
     kn, ks, mu, c, ft = (law[:, k] for k in (LAW.kn, LAW.ks, LAW.tan_phi, LAW.cohesion, LAW.tension))
-    opening, slip, normal, shear, lift, damage, weight = points
     size = np.maximum(np.maximum(np.abs(normal), shear), 1e-300)
     with np.errstate(divide="ignore", invalid="ignore"):
         # a joint without strength and without stress uses none of it
@@ -127,7 +114,6 @@ def marks_of(points: PointMarks, law: Array, interface: Index, count: int) -> Jo
         np.maximum.at(out, interface, values)
         return np.where(np.isfinite(out), out, np.nan)
 
-    area = np.bincount(interface, weight, count)
     with np.errstate(invalid="ignore"):
-        part = np.bincount(interface, weight * failed, count) / area
+        part = np.bincount(interface, area * failed, count) / np.bincount(interface, area, count)
     return JointMarks(largest(opening), largest(slip), largest(depth), largest(np.minimum(used, 1.0)), part)

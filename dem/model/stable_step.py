@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from dem.kernels import LAW, Joints, Points, Ties, add_springs
 from limitmason.arrays import Array, Flags, Index
 from limitmason.mechanics.joint_shapes import motion_at
+from limitmason.multifrontal.dissection import ragged_ranges
 
 
 def point_motions(points: Points, joints: Joints, arm: Array, frame: Array, side: Array | None = None) -> Array:
@@ -37,9 +38,7 @@ def owners(joints: Joints) -> Index:
 
 def points_of(joints: Joints, rows: Index) -> Index:
     """Numbers of the points of some joints, given in their order."""
-    count = np.diff(joints.start)[rows]
-    before = np.concatenate([[0], np.cumsum(count)[:-1]]) if len(rows) else count
-    return np.arange(int(count.sum())) + np.repeat(joints.start[rows] - before, count)
+    return ragged_ranges(joints.start[rows], np.diff(joints.start)[rows])[0]
 
 
 def block_stiffness(

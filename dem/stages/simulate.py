@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Unpack
@@ -211,4 +212,5 @@ def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
     recorder = Recorder(history.assembly, loads, state, todo, history.settings, history.store)
     recorder.take_up(history)
     ended = RunStatus(history.status) if history.position is None else None
-    return StageRun(recorder, history.position, ended)
+    # a history may be taken up once more: where it stands stays as it is
+    return StageRun(recorder, copy.deepcopy(history.position), ended)

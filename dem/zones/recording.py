@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem.kernels.zone_plasticity import SHEAR_NOW, SHEAR_PAST, TENSION_NOW, TENSION_PAST
-from dem.model.joint_marks import JointMarks, PointMarks, marks_of
+from dem.model.joint_marks import JointMarks, marks_of
 from dem.stages.store import Samples
 from dem.zones.running import Reading
 from dem.zones.zoned_model import ZonedModel
@@ -90,8 +90,10 @@ def read_model(path: Path, model: ZonedModel) -> dict[str, Any]:
 def zoned_joint_marks(model: ZonedModel, now: Reading) -> JointMarks:
     """Marks per interface of the assembly, as :func:`dem.model.joint_marks.joint_marks` has them for rigid blocks."""
     p = model.contacts
-    points = PointMarks(now.opening, np.abs(p.slip), now.normal, np.abs(now.shear), p.lift, p.damage, p.area)
-    return marks_of(points, model.law[p.joint], model.interface[p.joint], len(model.assembly.interfaces))
+    return marks_of(
+        model.law[p.joint], model.interface[p.joint], len(model.assembly.interfaces), opening=now.opening,
+        slip=np.abs(p.slip), normal=now.normal, shear=np.abs(now.shear), lift=p.lift, damage=p.damage, area=p.area,
+    )
 
 
 def zone_state(model: ZonedModel) -> ZoneState:

@@ -133,16 +133,8 @@ def _spectra(y: Array, step: float, lines: int) -> tuple[Array, Array, Complex]:
     """
     from scipy.signal import csd  # takes as long to load as the rest of the DEM, which loads this file
 
-    channels = y.shape[1]
-    matrix = None
-    for i in range(channels):
-        for j in range(channels):
-            f, p = csd(y[:, i], y[:, j], fs=1.0 / step, nperseg=lines)
-            if matrix is None:
-                matrix = np.empty((len(f), channels, channels), dtype=complex)
-            matrix[:, i, j] = p
-    assert matrix is not None
-    u, s, _ = np.linalg.svd(matrix)
+    f, matrix = csd(y.T[:, None], y.T[None], fs=1.0 / step, nperseg=lines)
+    u, s, _ = np.linalg.svd(np.moveaxis(matrix, 2, 0))
     # scipy's cross spectrum conjugates the first channel, so entry ij is conj(shape_i) shape_j
     return np.asarray(f), s[:, 0], np.conj(u[:, :, 0])
 

@@ -44,6 +44,9 @@ def test_an_interrupted_run_saved_and_taken_up_gives_the_bits_of_the_whole_one(t
     again = dem.History.load(tmp_path / "cut.npz", wall)
     assert_same(again, cut)
     assert_same(dem.resume(again, stages()), whole)
+    # what was taken up stands where it was, and is taken up once more
+    assert_same(dem.resume(again, stages()), whole)
+    assert_same(dem.resume(cut, stages()), whole)
 
 
 class Killed(Exception):
