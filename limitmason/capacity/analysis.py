@@ -13,13 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from limitmason.answers.references import data_behind
 from limitmason.answers.results import Prediction
-from limitmason.arrays import Array, Flags
+from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity import path
 from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
 from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.contact_search.crossing import faces_that_meet
 from limitmason.capacity.contacts import (
+    PathContacts,
     carried_firmly,
     firmness,
     first_contacts,
@@ -33,7 +34,7 @@ from limitmason.capacity.kinematics import at_rest, make_bodies
 from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.point_law import ElastoplasticLaw, softening_by_plastic_slip
-from limitmason.capacity.refused import refuse, refuse_partial_rotations
+from limitmason.capacity.refused import refuse, refuse_partial_rotations, refuse_with_initial
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.start import begin
 from limitmason.capacity.stepping import Node
@@ -44,7 +45,7 @@ from limitmason.checks import choice, finite
 from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable
-from limitmason.mechanics.contact_points import Grid, weakening
+from limitmason.mechanics.contact_points import ContactPoints, Grid, weakening
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.joint_shapes import told_of_soft_blocks
@@ -169,14 +170,14 @@ def pushover(
     refuse(assembly)
     deforming = blocks in (SIMPLY_DEFORMABLE, RITZ)
     anew = _found_anew(assembly, blocks, contacts, deforming)
-    if initial is not None and deforming:
-        raise NotApplicable("initial forces go with rigid blocks: limit analysis knows no strains")
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
     settles = to == 0.0 and not loads.live.any() and control == "live"
     loads = replace(loads, live=loads.dead) if settles else loads  # of multiplier 0
     assembly, loads, control = _as_one(assembly, loads, control)
     assembly, loads, moving = _with_moving_support(assembly, loads, control, to)
+    if initial is not None:
+        refuse_with_initial(deforming, not (gaps is None and start is None and moving is None))
     plane, stress = plane_of(assembly, loads, blocks, stress)
     if anew and initial is None and plane is not None and not is_met_in_plane(assembly, plane):
         plane = None
@@ -191,17 +192,11 @@ def pushover(
     dead, live = loads.dead @ basis * free, loads.live @ basis * free
     weight, size = _units(assembly, loads, free, moving)
     row, ratio = _control(assembly, control, basis, free, live)
-    if initial is not None and not (gaps is None and start is None and moving is None):
-        raise InputError("initial forces go with the structure as built: without gaps, start and a support that moves")
     misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
-    law, softens = interface_law(assembly.arrays, convex=False), softening_by_plastic_slip(assembly, kn, ks)
-    first, shapes = first_contacts(points, law, kn, ks, misfit, softens), None
     named = (assembly.arrays.normal_stiffness > 0.0) | (stiffness is not None)
     few = told_of_stiffness(assembly, points, named)
-    firm = firmness(assembly, loads)
-    if contacts != FIRST:  # else frames are those of the DEM
-        first = turned_over(first, firm[first.block_b] > firm[first.block_a])
-        points = carried_firmly(points, firm)
+    firm, shapes = firmness(assembly, loads), None
+    points, first = _framed(assembly, points, kn, ks, misfit, None if contacts == FIRST else firm)
     if anew:
         shapes, first = faces_that_meet(assembly, first, plane, size, firm)
     length = weight / float((first.kn * first.area).mean())
@@ -216,14 +211,13 @@ def pushover(
         generations, nodes, origin = begin(generations, start, say, None if moving is None else 0.0, ratio)
     else:
         nodes = begun_with(generations.systems[0], initial, to, ratio, steps or Steps())
-    system = generations.systems[0]
     if not nodes:
         return _falls(generations, warnings)
     if settles:
         return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + few, 1.0)
     if to is not None and finite("to [m]", to) == 0.0:
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
-    end, begins = None if to is None else system.controlled(origin) + to, nodes[-1].control
+    end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
     warnings += said + few
     if contact_model is None and grid is None and initial is None:
@@ -246,6 +240,17 @@ def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming
     if deforming and contacts == ANEW:
         raise NotApplicable(f"contacts are not found anew between {blocks} blocks: leave contacts out")
     return contacts == ANEW or (contacts is None and not deforming)
+
+
+def _framed(
+    assembly: Assembly, points: ContactPoints, kn: Array, ks: Array, misfit: Array | None, firm: Index | None
+) -> tuple[ContactPoints, PathContacts]:
+    """Points and first contacts with frames carried by the firmer block, as they are in the DEM without ``firm``."""
+    law, softens = interface_law(assembly.arrays, convex=False), softening_by_plastic_slip(assembly, kn, ks)
+    first = first_contacts(points, law, kn, ks, misfit, softens)
+    if firm is None:
+        return points, first
+    return carried_firmly(points, firm), turned_over(first, firm[first.block_b] > firm[first.block_a])
 
 
 def _told_of_points(generations: Generations, nodes: list[Node]) -> list[str]:

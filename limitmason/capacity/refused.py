@@ -14,6 +14,14 @@ def refuse(assembly: Assembly) -> None:
         raise InputError("every block is held: there is nothing to push")
 
 
+def refuse_with_initial(deforming: bool, otherwise: bool) -> None:
+    """Refuse initial joint forces beside blocks that deform, or with a structure that is not begun with as built."""
+    if deforming:
+        raise NotApplicable("initial forces go with rigid blocks: limit analysis knows no strains")
+    if otherwise:
+        raise InputError("initial forces go with the structure as built: without gaps, start and a support that moves")
+
+
 def refuse_partial_rotations(assembly: Assembly) -> None:
     """Refuse blocks in space of which some rotations are held and others free.
 

@@ -90,14 +90,6 @@ class Elasticity(ReadOnly):
         return 2.0 * self.shear * (1.0 + self.contraction)
 
     @property
-    def confined_modulus(self) -> float:
-        """Stress over strain along a bar that cannot strain sideways (in its plane) [Pa].
-
-        It is the modulus of a pressure wave.
-        """
-        return self.lame + 2.0 * self.shear
-
-    @property
     def matrix(self) -> Array:
         r"""Stresses [Pa] of direct strains and of shear angles.
 

@@ -5,12 +5,7 @@ It knows no field terms.
 
 from limitmason.display.notebook import shows
 from limitmason.geometry.contact import ContactPatches, ContactRules, find_contacts
-from limitmason.geometry.polygon import (
-    clean_outline,
-    convex_pieces,
-    polar_mean_radius,
-    polygon_area_centroid,
-)
+from limitmason.geometry.polygon import clean_outline, convex_pieces, polar_mean_radius, polygon_area_centroid
 from limitmason.geometry.polyhedron import Solid, box, mass_properties, prism
 
 __all__ = [

@@ -95,7 +95,6 @@ class DoubtfulContact(NamedTuple):
     polygons: list[Array]
 
 
-NEAR_MISSES = ("apart", "opens", "turned", "narrow")
 KEPT = ("closed", "in part")
 
 

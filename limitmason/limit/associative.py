@@ -8,15 +8,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.answers.acceptance import GAP, Certificate
-from limitmason.answers.results import (
-    Bound,
-    BoundKind,
-    FlowRule,
-    Mechanism,
-    Prediction,
-    Resultants,
-    Status,
-)
+from limitmason.answers.results import Bound, BoundKind, FlowRule, Mechanism, Prediction, Resultants, Status
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.limit.associative_warnings import REASON, warnings_of
