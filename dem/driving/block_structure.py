@@ -41,8 +41,10 @@ BRAKE = Damping(local=0.5, combined=True)
 class BlockStructure(DrivenStructure):
     """Rigid or strained blocks that a push drives.
 
-    Settling has an end of its own.
+    Settling has an end of its own, ``at_rest``, once the structure has come to rest.
     """
+
+    at_rest: History
 
     least_steps = LEAST_STEPS
     tried = 100
@@ -84,13 +86,6 @@ class BlockStructure(DrivenStructure):
             settle=self.settle, sound=chosen.sound,
         )
         self.blocks = f"{chosen.blocks}, {stress}" if strains else chosen.blocks
-        self.settled: History | None = None
-
-    @property
-    def at_rest(self) -> History:
-        """The run that came to rest."""
-        assert self.settled is not None
-        return self.settled
 
     @cached_property
     def period(self) -> float:
@@ -108,7 +103,7 @@ class BlockStructure(DrivenStructure):
     def come_to_rest(self) -> None:
         """Come to rest under the dead loads."""
         rest = settled(self.assembly, self.state, self.settle, self.loads, sound=self.chosen.sound)
-        self.settled = replace(rest, same=dict(self.same))
+        self.at_rest = replace(rest, same=dict(self.same))
 
     def keep_rest(self, file: Path) -> None:
         """Write the run that came to rest to a file."""
@@ -116,7 +111,7 @@ class BlockStructure(DrivenStructure):
 
     def take_rest(self, file: Path) -> None:
         """Take the run that came to rest from a file."""
-        self.settled = History.load(file, self.assembly)
+        self.at_rest = History.load(file, self.assembly)
 
     def begun(self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None) -> StageRun:
         """Run of a copy along a path, from its start or from where a file says that it stood."""

@@ -3,7 +3,7 @@
 import hashlib
 import signal
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass, fields, is_dataclass
 from enum import StrEnum
@@ -22,7 +22,7 @@ from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.fingerprint import check_same_loads
 from limitmason.model.stages import Stage
-from limitmason.storage.files import of_json, read_archive
+from limitmason.storage.files import Archive, as_json, of_json, read_archive
 
 
 class RunStatus(StrEnum):
@@ -77,23 +77,23 @@ class Position:
     energy: Array
     waited: int = 0
 
-    def arrays(self) -> dict[str, Array]:
+    def arrays(self) -> dict[str, Any]:
         """All of it as arrays by name."""
         values = {f.name: getattr(self, f.name) for f in fields(self)} | {"watch": astuple(self.watch)}
-        return {f"position.{name}": np.array(value) for name, value in values.items()}
+        numbers = {name: value for name, value in values.items() if not isinstance(value, np.ndarray)}
+        arrays = {f"position.{name}": value for name, value in values.items() if name not in numbers}
+        return arrays | {"position.numbers": as_json(numbers)}
 
     @classmethod
-    def from_arrays(cls, file: Mapping[str, Any]) -> "Position | None":
+    def from_arrays(cls, file: Archive) -> "Position | None":
         """Inverse of :meth:`arrays`, or None where the run was over."""
-        if "position.stage" not in file:
+        found: dict[str, Any] = file.group("position")
+        if not found:
             return None
-        raw = {f.name: file[f"position.{f.name}"] for f in fields(cls)}
-        numbers: dict[str, Callable[[Any], Any]] = {
-            "stage": int, "done": int, "quiet": int, "waited": int, "begun": float, "dt": float,
-            "outcome": lambda x: RunStatus(str(x)),
-            "watch": lambda x: Watch(int(x[0]), float(x[1]), int(x[2]), bool(x[3])),
-        }
-        return cls(**{name: numbers[name](x) if name in numbers else x for name, x in raw.items()})
+        found |= of_json(found, "numbers")
+        del found["numbers"]
+        found["outcome"], found["watch"] = RunStatus(found["outcome"]), Watch(*found["watch"])
+        return cls(**found)
 
 
 def part_file(checkpoint: str | Path | None, name: str) -> Path | None:

@@ -11,7 +11,7 @@ from dem.kernels.zone_plasticity import SHEAR_NOW, SHEAR_PAST, TENSION_NOW, TENS
 from dem.model.joint_marks import JointMarks, marks_of
 from dem.stages.store import Samples
 from dem.zones.running import Reading
-from dem.zones.zoned_model import ZonedModel
+from dem.zones.zoned_model import MOVING, ZonedModel
 from limitmason.arrays import Array
 from limitmason.storage.files import as_json, read_archive, write_archive
 
@@ -45,22 +45,8 @@ class ZoneState(NamedTuple):
         return np.where(whole & (TENSION_NOW | TENSION_PAST), TENSION, out)
 
 
-_MOVING: Mapping[str, tuple[str, ...]] = {
-    "nodes": ("shift", "velocity", "mass", "load", "force", "before", "held"),
-    "zones": ("spent", "relief", "amplitude", "flag", "plastic"),
-    "contacts": ("segment", "slip", "lift", "damage", "opening", "along"),
-    "rigid": ("shift", "velocity", "mass", "load", "held", "drive", "before", "net", "total"),
-}
-"""Arrays that change, or that a solver of eigenvalues has made: of these a file holds what the model has."""
-
-
-def _moving(model: ZonedModel) -> list[tuple[str, str]]:
-    """Arrays of a model that change, by the group they stand in."""
-    return [(k, name) for k, names in _MOVING.items() for name in names if name in getattr(model, k)._fields]
-
-
 def save(path: str | Path, model: ZonedModel, same: Mapping[str, str], samples: Samples | None) -> None:
-    """Write the moving part of a model, and samples.
+    """Write what a run changes of a model, and samples.
 
     The file is whole, or the one that was there before.
 
@@ -68,21 +54,17 @@ def save(path: str | Path, model: ZonedModel, same: Mapping[str, str], samples: 
     ----------
     same : what a run must have in common to go on from it, see :func:`dem.stages.resuming.signature`
     """
-    arrays: dict[str, Any] = {
-        f"{group}.{name}": getattr(getattr(model, group), name) for group, name in _moving(model)
-    }
+    arrays: dict[str, Any] = {f"{k}.{name}": v for k in MOVING for name, v in getattr(model, k)._asdict().items()}
     arrays |= {f"sample.{k}": v for k, v in samples.arrays().items()} if samples is not None else {}
     write_archive(path, arrays | {"total": model.total, "same": as_json(dict(same))})
 
 
 def read_model(path: Path, model: ZonedModel) -> dict[str, Any]:
-    """Put a model where a file's was.
-
-    The samples that were kept with it.
-    """
+    """Put a model where a file's was, and return the samples that were kept with it."""
     file = read_archive(path)
-    for group, name in _moving(model):
-        getattr(getattr(model, group), name)[...] = file[f"{group}.{name}"]
+    for group in MOVING:
+        for name, array in getattr(model, group)._asdict().items():
+            array[...] = file[f"{group}.{name}"]
     model.total[...] = file["total"]
     return file.group("sample")
 

@@ -17,6 +17,9 @@ from limitmason.model import Assembly
 AXES, SENSE = (0, 2, 4), (1.0, 1.0, -1.0)
 """Which of a block's six motions x, z and ry are, and their signs here: a turn from x to z is one about -y."""
 
+MOVING = ("nodes", "zones", "contacts", "rigid")
+"""Groups of arrays that a run changes."""
+
 DAMPING = 0.8
 """Local damping for which masses are scaled: it can make a force 1.8 times as large."""
 
@@ -65,7 +68,7 @@ class ZonedModel:
         def copied(group: Any) -> Any:
             return type(group)(*(v.copy() for v in group))
 
-        moving = {name: copied(getattr(self, name)) for name in ("nodes", "zones", "contacts", "rigid")}
+        moving = {name: copied(getattr(self, name)) for name in MOVING}
         return replace(self, **moving, total=self.total.copy())
 
     @property
