@@ -57,6 +57,7 @@ def light_damage(
     d, f = d[away], f[away]
     k0 = float(f[0] / d[0]) if initial_stiffness is None else float(initial_stiffness)
     positive("initial_stiffness", k0)
+    # load above the line of the reduced secant; its first sign change is the point
     spare = f - (1.0 - drop) * k0 * d
     if spare[0] < 0.0:
         d, f, spare = np.append(0.0, d), np.append(0.0, f), np.append(0.0, spare)

@@ -74,6 +74,7 @@ def cut(
     contact = met.kind[rows[kept]]
     law, origin = _laws(assembly, state, poses, (one, two), like[kept], out.world[kept, 2], out.arm_a[kept])
     crosses = contact == CROSSING
+    # edges that cross meet in a point: no bond and no dilation there
     for column in (LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension, LAW.tan_psi, LAW.rest_tan_psi,
                    LAW.by_opening):
         law[crosses, column] = 0.0
@@ -154,6 +155,7 @@ def assemble(
     state.contact = stack(state.contact, those, made.heirs.contact if made else None)
     looked_at = changed.copy()
     if made:
+        # the rise of a joint by dilation begins where its points begin, not at zero
         highest = np.maximum.reduceat(made.points.lift, made.joints.start[:-1])
         law = state.joints.law[len(those) :]
         law[:, LAW.lift] = np.maximum(law[:, LAW.lift], highest)

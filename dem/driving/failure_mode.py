@@ -76,6 +76,7 @@ def failure_mode(assembly: Assembly, opening: Array, slip: Array, crushed: Array
     bed = float(moved[level].sum())
     soldiers, head = float(moved[between].sum()) / total, float(moved[~level & ~between].sum()) / total
     slip_part, open_part = float(slid[level].sum()) / total, float(opened[level].sum()) / total
+    # share of the bed joints' motion that one level alone has
     one, crush = max(at, default=0.0) / max(bed, 1e-300), float(closed.sum()) / total
     if crush >= MOST:
         name = CRUSHING

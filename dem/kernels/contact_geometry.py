@@ -206,6 +206,7 @@ def _widest_crossing(
             one, two = planes[q, edges[q, h, 2]], planes[q, edges[q, h, 3]]
             c, d = (-one[0], -one[1], -one[2]), (-two[0], -two[1], -two[2])
             ct, dt = dot(c, turn), dot(d, turn)
+            # two edges make a face of the difference p - q where the arcs of their normals cross
             if not ct * dt < 0.0:
                 continue
             back = cross(d, c)

@@ -295,6 +295,7 @@ def facing_interface(
             if block_a[k] != block and block_b[k] != block:
                 continue
             along = normal[k, 0] * own[0] + normal[k, 1] * own[1] + normal[k, 2] * own[2]
+            # cosines within a hundredth count as alike, and the nearer one wins
             along = np.rint(100.0 * (along if block_a[k] == block else -along))
             far = (centre[k, 0] - local[0]) ** 2 + (centre[k, 1] - local[1]) ** 2 + (centre[k, 2] - local[2]) ** 2
             if along > looks or (along == looks and far < nearest):

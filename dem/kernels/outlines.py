@@ -184,6 +184,7 @@ def _between(
         if not abs(rise) > 1e-9 * reach:
             continue
         way = (aside - v[i]) / rise
+        # the edge does not reach the height of the point
         if not (way > -1e-6 and way < 1.0 + 1e-6):
             continue
         at = u[i] + way * (u[k] - u[i])

@@ -181,6 +181,7 @@ def keep_energy(
         for i in range(start[f], start[f + 1]):
             j = rows[i]
             for k in range(cut.start[j], cut.start[j + 1]):
+                # energy of a point is 0.5 k A x^2, with x its depth [m]
                 stiff[at] = 0.5 * cut.law[j, LAW.kn] * new.area[k]
                 deep[at] = new.lift[k] - new.gap[k] - heirs.apart[k]
                 at += 1
@@ -196,6 +197,7 @@ def keep_energy(
                 stiff[at] = 0.5 * cut.law[j, LAW.ks] * new.area[k]
                 along[at] = np.hypot(new.slip_1[k] - heirs.aside[k, 0], new.slip_2[k] - heirs.aside[k, 1])
                 at += 1
+        # one factor on all slips, each held to what its law bears
         part = _bearable(stiff, along, most, sheared[f])
         at = 0
         for i in range(start[f], start[f + 1]):

@@ -257,6 +257,7 @@ def stress_return(mat: Array, m: int, stress: Array, plastic: Array) -> int:
     cos, sin = (half / r, xz / r) if r > 0.0 else (1.0, 0.0)
     s, p = np.empty(3), np.empty(3)
     one, two = mean + r, mean - r
+    # largest, middle and least stress; i, j, k: where one, two and yy stand among them
     if mat[m, MAT_STRAIN] == 0.0:
         s[0], s[1], s[2] = one, two, 0.0
         i, j, k = 0, 1, 2

@@ -58,6 +58,7 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
         normal, shear, limit, strength.tension, law[:, LAW.kn], law[:, LAW.ks], sliding
     )
     if plane is not None:
+        # in plane one shear direction is left: across the normal of the joint, within the plane
         turned = np.cross(plane.normal, directions[:, 0])
         points = replace(points, directions=np.stack([directions[:, 0], turned], axis=1))
         stiffness = stiffness[:, :2]

@@ -297,6 +297,7 @@ def _judged(
     if bracket.status == Status.UNBOUNDED:
         angle = float(np.rad2deg(np.arctan(last_tangent)))
         return TiltStatus.DID_NOT_FALL, last_tangent, [f"it did not fall up to {angle:g} degrees: give a larger to_deg"]
+    # a wall cannot fall while turning below a load at which it stood: the runs disagree
     status, lowest = TiltStatus(bracket.status), min(reading, repeat)
     if lowest < (1.0 - tolerance) * bracket.stable:
         status = TiltStatus.NOT_CONVERGED

@@ -179,6 +179,7 @@ def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Ass
     )
     fixed, interfaces = assembly.fixed, []
     for i in assembly.interfaces:
+        # the free block, or both; block a where both are held
         sides = [k for k in (i.block_a, i.block_b) if not fixed[k]] or [i.block_a]
         half = rotation_matrices(u[sides, 3:].mean(axis=0))
         middle = i.polygon.mean(axis=0)

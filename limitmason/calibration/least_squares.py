@@ -110,6 +110,9 @@ def descend(
 ) -> tuple[Minimum, Array]:
     """The minimum below a start, and the slopes there.
 
+    Steps of Gauss and Newton within a radius, a share of the width of the bounds. Slopes are measured by runs of the
+    model, then updated from step to step; a search ends only on slopes that were measured where it stands (``fresh``).
+
     Parameters
     ----------
     start : vector
@@ -125,6 +128,7 @@ def descend(
     for _ in range(most):
         noise = objective.variance(Minimum(x, r))
         d = width * _boxed(j * width, r, np.maximum(-radius, (low - x) / width), np.minimum(radius, (high - x) / width))
+        # by how much the sum of squares falls if the residuals are linear
         promised = float(r @ r - np.sum((r + j @ d) ** 2))
         if promised <= SMALL * noise:
             if fresh:
@@ -134,12 +138,14 @@ def descend(
         y = np.clip(x + d, low, high)
         new = objective.at(y)
         long, gain = float(np.abs(d / width).max()), float(r @ r - new @ new)
+        # a run of the model gave no value there: nothing to learn slopes from
         lost = bool(((new == LOST) & (r != LOST)).any())
         if not lost:
             j = updated(j, d, new - r, width)
         if gain > 0.0:
             x, r, fresh = y, new, False
             radius = max(radius, min(2.0 * long, 1.0)) if gain > 0.5 * promised else max(long, 1e-6)
+            # lower by no more than the noise, and within one deviation of a minimum known: it leads there
             for other in ended:
                 if other.chi2 <= r @ r + SAME * noise and np.sum((j @ (x - other.x)) ** 2) < noise:
                     return other, j
@@ -197,6 +203,7 @@ def measured_slopes(objective: Objective, at: Minimum, guess: Array) -> Slopes:
         if not asked:
             break
     below, above = slopes[0].T, slopes[1].T
+    # slope at the middle of the parabola through three points: the nearer side counts more
     share = one[0] / (one[0] + one[1])
     central = np.where(np.isnan(below), above, np.where(np.isnan(above), below, share * above + (1.0 - share) * below))
     return Slopes(central, below, above, np.where(open_[0], one[0], 0.0), np.where(open_[1], one[1], 0.0))

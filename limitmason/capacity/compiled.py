@@ -77,11 +77,16 @@ def returned(
     strength: tuple[Array, Array, Array, Array, Array], kn: Array, ks: Array, floor: float, old_slip: Array,
     old_lift: Array, displacement: Array, stress: Array, slip: Array, lift: Array, tangent: Array,
 ) -> None:
-    """Write stress and history of every point, and the consistent tangent unless it is empty.
+    """Write stress and history of every point, and the consistent tangent if asked.
+
+    An elastic trial is returned to the law in implicit steps: sliding along the shear with dilation psi, at the tip of
+    the cone where no shear is left, at the tension cut-off (``apex``), or at the crushing strength. Components are
+    normal first, then the shears.
 
     Parameters
     ----------
     strength : tan(phi), tan(psi), cohesion, tension and crushing strength
+    tangent : written unless it is empty, shape (m, c, c) or (0, c, c)
     floor : share of the elastic stiffness left in the tangent
     """
     tan_phi, tan_psi, cohesion, tension, crushing = strength
@@ -95,8 +100,10 @@ def returned(
         size = np.sqrt(size)
         for j in range(c - 1):
             along[j] /= max(size, 1e-300)
+        # plastic slip p at which |shear| - ks p = c + mu (n0 + kn psi p)
         hardness = ks[m] + kn[m] * mu * psi
         p = max(size - (cohesion[m] + mu * n0), 0.0) / hardness
+        # beyond the tip the cone bears no shear: all of it slips
         tip = p > 0.0 and cohesion[m] + mu * (n0 + kn[m] * psi * p) < 0.0
         if tip:
             p = size / ks[m]
@@ -118,6 +125,7 @@ def returned(
             slip[m, j] = old_slip[m, j] - p * along[j]
         if not len(tangent):
             continue
+        # derivatives of stress by displacement: of n first, then of the shears
         cone, sliding = not apex and not tip and p > 0.0, p > 0.0
         share = held / max(size, 1e-300) if sliding else 1.0
         slope = mu if cone else 0.0

@@ -228,6 +228,7 @@ def quieted(
     """
     total, begin = 0, pose.shift
     for _ in range(60):
+        # descent before programs where these do badly (see `descent_first`); Newton would find no state near
         found = None
         for way in _ways(system, True) if descent_first(system) else ():
             if found is None and way is not newton.solve:
@@ -237,6 +238,7 @@ def quieted(
             found = by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
         total += PROGRAMS if found is None else found[1]
         if found is None:
+            # no state with so little viscosity: more of it
             eta *= 10.0
             if eta > 10.0:
                 return None
@@ -250,6 +252,7 @@ def quieted(
             last = newton.solve(system, pose, multiplier, history, target)
             if last is not None:
                 return node_of(system, last, jump=True, programs=total)
+        # what was left over is the viscous force: with a fifth of the viscosity it is less
         eta *= 0.2
     return None
 

@@ -148,6 +148,7 @@ class Solver:
         now = self.answer(u, last.memory, secant=secant)
         r = self.unbalanced(now, factor)
         for k in range(1, most + 1):
+            # column 0: step that removes the unbalanced force; column 1: step per unit of the multiplier
             both = self._linear(now, r)
             if both is None:
                 return None
@@ -158,6 +159,7 @@ class Solver:
                 slope = float(self.row @ both[:, 1])
                 if not abs(slope) > 1e-30:
                     return None
+                # change of the multiplier that brings the control displacement to its target
                 more = (short - float(self.row @ both[:, 0])) / slope
                 step = both[:, 0] + more * both[:, 1]
             if not np.isfinite(step).all():

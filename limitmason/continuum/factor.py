@@ -206,6 +206,7 @@ class Factor:
                 x = x + self._substituted(off)
             if worst <= _GOOD:
                 return x.reshape(right.shape)
+        # factors without exchange of rows were not exact enough: made with it, once
         if self.exchanged:
             raise self._singular()
         self._exchange()

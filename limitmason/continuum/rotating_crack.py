@@ -121,6 +121,9 @@ def virgin(n: int) -> Memory:
 def envelope(c: Curves, strain: Array) -> tuple[Array, Array, Array]:
     """Stress, slope and area of the curves at equivalent strains never exceeded before.
 
+    Tension is linear to ft, then falls exponentially. Compression is linear to fc / 3, rises on a parabola to fc at a
+    strain of 5 fc / (3 E), and falls on another one to zero over `end`. The area is the energy under the curve.
+
     Parameters
     ----------
     strain : tension positive [-], shape (n, 3)
@@ -135,6 +138,7 @@ def envelope(c: Curves, strain: Array) -> tuple[Array, Array, Array]:
     cracked = strain > ft / e
     if cracked.any():
         peak, first, scale = (np.broadcast_to(x, strain.shape)[cracked] for x in (ft, ft / e, c.softening[:, None]))
+        # exp(-700) is zero for a stress, and does not underflow
         s = peak * np.exp(-np.minimum((strain[cracked] - first) / scale, 700.0))
         stress[cracked], slope[cracked] = s, -s / scale
         area[cracked] = 0.5 * peak * first + scale * (peak - s)
@@ -142,6 +146,7 @@ def envelope(c: Curves, strain: Array) -> tuple[Array, Array, Array]:
     crushed = short > fc / (3.0 * e)
     if crushed.any():
         f, modulus, end = (np.broadcast_to(x, strain.shape)[crushed] for x in (fc, e, c.end[:, None]))
+        # t runs from 0 at fc / 3 to 1 at fc, s from 0 at fc to 1 where nothing is left
         t = (short[crushed] - f / (3.0 * modulus)) / (4.0 * f / (3.0 * modulus))
         s = (short[crushed] - 5.0 * f / (3.0 * modulus)) / end
         rising, gone = t <= 1.0, s >= 1.0

@@ -54,6 +54,7 @@ def grown(rings: Sequence[Array], names: Sequence[str], mortar: float, gap: floa
     whole = shapely.union_all(stones, grid_size=grid)
     closed = whole.buffer(reach, join_style="mitre").buffer(-reach, join_style="mitre")
     whole = _bridged(shapely.union(whole, closed, grid_size=grid), stones, reach, grid, shapely)
+    # by the full width of a joint: what two stones could both have is shared out below
     wide = [s.buffer(2.0 * reach, join_style="mitre") for s in stones]
     wide = [_areas(shapely.intersection(w, whole, grid_size=grid), shapely) for w in wide]
     parts = [[_sides(piece) for piece in convex_pieces(r)] for r in rings]
@@ -64,6 +65,7 @@ def grown(rings: Sequence[Array], names: Sequence[str], mortar: float, gap: floa
         common = shapely.intersection(wide[i], wide[j], grid_size=grid)
         common = _areas(common, shapely)
         if common.area > 0.0:
+            # mortar that two stones could have goes to the nearer one, wherever their wide outlines overlap
             near = _nearer(parts[i], parts[j], common.bounds, shapely)
             mine = _areas(shapely.intersection(common, near, grid_size=grid), shapely)
             taken[j].append(mine)

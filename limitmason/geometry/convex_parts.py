@@ -49,6 +49,7 @@ def convex_parts(solid: Solid, slack: float) -> list[Solid]:
     triangles = np.array([t for f in faces for t in f.triangles])
     polygons = [(k, p) for k, f in enumerate(faces) for p in f.pieces]
     low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
+    # the box is larger than the solid, so that no outer face lies on its sides
     room = 0.1 * float((high - low).max())
     inside: list[Solid] = []
     waiting = [(box(low - room, high + room), polygons)]

@@ -118,6 +118,7 @@ def thrust(
             state, _ = least_reaction(assembly, support, motion, loads, options)
             assert state.reaction is not None
             value = sense * state.reaction.least
+        # rounding of a thrust that is zero
         value = 0.0 if abs(value) < 1e-9 * np.abs(loads.dead).max() else value
         ends.append((-sense * math.inf if state.status == Status.UNBOUNDED else value, state))
     (least, low), (greatest, high) = ends

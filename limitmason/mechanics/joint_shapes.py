@@ -95,6 +95,7 @@ def at_joints(
             else:
                 place = (samples - x.centre[k]) @ frame[:2].T
                 start = np.array([0, len(rows)])
+                # the rigid motion of the face, weighted by area, that stands for the shape
                 moved = face_motions(start, place, points.area[rows], frame @ u.transpose(0, 2, 1))
                 u = frame.T @ (motion_at(place) @ moved[0])
             side[rows, :, : shape.count] = u

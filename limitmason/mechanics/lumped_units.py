@@ -39,6 +39,7 @@ def with_lumped_units(assembly: Assembly) -> Assembly:
     x = assembly.arrays
     normal = np.array([0.0 if m is None else 1.0 / m.young_modulus for m in made_of])
     shear = np.array([0.0 if m is None else 1.0 / m.shear_modulus for m in made_of])
+    # distance [m] of the joint's plane from either centroid: the part of the unit that it stands for
     reach = [np.abs(np.einsum("ij,ij->i", x.normal, x.centre - x.centroid[block])) for block in (x.block_a, x.block_b)]
     soft = [reach[0] * c[x.block_a] + reach[1] * c[x.block_b] for c in (normal, shear)]
     interfaces, known = [], {}
@@ -48,6 +49,7 @@ def with_lumped_units(assembly: Assembly) -> Assembly:
             a, b = (assembly.blocks[n].name for n in (i.block_a, i.block_b))
             raise InputError(f"the joint between {a!r} and {b!r} needs a normal and a shear stiffness of its own")
         ks = kn if ks is None else ks
+        # joints alike but for rounding share one law
         key = (i.joint, round(float(soft[0][k]), 24), round(float(soft[1][k]), 24))
         if key not in known:
             known[key] = replace(

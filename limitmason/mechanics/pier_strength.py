@@ -89,7 +89,9 @@ def wall_forces(
     area = length * thickness
     load = stress * area
     rocking = 0.5 * load * length / zero_moment * (1.0 - stress / (0.85 * strength))
+    # cohesion acts on the compressed length 3 (l / 2 - e) only, with e = V zero_moment / N
     cracked = (1.5 * cohesion * area + friction * load) / (1.0 + 3.0 * cohesion * zero_moment * thickness / load)
+    # Turnsek and Cacovic: b = h / l between 1 and 1.5
     slender = min(max(height / length, 1.0), 1.5)
     return WallForces(
         max(rocking, 0.0),

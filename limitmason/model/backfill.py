@@ -56,6 +56,7 @@ def backfill_wrenches(
     rows = free if blocks is None else [assembly.block_index(b) for b in blocks]
     wrench, loaded = np.zeros((assembly.n_blocks, 6)), False
     covered: dict[int, list[tuple[Array, Array]]] = {i: [] for i in rows}
+    # the parts of faces that joints cover carry no fill: they count with the opposite sign
     for joint in assembly.interfaces:
         for block, sense in ((joint.block_a, 1.0), (joint.block_b, -1.0)):
             if block in covered:

@@ -221,6 +221,7 @@ class Loads(ReadOnly):
                 continue
             found = True
             r = corners - corners[0]
+            # areas [m2] of a fan of triangles from the first corner
             triangle = 0.5 * np.cross(r[1:-1], r[2:]) @ normal
             centre = corners[0] + (triangle[:, None] * (r[1:-1] + r[2:]) / 3.0).sum(axis=0) / triangle.sum()
             force = (-float(pressure or 0.0) * normal if per_unit is None else per_unit) * triangle.sum()

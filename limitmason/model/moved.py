@@ -89,6 +89,7 @@ def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False)
     owner[list(group)] = first
     blocks = list(assembly.blocks)
     names = [blocks[k].name for k in owner]
+    # numbers that blocks have once the others of the group are dropped
     new = np.searchsorted(rest, owner) if drop else owner
     interfaces = tuple(
         replace(i, block_a=int(new[i.block_a]), block_b=int(new[i.block_b]))

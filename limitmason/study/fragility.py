@@ -107,11 +107,13 @@ def fragility(table: Table, intensity: str, failed: str, *, level: float = 0.9) 
     u, fell = np.log(x[kept]), y[kept] > 0.0
     if fell.all() or not fell.any():
         raise InputError(f"{int(fell.sum())} of {len(fell)} runs failed: a curve needs some of both")
+    # runs that separate at one intensity: the likelihood grows without end as the dispersion goes to zero
     if u[fell].min() >= u[~fell].max():
         raise NotConverged(
             f"all runs above {intensity} = {np.exp(u[fell].min()):.4g} failed and none below "
             f"{np.exp(u[~fell].max()):.4g}: the median lies between, the dispersion needs more runs there"
         )
+    # P(failed) = Phi(a + b ln x): median exp(-a / b), dispersion 1 / b
     coefficients, covariance = _probit(u, fell)
     a, b = coefficients
     if not b > 0.0:

@@ -313,6 +313,7 @@ def sobol(
     d = len(names)
     both = qmc.Sobol(d=2 * d, seed=np.random.default_rng(seed)).random(samples)
     a, b = both[:, :d], both[:, d:]
+    # Saltelli's scheme: sample A with one column at a time taken from B
     mixed = np.repeat(a[None], d, axis=0)
     for i in range(d):
         mixed[i, :, i] = b[:, i]

@@ -89,6 +89,7 @@ def sweep(
         end = min(end + size, len(points))
         alone = 1.0 / len(points) if executor is None and workers == 1 else 0.0
         reached(len(rows) / len(points), share=alone)
+        # all up to here: those that are in the memo are not run again
         jobs = {k: points[k] for k in range(end)}
         for number, row in memo.map(function, jobs, executor=executor, workers=workers, row=partial(_row, points)):
             rows[number] = row

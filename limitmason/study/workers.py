@@ -67,6 +67,7 @@ def run_points(
     spent = 0.0
     for done, (number, point) in enumerate(jobs):
         left = len(jobs) - done
+        # processes only where they save more time than starting them takes
         if workers > 1 and done and spent / done * left * (1.0 - 1.0 / workers) >= START:
             pool = _processes(min(workers, left))
             yield from _unpacked(pool, function, _chunks(jobs[done:], spent / done, 4 * workers))

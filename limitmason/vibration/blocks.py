@@ -90,9 +90,8 @@ def closed_system(
 
     Parameters
     ----------
-    contact_points, contact_model : see :func:`limitmason.mechanics.contact_points.contact_points`; from three points
-        on a side
-        joints bend as their faces do, with two their bending stiffness is three times too large
+    contact_points, contact_model : see :func:`limitmason.mechanics.contact_points.contact_points`; from three points on
+        a side joints bend as their faces do, with two their bending stiffness is three times too large
     stiffness : see :func:`limitmason.mechanics.default_stiffness.joint_stiffness`
     blocks : "rigid"; "simply deformable", with the shapes of the DEM's blocks that deform; "ritz", bodies in
         polynomials, which have modes of their own
@@ -103,8 +102,7 @@ def closed_system(
     ------
     InputError
         What :func:`limitmason.mechanics.joint_shapes.shapes_of` refuses, unknown names, a plane state of rigid blocks
-        or of a
-        problem in no plane.
+        or of a problem in no plane.
     """
     choice("blocks", blocks, (RIGID, SIMPLY_DEFORMABLE, RITZ))
     choice("stress", stress, STATES)

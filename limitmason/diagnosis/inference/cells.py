@@ -296,12 +296,14 @@ def _cell(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inn
                 products.append(np.einsum("bn,bcn->bc", at.y[part], nodes[-1]))
     here = NodeData(np.concatenate(tables), d, k)
     if at.used is None:
+        # rows: product with the node, with its d lower neighbours, with its d upper ones
         to = np.ascontiguousarray(np.concatenate(products).T)
         pull = np.concatenate([to[0] - to[1 : 1 + d], to[1 + d :] - to[0]]) - here.cross
         return CellSums(here, here.gram, pull, np.maximum(at.squares - 2.0 * to[0] + here.squares, 0.0))
     around = np.concatenate(nodes)
     node = around[:, :1]
     residuals = at.y - node[:, 0]
+    # what the prediction changes from the lower neighbours to the node, and on to the upper ones
     sides = np.concatenate([node - around[:, 1 : 1 + d], around[:, 1 + d :] - node], axis=1)
     used = at.used(residuals)
     gram = ((sides * used[:, None]) @ sides.transpose(0, 2, 1)).transpose(1, 2, 0)

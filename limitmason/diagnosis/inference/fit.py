@@ -341,6 +341,7 @@ def _try_rows_beside(grid: Grid, data: Data, found: _Found, part: slice, ranks: 
             column = first + ranks[rows[:, None], first[:, None] + line].argmax(axis=1)
             some = data.some(rows)
             before = some.like.loss(some.y - cells.nodes[column], some.weights)
+            # a step from a node changes the residuals by at most `reach`: the best it can come to
             least = np.maximum(np.sqrt(before) - cells.reach[column], 0.0) ** 2
             can = some.loglik(least, np.zeros(len(rows))) > found.loglik[part][rows] + BETTER
             rows, some, column = rows[can], some.some(can), column[can]

@@ -364,6 +364,7 @@ def tests_that_identify(
         if len(chosen) == k:
             break
         rest = [i for i in range(tested, n) if i not in done]
+        # bordering: adding one row to S adds missed^2 / spread and log(spread), no new inverse
         across = whole[:, done][:, :, rest]
         pulled = inverse @ across
         spread = whole[:, rest, rest] - np.einsum("mir,mir->mr", across, pulled)

@@ -148,6 +148,7 @@ def inverse_roots(axis: Array, size: Array, stiffness: Array) -> tuple[Array, Ar
         for j in range(c):
             arm[j] = (axis[p, 0] if j == 0 else -axis[p, j]) / size[p]
             square += arm[j] ** 2
+        # b of the docstring; arm is W^-1 e_0
         shrink = 1.0 / np.sqrt(1.0 + stiffness[p] * square)
         for j in range(c):
             lever[p, j] = arm[j] * shrink
@@ -155,6 +156,7 @@ def inverse_roots(axis: Array, size: Array, stiffness: Array) -> tuple[Array, Ar
             for k in range(c):
                 turn[p, j, k] = (1.0 if j == k else 0.0) - (1.0 - shrink) * arm[j] * arm[k] / square
         for i in range(1, c):
+            # row i of W^-1, and its part along d
             along = 0.0
             for j in range(c):
                 if j == 0:

@@ -79,6 +79,7 @@ def run_sequence(
             normal = np.maximum(split(law, answer.force)[0], 0.0)
             change = np.abs(normal - frozen).max(initial=0.0) / law.total
             frozen = variant.mixing * normal + (1.0 - variant.mixing) * frozen
+            # a step counts as progress if it cuts the violation of the true law by a tenth
             idle = 0 if over < 0.9 * best else idle + 1
             best = min(best, over)
             if change < tolerance or idle >= patience or time.perf_counter() > deadline:

@@ -113,9 +113,16 @@ def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> 
 def wedges(polygon: Array, pole: Array, count: int, around: int) -> list[Array]:
     """A convex polygon cut by rays from a pole at equal angles.
 
+    A pole inside is surrounded by wedges. From a pole outside the rays span the angle under which the polygon is seen.
+
     Parameters
     ----------
+    polygon, pole : [m], shapes (n, 2) and (2,); the polygon counter-clockwise
     count, around : number of wedges where the pole lies far outside, and of a whole turn where it lies inside or near
+
+    Returns
+    -------
+    Wedges [m], shape (k, 2) each; empty ones are left out.
     """
     arm = polygon - pole
     size = np.linalg.norm(np.ptp(polygon, axis=0))
@@ -126,9 +133,11 @@ def wedges(polygon: Array, pole: Array, count: int, around: int) -> list[Array]:
     else:
         away = arm[np.linalg.norm(arm, axis=1) > 1e-6 * size]
         middle = np.arctan2(*(polygon_area_centroid(polygon)[1] - pole)[::-1])
+        # angles from the direction of the polygon's middle, so that none jumps at pi
         turn = np.angle(np.exp(1j * (np.arctan2(away[:, 1], away[:, 0]) - middle)))
         count = max(count, int(np.ceil(around * np.ptp(turn) / (2.0 * np.pi))), 2)
         rays = middle + np.linspace(turn.min(), turn.max(), min(count, MOST_WEDGES) + 1)
+        # a little outwards, so that corners on the outer rays are not cut off
         rays[0], rays[-1] = rays[0] - 1e-6, rays[-1] + 1e-6
     whole = polygon_area_centroid(polygon)[0]
     reach = 4.0 * np.linalg.norm(arm, axis=1).max()
