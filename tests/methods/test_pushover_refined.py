@@ -331,3 +331,26 @@ def test_friction_in_space_that_hangs_on_how_faces_share_their_pressure_is_told(
     assert more == pytest.approx(lm.limit_analysis(wall, loads).collapse_multiplier / corners.peak.load, rel=0.05)
     assert not told(faces)
     assert np.isfinite(faces.peak.load)
+
+
+@pytest.mark.parametrize("kn", [1e9, 1e10, 1e11])
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.6])
+def test_a_crushing_toe_is_told_to_come_to_its_load_between_displacements_that_hold_the_exact_one(share, kn):
+    """Pressure over the toe rises to fc within y = fc / (kn theta), or is a triangle; its force stands r inside."""
+    b, t, h = 0.3, 0.2, 1.0
+    weight = 2000.0 * 9.81 * b * t * h
+    fc = weight / (share * b * t)
+    outlines = [[(-1, -0.2), (1, -0.2), (1, 0), (-1, 0)], [(-b / 2, 0), (b / 2, 0), (b / 2, h), (-b / 2, h)]]
+    joint = lm.Joint(60.0, compressive_strength=fc, normal_stiffness=kn, shear_stiffness=kn)
+    wall = lm.Assembly.from_polygons(outlines, thickness=t, joint=joint, density=2000.0, fixed=[0])
+    said = [w for w in lm.pushover(wall, lm.Loads.horizontal(wall)).warnings if "or anywhere from" in w]
+    low, high = map(float, said[0].removesuffix(" m").split("from ")[1].split(" to "))
+    theta = np.geomspace(1e-7, 0.2, 100_000)
+    y, triangle = fc / (kn * theta), np.sqrt(2.0 * weight / (kn * t * theta))
+    crushed = weight / (fc * t) + y / 2.0
+    inside = np.where(crushed > y, fc * t * (crushed**2 / 2.0 - y / 2.0 * (crushed - y / 3.0)) / weight, triangle / 3.0)
+    whole = np.where(crushed > y, crushed, triangle) >= b
+    force = np.where(whole, kn * theta * t * b**3 / 12.0 / weight, b / 2.0 - inside) / (h / 2.0) - theta
+    moved = theta * h / 2.0 + force * weight / (kn * b * t)
+    exact = moved[np.argmax(force >= 0.98 * force.max())]
+    assert low < exact < high < 2.0 * low
