@@ -1,5 +1,6 @@
 """From the nodes of a path to a curve: certificates and energy of its steps, events, and what a reader must be told."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +19,10 @@ from limitmason.capacity.stepping import Node
 
 WANDERED = 0.1
 """Slip over the size of a joint from which a point that is not found anew is no longer where it was [-]."""
+
+
+NEARLY, WITHIN, FLAT = 0.98, 1e-3, 0.02
+"""Share of the first limit load, and width in it, over which the displacement moves by more than a share: told [-]."""
 
 
 def certified_curve(
@@ -61,7 +66,7 @@ def certified_curve(
     if jumps:
         through = len(jumps) - len(breaks)
         parts = [f"{len(breaks)} where joints break at once"] * bool(breaks)
-        parts += [f"{through} made through viscous sub-steps"] * bool(through)
+        parts += [f"{through} to a state that no path leads to"] * bool(through)
         warnings.append(f"{len(jumps)} of {len(nodes) - 1} steps are jumps, {' and '.join(parts)}")
     if said := _stayed(generations, nodes):
         warnings.append(said)
@@ -73,7 +78,7 @@ def certified_curve(
     events = [Event("jump", k) for k in jumps]
     events += [Event("joint breaks", b.sample, b.joints[0], b.energy) for b in breaks]
     events += [Event("contacts found anew", k) for k in renewed]
-    return PushoverCurve(
+    curve = PushoverCurve(
         np.array([n.control for n in nodes]) - generations.systems[0].controlled(origin),
         unit * np.array([n.multiplier for n in nodes]), load_unit="-" if unit == 1.0 else "N", unit=unit,
         label="pushover", events=tuple(events),
@@ -82,6 +87,22 @@ def certified_curve(
         certificates=tuple(certificates), energy=energy, jumps=jumps, origin=origin, breaks=breaks,
         toward=toward,
         references=(*PAPERS, *data_behind(structures[0].assembly.recipe)),
+    )
+    return replace(curve, warnings=(*warnings, said)) if (said := _told_of_flat_top(curve)) else curve
+
+
+def _told_of_flat_top(curve: PushoverCurve) -> str:
+    """What to say where the displacement near the first limit point hangs on the last digits of the load."""
+    top = curve.first_limit_point
+    if top is None or curve.toward * top.load <= 0.0 or curve.load[0] / top.load > NEARLY - WITHIN:
+        return ""
+    before, at, after = (curve._crossing(x * top.load, top.index) for x in (NEARLY - WITHIN, NEARLY, NEARLY + WITHIN))
+    wide = max(abs(after - at), abs(at - before))
+    if wide <= FLAT * abs(at):
+        return ""
+    return (
+        f"the curve is flat below its first limit point: {WITHIN:.1%} of the load is {wide / abs(at):.0%} of the "
+        f"displacement at {NEARLY:.0%} of it; quote loads there"
     )
 
 

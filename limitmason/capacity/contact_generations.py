@@ -47,7 +47,8 @@ class Generations:
     make: Callable[[Structure], System]
     structures: list[Structure]
     systems: list[System] = field(default_factory=list)
-    slopes: deque[tuple[Pose, Pose | None, float]] = field(default_factory=lambda: deque(maxlen=8))  # as asked last
+    # slope and speed over the control displacement, as asked last
+    tangents: deque[tuple[Pose, Pose | None, float, float]] = field(default_factory=lambda: deque(maxlen=8))
 
     def __post_init__(self) -> None:
         """Make the equations of the first generation."""
@@ -196,13 +197,30 @@ class Generations:
         ----------
         before : node from which it was reached, whose slip decides which points slide on
         """
+        return move * self._tangent(node, before, move)[0]
+
+    def paces(self, last: Node, before: Node | None, new: Node) -> list[float]:
+        """How far blocks would move in a step by the tangent at its start and by that at its end [m]; inf if singular.
+
+        Parameters
+        ----------
+        before : node from which ``last`` was reached
+        """
+        move = new.control - last.control
+        told = [abs(move) * self._tangent(*ends, move)[1] for ends in ((last, before), (new, last))]
+        return np.nan_to_num(told, nan=np.inf).tolist()
+
+    def _tangent(self, node: Node, before: Node | None, move: float) -> tuple[float, float]:
+        """Slope of the multiplier [1/m] and speed of all blocks [-] over the control displacement."""
         since = None if before is None else before.pose
-        slope = next((slope for pose, other, slope in self.slopes if pose is node.pose and other is since), None)
-        if slope is None:
-            step = self.systems[node.generation].onward(self._reached(node, before), move)
-            slope = np.nan if step is None else float(step[-1]) / move
-            self.slopes.append((node.pose, since, slope))
-        return move * slope
+        for pose, other, slope, speed in self.tangents:
+            if pose is node.pose and other is since:
+                return slope, speed
+        step = self.systems[node.generation].onward(self._reached(node, before), move)
+        own = np.full(2, np.nan) if step is None else step / move
+        slope, speed = float(own[-1]), float(np.linalg.norm(own[:-1])) * self.structures[0].length
+        self.tangents.append((node.pose, since, slope, speed))
+        return slope, speed
 
     def handed(self, before: Node, begun: Node, new: Node, toward: float) -> float:
         """What contacts found anew at a step's start took off the load [-]: its fall that the new tangent leaves.

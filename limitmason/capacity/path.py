@@ -38,6 +38,7 @@ _OVER = 0.01  # least displacement of what overturns, of the median block size
 _CLOSER, _ROUNDS = 0.25, 8  # of the step before a limit point; rounds in which it is closed in on
 _DROP_OF_SOFTENING = 0.2  # the same where joints lose strength and others may take over
 _CUTS = 4  # of a step for its bend
+_OUTRUN, _MOVED = 3.0, 1e-7  # motion over a tangent's, and over the median block size, that may be a leap
 _MISSED = 2e-3  # of the largest load: rise to a jump that may be left unseen
 
 
@@ -142,7 +143,7 @@ class _Path:
         if not isinstance(found, Try):
             return found
         self.failures = 0
-        judges = self._leaps, self._skips_a_fall, self._goes_too_far, self._bends, self._hides_a_fall
+        judges = self._leaps, self._skips_a_fall, self._goes_too_far, self._outruns, self._bends, self._hides_a_fall
         for judge in (*judges, self._makes_energy, self._keeps_bonds):
             verdict = judge(found)
             if verdict is not StepOutcome.ACCEPTED:
@@ -285,9 +286,11 @@ class _Path:
 
     def _begins_with(self, a: Try) -> float:
         """What the slope at the start of a step comes to over all of it, in the sense of the push [-]."""
-        at = self.nodes[-1]
-        before = self.nodes[-2] if len(self.nodes) - self.begin > 1 and not at.jump else None
-        return self.toward * self.generations.rise(at, before, a.new.control - a.last.control)
+        return self.toward * self.generations.rise(self.nodes[-1], self._before(), a.new.control - a.last.control)
+
+    def _before(self) -> Node | None:
+        """The node from which the last was reached by a path."""
+        return self.nodes[-2] if len(self.nodes) - self.begin > 1 and not self.nodes[-1].jump else None
 
     def _bends(self, a: Try) -> StepOutcome:
         """A step whose curve lies off the straight line between its ends is cut where their tangents meet."""
@@ -325,6 +328,25 @@ class _Path:
             return StepOutcome.ACCEPTED
         self.advance = share * a.move
         return StepOutcome.SHORTER
+
+    def _outruns(self, a: Try) -> StepOutcome:
+        """A step in which blocks move much farther than at the pace of its start may end on another branch.
+
+        It is halved while it may. Where the pace at its end is no faster either, no path leads there: it is a jump.
+        """
+        if a.new.jump or a.last.jump or a.due is not None or a.guess is None:
+            return StepOutcome.ACCEPTED  # the tangent of joints that a jump has unloaded foretells little
+        went, told = (a.system.far(a.last.pose, pose) for pose in (a.new.pose, a.guess[0]))
+        if went <= max(_OUTRUN * told, _MOVED * a.system.size):
+            return StepOutcome.ACCEPTED
+        first, last = self.generations.paces(self.nodes[-1], self._before(), a.new)
+        if went <= _OUTRUN * first:
+            return StepOutcome.ACCEPTED
+        if self._halve(a):
+            return StepOutcome.SHORTER
+        if went > _OUTRUN * last:
+            self._jumped(a)
+        return StepOutcome.ACCEPTED
 
     def _halve(self, a: Try) -> bool:
         """Whether the step is tried half as long once more."""

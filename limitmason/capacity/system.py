@@ -23,6 +23,7 @@ from limitmason.capacity.kinematics import (
     block_wrenches,
     contact,
     geometric_stiffness,
+    motion_between,
     moved,
     point_wrenches,
     shape_geometry,
@@ -180,6 +181,11 @@ class System:
         """
         shift = pose.shift @ self.bodies.basis[:3]
         return float((self.control * shift).sum())
+
+    def far(self, before: Pose, after: Pose) -> float:
+        """How far all free blocks move from one pose to another, turns by arms of the size of a block [m]."""
+        own = motion_between(before, after) @ self.bodies.basis * (self.length / self.motion_scale)
+        return float(np.linalg.norm(own[self.bodies.free]))
 
     def advanced(self, pose: Pose, own: Array) -> Pose:
         """The pose after a motion in own units of the free degrees of freedom."""

@@ -56,6 +56,45 @@ def test_a_fall_between_two_rises_is_found_wherever_steps_end(times):
 
 
 @pytest.mark.slow
+def test_where_no_path_leads_on_every_step_leaps_at_the_same_load_as_another_control():
+    """Rubble with ft beyond the tip of the cone: points that come to tension lose all shear, and a wedge slides .1 mm.
+
+    Longer steps ended beyond it, from loads of 1.92 and 2.12 on and without a word; the wedge as control ends there.
+    """
+    usual, fine = path(1, 15), path(1, 15, 4)
+    problem = ENGINES["pushover"].model(1, 15).build()
+    begun = lm.pushover(*problem, to=6e-6)
+    wedge = lm.pushover(*problem, start=begun, control=(problem[0].blocks[1].name, "z"), to=1e-4)
+    assert wedge.status == "stopped"
+    for curve in (usual, fine):
+        (leap,) = curve.jumps
+        assert curve.load[leap - 1] == pytest.approx(wedge.load[-1], rel=1e-3)
+        assert curve.load[leap] > 1.07 * curve.load[leap - 1]
+        assert any("to a state that no path leads to" in w for w in curve.warnings)
+    nearly = [c._crossing(0.98 * c.peak.load, c.peak.index) for c in (usual, fine)]
+    assert nearly[0] == pytest.approx(nearly[1], rel=2e-3)  # 11 % apart before, 19 with blocks that deform
+
+
+def test_a_displacement_that_hangs_on_the_last_digits_of_the_load_is_told():
+    """A block on a bed, pressed over s, bears (b / 2 - s / 3) / a - theta, s^2 = 2 W / (kn t theta), a its arm."""
+    bed = [(-0.5, -0.2), (0.7, -0.2), (0.7, 0.0), (-0.5, 0.0)]
+    outline = [(0.0, 0.0), (0.2, 0.0), (0.2, 1.0), (0.0, 1.0)]
+    joint = lm.Joint.from_friction_coefficient(1.5, normal_stiffness=1e11, shear_stiffness=1e11)
+    block = lm.Assembly.from_polygons([bed, outline], thickness=0.2, joint=joint, fixed=[0])
+    loads = lm.Loads.horizontal(block, (1.0, 0.0, 0.0))
+    turn = np.geomspace(1e-7, 1e-2, 10001)
+    load = 0.2 - np.minimum(np.sqrt(2.0 * block.weights[1] / (1e11 * 0.2 * turn)), 0.2) / 1.5 - turn
+    top = int(load.argmax())
+    at, after = np.interp((0.98 * load[top], 0.981 * load[top]), load[: top + 1], turn[: top + 1])
+    assert after / at - 1.0 == pytest.approx(0.045, abs=1e-3)
+    curve = lm.pushover(block, loads, contact_model="lobatto", grid=(200, 200))
+    (said,) = [w for w in curve.warnings if "the curve is flat" in w]
+    assert "0.1% of the load is 5% of the displacement at 98% of it" in said or "is 4% of" in said
+    on_corners = lm.pushover(block, loads)  # straight up to the load at which it turns
+    assert not any("the curve is flat" in w for w in on_corners.warnings)
+
+
+@pytest.mark.slow
 def test_a_jump_goes_to_the_state_near_by_and_the_path_ends_where_distinct_elements_fall():
     """At psi = 0 the control displacement turns back on the way: what comes next lies 0.7 % higher, beside it."""
     wall, loads = ENGINES["pushover"].model(61, 86).build()
