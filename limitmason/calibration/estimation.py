@@ -84,7 +84,7 @@ def calibrate(
         For targets that no model gives, parameters that no model takes, scatter known of some and unknown of others, or
         unknown with no more targets than parameters.
     NotConverged
-        Where the model answers at no start.
+        Where the model answers at no start, or gives no number for a target at the least misfit: names the target.
 
     Notes
     -----
@@ -116,6 +116,7 @@ def calibrate(
     deviation = np.array([1.0 if e.scatter is None else e.scatter for e in entries])
     objective = Objective(scale, entries, model_of, tuple(places), deviation, known, runs)
     best, slopes, minima, ends = _fitted(objective, search, level)
+    objective.refuse_lost(best)
     information = Information(scale, slopes.central, objective.variance(best), np.array([slopes.below, slopes.above]))
     groups = groups_of(entries, leave_out)
     by = "group" if isinstance(leave_out, Mapping) else str(leave_out)
@@ -134,6 +135,7 @@ def _fitted(
     A run for an interval may lie lower than the best so far: the search then goes on from it, ``AGAIN`` times at most.
     """
     best, guess, minima = searched(objective, effort)
+    objective.refuse_lost(best)  # before the intervals, which take most of the runs
     objective.say("slopes")
     best, slopes = confirmed(objective, best, guess, effort.most)
     ends = None

@@ -13,6 +13,7 @@ from limitmason.calibration.parameter import ParameterScale
 from limitmason.calibration.runs import Runs
 from limitmason.calibration.targets import Entry
 from limitmason.display.progress import noted
+from limitmason.errors import NotConverged
 from limitmason.storage.frozen import ReadOnly
 
 LOST = 30.0
@@ -109,6 +110,27 @@ class Objective(ReadOnly):
     def at(self, x: Array) -> Array:
         """Misfits at one vector, shape (n,)."""
         return np.asarray(self.residuals([x])[0])
+
+    def refuse_lost(self, best: Minimum) -> None:
+        """Refuse a minimum at which the model gives no number for a target: what is left would pass for a fit.
+
+        Raises
+        ------
+        NotConverged
+            Naming the targets, where that is, and in how many runs the first of them had a number.
+        """
+        lost = [k for k, r in enumerate(best.residuals) if r == LOST]
+        if not lost:
+            return
+        values, names = self.scale.values(best.x), ", ".join(repr(self.entries[k].label) for k in lost)
+        had = sum(m.residuals[lost[0]] != LOST for m in self.tried)
+        why = self.runs.note(values, self.model_of[lost[0]]) or "it is not finite, or not positive as the target is"
+        raise NotConverged(
+            f"the model gives no number for {names} at the least misfit, "
+            f"{', '.join(f'{n} {v:.4g}' for n, v in values.items())}: {why}. {had} of {len(self.tried)} points gave "
+            "one: "
+            + ("keep the bounds to where it answers" if had else "leave the target out, or mend the model")
+        )
 
     def say(self, stage: str, *, now: bool = False) -> None:
         """Name the stage for the lines of progress; ``now`` writes one at once, with the best values so far."""

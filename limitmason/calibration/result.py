@@ -16,7 +16,7 @@ from limitmason.arrays import Array, Flags
 from limitmason.calibration.cross_validation import LeftOut
 from limitmason.calibration.information import Information, NextTest, UnresolvedDirection, ranked, relative
 from limitmason.calibration.least_squares import SAME, Slopes
-from limitmason.calibration.objective import LOST, Minimum, Objective
+from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.runs import Model, taken
 from limitmason.calibration.targets import outputs_of
 from limitmason.diagnosis import Cause, Diagnosis, Measured, Noise, Study
@@ -374,9 +374,6 @@ def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum],
     ``rise`` is that of the sum of squares up to which a point is inside the interval.
     """
     out, scale = [], objective.scale
-    lost = [e.label for e, r in zip(objective.entries, best.residuals, strict=True) if r == LOST]
-    if lost:
-        out.append(f"the model gives no {', '.join(lost)} at the fit")
     near = SAME * objective.variance(best)
     if len(minima) > 1 and sum(m.chi2 - best.chi2 < near for m in minima) < 2:
         out.append(f"only one of {len(minima)} starts ended at this misfit: give more, or see whether the model jumps")

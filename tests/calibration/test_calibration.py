@@ -397,6 +397,27 @@ def test_model_that_never_answers_says_why():
         calibrate(model, {"a": (1.0, 0.1)}, [Parameter("x", 1.0, (0.1, 9.0))])
 
 
+@pytest.mark.parametrize("starts", [1, 4])
+def test_a_target_without_a_number_is_an_error_that_names_it(starts):
+    """The others alone would be met to the last digit, at a misfit of 30 deviations squared for this one."""
+    targets, x = {"a": (2.0, 0.1), "b": (3.0, 0.1)}, [Parameter("x", 1.0, (0.1, 9.0))]
+    effort = SearchSettings(starts=starts)
+    with pytest.raises(lm.errors.NotConverged, match="no number for 'b' .*0 of .* leave the target out"):
+        calibrate(lambda x: {"a": x, "b": math.nan}, targets, x, search=effort)
+    with pytest.raises(lm.errors.NotConverged, match="no number for 'b' .* not positive"):
+        calibrate(lambda x: {"a": x, "b": -x}, targets, x, search=effort)
+
+
+def test_a_target_whose_model_refuses_says_why():
+    def refuses(x):
+        raise lm.errors.NotApplicable("beyond the theory")
+
+    models = {"one": lambda x: {"a": x}, "other": refuses}
+    targets = {"one": {"a": (2.0, 0.1)}, "other": {"b": (3.0, 0.1)}}
+    with pytest.raises(lm.errors.NotConverged, match="for 'b' .*NotApplicable: beyond the theory"):
+        calibrate(models, targets, [Parameter("x", 1.0, (0.1, 9.0))])
+
+
 def test_region_without_an_answer_is_a_wall():
     def model(x):
         if x > 4.0:
