@@ -334,11 +334,13 @@ def return_map(
         # dilation ends with the slip, where that turns, passes its start or the farthest too
         after = np.sqrt(new_1 * new_1 + new_2 * new_2)
         new = min(lift + short + dil * (min(after, farthest) - min(before, farthest)), most)
+    # shear of the springs as it is now
+    t1, t2 = (q1, q2) if dashpot is None else (ks * (a1 - g1), ks * (a2 - g2))
     rubbed, raised, broken = _lost(
-        peak, (n_old, bore, t1_old, t2_old, held, reached), (kn * (new - w), spring, ks * (a1 - g1), ks * (a2 - g2), ft,
-        reach), (g1, g2, new - lift), moved, h > damage,
+        peak, (n_old, bore, t1_old, t2_old, held, reached), (kn * (new - w), spring, t1, t2, ft, reach),
+        (g1, g2, new - lift), moved, h > damage,
     )
-    # dashpots as they are now
-    rubbed += (q1 - ks * (a1 - g1)) * g1 + (q2 - ks * (a2 - g2)) * g2
-    raised += (n - spring) * (new - lift)
+    if dashpot is not None:
+        rubbed += (q1 - t1) * g1 + (q2 - t2) * g2
+        raised += (n - spring) * (new - lift)
     return q1, q2, n, new_1, new_2, new, h, rubbed, raised, braked, broken

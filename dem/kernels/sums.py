@@ -202,14 +202,20 @@ def joint_sums(
     Arguments as in :func:`yielding_sums` and ``kinematics``. Points within their strength are summed first, by a
     shorter loop; only a joint with one that is not is summed by the whole law.
     """
-    brakes = joints.law[j, LAW.dash] != 0.0 and dt > 0.0
-    if brakes:
+    brakes, law = joints.law[j, LAW.dash] != 0.0 and dt > 0.0, joints.law
+    first, opens = joints.start[j], False
+    if not brakes and law[j, LAW.tension] == 0.0 and first < joints.start[j + 1]:
+        # open in its middle: some point yields for sure, and the shorter loop would be in vain
+        opens = d[2] + points.gap[first] > points.lift[first]
+    if brakes or opens:
         motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])
-        out = held_sums(j, points, joints, d, g, z, motion, None, None, True)
-    else:
-        out = held_sums(j, points, joints, d, g, z, None, None, None, None)
-    if out[9] != 0.0:
-        if not brakes:
-            motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])
+    if not opens:
+        if brakes:
+            out = held_sums(j, points, joints, d, g, z, motion, None, None, True)
+        else:
+            out = held_sums(j, points, joints, d, g, z, None, None, None, None)
+            if out[9] != 0.0:
+                motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])
+    if opens or out[9] != 0.0:
         out = yielding_sums(j, points, joints, d, g, z, motion, None, dt, None)
     return out
