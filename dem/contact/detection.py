@@ -347,7 +347,7 @@ class Families:
         return pair
 
     def of_all(self, pairs: Index) -> Index:
-        """The same of many pairs."""
+        """First pair of the family of every pair, shape (n,)."""
         out = pairs.copy()
         for k in np.flatnonzero(among(pairs, np.array(sorted(self._first), dtype=np.int64))).tolist():
             out[k] = self.of(int(pairs[k]))

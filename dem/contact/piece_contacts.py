@@ -50,9 +50,8 @@ class Bearings(NamedTuple):
         place = np.stack([np.bincount(now.owner, push * x, count) for x in now.position.T], axis=1)
         return cls(row, normal[row], place[row] / total[row, None], deep[row])
 
-
     def carrying(self, joints: Joints, n_blocks: int) -> Carrying:
-        """The same with the blocks they are between, and those of every block."""
+        """These bearings with the two blocks of each, and the list of bearings of every block."""
         ends = np.column_stack([joints.block_a[self.row], joints.block_b[self.row]])
         blocks = np.concatenate(ends.T)
         number = np.tile(np.arange(len(self.row)), 2)

@@ -28,7 +28,7 @@ class Pieces(NamedTuple):
 
     @property
     def solids(self) -> SolidArrays:
-        """The same in the reference position, by block."""
+        """Corners and faces of the pieces in the reference position, by block."""
         start = np.searchsorted(self.owner, np.arange(len(self.reach) + 1)).astype(np.int64)
         return SolidArrays(start, self.local, self.faces, self.size, self.n_faces)
 

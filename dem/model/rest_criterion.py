@@ -91,7 +91,7 @@ class Scale:
         return float(self.load[self.free.any(axis=1)].mean())
 
     def under(self, wrench: Array) -> "Scale":
-        """The same under more load: a block's own load is the larger of both."""
+        """This scale under another load: a block's own load is the larger of both [N]."""
         return replace(self, load=np.maximum(self.load, _own_load(wrench, self.free, self.arm)))
 
     def above_rounding(self, state: State) -> "Scale":

@@ -145,6 +145,7 @@ def furthest(j: Array, r: Array, limit: float, axis: int, sign: int, low: Array,
         inverse = np.linalg.inv(own.T @ own + floor * np.eye(own.shape[1]))
         centre = -inverse @ (own.T @ rest)
         reach = max(limit - float(rest @ rest + centre @ (own.T @ rest)), 0.0)
+        # the far point of the ellipsoid along the axis, or the end of the box
         to = sign * min(sign * float(centre[at]) + math.sqrt(reach * inverse[at, at]), sign * stop)
         d[free] = centre + inverse[:, at] / inverse[at, at] * (to - centre[at])
         over = np.maximum(low - d, d - high)

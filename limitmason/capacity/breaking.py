@@ -128,9 +128,13 @@ def between(last: Node, far: Node, target: float) -> tuple[Pose, float]:
 def released(system: System, node: Node, rows: Index, ratio: float, target: float | None) -> Node | None:
     """The state after points have broken, and those that their load then breaks.
 
+    Points whose overload is near the largest break together; the rest is solved again, until no point is overloaded.
+    Where no equilibrium is found, viscous sub-steps tell whether the blocks come to rest.
+
     Parameters
     ----------
     rows : the points that break first
+    ratio : work of the live load per control displacement [N], for programs
     target : control displacement that is held [m]; None for the multiplier
 
     Returns

@@ -252,6 +252,7 @@ class Generations:
         at, was = self._reached(new, last), self._reached(last, nodes[-2] if len(nodes) > 1 and not last.jump else None)
         now, earlier = at.returned.tangent, was.returned.tangent
         if last.onward is not None:
+            # rows of points before contacts were found anew; a new point has no earlier tangent
             anew = last.onward.before
             earlier = np.where((anew < 0)[:, None, None], now, earlier[anew])
         own, others = (np.trace(t, axis1=1, axis2=2) for t in (now, earlier))

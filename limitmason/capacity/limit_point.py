@@ -42,6 +42,7 @@ def passed(load: Array, way: Array, lacks: Array, size: float, doubled: float = 
         if tops[k] <= 0.0:
             continue
         level, creeps = (way[int(np.searchsorted(tops, tops[k] / (1.0 + rise)))] for rise in (LEVEL, RISEN))
+        # the load has not risen by LEVEL over as much displacement again, or hardly over a long way
         lasts = way[k] > doubled * level > 0.0 or way[k] - creeps > BELOW * size
         if lasts or load[k] + lacks[k] < (1.0 - DROP) * load[highest]:
             return highest

@@ -275,7 +275,12 @@ class System:
         return np.asarray(element - np.add.reduceat(flat @ stiff, self.starts, axis=0))
 
     def _deforming_elements(self, at: Evaluated) -> Array:
-        """Stiffness between blocks that deform: one product per run, not one per point, since elements are wide."""
+        """Stiffness between the two blocks of every run, which deform, shape (runs, 2 d, 2 d).
+
+        A run is the points of one pair of blocks, which follow each other. Elements are wide, so that one product per
+        run is faster than one per point. Forces that turn with the blocks add terms to the rigid degrees of freedom and
+        to their coupling with the shapes.
+        """
         b, d = self.bodies, self.bodies.basis.shape[1]
         r = d - b.deforming
         m, c = at.force.shape

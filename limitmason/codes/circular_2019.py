@@ -256,6 +256,7 @@ def bodies_of(assembly: Assembly, twists: Array, tolerance: float = 1e-4) -> lis
     c, turn = assembly.centroids, twists[:, 3:]
     middle = c.mean(axis=0)
     size = float(np.linalg.norm(np.ptp(c, axis=0)))
+    # a rigid motion as velocity of the middle of all blocks, and spin times the size: same units
     field = np.hstack([twists[:, :3] + np.cross(turn, middle - c), size * turn])
     largest = float(np.linalg.norm(field, axis=1).max())
     bodies: list[list[int]] = []

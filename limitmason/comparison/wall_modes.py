@@ -29,7 +29,13 @@ def mode_inside(assembly: Assembly, twists: ArrayLike) -> str:
 
 
 def mode_of_shares(slid: float, apart: float, past: float) -> str:
-    """The same by the largest slip of a bed joint and the motions of vertical planes, over that of the top [-]."""
+    """Mode "SL", "G" or "S" of a wall, see :func:`mode_inside`, from three motions over that of the top [-].
+
+    Parameters
+    ----------
+    slid : largest slip of a bed joint
+    apart, past : motion of vertical planes away from each other and along each other
+    """
     if slid > 0.5:
         return "SL"
     return "G" if past > 0.4 and apart < 0.3 * past else "S"

@@ -135,6 +135,7 @@ class Mesh(ReadOnly):
         slack = 1e-3 * (high - low).max(axis=1)[:, None]
         for k, x in enumerate(p):
             near = np.flatnonzero(((x >= low - slack) & (x <= high + slack)).all(axis=1))
+            # coordinates in a brick run from 0 to 1: inside is within 0.5 of the middle
             local = _local(self.corners[near], x) if len(near) else np.empty((0, 3))
             off = np.abs(local - 0.5).max(axis=1, initial=0.0) if len(near) else np.empty(0)
             if not len(near) or off.min() > 0.501:

@@ -99,8 +99,10 @@ def curves_of(materials: Sequence[Material], material: Index, width: Array) -> C
 
     e, ft, fc = column("young_modulus"), column("tensile_strength"), column("compressive_strength")
     with np.errstate(invalid="ignore"):
+        # area under the curve times the width is the fracture energy: triangle up to ft, exponential after it
         softening = np.where(np.isinf(ft), np.inf, column("tensile_energy") / (width * ft) - 0.5 * ft / e)
         end = np.where(np.isinf(fc), np.inf, 1.5 * column("compressive_energy") / (width * fc))
+        # steeper than the elastic unloading would follow: snap-back inside a brick
         wrong = softening < 0.25 * ft / e
     wrong &= np.isfinite(ft)
     if wrong.any():

@@ -259,7 +259,7 @@ class Findings(Displayed, Citable, ReadOnly):
         return confusable(self.known)
 
     def judged_again(self, progress: Callable[[str], None] | None = None) -> Checks:
-        """The same data under other statements of the noise and without each specimen, worked out once.
+        """Verdicts on these data under other statements of the noise and without each specimen, worked out once.
 
         Parameters
         ----------

@@ -112,8 +112,7 @@ def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[I
 
     Returns
     -------
-    Numbers i < j of the pairs; +1 where j may hide i, -1 where i may hide j, 0 where neither can; whether they overlap
-    in
+    Numbers i < j of the pairs; +1 where j may hide i, -1 where i may hide j, 0 where neither can; whether they overlap in
     space; and how sure that is [m].
     """
     page = [view.project(s.vertices) for s in solids]

@@ -69,8 +69,8 @@ def _pressed_evenly(problem: Problem) -> Array:
 def last_standing(margin: Callable[[float], Margin], safe: float, far: float, accuracy: float) -> Range:
     """Value at which the margin comes to nothing, between two proven ends.
 
-    The margin is the multiplier towards which forces that press all joints evenly are left: lambda = -1 stands with
-    them, and zero too where a larger one does. The secant is halved at an end that stays (Illinois).
+    The margin falls from positive where the structure stands to negative where it does not, see
+    :func:`standing_margin`. Its zero is found by the secant; the value at an end that stays is halved (Illinois).
 
     ``low`` and ``high`` are the two proven ends of the margin at a value, see ``Margin``.
 

@@ -123,6 +123,7 @@ class Discrepancy:
             if widths.any():
                 turned = (y[rows] @ self._stack) ** 2
                 sums[:, widths > 0] = np.add.reduceat(turned, self._starts[:-1][widths > 0], axis=1)
+            # what each bias takes off the sum of squares
             squares[rows] = sums
         replicate = np.broadcast_to(np.asarray(replicate, dtype=float), (len(y),))[:, None]
         return like.loglik(np.maximum(whole - squares, 0.0), 0.0, float(self.n), replicate) - self.prices
@@ -259,7 +260,10 @@ class Rivals:
         return self._levers[own, len(names)]
 
     def _levers_but(self, own: tuple[str, ...], alone: bool) -> Discrepancy:
-        """The same, but for some columns; with labels alone."""
+        """What listed causes act through, in other dependences on the columns than on their ``own``.
+
+        With ``alone``, also on one label each.
+        """
         inner = tuple(f" in {kind}" for kind in set(self.design.kinds))
         plain: dict[str, Sequence[Any]] = {
             k: v for k, v in self.design.columns.items()
@@ -367,7 +371,10 @@ class Rivals:
     def of_each(
         self, listed: Sequence[Names], fitted: Sequence[BestFit], y: np.ndarray, replicate: float | np.ndarray = 1.0
     ) -> np.ndarray:
-        """The same for several causes fitted to the same data, shape (causes, b); biases are weighed once."""
+        """Log-likelihood of several causes over the evidence of all biases, shape (causes, b), for the same data.
+
+        Biases are weighed once for causes that act along the same columns.
+        """
         evidence = {own: self.of(names).evidence(y, self.design.like, replicate)
                     for own, names in {self.design.own(n): n for n in listed}.items()}
         return np.array([f.loglik - evidence[self.design.own(n)] for n, f in zip(listed, fitted, strict=True)])

@@ -128,7 +128,7 @@ class Trends:
         return self.statistic_of(self.along(residuals), np.einsum("bn,bn->b", residuals, residuals))
 
     def statistic_of(self, along: np.ndarray, whole: np.ndarray) -> np.ndarray:
-        """The same of residuals that are not formed.
+        """Best trend of each data set, -log of its tail probability, shape (b,), from residuals that are not formed.
 
         Parameters
         ----------

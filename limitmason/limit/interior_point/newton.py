@@ -179,6 +179,7 @@ class NewtonSystem:
         def inner(rates: Array) -> Array:
             return kernels.inward(self._root, self._turn, self._lever, rates, u, push)
 
+        # step of x with dy = 0; the bordered system then gives dy and the change of the multiplier
         start = kernels.outward(self._root, inner(-rest.rates))
         dy, dl = self._bordered(rest.equilibrium - p.matrix @ start.ravel(), rest.live_rate)
         change = (p.transpose @ dy).reshape(it.x.shape)

@@ -49,7 +49,7 @@ class Extreme(NamedTuple):
         return np.inf if self.state is None else abs(self.value - self.bound)
 
     def times(self, scale: float) -> "Extreme":
-        """The same in units of the live load."""
+        """This extreme with multiplier and bound in units of the live load, by its scale [-]."""
         state = None if self.state is None else self.state._replace(multiplier=self.value * scale)
         return self._replace(state=state, bound=self.bound * scale)
 
