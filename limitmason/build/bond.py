@@ -269,7 +269,8 @@ def _symmetric(
 ) -> tuple[list[tuple[float, bool]], list[int]]:
     """Fill the length between two corners with whole units outside and, where needed, cut ones in the middle.
 
-    No cut unit is shorter than half a unit, so that a lapping joint over its middle keeps a quarter on both sides.
+    Returned are the units, and in which sense each is laid: 1 from the start, -1 from the end, 0 in the very middle. No
+    cut unit is shorter than half a unit, so that a lapping joint over its middle keeps a quarter on both sides.
     """
     middle = _fill_flemish(bond, length) if bond.name == "flemish" else _fill(bond, length)
     sizes = [*first, *middle, *last]

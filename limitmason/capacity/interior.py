@@ -130,7 +130,12 @@ class _Points:
         return Inner(normal, np.column_stack([most, shear]), slid, spare, product / spare)
 
     def linearised(self, at: Evaluated, x: Inner) -> _Linear:
-        """Linear equations of the points about a state, with the motions of blocks left over."""
+        """Linear equations of the points about a state, with the motions of blocks left over.
+
+        Unknowns of a point are eliminated: its cone (limit of shear a and shear T), its slip, and in each row of spare
+        strength the ``spare`` x and what has ``given``. What equations lack is kept for the right-hand side. They are
+        in displacements, so that ``soft`` is a compliance and its inverse the tangent.
+        """
         s, m = self.strength, len(x.normal)
         lifted = s.tan_psi * x.slid[:, 0] + np.bincount(self.row, self.sign * x.given, m)
         force = np.column_stack([x.normal, x.cone[:, 1:]])

@@ -190,7 +190,11 @@ class PoolGrids(dict):
     def __init__(
         self, tested: CauseTables, pool: Sequence[Any], noise: Noise, causes: Iterable[Cause], scale: np.ndarray
     ):
-        """Take the noise of every row of the pool, and tables at the levels of the tested ones."""
+        """Take the noise of every row of the pool, and tables at the levels of the tested ones.
+
+        A row of the pool has no value yet: its noise is the mean of that of the tested specimens for the same quantity,
+        or what is planned. Where the noise is unknown an assumed one places the nodes of the tables.
+        """
         super().__init__()
         self.tested = tested
         rows = tested.tabulator.rows

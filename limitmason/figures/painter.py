@@ -112,8 +112,8 @@ def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[I
 
     Returns
     -------
-    Numbers i < j of the pairs; +1 where j may hide i, -1 where i may hide j, 0 where neither can; whether they overlap in
-    space; and how sure that is [m].
+    Numbers i < j of the pairs; +1 where j may hide i, -1 where i may hide j, 0 where neither can; whether they
+    overlap in space; and how sure that is [m].
     """
     page = [view.project(s.vertices) for s in solids]
     low = np.array([[*p.min(axis=0), 0.0] for p in page])

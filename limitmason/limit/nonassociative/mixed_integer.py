@@ -310,9 +310,13 @@ class BoundedProgram:
         return polish(self.programs, ForceState(float(x[at["lambda"]][0]), force, x[at["v"]]))
 
     def _on_alternatives(self, x: Array, at: dict[str, slice], largest: bool) -> ForceState | None:
-        """State with the same open and sliding points as a point of the program, None without one."""
+        """State with the same open and sliding points as a point of the program, None without one.
+
+        Velocities first, in which only these points open or slide; then forces, whose slack is zero where they do.
+        """
         p = self.programs
         chosen = [np.round(x[at[name]]) > 0.5 for name in ("open", "slide+", "slide-")]
+        # rates of opening, of slip either way, and of crushing, which the program does not know
         zero = np.array([chosen[0], chosen[1][self.group], chosen[2][self.group], np.zeros(p.m, dtype=bool)])
         velocity = p.velocities(zero=~zero | np.array([[False], [False], [False], [True]]))
         if velocity is None:
