@@ -45,7 +45,7 @@ from limitmason.checks import choice, finite
 from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable
-from limitmason.mechanics.contact_points import ContactPoints, Grid, weakening
+from limitmason.mechanics.contact_points import LOBATTO, ContactPoints, Grid, weakening
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.joint_shapes import told_of_soft_blocks
@@ -220,8 +220,9 @@ def pushover(
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
     warnings += said + few
-    if contact_model is None and grid is None and initial is None:
-        warnings += _told_of_points(generations, nodes) if named.any() else []
+    standard = contact_model is None and grid is None
+    if initial is None and named.any() and (standard or contact_model == LOBATTO):
+        warnings += _told_of_points(generations, nodes, standard)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     if moving is not None:
         return certified_curve(generations, nodes, origin, status, warnings, ratio)
@@ -253,11 +254,13 @@ def _framed(
     return carried_firmly(points, firm), turned_over(first, firm[first.block_b] > firm[first.block_a])
 
 
-def _told_of_points(generations: Generations, nodes: list[Node]) -> list[str]:
-    """Warnings of default points, where the user named a finite stiffness."""
+def _told_of_points(generations: Generations, nodes: list[Node], standard: bool) -> list[str]:
+    """Warnings of points that stand for faces, the standard ones or those of a rule, of a stiffness that was given."""
     if weakening(generations.structures[0].assembly).any():
-        return told_of_flat_top(nodes)
-    return told_of_edges(generations, nodes) + told_of_sharing(generations, nodes)
+        return told_of_flat_top(nodes) if standard else []
+    if not standard:
+        return told_of_edges(generations, nodes, "more points by grid=")
+    return told_of_edges(generations, nodes, "contact_model='lobatto'") + told_of_sharing(generations, nodes)
 
 
 def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, int] | None) -> tuple[float, float]:

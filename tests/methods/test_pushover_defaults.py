@@ -126,6 +126,26 @@ def test_lobatto_points_have_the_area_and_the_second_moment_of_their_face():
     assert along.max() == pytest.approx(WIDTH / 2.0, rel=1e-12)
 
 
+@pytest.mark.parametrize(("grid", "told"), [(None, True), ((3, 2), True), ((4, 2), True), ((15, 2), False)])
+def test_points_that_bear_on_the_edge_alone_say_how_much_a_face_would_lose_at_its_toe(grid, told):
+    """lambda (theta) = tan(alpha - theta), b less two thirds of the pressed length sqrt(2 W / (kn t theta))."""
+    kn = 2e9
+    wall = block({"normal_stiffness": kn, "shear_stiffness": kn})
+    turns = np.geomspace(1e-4, 0.2, 20001)
+    pressed = np.sqrt(2.0 * WEIGHT / (kn * DEPTH * turns))
+    turns, pressed = turns[pressed < WIDTH], pressed[pressed < WIDTH]
+    exact = np.tan(np.arctan((WIDTH - 2.0 * pressed / 3.0) / HEIGHT) - turns).max()
+    curve = lm.pushover(
+        wall, lm.Loads.horizontal(wall), to=0.05, **({} if grid is None else {"contact_model": "lobatto", "grid": grid})
+    )
+    said = re.search(r"would bear about ([\d.]+)% less", " ".join(curve.warnings))
+    assert (said is not None) == told
+    if said is not None:
+        assert float(said[1]) / 100.0 == pytest.approx(1.0 - exact / curve.peak.load, rel=0.25)
+    else:
+        assert curve.peak.load == pytest.approx(exact, rel=0.01)
+
+
 @pytest.mark.parametrize("cohesion", [8e5, 8e6])
 def test_a_path_ends_where_open_joints_still_bear_their_plastic_bond(cohesion):
     """ft A b / 2 + W b / 2 at the toe and no more: cohesion of the open heel is none of the section's strength."""
