@@ -153,9 +153,7 @@ class System:
 
     def relative(self, at: Evaluated, own: Array) -> tuple[Array, Array]:
         """Displacement of the points, (m, c), and elongation of the ties, (t,), by a small motion in own units [m]."""
-        motion = np.zeros(self.bodies.free.shape)
-        motion[self.bodies.free] = own
-        motion *= self.motion_scale
+        motion = self._motion(own)
         ends = np.stack([motion[self.bodies.block_a], motion[self.bodies.block_b]], axis=1)
         ends_of_ties = np.stack([motion[self.ties.block_a], motion[self.ties.block_b]], axis=1)
         longer = -np.einsum("tsd,tsd->t", at.pulled.wrenches, ends_of_ties)
@@ -189,18 +187,22 @@ class System:
 
     def advanced(self, pose: Pose, own: Array) -> Pose:
         """The pose after a motion in own units of the free degrees of freedom."""
+        return moved(pose, self._motion(own) @ self.bodies.basis.T)
+
+    def _motion(self, own: Array) -> Array:
+        """Motion of all degrees of freedom, shape (n, d), of the free ones in own units."""
         motion = np.zeros(self.bodies.free.shape)
         motion[self.bodies.free] = own
-        return moved(pose, (motion * self.motion_scale) @ self.bodies.basis.T)
+        return motion * self.motion_scale
 
-    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> "SuperLU | _Ordered":
+    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> "_Factors":
         """Factors of the tangent, bordered by the control row, or by lambda = constant ("multiplier").
 
         Unknowns: motion and multiplier in own units; equations: equilibrium, and what is prescribed.
         """
         return self._factors(self.tangent(at, prescribed, viscosity))
 
-    def _factors(self, matrix: sparse.csc_matrix) -> "SuperLU | _Ordered":
+    def _factors(self, matrix: sparse.csc_matrix) -> "_Factors":
         # the order is for pivots on the diagonal: elements of blocks that deform are so wide that leaving it for every
         # larger entry fills the factors to twice the size, in four times the time, and they solve no better
         """Sparse factors of the bordered tangent; a large pattern keeps its order."""
@@ -210,7 +212,7 @@ class System:
             ordered = _filled(pattern, matrix.data[place])
             # columns by themselves: panels and relaxed nodes cost more than they save on so narrow fronts
             found = splu(ordered, permc_spec="NATURAL", diag_pivot_thresh=worth_leaving, relax=1, panel_size=1)
-            return _Ordered(found, order)
+            return _Factors(found, order)
         found = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=worth_leaving)
         if self.bodies.large and not self.bodies.deforming:  # the pattern stays, so that its order is looked for once
             order = np.argsort(found.perm_c)
@@ -218,7 +220,7 @@ class System:
             places = places[order][:, order]
             places.sort_indices()
             self._ordered = order, places.data, places
-        return found
+        return _Factors(found)
 
     def onward(self, at: Evaluated, move: float) -> Array | None:
         """Motion and multiplier, own units, by which the tangent goes on over a control displacement [m].
@@ -234,7 +236,7 @@ class System:
     def sense(self, at: Evaluated, prescribed: str) -> int:
         """Sign of the determinant of the bordered tangent, or 0 where it is singular."""
         try:
-            factors = self._factors(self.tangent(at, prescribed))
+            factors = self._factors(self.tangent(at, prescribed)).lu
         except RuntimeError:
             return 0
         signs = np.sign(factors.U.diagonal()).prod() * _parity(factors.perm_r) * _parity(factors.perm_c)
@@ -305,20 +307,19 @@ class System:
 
     def equilibrium(self, wrenches: Array) -> sparse.csc_matrix:
         """Wrench matrix of a pose in own units on the free degrees of freedom, shape (order, c m)."""
-        m, c = wrenches.shape[:2]
-        values = wrenches * self.row_scale * self.weight
-        rows = np.broadcast_to(self.ends[:, None], values.shape)
-        columns = np.broadcast_to(np.arange(m * c).reshape(m, c)[:, :, None, None], values.shape)
-        keep = rows >= 0
-        return sparse.csc_matrix((values[keep], (rows[keep], columns[keep])), shape=(self.order, m * c))
+        m, c, *ends = wrenches.shape
+        return self._columns(wrenches.reshape(m * c, *ends), np.repeat(self.ends, c, axis=0))
 
     def tie_columns(self, pulled: Pulled) -> sparse.csc_matrix:
         """Wrenches of a mean block weight in every tie, own units, shape (order, t)."""
-        values = pulled.wrenches * self.row_scale * self.weight
+        return self._columns(pulled.wrenches, self.tie_ends)
+
+    def _columns(self, wrenches: Array, ends: Index) -> sparse.csc_matrix:
+        """Wrenches on two blocks each, (k, 2, d), at rows ``ends``, -1 for held, as columns in own units."""
+        values = wrenches * self.row_scale * self.weight
         columns = np.broadcast_to(np.arange(len(values))[:, None, None], values.shape)
-        keep = self.tie_ends >= 0
-        place = self.tie_ends[keep], columns[keep]
-        return sparse.csc_matrix((values[keep], place), shape=(self.order, len(values)))
+        keep = ends >= 0
+        return sparse.csc_matrix((values[keep], (ends[keep], columns[keep])), shape=(self.order, len(values)))
 
 
 def _filled(pattern: sparse.csc_matrix, values: Array) -> sparse.csc_matrix:
@@ -328,31 +329,18 @@ def _filled(pattern: sparse.csc_matrix, values: Array) -> sparse.csc_matrix:
     return made
 
 
-class _Ordered(NamedTuple):
-    """Factors of a matrix whose rows and columns were put in an order, both in the same."""
+class _Factors(NamedTuple):
+    """Factors of a matrix, and the order in which its rows and columns were put beforehand, None for their own."""
 
-    factors: SuperLU
-    order: Index
-
-    @property
-    def U(self) -> sparse.csc_matrix:
-        """Upper factor."""
-        return self.factors.U
-
-    @property
-    def perm_r(self) -> Index:
-        """Order of the rows beyond that order."""
-        return self.factors.perm_r
-
-    @property
-    def perm_c(self) -> Index:
-        """Order of the columns beyond that order."""
-        return self.factors.perm_c
+    lu: SuperLU
+    order: Index | None = None
 
     def solve(self, right: Array) -> Array:
         """The solution for a right side, shape (n,)."""
+        if self.order is None:
+            return np.asarray(self.lu.solve(right))
         found = np.empty_like(right)
-        found[self.order] = self.factors.solve(right[self.order])
+        found[self.order] = self.lu.solve(right[self.order])
         return found
 
 
