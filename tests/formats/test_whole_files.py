@@ -3,6 +3,7 @@
 import json
 import multiprocessing as mp
 import resource
+import time
 
 import numpy as np
 import pytest
@@ -153,25 +154,38 @@ def test_a_torn_checkpoint_is_refused_by_its_name_wherever_it_is_torn(tmp_path):
         dem.History.load(tmp_path / "none.npz", wall)
 
 
-def push(path, barrier, failed):
+def pushed(path=None):
     drive = dem.Drive({"a": {"x": 1.0}})
+    return dem.push(column(), drive, to=1e-4, steps=200, samples=10, rate_check=False, checkpoint=path)
+
+
+def push(path, barrier, failed):
     barrier.wait()
     try:
-        dem.push(column(), drive, to=1e-4, steps=200, samples=10, rate_check=False, checkpoint=path)
+        pushed(path)
     except Exception as error:
         failed.put(repr(error))
 
 
 @pytest.mark.slow
-def test_two_pushes_on_one_checkpoint_both_come_to_their_end(tmp_path):
+def test_two_pushes_on_one_checkpoint_both_come_to_their_end_or_leave_what_goes_on_if_killed(tmp_path):
     context = mp.get_context("fork")
-    dem.push(column(), dem.Drive({"a": {"x": 1.0}}), to=1e-4, steps=200, samples=10, rate_check=False)
-    for start in range(4):
-        barrier, failed = context.Barrier(2), context.Queue()
+    alone = pushed()
+    begun, _ = time.perf_counter(), pushed()
+    took = time.perf_counter() - begun
+    for start in range(8):
+        barrier, failed = context.Barrier(3), context.Queue()
         arguments = (tmp_path / f"run{start}.npz", barrier, failed)
         children = [context.Process(target=push, args=arguments) for _ in range(2)]
         for child in children:
             child.start()
+        barrier.wait()  # else one that is killed before keeps the other waiting
+        for child in children[: start // 3]:  # none, one, both
+            time.sleep(0.3 * (1 + start % 3) * took)
+            child.kill()
         for child in children:
             child.join()
         assert failed.empty(), failed.get()
+        again = pushed(arguments[0])
+        assert np.array_equal(again.load, alone.load)
+        assert np.array_equal(again.displacement, alone.displacement)
