@@ -15,7 +15,7 @@ from dem.driving.push_curve import PushCurve
 from dem.driving.structure import DrivenStructure, widest_spacing
 from dem.kernels import E_STEPS
 from dem.model.initial_state import make_state
-from dem.model.joint_marks import JointMarks
+from dem.model.joint_marks import MARKS
 from dem.model.joints import JointOptions
 from dem.settings import PushSettings
 from dem.stages.history import History
@@ -135,8 +135,7 @@ class BlockStructure(DrivenStructure):
         before, axis = rest.state.bodies, self.unit[block, :3]
         driven = [k for k, b in enumerate(history.reaction_blocks) if self.unit[b].any()]
         twist = self.unit[history.reaction_blocks[driven]]
-        names = JointMarks._fields
-        marks: dict[str, Any] = {k: np.concatenate([getattr(rest, k)[-1:], getattr(history, k)]) for k in names}
+        marks: dict[str, Any] = {k: np.concatenate([getattr(rest, k)[-1:], getattr(history, k)]) for k in MARKS}
         p, start = rest.state.points, rest.state.joints.start
 
         def begun(values: Array) -> Array:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dem.driving.failure_mode import MODES, Mode, failure_mode
+from dem.model.joint_marks import JointMarks
 from dem.papers import PAPERS
 from dem.stages.history import History
 from dem.zones.mesh import ZoneMesh
@@ -50,7 +51,7 @@ class JointPoint:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class PushCurve(Curve):
+class PushCurve(Curve, JointMarks):
     """Curve of :func:`dem.push`.
 
     Sample 0 is the settled structure before it is driven.
@@ -75,11 +76,6 @@ class PushCurve(Curve):
 
     assembly: Assembly
     history: History | None = None
-    opening: Array
-    slip: Array
-    crushed: Array
-    used: Array
-    failed: Array
     settlement: float
     blocks: str
     spacing: float

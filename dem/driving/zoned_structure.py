@@ -12,7 +12,7 @@ from dem.driving.push_curve import PushCurve
 from dem.driving.structure import DrivenStructure, widest_spacing
 from dem.kernels.arrays import LAW
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_LOST, Z_SUPPORT
-from dem.model.joint_marks import JointMarks
+from dem.model.joint_marks import MARKS
 from dem.model.rest_criterion import CALM
 from dem.model.state import UnstableError
 from dem.settings import PushSettings
@@ -133,7 +133,7 @@ class ZonedRun:
         return dict(
             moved=at, load=load, kinetic=kinetic, energy=abs(work - rest) / max(work, 1e-300) if work else 0.0,
             restless=moving / max(now.energy, 1e-300) if work else 0.0, seconds=time.perf_counter() - self.clock,
-            **marks._asdict(), place=place, turn=turn, **zones._asdict(),
+            **vars(marks), place=place, turn=turn, **zones._asdict(),
         )
 
 
@@ -283,7 +283,7 @@ class ZonedStructure(DrivenStructure):
         return PushCurve(
             r["moved"], r["load"], errors={"energy": r["energy"], "kinetic": r["kinetic"]},
             states=list(zip(r["place"], r["turn"], strict=True)), status=status, warnings=tuple(run.notes),
-            assembly=self.assembly, **{name: r[name] for name in JointMarks._fields}, blocks=ZONED,
+            assembly=self.assembly, **{name: r[name] for name in MARKS}, blocks=ZONED,
             settlement=float(m.nodes.shift[m.nodes.body == driven].mean(axis=0) @ self.twist[driven, :2]),
             law="; ".join(m.lost), spacing=spacing, steps=steps, seconds=float(r["seconds"][-1]), mesh=m.mesh,
             zones=[ZoneState(*z) for z in zip(*(r[name] for name in ZoneState._fields), strict=True)], stress=m.plane,

@@ -1,6 +1,6 @@
 """What has become of the joints at a moment: how far each has opened and slid, how much of its strength is in use."""
 
-from typing import NamedTuple
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -13,8 +13,9 @@ ROUNDING = 1e-9
 """Part of a joint's elastic movement at its strength below which plastic movement is rounding [-]."""
 
 
-class JointMarks(NamedTuple):
-    """Marks per interface of the assembly, NaN where its contacts were found anew, shape (k,).
+@dataclass(frozen=True, eq=False, kw_only=True)
+class JointMarks:
+    """Marks per interface, NaN where its contacts were found anew: at a moment (k,), of a record (samples, k).
 
     Parameters
     ----------
@@ -30,6 +31,9 @@ class JointMarks(NamedTuple):
     crushed: Array
     used: Array
     failed: Array
+
+
+MARKS = tuple(f.name for f in fields(JointMarks))
 
 
 def joint_marks(state: State, now: PointForces, count: int) -> JointMarks:
@@ -116,4 +120,7 @@ def marks_of(
 
     with np.errstate(invalid="ignore"):
         part = np.bincount(interface, area * failed, count) / np.bincount(interface, area, count)
-    return JointMarks(largest(opening), largest(slip), largest(depth), largest(np.minimum(used, 1.0)), part)
+    return JointMarks(
+        opening=largest(opening), slip=largest(slip), crushed=largest(depth), used=largest(np.minimum(used, 1.0)),
+        failed=part,
+    )

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dem.model.joint_marks import MARKS, JointMarks
 from dem.model.joints import losses
 from dem.model.state import DYNAMIC, State
 from dem.model.vibration import state_system
@@ -54,7 +55,7 @@ COLUMNS = {
 OVERTURNED = np.radians(60.0)
 """Turn beyond which a block counts as overturned [rad]: past atan(b / h), where all fall that are h > .6 b high."""
 
-_ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", "opening", "slip", "crushed", "used", "failed")
+_ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", *MARKS)
 
 
 class RunSettings(NamedTuple):
@@ -71,7 +72,7 @@ class RunSettings(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class History(Displayed, Tabular, ReadOnly):
+class History(JointMarks, Displayed, Tabular, ReadOnly):
     """Record of a simulation.
 
     Parameters
@@ -104,11 +105,6 @@ class History(Displayed, Tabular, ReadOnly):
     reaction_blocks: Index
     shift: Array
     quaternion: Array
-    opening: Array
-    slip: Array
-    crushed: Array
-    used: Array
-    failed: Array
     state: State
     stages: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()

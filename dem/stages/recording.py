@@ -9,7 +9,7 @@ from dem import kernels
 from dem.contact.detection import SOONEST, redetect
 from dem.contact.joint_renewal import pivots_on_wrong_face
 from dem.contact.near import SMALL, Neighbours, farthest, near_margin, travel_per_step
-from dem.model.joint_marks import JointMarks, joint_marks
+from dem.model.joint_marks import MARKS, joint_marks
 from dem.model.pieces import Pieces, reaches
 from dem.model.rest_criterion import SLID, Scale, slid_and_moved, stand_back, unbalance
 from dem.model.state import DYNAMIC, State, UnstableError
@@ -78,7 +78,7 @@ class Recorder:
         joints = (len(assembly.interfaces) if store is None or store.joints else 0,)
         shapes: dict[str, tuple[int, ...]] = {
             "rows": (len(COLUMNS),), "reaction": (len(self.blocks), 6), "shift": (len(self.recorded), 3),
-            "quaternion": (len(self.recorded), 4), **dict.fromkeys(JointMarks._fields, joints),
+            "quaternion": (len(self.recorded), 4), **dict.fromkeys(MARKS, joints),
             "tie_force": (len(assembly.ties),),
         }
         self.samples = Samples(**shapes) if store is None else StoredSamples(store.folder, shapes)
@@ -295,7 +295,7 @@ class Recorder:
                 # what the support adds so that the held degrees of freedom follow their prescribed motion
                 reaction=np.where(state.bodies.held, -state.bodies.net, 0.0)[self.blocks],
                 shift=state.bodies.shift[self.recorded], quaternion=state.bodies.quat[self.recorded],
-                **(marks._asdict() if keeps_joints else dict.fromkeys(JointMarks._fields, ())),
+                **(vars(marks) if keeps_joints else dict.fromkeys(MARKS, ())),
                 tie_force=pulls(state.ties, state.bodies),
             )
         if explodes:

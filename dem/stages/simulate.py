@@ -16,7 +16,7 @@ from dem.stages.history import History, RunSettings
 from dem.stages.recording import Recorder
 from dem.stages.resuming import RunStatus, check_continues, check_same_stages, stage_as_text
 from dem.stages.run import Progress, go
-from dem.stages.stage_checks import check_base_motions, check_gentle, check_numbers, prescribed
+from dem.stages.stage_checks import check_stages, prescribed
 from dem.stages.stage_run import StageRun
 from dem.stages.store import Store
 from limitmason.checks import instance, numbers, positive, several
@@ -125,13 +125,13 @@ def prepared(
     todo, chosen = list(several("stages", listed, Stage)), given(model, StateOptions, "simulate")
     if not todo:
         raise InputError("stages: give at least one, for example dem.Settle()")
-    check_numbers(todo)
+    before = start.state if isinstance(start, History) else start
+    notes = check_stages(todo, before is not None and before.time > 0.0)
     if damping is not None:
         instance("damping", damping, Damping)
-    notes = check_base_motions(todo)
     if not isinstance(sample, int | np.integer):
         sample = positive("sample", sample, "s")
-        if (chosen.get("mode") or (None if start is None else _state_of(start).mode)) != DYNAMIC:
+        if (chosen.get("mode") or (None if before is None else before.mode)) != DYNAMIC:
             raise InputError(
                 f"sample = {sample:g} s is for dynamic runs: time counts steps in others, give a whole number"
             )
@@ -139,11 +139,11 @@ def prepared(
         raise InputError(f"sample must be at least 1 step, got {sample}")
     if detect_every is not None and detect_every < 1:
         raise InputError(f"detect_every must be at least 1, got {detect_every}")
-    if start is None:
+    if before is None:
         loads = loads if loads is not None else Loads.weight(assembly)
         state = make_state(assembly, loads, driven=prescribed(assembly, todo), **chosen)
     else:
-        state = _state_of(start).copy()
+        state = before.copy()
         loads = loads if loads is not None else Loads(state.dead, state.live)
         mode, law = chosen.pop("mode", state.mode), chosen.pop("joint_options", None)
         for name in chosen:
@@ -157,16 +157,11 @@ def prepared(
             raise InputError(f"factors must be {len(state.factors)} numbers, got {factors!r}")
         state.factors = now
     state.dead, state.live = loads.dead.copy(), loads.live.copy()
-    check_gentle(todo, state.time > 0.0)
     settings = RunSettings(sample, damping, tuple(stage_as_text(s) for s in todo), detect_every)
     recorder = Recorder(assembly, loads, state, todo, settings, store)
     recorder.notes += notes
     recorder.same = start.same if isinstance(start, History) else {}
     return StageRun(recorder, None)
-
-
-def _state_of(start: History | State) -> State:
-    return start.state if isinstance(start, History) else start
 
 
 def resume(

@@ -15,60 +15,45 @@ SERVO_EVERY = 10
 """Steps between two corrections of a servo's velocity."""
 
 
-def check_base_motions(stages: Sequence[Stage]) -> list[str]:
-    """Notes on records that end with velocity.
+def check_stages(stages: Sequence[Stage], loaded: bool) -> list[str]:
+    """Refuse what a stage may not be given, by stage and field; notes on records that end with velocity.
+
+    Parameters
+    ----------
+    loaded : whether loads act already when the first stage begins
 
     Raises
     ------
     InputError
-        Where such a record is followed by another stage and does not say what the ground does then.
+        For lengths, dampings and servos that are none; loads that come on gently where others act already; and a record
+        that ends with velocity, is followed by another stage and does not say what the ground does then.
     """
     notes = []
     for number, stage in enumerate(stages):
-        if not isinstance(stage, BaseMotion) or len(stage.acceleration) < 2 or stage.after is not None:
-            continue
-        left, moves = stage.left_over()
-        if not moves:
-            continue
-        velocity = np.linalg.norm(left)
-        name = stage.name or f"stage {number} (BaseMotion)"
-        if number + 1 < len(stages):
-            raise InputError(
-                f"{name}: the record ends with a ground velocity of {velocity:.3g} m/s; take .corrected() of it, or "
-                f"say after={COAST!r} (the ground goes on) or after={HOLD!r} (it stops dead, which is a blow)"
-            )
-        notes.append(
-            f"{name}: the record ends with a ground velocity of {velocity:.3g} m/s; a run continued from here starts "
-            f"with the ground at rest, unless the record says after={COAST!r}"
-        )
-    return notes
-
-
-def check_numbers(stages: Sequence[Stage]) -> None:
-    """Refuse lengths, dampings and servos of stages that are none, by stage and field."""
-    for number, stage in enumerate(stages):
-        name = f"{stage.name or f'stage {number} ({type(stage).__name__})'}: "
+        name = stage.name or f"stage {number} ({type(stage).__name__})"
         for field in ("steps", "duration", "stop_when_moved"):
             if getattr(stage, field, None) is not None:
-                positive(name + field, getattr(stage, field))
+                positive(f"{name}: {field}", getattr(stage, field))
         if stage.damping is not None:
-            instance(f"{name}damping", stage.damping, Damping)
+            instance(f"{name}: damping", stage.damping, Damping)
         for block, servo in stage.servo.items():
-            instance(f"{name}servo of block {block!r}", servo, Servo)
-
-
-def check_gentle(stages: Sequence[Stage], loaded: bool) -> None:
-    """Refuse loads that come on gently where others act already.
-
-    Raises
-    ------
-    InputError
-        Naming the stage.
-    """
-    for number, stage in enumerate(stages):
+            instance(f"{name}: servo of block {block!r}", servo, Servo)
         if isinstance(stage, Settle) and stage.gently and (number or loaded):
-            name = stage.name or f"stage {number} (Settle)"
             raise InputError(f"{name}: loads act already, they cannot come on gently: give gently= in the first stage")
+        if isinstance(stage, BaseMotion) and len(stage.acceleration) > 1 and stage.after is None:
+            left, moves = stage.left_over()
+            ends = f"{name}: the record ends with a ground velocity of {np.linalg.norm(left):.3g} m/s"
+            if moves and number + 1 < len(stages):
+                raise InputError(
+                    f"{ends}; take .corrected() of it, or say after={COAST!r} (the ground goes on) or after={HOLD!r} "
+                    "(it stops dead, which is a blow)"
+                )
+            if moves:
+                notes.append(
+                    f"{ends}; a run continued from here starts with the ground at rest, unless the record says "
+                    f"after={COAST!r}"
+                )
+    return notes
 
 
 def servo_holds(stage: Stage, assembly: Assembly) -> Flags:
