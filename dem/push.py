@@ -11,7 +11,7 @@ from dem.driving.push_curve import PushCurve, told
 from dem.driving.structure import SLOWER, DrivenStructure, Follower, turning_points
 from dem.driving.zoned_structure import ZonedStructure
 from dem.settings import PushSettings
-from dem.stages.resuming import RunStatus, check_same, digests, part_file
+from dem.stages.resuming import RunStatus, digests, part_file
 from dem.stages.run import Progress
 from limitmason.deformable.levels import ZONED
 from limitmason.display.progress import reached, watched
@@ -93,7 +93,7 @@ def push(
     # before a file of this push is written beside those of another
     for file in files:
         if file is not None and file.exists():
-            check_same(file, same)
+            structure.check(file, same)
     steps = chosen.steps or default_steps(structure.period, structure.least_steps)
     counts = (steps, SLOWER * steps)[: len(files)]
     rest = part_file(checkpoint, "settled")

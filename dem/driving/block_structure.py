@@ -113,6 +113,11 @@ class BlockStructure(DrivenStructure):
         """Take the run that came to rest from a file."""
         self.at_rest = History.load(file, self.assembly)
 
+    def check(self, file: Path, same: Mapping[str, str]) -> None:
+        """Refuse a file of another push; of another model by the block or joint that differs, and its field."""
+        History.load(file, self.assembly)
+        super().check(file, same)
+
     def begun(self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None) -> StageRun:
         """Run of a copy along a path, from its start or from where a file says that it stood."""
         chosen, stages = self.chosen, _stages(self.move, path, steps)

@@ -168,10 +168,14 @@ class DrivenStructure(ABC):
         self.try_steps(self.tried)
         return (time.perf_counter() - clock) / self.tried
 
+    def check(self, file: Path, same: Mapping[str, str]) -> None:
+        """Refuse a file of another push."""
+        check_same(file, same)
+
     def rest(self, file: Path | None) -> None:
         """Come to rest under the dead loads, or take the rest from a file; it is kept there."""
         if file is not None and file.exists():
-            check_same(file, self.same)
+            self.check(file, self.same)
             self.take_rest(file)
             return
         self.come_to_rest()
@@ -191,7 +195,7 @@ class DrivenStructure(ABC):
         """
         clock, before = time.perf_counter(), file if file is not None and file.exists() else None
         if before is not None:
-            check_same(before, same)
+            self.check(before, same)
         run: Run = self.begun(path, steps, same, before)
         follow.begin(*self.steps_of(run))
         try:

@@ -1,5 +1,7 @@
 """What has become of the joints at a moment: how far each has opened and slid, how much of its strength is in use."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, fields
 
 import numpy as np
