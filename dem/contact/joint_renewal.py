@@ -95,10 +95,13 @@ def largest_slip(state: State, now: PointForces) -> Array:
 def _may_pivot(state: State, now: PointForces, turn: Array, slip: Array) -> Flags:
     """Joints that have slid and turned so far that it matters whose edge they pivot on, and bear in part, (k,)."""
     first = state.joints.start[:-1]
-    mean, pressed = spacing_of(state), (now.opening < 0.0).astype(int)
-    count, bears = np.diff(state.joints.start), np.add.reduceat(pressed, first)
-    slid = slip > PIVOT_SLIP * mean * np.sqrt(count)
-    return np.asarray((turn > PIVOT_TURN) & slid & (bears > 0) & (bears < count))
+    count, bears = np.diff(state.joints.start), np.add.reduceat((now.opening < 0.0).astype(int), first)
+    return np.asarray((turn > PIVOT_TURN) & _slid_far(state, slip) & (bears > 0) & (bears < count))
+
+
+def _slid_far(state: State, slip: Array) -> Flags:
+    """Joints that have slid so far that it matters whose edge they pivot on, shape (k,)."""
+    return np.asarray(slip > PIVOT_SLIP * spacing_of(state) * np.sqrt(np.diff(state.joints.start)))
 
 
 def pivots_on_wrong_face(assembly: Assembly, state: State, now: PointForces) -> bool:
@@ -106,7 +109,10 @@ def pivots_on_wrong_face(assembly: Assembly, state: State, now: PointForces) -> 
     note_slid(state, now)
     if not len(now.owner):
         return False
-    tipped = np.flatnonzero(_may_pivot(state, now, turned_since(state), largest_slip(state, now)))
+    slip = largest_slip(state, now)
+    if not _slid_far(state, slip).any():
+        return False
+    tipped = np.flatnonzero(_may_pivot(state, now, turned_since(state), slip))
     return bool(pivots_on_a(assembly, state, now, tipped).any())
 
 

@@ -172,5 +172,6 @@ def travel_per_step(state: State, reach: Array) -> float:
     """
     still = np.flatnonzero(state.bodies.held.all(axis=1))
     ground = state.bodies.vel[still[0]] if len(still) else 0.0
-    speed = np.linalg.norm(state.bodies.vel - ground, axis=1) + np.linalg.norm(state.bodies.spin, axis=1) * reach
+    way = state.bodies.vel - ground
+    speed = np.sqrt((way * way).sum(axis=1)) + np.sqrt((state.bodies.spin**2).sum(axis=1)) * reach
     return float(speed.max(initial=0.0)) * state.dt

@@ -31,7 +31,10 @@ def follow_edges(assembly: Assembly, state: State) -> None:
     cut anew.
     """
     joints, points, now = state.joints, state.points, state.measured(assembly)
-    mine = np.repeat(find_ends(assembly, state, now), np.diff(joints.start))
+    slid = find_ends(assembly, state, now)
+    if not slid.any():
+        return
+    mine = np.repeat(slid, np.diff(joints.start))
     row, slip = state.ends[mine], now.slip[mine]
     s, t = (
         row[:, c] - slip[:, c] + _moved(row[:, 4 + 3 * c], row[:, 5 + 3 * c], row[:, 6 + 3 * c], slip[:, c])
@@ -72,14 +75,15 @@ def joints_that_slid(state: State, now: PointForces) -> Flags:
 
 def _look_for_ends(assembly: Assembly, state: State, rows: Index) -> None:
     """Write down whose edges end some joints."""
-    rows = np.ascontiguousarray(rows, dtype=np.int64)
-    kernels.find_ends(state.points, state.joints, state.setback, Pieces.of(assembly).solids, rows, state.ends)
+    if len(rows):
+        rows = np.ascontiguousarray(rows, dtype=np.int64)
+        kernels.find_ends(state.points, state.joints, state.setback, Pieces.of(assembly).solids, rows, state.ends)
 
 
 def _moved(part: Array, lower: Array, upper: Array, slip: Array) -> Array:
     """Motion over a's face of points at a part of the way from a lower to an upper end, of slip [m]."""
-    low = np.select([lower == OF_A, lower == OF_B], [0.0, slip], np.maximum(slip, 0.0))
-    high = np.select([upper == OF_A, upper == OF_B], [0.0, slip], np.minimum(slip, 0.0))
+    low = np.where(lower == OF_A, 0.0, np.where(lower == OF_B, slip, np.maximum(slip, 0.0)))
+    high = np.where(upper == OF_A, 0.0, np.where(upper == OF_B, slip, np.minimum(slip, 0.0)))
     return np.asarray((1.0 - part) * low + part * high)
 
 

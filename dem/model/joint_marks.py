@@ -108,7 +108,7 @@ def marks_of(
         limit = np.maximum(c + mu * normal, 0.0)
         sheared = np.where(shear > ROUNDING * size, shear / limit, 0.0)
         pressed = np.where(np.isfinite(law[:, LAW.crushing]), normal / (kn * law[:, LAW.crushing]), 0.0)
-    used = np.nan_to_num(np.maximum(np.maximum(pulled, sheared), pressed), posinf=1.0)
+        used = np.fmax(np.maximum(np.maximum(pulled, sheared), pressed), 0.0)
     softens = (law[:, LAW.by_opening] > 0.0) | (law[:, LAW.by_slip] > 0.0)
     # only crushing takes more from the lift than dilation gave
     depth = np.maximum(-lift, 0.0)

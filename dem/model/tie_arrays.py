@@ -37,6 +37,8 @@ def pulls(ties: Ties, bodies: RigidBodies) -> Array:
 
     Nothing yields.
     """
+    if not len(ties.block_a):
+        return np.zeros(0)
     return tension(springs(ties), elongation(ties, bodies), ties.plastic)[0]
 
 

@@ -112,10 +112,10 @@ class Recorder:
             axis = np.asarray(stage.axis, dtype=float)
             if not np.linalg.norm(axis) > 0 or abs(axis[2]) > 1e-9 * np.linalg.norm(axis):
                 raise InputError(f"tilting axis {stage.axis} is not horizontal")
-            d = np.cross(axis / np.linalg.norm(axis), (0.0, 0.0, 1.0))
-            first = float(np.arctan2(start[3] * d[0] + start[4] * d[1], start[1]))
+            y, x = axis[:2] / np.linalg.norm(axis) * (-1.0, 1.0)  # downhill: the axis turned by a right angle
+            first = float(np.arctan2(start[3] * x + start[4] * y, start[1]))
             angle = first + part * (float(np.deg2rad(stage.to_deg)) - first)
-            out[:, 1], out[:, 3], out[:, 4] = np.cos(angle), np.sin(angle) * d[0], np.sin(angle) * d[1]
+            out[:, 1], out[:, 3], out[:, 4] = np.cos(angle), np.sin(angle) * x, np.sin(angle) * y
         elif isinstance(stage, Settle) and stage.gently:
             out *= np.minimum(part * (stage.max_steps / stage.gently), 1.0)[:, None]
         return out

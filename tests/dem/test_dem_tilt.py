@@ -60,10 +60,11 @@ def test_the_answer_lies_between_stopped_tables_and_comes_with_the_spread_of_its
 
 @pytest.mark.slow
 def test_stack_of_three_rocks_about_the_foot_of_the_lowest():
+    # tables that turn so fast read 6 and 3 % too much: continued to rest they come as near as slower ones
     test = dem.tilt_test(
-        stack([(0.2, 0.25)] * 3, joint=lm.Joint(40.0)), contact_points=(4, 2), steps=10_000, tolerance=4e-3, halvings=7
+        stack([(0.2, 0.25)] * 3, joint=lm.Joint(40.0)), contact_points=(4, 2), steps=10_000, tolerance=0.03
     )
-    assert test.at_rest == pytest.approx(0.2 / 0.75, rel=5e-3)
+    assert test.at_rest == pytest.approx(0.2 / 0.75, rel=2e-3)
 
 
 def test_before_motion_the_path_is_the_circle_that_the_table_imposes(rocking, sliding):
