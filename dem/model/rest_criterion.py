@@ -155,7 +155,8 @@ def run(
     drifts = bool(state.total[kernels.E_KINETIC] < CALM * state.forces().elastic_energy) if damping.combined else None
     if drives is None or speeds is None:
         drives, speeds = np.zeros((0,) + cases.shape[1:]), np.zeros((steps, 0))
-    acting = kernels.Acting(*(np.ascontiguousarray(v, dtype=float) for v in (cases, factors, drives, speeds)))
+    # copies: to the compiler loads that may not be written are another type, and the kernel is compiled twice
+    acting = kernels.Acting(*(np.array(v, dtype=float, order="C") for v in (cases, factors, drives, speeds)))
     scheme = kernels.Scheme(
         float(state.dt), state.mode == DYNAMIC, float(damping.local), float(damping.adaptive), damping.kinetic
     )

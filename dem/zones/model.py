@@ -108,7 +108,7 @@ def _rigid_blocks(assembly: Assembly, rigid: Flags, body: Index) -> Rigid:
     flat = np.zeros((nb, 3))
     held = assembly.held[numbers][:, [0, 2, 4]]
     return Rigid(
-        assembly.centroids[numbers][:, [0, 2]], flat, flat.copy(), np.ones((nb, 3)), flat.copy(), held.copy(),
+        assembly.centroids[numbers][:, [0, 2]].copy(), flat, flat.copy(), np.ones((nb, 3)), flat.copy(), held.copy(),
         flat.copy(), flat.copy(), flat.copy(), flat.copy(), own,
     )
 

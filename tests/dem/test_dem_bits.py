@@ -13,8 +13,14 @@ from pathlib import Path
 
 import pytest
 
+import dem
+import limitmason as lm
 from dem import kernels
 from dem.kernels import compiled
+from dem.kernels.zone_motion import advance_zones
+from dem.model.rest_criterion import run_constant
+from dem.zones import running
+from dem.zones.model import make_model
 
 
 @pytest.mark.parametrize(
@@ -90,6 +96,23 @@ def test_no_function_escapes_the_stamp():
     assert others == []
     index = kernels.advance._cache._cache_file
     assert index._source_stamp[1] == compiled.SOURCES == compiled.content(folder)
+
+
+def test_no_kernel_is_compiled_twice_for_arrays_that_may_not_be_written_or_lie_otherwise():
+    # weights of a Loads may not be written, those of a chunk of a history may; two blocks or more lay by columns
+    brick = lm.Material(young_modulus=1e10, poisson_ratio=0.2, density=2000.0)
+    wall = lm.build.column(width=0.2, depth=0.1, height=0.3, courses=3, joint=lm.Joint(40.0)).with_material(brick)
+    loads = lm.Loads.weight(wall)
+    state = dem.make_state(wall, loads)
+    for writeable in (True, False):
+        wrench = loads.dead.copy()
+        wrench.flags.writeable = writeable
+        run_constant(state, wrench, 1, dem.Damping(local=0.8))
+    running.advance(make_model(wall, loads, zone_size=0.1, stiff=[3]), 1)
+    for kernel in (kernels.advance, advance_zones):
+        text = [str(signature) for signature in kernel.signatures]
+        assert text
+        assert not any("readonly" in t or ", F)" in t for t in text)
 
 
 @pytest.mark.slow
