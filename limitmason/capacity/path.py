@@ -260,7 +260,8 @@ class _Path(JudgedPath):
             off = None if a.guess is None else abs(new.multiplier - a.guess[1]) / max(largest, 1e-300)
             factor = growth(new, off, self.steps.smooth, len(self.nodes) - self.begin <= 2)
         # what is beyond a limit point is not foretold by the way to it
-        self.advance = (min(factor, 1.0) if self.passed else factor) * a.move
+        self.advance = (min(factor, 1.0) if self.passed or self.steady else factor) * a.move
+        self.steady = max(self.steady - 1, 0)
         self.passed = False
         left = 0.0 if self.ahead is None else self.sense * (self.ahead.control - new.control)
         if left > self.shortest and self.phase is not Phase.CLOSING:

@@ -21,6 +21,7 @@ _SHORTEST = 1e-4  # elastic lengths
 _HALVINGS = 6  # of a step that loses or makes energy
 CLOSER, ROUNDS = 0.25, 8  # of the step before a limit point; rounds in which it is closed in on
 _CUTS = 4  # of a step for its bend
+_STEADY = 4  # steps that do not grow after one in which a point ran off
 _OUTRUN, _MOVED = 3.0, 1e-7  # motion over a tangent's, and over the median block size, that may be a leap
 MISSED = 2e-3  # of the largest load: rise to a jump that may be left unseen
 DROP_OF_SOFTENING = 0.2  # fall that ends a path whose joints lose strength: others may take over
@@ -49,6 +50,7 @@ class JudgedPath:
     taken_off: float = 0.0  # largest fall where contacts were found anew, of the largest load
     steepest: float = 0.0  # rise of the load over displacement so far [1/m]
     cuts: int = 0  # of this step, for its bend
+    steady: int = 0  # steps that grow no longer than one that was cut, for points that ran off
     ahead: Node | None = None  # what was found beyond the bend
     near: Try | None = None  # the shortest step from a state that loses energy: a jump, should none go on without
 
@@ -179,12 +181,15 @@ class JudgedPath:
         if a.new.jump or a.due is not None:
             return StepOutcome.ACCEPTED
         made, size = self.generations, a.system.size
+        off = made.until_off(a.last, a.new)
         share = min(
-            until_open(a.system, a.last, a.new, self.steps.opening * size), made.until_off(a.last, a.new),
+            until_open(a.system, a.last, a.new, self.steps.opening * size), off,
             made.until_landed(a.last, a.new), until_stuck(made, self.nodes, a.new, self.steps.sliding * size),
         )
         if share == 1.0 or a.move <= self.shortest:
             return StepOutcome.ACCEPTED
+        # a place where sides cross runs on as it ran: the next longer step would be cut again
+        self.steady = _STEADY if off == share else self.steady
         self.advance = share * a.move
         return StepOutcome.SHORTER
 

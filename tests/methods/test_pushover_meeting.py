@@ -301,6 +301,20 @@ def test_a_block_that_slides_over_an_oblique_seam_of_level_tables_bears_its_fric
     assert curve.load[slides] == pytest.approx(0.5, rel=1e-4)
 
 
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:half the blocks measure")
+@pytest.mark.parametrize(("deep", "angle", "friction", "yaw"), [(0.24, 0.16, 0.26, -0.04), (0.2, 0.07, 0.38, 0.23)])
+def test_a_block_slides_over_a_seam_from_one_table_to_the_other_in_the_tries_that_a_path_has(
+    deep, angle, friction, yaw
+):
+    """Half the tries went into longer steps that the crossings of sides, which run on as they ran, cut again."""
+    block = ((-0.2, -0.5 * deep, 0.0), (0.2, 0.5 * deep, 0.1))
+    push = [math.cos(angle), math.sin(angle), 0.0]
+    curve = lm.pushover(*on_two_tables(block, [-0.3, 0.05, 0.0], push, friction, yaw), to=0.55)
+    assert curve.status == "reached"
+    assert curve.load[curve.displacement > 1e-5] == pytest.approx(friction, rel=1e-4)
+
+
 @pytest.mark.filterwarnings("ignore:half the blocks measure")
 @pytest.mark.parametrize("seen", SEEN)
 @pytest.mark.parametrize("yaw", [0.0, 1.3])
