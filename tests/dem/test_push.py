@@ -368,9 +368,9 @@ def test_hopeless_contrasts_of_stiffness_are_refused_with_the_time_they_would_ta
 # ---- combined damping
 
 
-def slide(blocks, **options):
+def slide(blocks, stiffer=1.0, **options):
     """A wall whose heavy beam is pushed along it until it slides, and its associative limit load."""
-    law = lm.Joint(25.0, dilatancy_angle_deg=25.0, normal_stiffness=5e10, shear_stiffness=5e10)
+    law = lm.Joint(25.0, dilatancy_angle_deg=25.0, normal_stiffness=5e10 * stiffer, shear_stiffness=5e10)
     wall = lm.build.wall(
         length=1.6, courses=8, unit=(0.4, 0.2, 0.2), joint=law, density=2000.0, top_beam=0.2, beam_density=2e4
     )
@@ -392,9 +392,11 @@ def test_a_plastic_wall_slides_at_its_associative_limit_load_at_any_speed(blocks
     assert curve.errors["energy"].max() < 1e-3
 
 
-def test_local_damping_alone_lets_a_wall_overshoot_where_it_begins_to_slide():
-    curve, exact = slide("rigid", damping=dem.Damping(0.5), rate_check=False)
-    assert curve.peak.load > 1.01 * exact
+@pytest.mark.parametrize("stiffer", [1.0 - 1e-12, 1.0, 1.0 + 1e-12])
+def test_local_damping_alone_lets_a_wall_overshoot_where_it_begins_to_slide(stiffer):
+    """By more than 5e-3, within which it stays by default; by how much, .9 to 3 %, hangs on rounding."""
+    curve, exact = slide("rigid", stiffer, damping=dem.Damping(0.5), rate_check=False)
+    assert curve.peak.load > 1.005 * exact
     assert curve.residual == pytest.approx(exact, rel=5e-3)
 
 
