@@ -19,7 +19,9 @@ def make_ties(assembly: Assembly, factor: float = 1.0) -> tuple[Ties, tuple[str,
     factor : on all stiffnesses, as ``JointOptions.stiffness_factor``
     """
     made, said = tie_springs(assembly)
-    return Ties(*made._replace(stiffness=factor * made.stiffness), plastic=np.zeros(len(made.length))), said
+    # copies: to the compiler arrays of the model, which may not be written, are another type
+    own = (v.copy() for v in made._replace(stiffness=factor * made.stiffness))
+    return Ties(*own, plastic=np.zeros(len(made.length))), said
 
 
 def springs(ties: Ties) -> TieSprings:

@@ -72,7 +72,7 @@ class RunSettings(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class History(JointMarks, Displayed, Tabular, ReadOnly):
+class History(Displayed, JointMarks, Tabular, ReadOnly):
     """Record of a simulation.
 
     Parameters

@@ -43,7 +43,7 @@ PROTOCOLS = {
     ("__init__.py", "loads", "test"),  # recipes: (test, wall, sense)
     # of what is driven: a structure says what it is made of, and what its run says
     ("structure.py", "__init__", "loads"),
-    ("structure.py", "curve_of", "seconds"),
+    ("zoned_structure.py", "curve_of", "seconds"),
     ("record.py", "__setattr__", "value"),  # refuses whatever is set
     # a law without added terms, and a term that changes nothing
     *(("added_terms.py", "_changed", name) for name in ("added", "slip", "damage")),
