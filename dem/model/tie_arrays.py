@@ -20,7 +20,7 @@ def make_ties(assembly: Assembly, factor: float = 1.0) -> tuple[Ties, tuple[str,
     """
     made, said = tie_springs(assembly)
     # copies: to the compiler arrays of the model, which may not be written, are another type
-    own = (v.copy() for v in made._replace(stiffness=factor * made.stiffness))
+    own = TieSprings._make(v.copy() for v in made._replace(stiffness=factor * made.stiffness))
     return Ties(*own, plastic=np.zeros(len(made.length))), said
 
 
