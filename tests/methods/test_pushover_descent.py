@@ -76,11 +76,7 @@ def test_the_geometric_stiffness_of_a_run_of_points_is_the_sum_of_theirs():
     pytest.param(0.0, (1.0, 0.0, 0.0), 1e9, marks=pytest.mark.slow),
 ])
 def test_descent_interior_path_and_programs_find_the_same_states(psi, to, modulus):
-    """Steps five times as long as those of the path; rigid blocks in plane and in space, and blocks that deform.
-
-    One of 24 such steps may be left to another way: with blocks moved by 1e-12 m descent finds nothing for it.
-    """
-    missed = 0
+    """Steps five times as long as those of the path; rigid blocks in plane and in space, and blocks that deform."""
     wall = lm.build.wall(length=0.8, courses=4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0, psi))
     options = {}
     if modulus is not None:
@@ -95,12 +91,8 @@ def test_descent_interior_path_and_programs_find_the_same_states(psi, to, modulu
         programs = stepping.by_programs(system, *start)[0]
         for way in (descent, interior) if to[1] == 0.0 else (descent,):
             found = way.solve(system, node.pose, node.multiplier, node.history, target)
-            if found is None:
-                missed += 1
-                continue
             assert found.multiplier == pytest.approx(programs.multiplier, abs=1e-8)
             assert found.state.force == pytest.approx(programs.state.force, abs=1e-5 * system.weight)
-    assert missed <= 1
 
 
 @pytest.mark.parametrize("joint", [
