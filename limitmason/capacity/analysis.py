@@ -220,9 +220,8 @@ def pushover(
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
     warnings += said + few
-    standard = contact_model is None and grid is None
-    if initial is None and named.any() and (standard or contact_model == LOBATTO):
-        warnings += _told_of_points(generations, nodes, standard)
+    if initial is None and named.any():
+        warnings += _told_of_points(generations, nodes, contact_model, contact_model is None and grid is None)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     if moving is not None:
         return certified_curve(generations, nodes, origin, status, warnings, ratio)
@@ -254,8 +253,12 @@ def _framed(
     return carried_firmly(points, firm), turned_over(first, firm[first.block_b] > firm[first.block_a])
 
 
-def _told_of_points(generations: Generations, nodes: list[Node], standard: bool) -> list[str]:
+def _told_of_points(
+    generations: Generations, nodes: list[Node], contact_model: str | None, standard: bool
+) -> list[str]:
     """Warnings of points that stand for faces, the standard ones or those of a rule, of a stiffness that was given."""
+    if not standard and contact_model != LOBATTO:
+        return []
     if weakening(generations.structures[0].assembly).any():
         return told_of_flat_top(nodes) if standard else []
     if not standard:

@@ -392,12 +392,14 @@ def test_a_plastic_wall_slides_at_its_associative_limit_load_at_any_speed(blocks
     assert curve.errors["energy"].max() < 1e-3
 
 
-@pytest.mark.parametrize("stiffer", [1.0 - 1e-12, 1.0, 1.0 + 1e-12])
-def test_local_damping_alone_lets_a_wall_overshoot_where_it_begins_to_slide(stiffer):
-    """By more than 5e-3, within which it stays by default; by how much, .9 to 3 %, hangs on rounding."""
-    curve, exact = slide("rigid", stiffer, damping=dem.Damping(0.5), rate_check=False)
-    assert curve.peak.load > 1.005 * exact
-    assert curve.residual == pytest.approx(exact, rel=5e-3)
+def test_local_damping_alone_lets_a_wall_overshoot_where_it_begins_to_slide():
+    """By how much, .9 to 3 % of one wall, hangs on rounding: the median of three that differ by no more."""
+    peaks = []
+    for stiffer in (1.0 - 1e-12, 1.0, 1.0 + 1e-12):
+        curve, exact = slide("rigid", stiffer, damping=dem.Damping(0.5), rate_check=False)
+        peaks.append(curve.peak.load)
+        assert curve.residual == pytest.approx(exact, rel=5e-3)
+    assert np.median(peaks) > 1.01 * exact
 
 
 def test_combined_damping_without_a_local_one_is_refused():
