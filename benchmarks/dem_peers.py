@@ -92,7 +92,7 @@ def ours(assembly, loads, grid):
     """Row of our search without error budget."""
     begun = time.perf_counter(), time.process_time()
     p = dem.collapse(assembly, loads, contact_points=grid, error_budget=())
-    count = len(dem.make_state(assembly, loads, contact_points=grid).points.s)
+    count = len(dem.initial_state(assembly, loads, contact_points=grid).points.s)
     return {
         "points": str(count), "how": "increments in equilibrium",
         "multiplier": p.collapse_multiplier, "elapsed": time.perf_counter() - begun[0],

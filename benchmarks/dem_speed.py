@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit
 
 import limitmason as lm
-from dem import make_state
+from dem import initial_state
 from dem.model.rest_criterion import Damping, run_constant
 
 INSTRUCTIONS_PER_POINT = 42  # of the plain law without dilation and crushing, counted in dem/kernels/joint_law.py
@@ -93,7 +93,7 @@ def wall_state(blocks, points):
         length=0.08 * units, courses=courses, unit=(0.08, 0.04, 0.028), joint=lm.Joint.from_friction_coefficient(0.67)
     )
     loads = lm.Loads.weight(wall)
-    return wall, make_state(wall, loads, contact_points=GRIDS[points]), loads.dead
+    return wall, initial_state(wall, loads, contact_points=GRIDS[points]), loads.dead
 
 
 def steps_per_second(blocks, points, seconds=0.6):

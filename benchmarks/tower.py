@@ -173,7 +173,7 @@ def main():
     if (Path(x.store) / "checkpoint.npz").exists():
         h = dem.History.load(x.store, model)
     else:
-        state = dem.make_state(model, lm.Loads.weight(model), mode="dynamic", contact_points=points)
+        state = dem.initial_state(model, lm.Loads.weight(model), mode="dynamic", contact_points=points)
         made = time.process_time()
         print(
             f"{model.n_blocks} blocks, {len(model.interfaces)} joints, {len(state.points.s)} points: assembly "

@@ -70,7 +70,7 @@ def measured(blocks):
     begun = clock()
     model = tower(*of_about(blocks))
     built = clock()
-    state = dem.make_state(model, lm.Loads.weight(model), mode="dynamic")
+    state = dem.initial_state(model, lm.Loads.weight(model), mode="dynamic")
     made = clock()
     pieces, margin = Pieces.of(model), near_margin(model)
     redetect(model, state, pieces, margin=margin)

@@ -1,7 +1,7 @@
 """Explicit distinct element method on the same assemblies: stages of loading, and collapse multipliers."""
 
 from dem.driving.push_curve import PushCurve
-from dem.model.initial_state import make_state
+from dem.model.initial_state import initial_state
 from dem.model.joints import JointOptions
 from dem.model.state import State, UnsettledError, UnstableError
 from dem.multiplier.collapse import collapse
@@ -40,7 +40,7 @@ __all__ = [
     "UnstableError",
     "collapse",
     "identify",
-    "make_state",
+    "initial_state",
     "push",
     "resume",
     "simulate",

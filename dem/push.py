@@ -72,7 +72,7 @@ def push(
     InputError
         For a drive without direction or out of the plane, a path without length, settings that are wrong, contrasts of
         stiffness that make the run hopeless (with the predicted time), a checkpoint of another push, and what
-        :func:`dem.make_state` refuses.
+        :func:`dem.initial_state` refuses.
     KeyboardInterrupt
         Stopped by the keyboard while own weight comes to rest; after that what was driven is kept.
 

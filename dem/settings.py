@@ -19,7 +19,7 @@ Grid = tuple[int, int]
 
 
 class ContactOptions(TypedDict, total=False):
-    """How joints are modelled: options of :func:`dem.make_state` by name, where None is as good as left out."""
+    """How joints are modelled: options of :func:`dem.initial_state` by name, where None is as good as left out."""
 
     contact_points: Grid | Mapping[str, Grid] | None
     contact_model: str | None
@@ -27,7 +27,7 @@ class ContactOptions(TypedDict, total=False):
 
 
 class StateOptions(ContactOptions, total=False):
-    """How an assembly is modelled: options of :func:`dem.make_state` by name, where None is as good as left out."""
+    """How an assembly is modelled: options of :func:`dem.initial_state` by name, where None is as good as left out."""
 
     mode: str | None
     blocks: str | None
@@ -82,7 +82,7 @@ class DemSettings:
         five times as long as the search. () for none
     joint_options : limits of dilation, softening lengths
     blocks, stress : "rigid", or "simply deformable" blocks that strain and bend, in space ("solid"), "plane stress" or
-        "plane strain"; see :func:`dem.make_state`
+        "plane strain"; see :func:`dem.initial_state`
     first_increment : first step of the multiplier; a twentieth of that at which live equals dead load by default
     max_steps : budget for one load, up to three times that while it is still on its way to a verdict; when it runs out
         the load is "undecided", never counted as stable
@@ -146,13 +146,13 @@ class PushSettings:
     ----------
     blocks : "rigid"; "lumped": rigid blocks whose joints take over the compliance of the units' material, see
         :func:`limitmason.mechanics.lumped_units.with_lumped_units`; "simply deformable": blocks that strain and bend,
-        see :func:`dem.make_state`; "zoned": walls in the x-z plane, each block with a material cut into zones that
+        see :func:`dem.initial_state`; "zoned": walls in the x-z plane, each block with a material cut into zones that
         strain, yield and crack in tension. Blocks that are driven, held or without a material stay rigid
     stress : of simply deformable and zoned blocks: "plane stress" (the default of a plane problem, and of all zoned
         ones), "plane strain", or "solid", in space, of simply deformable ones
     zone_size : largest edge of a zone [m]; of zoned blocks, where it must be given
-    contact_points : as for :func:`dem.make_state`; by default spaced by half the smallest length of a joint, and where
-        zones meet. Where joints crush there are 15 on a side, crowded towards the edges. Brittle joints answer
+    contact_points : as for :func:`dem.initial_state`; by default spaced by half the smallest length of a joint, and
+        where zones meet. Where joints crush there are 15 on a side, crowded towards the edges. Brittle joints answer
         differently at other spacings, so that it stands in the answer
     joint_options : see :class:`dem.JointOptions`
     steps : of the faster run over the whole path; by default forty of the slowest motion's periods, and 6000 at least,

@@ -14,7 +14,7 @@ from dem.driving.pace import LEAST_STEPS, slowest_period, softest_note
 from dem.driving.push_curve import PushCurve
 from dem.driving.structure import DrivenStructure, widest_spacing
 from dem.kernels import E_STEPS
-from dem.model.initial_state import make_state
+from dem.model.initial_state import initial_state
 from dem.model.joint_marks import MARKS
 from dem.model.joints import JointOptions
 from dem.settings import PushSettings
@@ -63,7 +63,7 @@ class BlockStructure(DrivenStructure):
         grid = chosen.contact_points
         if grid is None and not np.isfinite(model.arrays.compressive_strength).any():
             grid = default_spacing(model)
-        self.state = make_state(
+        self.state = initial_state(
             model, self.loads, contact_points=grid,
             joint_options=chosen.joint_options, blocks=SIMPLY_DEFORMABLE if strains else RIGID,
             plane=None if strains and stress == SOLID else plane, stress=stress, driven=self.unit,

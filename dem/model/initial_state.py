@@ -53,7 +53,7 @@ def _at_rest(mass: Array, inertia: Array, held: Flags) -> RigidBodies:
     )
 
 
-def make_state(
+def initial_state(
     assembly: Assembly,
     loads: Loads,
     *,

@@ -63,7 +63,7 @@ class UnstableError(NotConverged, RuntimeError):
 class State:
     """Everything that changes, and the arrays it changes on.
 
-    Made by :func:`make_state`.
+    Made by :func:`dem.initial_state`.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dem.contact.near import SMALL, farthest, near_margin
-from dem.model.initial_state import make_state
+from dem.model.initial_state import initial_state
 from dem.model.joint_marks import bond_yielded
 from dem.model.joints import Grid, JointOptions, chosen_points, losses
 from dem.model.pieces import reaches
@@ -75,7 +75,7 @@ def collapse(
     Raises
     ------
     InputError
-        For settings that are wrong, no live load, and what :func:`dem.make_state` says is wrong.
+        For settings that are wrong, no live load, and what :func:`dem.initial_state` says is wrong.
     NotApplicable
         For joints without shear stiffness.
     NotConverged
@@ -163,7 +163,7 @@ def _start(assembly: Assembly, loads: Loads, chosen: DemSettings, check: str) ->
     elif check == "contact points":
         # on an even lattice twice as fine the edges on which blocks turn are hardly better told
         points, model = _doubled(points), ContactModel.LOBATTO
-    return make_state(
+    return initial_state(
         assembly, loads, contact_points=points, contact_model=model, joint_options=law, mode=QUASI_STATIC,
         blocks=chosen.blocks, stress=chosen.stress,
     )

@@ -9,7 +9,7 @@ from typing import Unpack
 
 import numpy as np
 
-from dem.model.initial_state import make_state
+from dem.model.initial_state import initial_state
 from dem.model.state import DYNAMIC, State, UnstableError
 from dem.settings import StateOptions, given
 from dem.stages.history import History, RunSettings
@@ -66,7 +66,7 @@ def simulate(
         where blocks leave them or meet others
     checkpoint : file to which the history so far is written every ``checkpoint_every`` samples; ``History.load`` and
         :func:`resume` go on from it to the same bits, also when the process was killed
-    model : options of :func:`dem.make_state`, by name. ``mode`` is "quasi-static" (scaled masses, local damping; the
+    model : options of :func:`dem.initial_state`, by name. ``mode`` is "quasi-static" (scaled masses, local damping; the
         default) or "dynamic" (real masses). ``contact_points`` are the points of a joint along both its sides,
         ``contact_model`` where they lie on it, ``dt`` the time step [s], the longest stable one in dynamic runs. With
         real masses joints alone damp, by dashpots of a tenth of critical at the fastest motion of a block: a face that
@@ -84,7 +84,8 @@ def simulate(
     UnstableError
         When the state is no longer finite or energy appears from nowhere; ``error.history`` holds what was recorded.
     InputError
-        For stages that the mode does not allow, what does not fit ``start``, and what :func:`dem.make_state` refuses.
+        For stages that the mode does not allow, what does not fit ``start``, and what
+        :func:`dem.initial_state` refuses.
     """
     kept = Store(store) if isinstance(store, str | Path) else store
     if kept is not None:
@@ -141,7 +142,7 @@ def prepared(
         raise InputError(f"detect_every must be at least 1, got {detect_every}")
     if before is None:
         loads = loads if loads is not None else Loads.weight(assembly)
-        state = make_state(assembly, loads, driven=prescribed(assembly, todo), **chosen)
+        state = initial_state(assembly, loads, driven=prescribed(assembly, todo), **chosen)
     else:
         state = before.copy()
         loads = loads if loads is not None else Loads(state.dead, state.live)

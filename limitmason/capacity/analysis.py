@@ -28,7 +28,7 @@ from limitmason.capacity.contacts import (
     turned_over,
 )
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
-from limitmason.capacity.edges import told_of_edges, told_of_flat_top, told_of_sharing, told_of_stiffness
+from limitmason.capacity.edges import edge_warnings, flat_top_warnings, pressure_sharing_warnings, stiffness_warnings
 from limitmason.capacity.initial_gaps import begun_with, of_forces, of_gaps
 from limitmason.capacity.kinematics import at_rest, make_bodies
 from limitmason.capacity.outcomes import PathEnd
@@ -48,11 +48,11 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import LOBATTO, ContactPoints, Grid, weakening
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom
-from limitmason.mechanics.joint_shapes import told_of_soft_blocks
+from limitmason.mechanics.joint_shapes import soft_block_warnings
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.model_notes import tension_above_apex
-from limitmason.mechanics.plane import Plane, is_met_in_plane
+from limitmason.mechanics.plane import Plane, contacts_stay_in_plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
@@ -179,7 +179,7 @@ def pushover(
     if initial is not None:
         refuse_with_initial(deforming, not (gaps is None and start is None and moving is None))
     plane, stress = plane_of(assembly, loads, blocks, stress)
-    if anew and initial is None and plane is not None and not is_met_in_plane(assembly, plane):
+    if anew and initial is None and plane is not None and not contacts_stay_in_plane(assembly, plane):
         plane = None
     points, of_points = points_of_path(assembly, plane, contact_model, grid, initial)
     if plane is None:
@@ -187,14 +187,14 @@ def pushover(
     kn, ks, warnings = joint_stiffness(assembly, loads.dead, stiffness)
     ties, of_ties = make_ties(assembly)
     apex = tension_above_apex(assembly, taken=True)
-    warnings += [*of_points, *of_ties, *filter(None, [apex]), *told_of_soft_blocks(assembly, kn, blocks)]
+    warnings += [*of_points, *of_ties, *filter(None, [apex]), *soft_block_warnings(assembly, kn, blocks)]
     basis, free = degrees_of_freedom(assembly, plane)
     dead, live = loads.dead @ basis * free, loads.live @ basis * free
     weight, size = _units(assembly, loads, free, moving)
     row, ratio = _control(assembly, control, basis, free, live)
     misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
     named = (assembly.arrays.normal_stiffness > 0.0) | (stiffness is not None)
-    few = told_of_stiffness(assembly, points, named)
+    few = stiffness_warnings(assembly, points, named)
     firm, shapes = firmness(assembly, loads), None
     points, first = _framed(assembly, points, kn, ks, misfit, None if contacts == FIRST else firm)
     if anew:
@@ -260,10 +260,10 @@ def _told_of_points(
     if not standard and contact_model != LOBATTO:
         return []
     if weakening(generations.structures[0].assembly).any():
-        return told_of_flat_top(nodes) if standard else []
+        return flat_top_warnings(nodes) if standard else []
     if not standard:
-        return told_of_edges(generations, nodes, "more points by grid=")
-    return told_of_edges(generations, nodes, "contact_model='lobatto'") + told_of_sharing(generations, nodes)
+        return edge_warnings(generations, nodes, "more points by grid=")
+    return edge_warnings(generations, nodes, "contact_model='lobatto'") + pressure_sharing_warnings(generations, nodes)
 
 
 def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, int] | None) -> tuple[float, float]:

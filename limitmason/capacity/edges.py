@@ -40,7 +40,7 @@ _ENDLESS = 1e3  # times from which no number is told
 _FAR = 1e6  # advance of the live load that outweighs what elastic forces cost, in block weights times elastic lengths
 
 
-def told_of_stiffness(assembly: Assembly, points: ContactPoints, named: Flags) -> list[str]:
+def stiffness_warnings(assembly: Assembly, points: ContactPoints, named: Flags) -> list[str]:
     """What to say where points turn joints of a stiffness that somebody named more stiffly than faces.
 
     Parameters
@@ -84,7 +84,7 @@ def stiffer(assembly: Assembly, points: ContactPoints) -> Array:
     return np.asarray(np.linalg.eigvals(np.linalg.solve(face, own)).real.max(axis=1))
 
 
-def told_of_flat_top(nodes: list[Node]) -> list[str]:
+def flat_top_warnings(nodes: list[Node]) -> list[str]:
     """What to say where joints crush or break and the load is nearly level before its largest.
 
     Their points bear a load to a part of ``UNSURE``: where it is nearly reached hangs on them.
@@ -101,7 +101,7 @@ def told_of_flat_top(nodes: list[Node]) -> list[str]:
     ]
 
 
-def told_of_edges(generations: Generations, nodes: list[Node], remedy: str) -> list[str]:
+def edge_warnings(generations: Generations, nodes: list[Node], remedy: str) -> list[str]:
     """What to say where faces of the same stiffness would bear less than the few points of a path.
 
     Parameters
@@ -117,7 +117,7 @@ def told_of_edges(generations: Generations, nodes: list[Node], remedy: str) -> l
     ]
 
 
-def told_of_sharing(generations: Generations, nodes: list[Node]) -> list[str]:
+def pressure_sharing_warnings(generations: Generations, nodes: list[Node]) -> list[str]:
     """What to say where friction in space bears far less than it could, by how the points of faces share the pressure.
 
     Below the associative limit load equilibrium leaves many states open; which one a path takes, and so the load at

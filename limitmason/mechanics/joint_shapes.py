@@ -33,7 +33,7 @@ def shapes_of(assembly: Assembly, blocks: str, stress: str, normal: ArrayLike | 
     return (simply_deformable_blocks if blocks == SIMPLY_DEFORMABLE else polynomial_blocks)(assembly, stress, normal)
 
 
-def told_of_soft_blocks(assembly: Assembly, kn: Array, blocks: str) -> tuple[str, ...]:
+def soft_block_warnings(assembly: Assembly, kn: Array, blocks: str) -> tuple[str, ...]:
     """Warning where simply deformable blocks are as soft as their joints, with few shapes for what they then do.
 
     Parameters

@@ -59,7 +59,7 @@ def two_planes(assembly: Assembly, loads: Loads, driven: Array | None = None) ->
     return len(list(_planes(assembly, loads, driven))) > 1
 
 
-def is_met_in_plane(assembly: Assembly, plane: Plane) -> bool:
+def contacts_stay_in_plane(assembly: Assembly, plane: Plane) -> bool:
     """True if blocks that move within a plane can be computed in it: they then meet others as outlines do, everywhere.
 
     Faces must lie in the plane or stand square to it. Blocks must be symmetric about it, or reach at least as far to

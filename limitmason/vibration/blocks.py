@@ -20,7 +20,7 @@ from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.mechanics.contact_points import contact_points as points_of
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom
-from limitmason.mechanics.joint_shapes import shapes_of, told_of_soft_blocks
+from limitmason.mechanics.joint_shapes import shapes_of, soft_block_warnings
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane, find_plane
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
@@ -115,7 +115,7 @@ def closed_system(
     points = points_of(assembly, contact_model=contact_model, grid=contact_points, plane=plane, elastic=True)
     kn, ks, told = joint_stiffness(assembly, dead.dead, stiffness)
     components = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface]
-    warnings = (*told, *["the frequencies are meaningless"] * bool(told), *told_of_soft_blocks(assembly, kn, blocks))
+    warnings = (*told, *["the frequencies are meaningless"] * bool(told), *soft_block_warnings(assembly, kn, blocks))
     label = f"{'' if blocks == RIGID else blocks + ' '}blocks on closed joints"
     shapes = None if blocks == RIGID else shapes_of(assembly, blocks, stress, None if plane is None else plane.normal)
     return block_system(assembly, points, components, label, warnings, plane, shapes, blocks)

@@ -20,7 +20,7 @@ def elastic(test):
     """Settlement of the spreader by own weight and by 1 kN [mm], and the first-failure loads [kN] for three ft."""
     wall = with_lumped_units(test.assembly())
     loads = test.loads()
-    state = dem.make_state(wall, loads, contact_points=0.0375, plane=find_plane(wall, loads))
+    state = dem.initial_state(wall, loads, contact_points=0.0375, plane=find_plane(wall, loads))
     k, plate = tangent(wall, state), wall.block_index("spreader")
     free = np.flatnonzero(~state.bodies.held.ravel())
     u = np.zeros((k.shape[0], 2))

@@ -96,7 +96,7 @@ def test_a_face_that_takes_over_from_an_edge_stores_no_shear_that_it_does_not_be
     joint = lm.Joint.from_friction_coefficient(mu, normal_stiffness=kn, shear_stiffness=kn)
     blocks = [box((-1, -1, -1), (1, 1, 0)), box((-0.1, -0.1, 0), (0.1, 0.1, 0.2))]
     pair = lm.Assembly.from_polyhedra(blocks, joint=joint, fixed=[0])
-    state = dem.make_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
+    state = dem.initial_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
     state.bodies.shift[1] = 3e-5, 0.0, -depth
     now, strip = state.measured(pair), [(0, 0), (0, 0.1), (width, 0.1), (width, 0)]
     assert np.linalg.norm(now.force[:, :2].sum(axis=0)) == pytest.approx(mu * kn * depth * 0.04, rel=1e-9)
@@ -117,7 +117,7 @@ def test_a_face_that_takes_over_stores_the_energy_however_large_it_is(more):
     joint = lm.Joint.from_friction_coefficient(mu, normal_stiffness=kn, shear_stiffness=ks)
     blocks = [box((-1, -1, -1), (1, 1, 0)), box((-0.1, -0.1, 0), (0.1, 0.1, 0.2))]
     pair = lm.Assembly.from_polyhedra(blocks, joint=joint, fixed=[0])
-    state = dem.make_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
+    state = dem.initial_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
     state.bodies.shift[1] = aside, 0.0, -depth
     now, x = state.measured(pair), 0.1 * np.sqrt(more)
     old, area = 0.5 * ks * 0.04 * aside**2, 0.04 * more
@@ -137,7 +137,7 @@ def test_a_face_presses_no_harder_for_the_sake_of_energy():
     joint = lm.Joint.from_friction_coefficient(0.5, normal_stiffness=kn, shear_stiffness=kn)
     blocks = [box((-1, -1, -1), (1, 1, 0)), box((-0.1, -0.1, 0), (0.1, 0.1, 0.2))]
     pair = lm.Assembly.from_polyhedra(blocks, joint=joint, fixed=[0])
-    state = dem.make_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
+    state = dem.initial_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
     state.bodies.quat[1] = np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0
     state.bodies.rot[1, [0, 2], [2, 0]] = np.sin(angle), -np.sin(angle)
     now = state.measured(pair)

@@ -118,7 +118,7 @@ def test_an_open_joint_that_slides_further_than_it_is_open_is_pressed(slip, dash
     joint = lm.Joint(45.0, dilatancy_angle_deg=45.0, normal_stiffness=kn, shear_stiffness=ks)
     a = on_slab([((0, 0, 0), (0.3, 0.2, 0.1))], joint=joint)
     mode = "quasi-static" if dashpot is None else "dynamic"
-    state = dem.make_state(a, lm.Loads.weight(a), mode=mode, joint_options=dem.JointOptions(dashpot=dashpot))
+    state = dem.initial_state(a, lm.Loads.weight(a), mode=mode, joint_options=dem.JointOptions(dashpot=dashpot))
     state.bodies.shift[1] = (slip, 0.0, gap)
     dem.kernels.contact_wrenches(state.points, state.joints, state.bodies)
     pressed = kn * ks * max(slip - gap, 0.0) / (ks + kn) * 0.3 * 0.2

@@ -103,7 +103,7 @@ def test_no_kernel_is_compiled_twice_for_arrays_that_may_not_be_written_or_lie_o
     brick = lm.Material(young_modulus=1e10, poisson_ratio=0.2, density=2000.0)
     wall = lm.build.column(width=0.2, depth=0.1, height=0.3, courses=3, joint=lm.Joint(40.0)).with_material(brick)
     loads = lm.Loads.weight(wall)
-    state = dem.make_state(wall, loads)
+    state = dem.initial_state(wall, loads)
     for writeable in (True, False):
         wrench = loads.dead.copy()
         wrench.flags.writeable = writeable

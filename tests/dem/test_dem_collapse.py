@@ -151,7 +151,7 @@ def test_balanced_forces_of_a_block_that_slides_on_are_no_equilibrium():
     # at tan(phi) a block that was given a push slides on at a steady pace under forces that balance
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
     loads = lm.Loads.horizontal(b)
-    state = dem.make_state(b, loads)
+    state = dem.initial_state(b, loads)
     scale = Scale.of(b, loads.dead)
     hold(b, state, loads.dead, scale, dem.Damping(0.8), tolerance=1e-6, limit=0.01, max_steps=5_000)
     hold(b, state, loads.dead + 0.4 * loads.live, scale, dem.Damping(0.8), tolerance=1e-6, limit=0.01, max_steps=5_000)
@@ -167,7 +167,7 @@ def test_a_column_that_still_sank_when_its_forces_were_small_is_at_rest_once_it_
     # what it sank since its forces were small first was counted for good: 60,000 steps, "undecided"
     b = on_slab([((0, 0, 0.1 * k), (0.2, 0.2, 0.1 * k + 0.1)) for k in range(30)], mu=0.6)
     loads = lm.Loads.weight(b)
-    state = dem.make_state(b, loads, contact_points=(2, 2))
+    state = dem.initial_state(b, loads, contact_points=(2, 2))
     sunk = np.cumsum(np.arange(30, 0, -1)) * b.weights[1] / (state.joints.law[0, LAW.kn] * 0.04)
     verdict = hold(
         b, state, loads.dead, Scale.of(b, loads.dead), dem.Damping(0.8), tolerance=np.inf, limit=2.0 * sunk[-1],

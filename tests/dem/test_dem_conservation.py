@@ -28,7 +28,7 @@ def kinetic(bodies, i):
 def test_one_statics_block_wrenches_equal_the_equilibrium_matrix_times_contact_forces(grid):
     wall = running_bond(3, 4, joint=lm.Joint(45.0, normal_stiffness=1e9, shear_stiffness=4e8))
     loads = lm.Loads.weight(wall)
-    state = dem.make_state(wall, loads, contact_points=grid)
+    state = dem.initial_state(wall, loads, contact_points=grid)
     points = contact_points(wall, contact_model="grid", grid=grid)
     random = np.random.default_rng(3)
     normal = random.uniform(1.0, 2.0, points.count)
@@ -45,7 +45,7 @@ def test_one_statics_block_wrenches_equal_the_equilibrium_matrix_times_contact_f
 
 def test_joint_forces_and_moments_cancel_at_any_displacement_and_rotation():
     b = stack([(0.2, 0.2)] * 3, joint=lm.Joint(40.0, normal_stiffness=1e7))
-    state = dem.make_state(b, lm.Loads.weight(b), mode="dynamic")
+    state = dem.initial_state(b, lm.Loads.weight(b), mode="dynamic")
     random = np.random.default_rng(5)
     for i in range(b.n_blocks):
         q = np.r_[1.0, random.normal(size=3) * 0.05]
@@ -65,7 +65,7 @@ def test_elastic_forces_and_moments_are_the_gradient_of_the_elastic_energy_at_la
     # cohesion and tension so high that nothing yields: the joint is then a spring whatever the displacement
     joint = lm.Joint(45.0, cohesion=1e9, tensile_strength=1e9, normal_stiffness=1e7, shear_stiffness=4e6)
     b = stack([(0.2, 0.2), (0.3, 0.1)], joint=joint)
-    state = dem.make_state(b, lm.Loads.weight(b))
+    state = dem.initial_state(b, lm.Loads.weight(b))
     random = np.random.default_rng(11)
 
     def turned(q, vector):
@@ -122,7 +122,7 @@ def test_forces_do_not_change_when_the_whole_assembly_is_turned_rigidly():
 def test_free_fall_keeps_momentum_and_the_energy_of_a_tumbling_block():
     b = slender()
     loads = lm.Loads.weight(b)
-    state = dem.make_state(b, loads, mode="dynamic", dt=1e-4)
+    state = dem.initial_state(b, loads, mode="dynamic", dt=1e-4)
     state.bodies.shift[1] = (0.0, 0.0, 100.0)
     state.bodies.vel[1] = (1.0, -2.0, 0.0)
     state.bodies.ang[1] = (3.0, 2.0, 1.0)
@@ -139,7 +139,7 @@ def test_free_fall_keeps_momentum_and_the_energy_of_a_tumbling_block():
 def test_dashpots_take_nothing_from_free_flight():
     b = slender()
     loads = lm.Loads.weight(b)
-    state = dem.make_state(b, loads, mode="dynamic", joint_options=dem.JointOptions(dashpot=1e-4))
+    state = dem.initial_state(b, loads, mode="dynamic", joint_options=dem.JointOptions(dashpot=1e-4))
     state.bodies.shift[1] = (0.0, 0.0, 1.0)
     state.bodies.vel[1] = (0.3, 0.0, 2.0)
     steps = int(0.3 / state.dt)
@@ -256,7 +256,7 @@ def test_stops_at_peaks_of_the_kinetic_energy_take_energy_from_every_mode():
     # a stop that restarts with a whole step's kick starts fast modes from 1 / cos(w dt / 2) times their amplitude
     b = stack([(0.4, 0.2), (0.4, 0.2)], mu=0.6)
     loads = lm.Loads.horizontal(b)
-    state = dem.make_state(b, loads, contact_points=(4, 4))
+    state = dem.initial_state(b, loads, contact_points=(4, 4))
     force = []
     for _ in range(8):
         run_constant(state, loads.dead + 0.1 * loads.live, 250, dem.Damping(kinetic=True))
@@ -270,7 +270,7 @@ def in_the_air(**options):
         [box((-1, -1, -0.1), (1, 1, 0)), box((0, 0, 0), (0.3, 0.3, 0.2))], joint=lm.Joint(35.0, normal_stiffness=1e9),
         fixed=[0],
     )
-    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", **options)
+    state = dem.initial_state(a, lm.Loads.weight(a), mode="dynamic", **options)
     state.bodies.shift[1, 2] = 1.0
     return a, state
 

@@ -25,7 +25,7 @@ def test_a_flat_landing_rebounds_as_spring_and_dashpot_without_pull_do(ratio, gr
     a = standing(lm.Joint(35.0, normal_stiffness=stiffness))
     frequency = np.sqrt(stiffness * WIDTH * DEPTH / a.arrays.mass[1])
     options = dem.JointOptions(dashpot=2.0 * ratio / frequency)
-    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", contact_points=grid, joint_options=options)
+    state = dem.initial_state(a, lm.Loads.weight(a), mode="dynamic", contact_points=grid, joint_options=options)
     state.dt *= 0.05
     state.bodies.shift[1, 2], state.bodies.vel[1, 2] = 1e-4, -1.0
     none = lm.Loads(np.zeros((2, 6)), np.zeros((2, 6)))
@@ -41,7 +41,7 @@ def spin_kept(dashpot, detect=50, **points):
     start = 0.3 * alpha
     a = standing(lm.Joint(60.0, normal_stiffness=1e9))
     options = dem.JointOptions(dashpot=dashpot)
-    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", joint_options=options, **points)
+    state = dem.initial_state(a, lm.Loads.weight(a), mode="dynamic", joint_options=options, **points)
     turn = np.array([[np.cos(start), 0, np.sin(start)], [0, 1, 0], [-np.sin(start), 0, np.cos(start)]])
     foot = np.array([WIDTH, DEPTH / 2, 0.0])
     state.bodies.quat[1] = (np.cos(start / 2), 0.0, np.sin(start / 2), 0.0)

@@ -78,7 +78,7 @@ def falling():
     """A block that topples on a floor: contacts are found and cut anew on the way."""
     solids = [box((-3, -3, -0.1), (3, 3, 0.0)), box((0, 0, 0), (0.2, 0.3, 0.8))]
     a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=1e8), fixed=[0])
-    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", joint_options=dem.JointOptions(dashpot=3e-4))
+    state = dem.initial_state(a, lm.Loads.weight(a), mode="dynamic", joint_options=dem.JointOptions(dashpot=3e-4))
     spin = np.array([0.0, 1.2, 0.0])
     state.bodies.ang[1] = np.linalg.inv(state.bodies.inv_inertia[1]) @ spin
     state.bodies.vel[1] = np.cross(spin, a.centroids[1] - (0.2, 0.15, 0.0))

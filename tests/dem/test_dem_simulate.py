@@ -153,7 +153,7 @@ def test_quarter_period_of_free_rocking_approaches_housner_as_the_joint_stiffens
     errors = []
     for stiffness in (1e7, 1e8, 1e9):
         a = block_on_floor(joint=lm.Joint(60.0, normal_stiffness=stiffness))
-        state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", contact_points=(2, 2), joint_options=UNDAMPED)
+        state = dem.initial_state(a, lm.Loads.weight(a), mode="dynamic", contact_points=(2, 2), joint_options=UNDAMPED)
         # turned about its right foot, released from rest
         q = np.array([np.cos(start / 2), 0.0, np.sin(start / 2), 0.0])
         turn = np.array([[np.cos(start), 0, np.sin(start)], [0, 1, 0], [-np.sin(start), 0, np.cos(start)]])
@@ -205,7 +205,7 @@ def test_first_crack_is_found_where_a_tilted_wall_opens():
 def test_a_toppled_block_falls_on_its_side_and_comes_to_rest():
     a = block_on_floor()
     loads = lm.Loads.weight(a)
-    state = dem.make_state(a, loads, mode="dynamic", joint_options=dem.JointOptions(dashpot=3e-4))
+    state = dem.initial_state(a, loads, mode="dynamic", joint_options=dem.JointOptions(dashpot=3e-4))
     spin = np.array([0.0, 1.2, 0.0])
     state.bodies.ang[1] = np.linalg.inv(state.bodies.inv_inertia[1]) @ spin
     state.bodies.vel[1] = np.cross(spin, a.centroids[1] - (0.2, 0.15, 0.0))
@@ -225,7 +225,7 @@ def test_a_dropped_block_lands_and_stays_on_a_floor_it_did_not_touch():
     solids = [box((-1, -1, -0.1), (1, 1, 0.0)), box((-1, -1, -0.3), (-0.8, 1, -0.1)), box((0, 0, 0), (0.3, 0.3, 0.2))]
     a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=1e8), fixed=[0, 1])
     loads = lm.Loads.weight(a)
-    state = dem.make_state(a, loads, mode="dynamic", joint_options=dem.JointOptions(dashpot=1e-3))
+    state = dem.initial_state(a, loads, mode="dynamic", joint_options=dem.JointOptions(dashpot=1e-3))
     state.bodies.shift[2] = (0.2, 0.1, 0.25)
     h = dem.simulate(a, dem.Hold(duration=1.5), loads=loads, start=state, mode="dynamic", detect_every=20)
     assert h.shift[-1, 2] == pytest.approx((0.2, 0.1, 0.0), abs=1e-3)
@@ -236,7 +236,7 @@ def test_two_blocks_that_collide_in_flight_keep_their_momentum():
     solids = [box((-1, -1, -0.1), (1, 1, 0.0)), box((0, 0, 0), (0.2, 0.2, 0.2)), box((0.2, 0, 0), (0.4, 0.2, 0.2))]
     a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=1e8), fixed=[0])
     nothing = lm.Loads(np.zeros((3, 6)), np.zeros((3, 6)))
-    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", joint_options=dem.JointOptions(dashpot=1e-4))
+    state = dem.initial_state(a, lm.Loads.weight(a), mode="dynamic", joint_options=dem.JointOptions(dashpot=1e-4))
     state.bodies.shift[1], state.bodies.shift[2] = (-0.05, 0.03, 1.0), (0.05, 0.0, 1.02)
     state.bodies.vel[1], state.bodies.vel[2] = (1.0, 0.1, 0.0), (-0.5, 0.0, 0.0)
     mass = state.bodies.mass[1:]
@@ -257,14 +257,14 @@ def test_a_time_step_above_the_stable_one_is_refused_and_an_explosion_is_caught(
     # glued down: a joint that may open lets the block bounce off into free flight, where no step is too long
     a = block_on_floor(joint=lm.Joint(35.0, normal_stiffness=1e8, cohesion=1e15, tensile_strength=1e15))
     with pytest.raises(ValueError, match="stable time step"):
-        dem.make_state(a, lm.Loads.weight(a), mode="dynamic", dt=0.1)
-    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic")
+        dem.initial_state(a, lm.Loads.weight(a), mode="dynamic", dt=0.1)
+    state = dem.initial_state(a, lm.Loads.weight(a), mode="dynamic")
     state.dt *= 5.0
     with pytest.raises(dem.UnstableError) as caught:
         dem.simulate(a, dem.Hold(steps=20_000), start=state, mode="dynamic")
     assert caught.value.history is not None
     # slower, so that there are samples before: that of the explosion is not kept behind them
-    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic")
+    state = dem.initial_state(a, lm.Loads.weight(a), mode="dynamic")
     state.dt *= 2.5
     with pytest.raises(dem.UnstableError, match="energy explodes") as caught:
         dem.simulate(a, dem.Hold(steps=4000), start=state, mode="dynamic", sample=2)
@@ -275,7 +275,7 @@ def test_a_time_step_above_the_stable_one_is_refused_and_an_explosion_is_caught(
 
 def test_not_finite_states_name_the_block():
     a = block_on_floor()
-    state = dem.make_state(a, lm.Loads.weight(a))
+    state = dem.initial_state(a, lm.Loads.weight(a))
     state.bodies.vel[1, 0] = np.nan
     with pytest.raises(dem.UnstableError, match="block number 1"):
         dem.simulate(a, dem.Hold(steps=10), start=state)
@@ -289,7 +289,7 @@ def test_bad_input_is_named():
         dem.simulate(a, dem.Hold())
     light = block_on_floor(density=0.0)
     with pytest.raises(ValueError, match="no mass"):
-        dem.make_state(light, lm.Loads.weight(light), mode="dynamic")
+        dem.initial_state(light, lm.Loads.weight(light), mode="dynamic")
     with pytest.raises(ValueError, match="unknown degree of freedom"):
         dem.simulate(a, dem.Drive(displacement={1: {"u": 1.0}}, steps=10))
     with pytest.raises(ValueError, match="nothing to multiply"):
@@ -300,7 +300,7 @@ def free_rocking(stiffness, dashpot, start, duration):
     """Rotation of a slender block released from a turn about its right foot, against time."""
     a = block_on_floor(joint=lm.Joint(60.0, normal_stiffness=stiffness))
     options = dem.JointOptions(dashpot=dashpot)
-    state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", contact_points=(2, 2), joint_options=options)
+    state = dem.initial_state(a, lm.Loads.weight(a), mode="dynamic", contact_points=(2, 2), joint_options=options)
     turn = np.array([[np.cos(start), 0, np.sin(start)], [0, 1, 0], [-np.sin(start), 0, np.cos(start)]])
     foot = np.array([0.2, 0.15, 0.0])
     state.bodies.quat[1] = (np.cos(start / 2), 0.0, np.sin(start / 2), 0.0)

@@ -10,7 +10,7 @@ from walls import on_slab, stack
 import dem
 import limitmason as lm
 from dem import kernels
-from dem.model.initial_state import make_state
+from dem.model.initial_state import initial_state
 from dem.model.state import State
 from dem.model.tie_arrays import elongation, stored_energy
 
@@ -79,7 +79,7 @@ def test_collapse_brackets_the_closed_form_of_an_overturning_wall(to):
 
 
 def moved_state(tied, seed=0, size=0.3):
-    state = make_state(tied, lm.Loads.weight(tied), contact_points=(2, 2))
+    state = initial_state(tied, lm.Loads.weight(tied), contact_points=(2, 2))
     rng = np.random.default_rng(seed)
     for i in np.flatnonzero(~tied.fixed):
         state.bodies.shift[i] = size * rng.normal(size=3)
@@ -162,6 +162,6 @@ def test_a_state_keeps_its_ties_and_refuses_others(tmp_path):
 
 def test_ties_shorten_the_stable_step_of_real_masses():
     loads = lm.Loads.weight(slider())
-    soft = make_state(slider(), loads, contact_points=(2, 2), mode="dynamic")
-    stiff = make_state(slider(stiffness=1e13), loads, contact_points=(2, 2), mode="dynamic")
+    soft = initial_state(slider(), loads, contact_points=(2, 2), mode="dynamic")
+    stiff = initial_state(slider(stiffness=1e13), loads, contact_points=(2, 2), mode="dynamic")
     assert stiff.dt < 0.5 * soft.dt

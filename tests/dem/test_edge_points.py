@@ -6,7 +6,7 @@ import pytest
 import dem
 import limitmason as lm
 from dem.model.edge_points import follow_edges
-from dem.model.initial_state import make_state
+from dem.model.initial_state import initial_state
 from limitmason.geometry import box, prism
 
 HOOK = [[0, 0], [1, 0], [1, 1], [3, 1], [3, 2], [0, 2]]
@@ -27,7 +27,7 @@ def test_a_hook_that_tips_over_two_posts_bears_on_their_corners(angle):
     # its inner right angle runs on the circle over the two corners (1, .9) and (2, 1) that it leans on (Thales)
     posts = [box((1, 0, -1), (1.2, 1, 0.9)), box((1.2, 0, -1), (2, 1, 1))]
     hook = lm.Assembly.from_polyhedra([*posts, prism(HOOK, 0, 1)], joint=RIGID, fixed=[0, 1])
-    state = make_state(hook, lm.Loads.horizontal(hook, (1, 0, 0)), contact_points=(4, 2))
+    state = initial_state(hook, lm.Loads.horizontal(hook, (1, 0, 0)), contact_points=(4, 2))
     centre, start = np.array([1.5, 0.0, 0.95]), np.array([-0.5, 0.0, 0.05])
     c, s = np.cos(2 * angle), np.sin(2 * angle)
     place = centre + np.array([c * start[0] + s * start[2], 0.0, -s * start[0] + c * start[2]])
@@ -47,7 +47,7 @@ def test_a_hook_that_tips_over_two_posts_bears_on_their_corners(angle):
 def test_a_block_well_within_its_table_takes_its_points_along():
     blocks = [box((0, 0, -1), (1, 1, 0)), box((0.5, 0, 0), (0.9, 1, 0.4))]
     pair = lm.Assembly.from_polyhedra(blocks, joint=RIGID, fixed=[0])
-    state = make_state(pair, lm.Loads.horizontal(pair, (1, 0, 0)))
+    state = initial_state(pair, lm.Loads.horizontal(pair, (1, 0, 0)))
     state.bodies.shift[1] = 0.05, 0.0, 0.0
     follow_edges(pair, state)
     at = state.measured(pair).position[:, 0]
@@ -56,7 +56,7 @@ def test_a_block_well_within_its_table_takes_its_points_along():
 
 def test_equal_blocks_bear_on_what_they_share():
     pair = lm.Assembly.from_polyhedra([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1))], joint=RIGID, fixed=[0])
-    state = make_state(pair, lm.Loads.horizontal(pair, (1, 0, 0)))
+    state = initial_state(pair, lm.Loads.horizontal(pair, (1, 0, 0)))
     state.bodies.shift[1] = 0.1, -0.04, 0.0
     follow_edges(pair, state)
     at = state.measured(pair).position
@@ -65,7 +65,7 @@ def test_equal_blocks_bear_on_what_they_share():
 
 def test_a_joint_that_sticks_keeps_its_points_to_the_last_bit():
     pair = lm.Assembly.from_polyhedra([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1))], joint=RIGID, fixed=[0])
-    state = make_state(pair, lm.Loads.horizontal(pair, (1, 0, 0)))
+    state = initial_state(pair, lm.Loads.horizontal(pair, (1, 0, 0)))
     before = state.points.s.copy()
     state.bodies.shift[1] = 1e-5, 0.0, 0.0
     follow_edges(pair, state)

@@ -42,7 +42,7 @@ def two_cubes(size=1.0, density=2000.0, mu=FRICTIONLESS, stiffness=1e8, dt=1e-4)
     ]
     joint = lm.Joint.from_friction_coefficient(mu, normal_stiffness=stiffness)
     a = lm.Assembly.from_polyhedra(solids, joint=joint, fixed=[0], density=density)
-    state = dem.make_state(
+    state = dem.initial_state(
         a, lm.Loads.weight(a), mode="dynamic", joint_options=dem.JointOptions(dashpot=0.0), dt=dt
     )
     return a, lm.Loads(np.zeros((3, 6)), np.zeros((3, 6))), state
@@ -157,7 +157,7 @@ def test_a_crossing_is_made_on_both_edges_and_mass_that_joins_adds_no_energy():
     ]
     a = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, normal_stiffness=1e9), fixed=[0])
     pieces, margin = Pieces.of(a), near_margin(a)
-    empty = dem.make_state(a, lm.Loads.weight(a))
+    empty = dem.initial_state(a, lm.Loads.weight(a))
     assemble(a, empty, np.zeros(len(empty.interface), dtype=bool), None, np.ones(a.n_blocks, dtype=bool))
     empty.bodies.vel[1:], empty.bodies.spin[1:] = 1e-6, 1e-6
     rng, found = np.random.default_rng(3), 0

@@ -29,7 +29,9 @@ def thrown(dt, height=0.0, velocity=(0.3, 0.0, 0.0), spin=(0.0, 0.0, 0.0), durat
     """A block over a slab, with a velocity, sampled at every step; its weight."""
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.1))], joint=DRY)
     options = dem.JointOptions(dashpot=dashpot)
-    state = dem.make_state(b, lm.Loads.weight(b), mode="dynamic", contact_points=(3, 3), joint_options=options, dt=dt)
+    state = dem.initial_state(
+        b, lm.Loads.weight(b), mode="dynamic", contact_points=(3, 3), joint_options=options, dt=dt
+    )
     place(state, b, 1, np.eye(3), b.centroids[1] + (0, 0, height), velocity, spin)
     h = dem.simulate(
         b, dem.Hold(duration=duration, **hold), loads=lm.Loads.weight(b), start=state, detect_every=None, sample=1
@@ -92,7 +94,7 @@ def test_eight_dry_bricks_that_are_shaken_lose_what_is_booked(dashpot):
     shaking = dem.BaseMotion(tuple(map(tuple, ground.tolist())), 0.01, after="coast")
     options, errors = dem.JointOptions(dashpot=dashpot), []
     for part in (1.0, 0.25):
-        state = dem.make_state(a, lm.Loads.weight(a), mode="dynamic", contact_points=(3, 3), joint_options=options)
+        state = dem.initial_state(a, lm.Loads.weight(a), mode="dynamic", contact_points=(3, 3), joint_options=options)
         state.dt *= part
         h = dem.simulate(a, shaking, start=state, detect_every=None, sample=50)
         assert h["friction"][-1] > 10.0

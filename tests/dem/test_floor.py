@@ -50,7 +50,7 @@ def test_no_block_sinks_below_the_ground_and_what_fell_goes_with_it(shaken):
 
 
 def test_an_impact_on_the_floor_loses_the_energy_of_motion(three):
-    state = dem.make_state(three, lm.Loads.weight(three), mode="dynamic")
+    state = dem.initial_state(three, lm.Loads.weight(three), mode="dynamic")
     floor, held, k = Floor(three, lm.Loads.weight(three).dead), state.bodies.held.copy(), 3
     mass, inertia = state.bodies.mass[k], 1.0 / np.diag(state.bodies.inv_inertia[k])
     state.bodies.shift[k, 2] = -1.5
@@ -80,7 +80,7 @@ def test_where_blocks_reach_as_low_as_the_supports_the_floor_is_not_known():
         made = lm.Assembly.from_polygons(stones, thickness=1.0, joint=JOINT, fixed=[0])
         floor = Floor(made, lm.Loads.weight(made).dead)
         assert floor.level - floor.margin == pytest.approx(level, abs=1e-12)
-        state = dem.make_state(made, lm.Loads.weight(made), mode="dynamic")
+        state = dem.initial_state(made, lm.Loads.weight(made), mode="dynamic")
         assert not len(floor.met(state))
         state.bodies.shift[1, 2] = -1.01 if stones[1] is on else -2.5
         assert floor.met(state).tolist() == [1]

@@ -432,7 +432,7 @@ def test_the_slowest_swing_takes_as_many_steps_in_any_units():
         dead = np.zeros((3, 6))
         dead[:, 2] = -wall.arrays.mass * 9.81 * length / time**2
         loads = lm.Loads(dead, 0.0 * dead)
-        return slowest_period(wall, dem.make_state(wall, loads), loads)
+        return slowest_period(wall, dem.initial_state(wall, loads), loads)
 
     steps = swing(1.0, 1.0, 1.0)
     for units in ((1e3, 1e-3, 1.0), (1e-3, 1.0, 1.0), (1.0, 1e3, 1e3), (1e-4, 1.0, 1e-2)):

@@ -188,7 +188,7 @@ def test_sound_joints_are_tried_where_the_weight_at_once_ends_unstable(monkeypat
 
 def test_joints_found_anew_on_the_way_have_their_own_strength_again():
     wall = hanging(1.05)[0]
-    before = dem.make_state(wall, lm.Loads.weight(wall))
+    before = dem.initial_state(wall, lm.Loads.weight(wall))
     after = before.copy()
     for law in (after.joints.law, after.laws):
         law[:, [LAW.cohesion, LAW.tension]] = BEYOND

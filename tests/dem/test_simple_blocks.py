@@ -6,7 +6,7 @@ from deforming_bricks import BONDED, KN, KS, NU, SLIDING, STATES, E, bar_modulus
 
 import dem
 import limitmason as lm
-from dem.model.initial_state import make_state
+from dem.model.initial_state import initial_state
 from dem.model.rest_criterion import run_constant
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
 from limitmason.deformable.levels import SIMPLY_DEFORMABLE
@@ -20,7 +20,7 @@ def pushed(wall, block, force, **options):
     dead = np.zeros((wall.n_blocks, 6))
     dead[wall.block_index(block), :3] = force
     options = {"blocks": SIMPLY_DEFORMABLE, "contact_points": (4, 4)} | options
-    state = make_state(wall, lm.Loads(dead, np.zeros_like(dead)), **options)
+    state = initial_state(wall, lm.Loads(dead, np.zeros_like(dead)), **options)
     for _ in range(200):
         run_constant(state, dead, 250, REST)
         b, m = state.bodies, state.modes
@@ -127,7 +127,7 @@ def test_energy_balance_with_real_masses(state):
         dead[3, 0] += 2000.0
         options = {"blocks": SIMPLY_DEFORMABLE, "stress": state, "mode": "dynamic", "contact_points": (3, 3)}
         options["joint_options"] = dem.JointOptions(dashpot=0.0)
-        step = make_state(wall, lm.Loads(dead, 0 * dead), **options).dt
+        step = initial_state(wall, lm.Loads(dead, 0 * dead), **options).dt
         run = dem.simulate(
             wall,
             Hold(duration=1500 * step),
@@ -249,7 +249,7 @@ def test_run_goes_on_to_the_same_bits(tmp_path):
 
 def test_run_of_blocks_of_other_shapes_is_refused_by_name(tmp_path):
     wall = stack(1, lm.Joint(35.0, normal_stiffness=KN, shear_stiffness=KS))
-    arrays = make_state(wall, lm.Loads.weight(wall), blocks=SIMPLY_DEFORMABLE, stress=PLANE_STRESS).arrays()
+    arrays = initial_state(wall, lm.Loads.weight(wall), blocks=SIMPLY_DEFORMABLE, stress=PLANE_STRESS).arrays()
     names = [k for k in arrays if k.startswith("modes.")]
     assert {"modes.value", "modes.side_b"} < set(names)
     # fewer shapes in all of them; sides as narrow as they once were; one joint fewer
@@ -315,8 +315,8 @@ def test_slowest_swing_of_scaled_masses(state):
     wall = stack(3, BONDED)
     loads = lm.Loads.weight(wall)
     options = {"blocks": SIMPLY_DEFORMABLE, "stress": state, "contact_points": (3, 3)}
-    period = dem.driving.pace.slowest_period(wall, make_state(wall, loads, **options), loads)
-    state_ = make_state(wall, loads, **options)
+    period = dem.driving.pace.slowest_period(wall, initial_state(wall, loads, **options), loads)
+    state_ = initial_state(wall, loads, **options)
     height = []
     for _ in range(int(6 * period)):
         run_constant(state_, loads.dead, 1, Damping())
@@ -334,17 +334,17 @@ def test_refusals_say_what_to_do():
     weight = lm.Loads.weight(wall)
     none = lm.build.column(width=0.2, depth=0.1, unit_height=0.1, courses=2, joint=SLIDING)
     with pytest.raises(lm.errors.InputError, match="no free block has a material"):
-        make_state(none, lm.Loads.weight(none), blocks=SIMPLY_DEFORMABLE)
+        initial_state(none, lm.Loads.weight(none), blocks=SIMPLY_DEFORMABLE)
     with pytest.raises(lm.errors.InputError, match="blocks must be one of"):
-        make_state(wall, weight, blocks="moddal")
+        initial_state(wall, weight, blocks="moddal")
     with pytest.raises(lm.errors.InputError, match="stress must be one of"):
-        make_state(wall, weight, blocks=SIMPLY_DEFORMABLE, stress="plane")
+        initial_state(wall, weight, blocks=SIMPLY_DEFORMABLE, stress="plane")
     with pytest.raises(lm.errors.InputError, match="is for blocks='simply deformable'"):
-        make_state(wall, weight, stress=PLANE_STRESS)
+        initial_state(wall, weight, stress=PLANE_STRESS)
     side = lm.Loads(weight.dead, np.tile((1.0, 1.0, 0, 0, 0, 0), (wall.n_blocks, 1)))
     with pytest.raises(lm.errors.InputError, match="symmetric about one plane"):
-        make_state(wall, side, blocks=SIMPLY_DEFORMABLE, stress=PLANE_STRESS)
-    rigid = make_state(wall, weight)
+        initial_state(wall, side, blocks=SIMPLY_DEFORMABLE, stress=PLANE_STRESS)
+    rigid = initial_state(wall, weight)
     with pytest.raises(lm.errors.InputError, match="rigid blocks have no stress"):
         _ = rigid.stresses
     ell = [(0, 0.1), (0.3, 0.1), (0.3, 0.2), (0.1, 0.2), (0.1, 0.3), (0, 0.3)]
@@ -352,7 +352,7 @@ def test_refusals_say_what_to_do():
         [[(0, 0), (0.3, 0), (0.3, 0.1), (0, 0.1)], ell], thickness=0.1, joint=SLIDING, fixed=[0], names=["foot", "L"]
     ).with_material(brick())
     with pytest.raises(lm.errors.InputError, match="'L' is not convex"):
-        make_state(concave, lm.Loads.weight(concave), blocks=SIMPLY_DEFORMABLE)
+        initial_state(concave, lm.Loads.weight(concave), blocks=SIMPLY_DEFORMABLE)
 
 
 @pytest.mark.parametrize("axis", ["x", "y"])

@@ -23,7 +23,7 @@ def turned(state, angle):
 
 @pytest.mark.parametrize("grid", [(2, 2), (4, 8), (15, 15)])
 def test_the_stiffness_of_a_block_is_the_sum_over_its_points_to_the_last_bit(grid):
-    state = dem.make_state(WALL, lm.Loads.weight(WALL), contact_points=grid)
+    state = dem.initial_state(WALL, lm.Loads.weight(WALL), contact_points=grid)
     points, joints, turn = state.points, state.joints, turned(state, 0.3)
     seen = joints.frame @ np.swapaxes(turn[joints.block_a], 1, 2) @ turn[joints.block_b]
     expected = np.zeros((WALL.n_blocks, 6, 6))
@@ -51,7 +51,7 @@ def test_rows_are_summed_in_the_order_of_numpy(count):
 
 def test_scaled_masses_make_every_block_as_fast_as_the_step_allows():
     # w^2 = 2 lambda(M^-1 K) is 4 safety^2 / dt^2 for each block by itself, from the definition
-    state = dem.make_state(WALL, lm.Loads.weight(WALL), contact_points=(2, 2))
+    state = dem.initial_state(WALL, lm.Loads.weight(WALL), contact_points=(2, 2))
     stiffness = block_stiffness(state.points, state.joints, WALL.n_blocks)
     mass, inertia = scaled_masses(stiffness, 0.5, 0.65)
     for k, m, j in zip(stiffness, mass, inertia, strict=True):

@@ -226,7 +226,7 @@ def test_stiffness_matrix_is_symmetric_and_its_blocks_are_those_of_the_time_step
     _, k = stiffness_matrix(wall, points, np.column_stack([kn, ks, ks])[points.interface])
     scale = abs(k).max()
     assert abs(k - k.T).max() < 1e-12 * scale
-    state = dem.make_state(wall, lm.Loads.weight(wall), contact_points=(3, 3))
+    state = dem.initial_state(wall, lm.Loads.weight(wall), contact_points=(3, 3))
     own = block_stiffness(state.points, state.joints, wall.n_blocks)
     for i in (5, 60, wall.n_blocks - 1):
         assert k[6 * i : 6 * i + 6, 6 * i : 6 * i + 6].toarray() == pytest.approx(own[i], abs=1e-9 * scale)

@@ -35,7 +35,7 @@ WRITERS = {
     "page.html": lambda path, wall: write_page(path, "page", [b.name for b in wall.blocks]),
     "view.html": lambda path, wall: lm.view(wall, solved(wall), path),
     "picture.png": lambda path, wall: files.save_figure(lm.figures.assembly(wall), path),
-    "state.npz": lambda path, wall: dem.make_state(wall, lm.Loads.weight(wall)).save(path),
+    "state.npz": lambda path, wall: dem.initial_state(wall, lm.Loads.weight(wall)).save(path),
 }
 
 

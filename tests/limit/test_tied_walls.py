@@ -218,7 +218,7 @@ def test_what_cannot_take_ties_says_so():
     with pytest.raises(NotApplicable, match="capacity curve of simply deformable blocks does not follow ties"):
         lm.pushover(made, loads, blocks="simply deformable")
     with pytest.raises(NotApplicable, match="strains in modes does not follow ties"):
-        dem.make_state(made, loads, blocks="simply deformable")
+        dem.initial_state(made, loads, blocks="simply deformable")
     with pytest.raises(ValueError, match="block 'block-4' is cut by a crack"):
         lm.build.with_potential_cracks(held, {"block-4": ((0.15, 0.5, 1.75), (1.0, 0.0, 0.0))}, lm.Joint(30.0))
     assert any("ties yield at their strength" in w for w in lm.limit_analysis(held, loads).warnings)

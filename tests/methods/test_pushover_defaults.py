@@ -236,7 +236,7 @@ def test_few_points_that_are_given_are_told_of_where_joints_lose_strength():
     for few in ({"contact_model": "vertices"}, {"grid": (3, 3)}, {"grid": 0.25}):
         told = lm.pushover(wall, loads, to=1e-6, **few).warnings
         assert any("few contact points given" in w for w in told), few
-    assert any("few contact points given" in w for w in dem.make_state(wall, loads, contact_points=(2, 2)).warnings)
+    assert any("few contact points given" in w for w in dem.initial_state(wall, loads, contact_points=(2, 2)).warnings)
     assert not any("few" in w for w in lm.pushover(wall, loads, to=1e-6, grid=(9, 5)).warnings)
 
 
@@ -248,10 +248,10 @@ def test_a_spacing_that_was_meant_as_a_number_of_points_is_refused():
 def test_distinct_elements_say_that_their_default_points_are_few():
     wall = block({"cohesion": 8e5, "tensile_strength": 2e5, **BRITTLE, **STIFF})
     loads = lm.Loads.horizontal(wall)
-    assert any("few contact points" in w for w in dem.make_state(wall, loads).warnings)
-    fine = dem.make_state(wall, loads, contact_model="lobatto", contact_points=(15, 2))
+    assert any("few contact points" in w for w in dem.initial_state(wall, loads).warnings)
+    fine = dem.initial_state(wall, loads, contact_model="lobatto", contact_points=(15, 2))
     assert not any("few contact points" in w for w in fine.warnings)
-    assert not any("few" in w for w in dem.make_state(block(STIFF), loads).warnings)
+    assert not any("few" in w for w in dem.initial_state(block(STIFF), loads).warnings)
     # the spacing that a push takes is none that was given, and is told of once
     curve = dem.push(wall, dem.Drive({wall.blocks[-1].name: {"x": 1.0}}), to=1e-7, steps=2000)
     (told,) = (w for w in curve.warnings if "few contact points" in w)

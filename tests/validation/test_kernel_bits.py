@@ -14,11 +14,11 @@ import sys
 import numpy as np
 kept = [np.empty(1 + (37 * k) % 211, np.uint8) for k in range(int(sys.argv[1]))][::3]
 import limitmason as lm
-from dem import make_state
+from dem import initial_state
 from dem.model.rest_criterion import Damping, run_constant
 wall = lm.build.wall(length=0.32, courses=3, unit=(0.08, 0.04, 0.028), joint=lm.Joint(33.0, dilatancy_angle_deg=20.0))
 loads = lm.Loads.horizontal(wall, (0, -1, 0))
-state = make_state(wall, loads, contact_points=(3, 5))
+state = initial_state(wall, loads, contact_points=(3, 5))
 for factor in (0.0, 0.1, 0.4):
     run_constant(state, loads.dead + factor * loads.live, 400, Damping(0.5))
 print(np.ascontiguousarray(state.bodies.shift).tobytes().hex())
