@@ -1,4 +1,4 @@
-"""Joint forces at collapse: resultants as segments at the centres of pressure."""
+"""Joint forces at collapse: resultants as segments at the centres of pressure, and lines of thrust."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
 from limitmason.figures.painter import VIEWPOINT_DEG
-from limitmason.figures.thrust_line import draw_thrust_line, thrust_lines
 from limitmason.mechanics.joint_forces import JointForces, joint_forces
+from limitmason.mechanics.thrust_line import ThrustLine, thrust_lines
 from limitmason.model import Assembly
 from limitmason.model.model_call import of_model
 
@@ -81,7 +81,7 @@ def contact_forces(
     rows = np.array([k for k in np.flatnonzero(forces.carries).tolist() if k not in in_line], dtype=np.intp)
     _draw_segments(page.ax, forces, rows, axes, length * size, thickest)
     for line in lines:
-        draw_thrust_line(page.ax, line, forces, axes, thickest)
+        _draw_thrust_line(page.ax, line, forces, axes, thickest)
     unit, newtons = style.force_unit(largest)
     shares = (1.0, 0.5, 0.1) if largest > 0.0 else ()
     entries = [(style.BLACK, max(s * thickest, 0.3), f"{s * largest / newtons:.3g} {unit}") for s in shares]
@@ -118,3 +118,16 @@ def _draw_segments(
         list(ends), colors=colours, linewidths=np.maximum(thickest * size[rows] / size.max(), 0.25), zorder=4,
         gid="forces", capstyle="round",
     ))
+
+
+def _draw_thrust_line(ax: Axes, line: ThrustLine, forces: JointForces, axes: Array, thickest: float) -> None:
+    """Polyline as thick as the force, a dot at every centre of pressure, blue at the friction limit."""
+    flat = line.centre @ axes
+    width = thickest * line.force / np.linalg.norm(forces.force, axis=1).max()
+    ax.add_collection(LineCollection(
+        list(np.stack([flat[:-1], flat[1:]], axis=1)), colors=style.VERMILION, capstyle="round", zorder=4,
+        linewidths=np.maximum(0.5 * (width[:-1] + width[1:]), 0.4), gid="thrust line",
+    ))
+    sliding = [bool(forces.at_friction_limit[k]) for k in line.interfaces] if len(line.interfaces) == len(flat) else []
+    colours = [style.BLUE if s else style.BLACK for s in sliding] or style.BLACK
+    ax.scatter(flat[:, 0], flat[:, 1], s=7.0, c=colours, linewidths=0.0, zorder=4.5, gid="centres of pressure")

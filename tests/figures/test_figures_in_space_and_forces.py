@@ -24,10 +24,10 @@ import limitmason as lm
 from limitmason import Assembly, figures
 from limitmason.answers.results import Resultants
 from limitmason.figures import outline, painter, style
-from limitmason.figures.thrust_line import thrust_lines
 from limitmason.geometry import box
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.mechanics.joint_forces import joint_forces
+from limitmason.mechanics.thrust_line import thrust_lines
 
 # ---- space ------------------------------------------------------------------------------------------------------
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 
 from limitmason.arrays import Array, Flags
-from limitmason.figures import style
 from limitmason.mechanics.joint_forces import JointForces
-from limitmason.model import Assembly, AssemblyArrays
+from limitmason.model.arrays import AssemblyArrays
+from limitmason.model.assembly import Assembly
 
 Pair = tuple[int, int]
 
@@ -99,16 +97,3 @@ def _line(joints: list[list[int]], forces: JointForces, x: AssemblyArrays) -> Th
         sizes.append(float(np.linalg.norm(forces.force[rows].sum(axis=0))))
         used += rows
     return ThrustLine(np.array(centres), np.array(sizes), tuple(used)) if len(centres) > 1 else None
-
-
-def draw_thrust_line(ax: Axes, line: ThrustLine, forces: JointForces, axes: Array, thickest: float) -> None:
-    """Polyline as thick as the force, a dot at every centre of pressure, blue at the friction limit."""
-    flat = line.centre @ axes
-    width = thickest * line.force / np.linalg.norm(forces.force, axis=1).max()
-    ax.add_collection(LineCollection(
-        list(np.stack([flat[:-1], flat[1:]], axis=1)), colors=style.VERMILION, capstyle="round", zorder=4,
-        linewidths=np.maximum(0.5 * (width[:-1] + width[1:]), 0.4), gid="thrust line",
-    ))
-    sliding = [bool(forces.at_friction_limit[k]) for k in line.interfaces] if len(line.interfaces) == len(flat) else []
-    colours = [style.BLUE if s else style.BLACK for s in sliding] or style.BLACK
-    ax.scatter(flat[:, 0], flat[:, 1], s=7.0, c=colours, linewidths=0.0, zorder=4.5, gid="centres of pressure")
