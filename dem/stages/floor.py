@@ -41,7 +41,7 @@ class Floor:
         if not low[~self.standing].min(initial=np.inf) > self.level:
             self.level = float(low.min() - np.linalg.norm(np.ptp(vertices, axis=0))) + self.margin
 
-    def met(self, state: State) -> Index:
+    def landed(self, state: State) -> Index:
         """Numbers of the blocks that have met the floor, up to the gap at which blocks count as near."""
         bodies, assembly = state.bodies, self.assembly
         rise = bodies.shift @ self.up
@@ -55,8 +55,8 @@ class Floor:
                 found.append(k)
         return np.array(found, dtype=np.intp)
 
-    def lay(self, state: State, held: Flags) -> Index:
-        """Hold the blocks that have met it and still move; their energy of motion is lost in the impact.
+    def hold_landed(self, state: State, held: Flags) -> Index:
+        """Hold the blocks that have landed on the floor; their kinetic energy is lost in the impact.
 
         Parameters
         ----------
@@ -66,9 +66,9 @@ class Floor:
         Returns
         -------
         Index
-            Numbers of the blocks that have met it since it was asked last.
+            Numbers of the blocks that have landed since the last call.
         """
-        new = self.met(state)
+        new = self.landed(state)
         new = new[~state.bodies.held[new].all(axis=1)]
         if len(new):
             before = state.energy_of_motion()

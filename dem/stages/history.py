@@ -263,7 +263,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         moved = np.linalg.norm(self.shift[:, free] - ground, axis=2)
         q = self.quaternion[:, free]
         turned = float(2.0 * np.arctan2(np.linalg.norm(q[..., 1:], axis=2), np.abs(q[..., 0])).max())
-        down = self.state.mode == DYNAMIC and len(Floor(self.assembly, self.state.dead).met(self.state)) > 0
+        down = self.state.mode == DYNAMIC and len(Floor(self.assembly, self.state.dead).landed(self.state)) > 0
         return {
             "peak rotation": turned, "peak displacement": float(moved.max()),
             "residual displacement": float(moved[-1].max()), "overturned": float(down or turned > OVERTURNED),

@@ -161,9 +161,9 @@ class Recorder:
         )
         return True
 
-    def lay(self, held: Flags) -> bool:
-        """Whether blocks have met the floor since it was asked last, see :class:`dem.stages.floor.Floor`; noted."""
-        met = self.floor.lay(self.state, held)
+    def hold_landed(self, held: Flags) -> bool:
+        """Hold the blocks that have landed since the last call and note them; True where there are any."""
+        met = self.floor.hold_landed(self.state, held)
         self.notes += [
             f"block {self.assembly.blocks[k].name!r} fell to the floor, the lowest corner of the supports, at "
             f"{self.state.time:.3g} s: it lies where it met it and goes with the ground; what it would do there is not "

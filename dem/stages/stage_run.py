@@ -105,7 +105,7 @@ class StageRun:
             at.waited = at.waited - count if at.waited >= PATIENCE else 0
             at.done += count
         rec.look(count)
-        if state.mode == DYNAMIC and rec.lay(at.held):
+        if state.mode == DYNAMIC and rec.hold_landed(at.held):
             self._prescribe(self.stage)
         if waits or (self._sample_number() == number and self._remaining() > 0):
             return None
@@ -173,7 +173,7 @@ class StageRun:
         rec, state, at = self.rec, self.rec.state, self.at
         n, held = rec.assembly.n_blocks, rec.assembly.held.copy()
         if state.mode == DYNAMIC:
-            held[rec.floor.met(state)] = True
+            held[rec.floor.landed(state)] = True
         drives: list[Array] = []
         if state.ground.any():
             drives.append(_of_ground(held, state.ground))

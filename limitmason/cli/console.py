@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import limitmason as lm
 from limitmason.answers.results import Prediction, Status
-from limitmason.display.progress import wanted, write
+from limitmason.display.progress import bars_are_drawn, write
 from limitmason.errors import InputError
 from limitmason.methods import LIMIT, NON_ASSOCIATIVE, available_methods, get_method
 from limitmason.model.assembly import Assembly, ContactError
@@ -30,7 +30,7 @@ def say(text: str) -> None:
 
 def lines() -> Callable[[str], None] | None:
     """What is told of a long run besides its bar: lines where somebody looks or asked for them, else nothing."""
-    return say if wanted() else None
+    return say if bars_are_drawn() else None
 
 
 def show_text(text: str) -> None:

@@ -52,7 +52,7 @@ class _Bar:
         self.lock = threading.RLock()
         self.over = threading.Event()
         # one line that moves, where someone looks on; else a new line now and then, as in the log of a job
-        self.moves = bool(_listener) or _looked_at()
+        self.moves = bool(_listener) or _is_watched()
         threading.Thread(target=self._keep_time, daemon=True).start()
 
     @property
@@ -137,12 +137,12 @@ def _stream() -> TextIO:
     return sys.stderr
 
 
-def _looked_at() -> bool:
+def _is_watched() -> bool:
     """Whether somebody sees standard error move: a terminal, or a notebook."""
     return "ipykernel" in sys.modules or bool(getattr(_stream(), "isatty", lambda: False)())
 
 
-def wanted() -> bool:
+def bars_are_drawn() -> bool:
     """Whether bars are drawn here and now."""
     from multiprocessing.process import current_process
 
@@ -153,7 +153,7 @@ def wanted() -> bool:
     if current_process().name != "MainProcess":
         return False
     mode = _mode[0] if _mode else os.environ.get(VARIABLE, AUTO)
-    return mode == ALWAYS or (mode != NEVER and _looked_at())
+    return mode == ALWAYS or (mode != NEVER and _is_watched())
 
 
 def show_progress(mode: bool | str = AUTO) -> AbstractContextManager[object]:
@@ -209,7 +209,7 @@ def task(title: str, shown: bool = True) -> Iterator[None]:
     title : before the bar, where this is the outermost task
     shown : False where the caller has a progress function of its own
     """
-    if threading.current_thread() is not threading.main_thread() or not (_bar or (shown and wanted())):
+    if threading.current_thread() is not threading.main_thread() or not (_bar or (shown and bars_are_drawn())):
         yield
     elif _bar:
         tasks = _bar[0].tasks

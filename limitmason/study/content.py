@@ -145,8 +145,8 @@ class _Digest:
         else:
             self.feed_object(value)
 
-    def held(self, owner: str, name: str, value: Any) -> None:
-        """Add what a function or an object holds, and say where it is if it has no content.
+    def feed_attribute(self, owner: str, name: str, value: Any) -> None:
+        """Add a value that a function or an object holds under a name; say which where it has no content.
 
         :func:`fingerprint_of_code` leaves out collections that may change: they are state, as of a counter.
         """
@@ -180,7 +180,7 @@ class _Digest:
             closed = {**_closed_over(function), **_read_of_module(function)}
         self.feed((function.__defaults__, function.__kwdefaults__))
         for name, value in sorted(closed.items()):
-            self.held(function.__qualname__, name, value)
+            self.feed_attribute(function.__qualname__, name, value)
 
     def feed_class(self, kind: type) -> None:
         """Add a class: by name where it is installed, else with its code too."""
@@ -191,7 +191,7 @@ class _Digest:
         for name, value in sorted(vars(kind).items()):
             value = getattr(value, "__func__", getattr(value, "fget", value))  # of a class method, or a property
             if isinstance(value, FunctionType | bool | int | float | str | tuple):
-                self.held(kind.__qualname__, name, value)
+                self.feed_attribute(kind.__qualname__, name, value)
 
     def feed_object(self, value: Any) -> None:
         """Add an object by its class and its fields."""
@@ -216,7 +216,7 @@ class _Digest:
             )
         self.feed_class(kind)
         for name, item in sorted(held.items()):
-            self.held(f"a {kind.__qualname__}", name, item)
+            self.feed_attribute(f"a {kind.__qualname__}", name, item)
 
 
 def _closed_over(function: FunctionType) -> dict[str, Any]:

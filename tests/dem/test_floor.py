@@ -35,7 +35,7 @@ def test_no_block_sinks_below_the_ground_and_what_fell_goes_with_it(shaken):
     n, held = len(shaken["time"]), shaken.assembly.fixed
     assert min(lowest(shaken, k).min() for k in range(n)) >= 0.0
     floor = Floor(shaken.assembly, shaken.state.dead)
-    down = floor.met(shaken.state).tolist()
+    down = floor.landed(shaken.state).tolist()
     assert down
     assert shaken.quantities["overturned"] == 1.0
     ground = shaken.shift[:, held].mean(axis=1)
@@ -55,11 +55,11 @@ def test_an_impact_on_the_floor_loses_the_energy_of_motion(three):
     mass, inertia = state.bodies.mass[k], 1.0 / np.diag(state.bodies.inv_inertia[k])
     state.bodies.shift[k, 2] = -1.5
     state.bodies.vel[k], state.bodies.ang[k] = (1.0, 0.0, -5.0), inertia * (0.0, 2.0, 0.0)
-    assert floor.lay(state, held).tolist() == [k]
+    assert floor.hold_landed(state, held).tolist() == [k]
     assert state.total[dem.kernels.E_DAMPING] == pytest.approx(0.5 * (mass * 26.0 + inertia[1] * 4.0), rel=1e-12)
     assert held[k].all()
     assert state.energy_of_motion() == 0.0
-    assert not len(floor.lay(state, held)), "it lies there already"
+    assert not len(floor.hold_landed(state, held)), "it lies there already"
 
 
 @pytest.mark.slow
@@ -81,9 +81,9 @@ def test_where_blocks_reach_as_low_as_the_supports_the_floor_is_not_known():
         floor = Floor(made, lm.Loads.weight(made).dead)
         assert floor.level - floor.margin == pytest.approx(level, abs=1e-12)
         state = dem.initial_state(made, lm.Loads.weight(made), mode="dynamic")
-        assert not len(floor.met(state))
+        assert not len(floor.landed(state))
         state.bodies.shift[1, 2] = -1.01 if stones[1] is on else -2.5
-        assert floor.met(state).tolist() == [1]
+        assert floor.landed(state).tolist() == [1]
 
 
 def test_what_a_history_plots_is_seen_from_the_ground(three):

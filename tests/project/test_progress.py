@@ -171,7 +171,7 @@ def test_worker_processes_stay_silent():
 
 def would_draw():
     lm.show_progress(True)
-    return progress.wanted()
+    return progress.bars_are_drawn()
 
 
 def test_a_progress_function_of_ones_own_is_followed_instead(screen):

@@ -165,7 +165,7 @@ def solve_nonassociative(
         return without_state(problem, upper, proof, details, provenance)
     ends = (state.multiplier, state.multiplier)
     if status == Status.SOLVED and time.perf_counter() < deadline:
-        ends = Polisher(ordered, accuracy, deadline=deadline).interval(state)
+        ends = Polisher(ordered, accuracy, deadline=deadline).multiplier_interval(state)
     details["interval_at_mechanism"] = tuple(e * problem.live_scale for e in ends)
     if measure_jump is None:
         measure_jump = problem.plane is not None and problem.points.count <= JUMP_POINTS

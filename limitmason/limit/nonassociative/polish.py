@@ -271,7 +271,7 @@ def descend(
     return best
 
 
-def interval(programs: PlanePrograms, state: ForceState) -> tuple[float, float]:
+def interval_in_plane(programs: PlanePrograms, state: ForceState) -> tuple[float, float]:
     """Smallest and largest scaled multiplier whose forces comply with the mechanism of an exact state."""
     zero = programs.rates(state.velocity) > ACTIVE
     low, high = programs.forces(theta=1.0, zero=zero), programs.forces(theta=-1.0, zero=zero)

@@ -14,7 +14,7 @@ from limitmason.arrays import Array
 from limitmason.display.progress import reached
 from limitmason.limit.nonassociative.alternating import ConePrograms, alternate, complying_forces, lower
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
-from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval, polish
+from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval_in_plane, polish
 from limitmason.limit.nonassociative.sequential import SchemeRun, SchemeSettings, run_sequence
 
 
@@ -139,10 +139,10 @@ class Polisher:
         back = None if pushed is None else alternate_plane(self.plane, pushed, deadline=deadline)
         return None if back is None else self.finish(back, deadline)
 
-    def interval(self, state: ForceState) -> tuple[float, float]:
+    def multiplier_interval(self, state: ForceState) -> tuple[float, float]:
         """Scaled multipliers between which the mechanism of an exact state is admissible."""
         if self.plane is not None:
-            return interval(self.plane, state)
+            return interval_in_plane(self.plane, state)
         ends = [state.multiplier]
         for largest in (False, True):
             found = complying_forces(self.law, state, largest=largest, deadline=self.deadline)
