@@ -14,6 +14,7 @@ import argparse
 import time
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +62,7 @@ NUMBER = 12  # walls that the DEM drives
 
 def computed_curve(wall: str, by: str = "pushover") -> dict[str, Any]:
     """The curve of a wall, as a row of a store."""
-    return wall_curve(registry.load(NAME, wall, **MODELS[by]), by=by)._asdict()
+    return asdict(wall_curve(registry.load(NAME, wall, **MODELS[by]), by=by))
 
 
 def blocks_followed(wall: str) -> float:
@@ -134,7 +135,7 @@ def read_record(by: str = "pushover") -> dict[str, WallCurve]:
     for wall, coarse, points, steps, iterations, rate, seconds, status in ends.rows:
         columns = [list(c) for c in zip(*samples.get(wall, []), strict=True)] or [[] for _ in PER_SAMPLE]
         found[wall] = WallCurve(
-            wall, **dict(zip(PER_SAMPLE, columns, strict=True)), coarse=int(coarse), points=int(points),
+            wall=wall, **dict(zip(PER_SAMPLE, columns, strict=True)), coarse=int(coarse), points=int(points),
             steps=int(steps), iterations=int(iterations), status=status, warnings=[], seconds=float(seconds),
             rate=float(rate),
         )

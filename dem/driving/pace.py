@@ -92,8 +92,5 @@ def softest_note(state: State, assembly: Assembly) -> str:
             return f"block {assembly.blocks[i].name!r} is {1.0 / part[i]:.2g} times as soft as its joints"
     kn = state.joints.law[:, LAW.kn]
     j = int(np.argmin(kn))
-    a, b = (assembly.blocks[i].name for i in (state.joints.block_a[j], state.joints.block_b[j]))
-    return (
-        f"the joint between {a!r} and {b!r} is the softest, {kn[j]:.3g} Pa/m against {kn.max():.3g} Pa/m of the "
-        "stiffest"
-    )
+    joint = assembly.joint_text(state.joints.block_a[j], state.joints.block_b[j])
+    return f"{joint} is the softest, {kn[j]:.3g} Pa/m against {kn.max():.3g} Pa/m of the stiffest"

@@ -64,22 +64,21 @@ def joint_marks(state: State, now: PointForces, count: int) -> JointMarks:
     return marks_of(law[kept], interface[kept], count, **{name: values[kept] for name, values in points.items()})
 
 
-def bond_yielded(assembly: Assembly, state: State) -> tuple[float, tuple[str, str]]:
-    """Largest plastic opening or slip of a joint with perfectly plastic bond [m], and its blocks.
+def bond_yielded(assembly: Assembly, state: State) -> tuple[float, str]:
+    """Largest plastic opening or slip of a joint with perfectly plastic bond [m], and the joint in words.
 
-    It is 0 and no names where there is no such joint.
+    It is 0 and "" where there is no such joint.
     """
     now = state.measured(assembly)
     p, law = state.points, state.joints.law[now.owner]
     bond = np.maximum(law[:, LAW.cohesion], law[:, LAW.tension]) > 0.0
     bond &= np.maximum(law[:, LAW.by_opening], law[:, LAW.by_slip]) == 0.0
     if not bond.any():
-        return 0.0, ("", "")
+        return 0.0, ""
     moved = np.maximum(now.opening - law[:, LAW.tension] / law[:, LAW.kn], np.hypot(p.slip_1, p.slip_2)) * bond
     k = int(moved.argmax())
-    ends = (state.joints.block_a[now.owner[k]], state.joints.block_b[now.owner[k]])
-    a, b = (str(assembly.blocks[i].name or i) for i in ends)
-    return float(moved[k]), (a, b)
+    j = now.owner[k]
+    return float(moved[k]), assembly.joint_text(state.joints.block_a[j], state.joints.block_b[j])
 
 
 def marks_of(

@@ -250,11 +250,11 @@ def _far_notes(assembly: Assembly, found: Search, contacts: str) -> list[str]:
 def _sway_notes(assembly: Assembly, found: Search, moved_limit: float) -> list[str]:
     """Notes where a load in equilibrium moved blocks far, by soft joints or by bonds that yield."""
     share, edge = _swayed(assembly, found, moved_limit), smallest_edge(assembly)
-    yielded, (a, b) = bond_yielded(assembly, found.state)
+    yielded, joint = bond_yielded(assembly, found.state)
     if yielded >= MOVED * edge or (share > 0.5 and yielded >= PLASTIC * MOVED * edge):
         return [
-            f"the joint between {a!r} and {b!r} has yielded by {yielded:.2g} m and still bears its perfectly plastic "
-            "cohesion or tension: give residual values or fracture energies for what is left when a bond ends"
+            f"{joint} has yielded by {yielded:.2g} m and still bears its perfectly plastic cohesion or tension: give "
+            "residual values or fracture energies for what is left when a bond ends"
         ]
     if share > 0.5:
         return [

@@ -150,10 +150,10 @@ class StageRun:
         self.duration = duration or 0.0
         if at is None:
             at = Position(
-                number, 0, state.time, state.dt, state.factors.copy(), state.bodies.shift.copy(),
-                state.bodies.quat.copy(), state.bodies.held.copy(), 0,
-                RunStatus.NOT_SETTLED if settles else RunStatus.FINISHED, np.zeros((len(stage.servo), 2)), rec.watch,
-                np.array(list(rec.begun.values())),
+                stage=number, done=0, begun=state.time, dt=state.dt, factors=state.factors.copy(),
+                shift=state.bodies.shift.copy(), quat=state.bodies.quat.copy(), held=state.bodies.held.copy(), quiet=0,
+                outcome=RunStatus.NOT_SETTLED if settles else RunStatus.FINISHED,
+                servo=np.zeros((len(stage.servo), 2)), watch=rec.watch, energy=np.array(list(rec.begun.values())),
             )
         self.servos = [
             _Jack(rec.assembly, state, block, servo, row)

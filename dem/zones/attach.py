@@ -85,9 +85,8 @@ def _check_plane(assembly: Assembly, k: int) -> None:
     """Refuse a joint that faces y: zoned blocks are for walls in x-z."""
     i = assembly.interfaces[k]
     if abs(i.normal[1]) > 1e-6:
-        a, b = assembly.blocks[i.block_a].name, assembly.blocks[i.block_b].name
         raise InputError(
-            f"the joint between {a!r} and {b!r} faces y: zoned blocks are for walls in x-z of one leaf; in "
+            f"{assembly.joint_text(i.block_a, i.block_b)} faces y: zoned blocks are for walls in x-z of one leaf; in "
             "space take simply deformable blocks, which strain and bend"
         )
 

@@ -207,7 +207,7 @@ def _cut_edge(
             out.append(polygon[k] + (polygon[j] - polygon[k]) * distance[k] / (distance[k] - distance[j]))
     if len(out) >= 3:
         return np.array(out)
-    a, b = assembly.blocks[interface.block_a].name, assembly.blocks[interface.block_b].name
-    raise InputError(f"the joint between {a!r} and {b!r} is not longer than the {depth:.3g} m it loses at a head joint")
+    joint = assembly.joint_text(interface.block_a, interface.block_b)
+    raise InputError(f"{joint} is not longer than the {depth:.3g} m it loses at a head joint")
 
 

@@ -116,10 +116,9 @@ class Generations:
         if most <= _OPEN * s.size and turning.sum() <= _TURNS * s.size * bears.sum():
             return ""
         k = int((gap * (bears > 0.0)).argmax())
-        a, b = (s.assembly.blocks[i].name for i in (p.block_a[k], p.block_b[k]))
         return (
-            f"the joint between {a!r} and {b!r} is open by {most:.2g} m and still bears its perfectly plastic cohesion "
-            "or tension; give residual values or fracture energies to go on"
+            f"{s.assembly.joint_text(p.block_a[k], p.block_b[k])} is open by {most:.2g} m and still bears its "
+            "perfectly plastic cohesion or tension; give residual values or fracture energies to go on"
         )
 
     def through(self, node: Node) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -43,7 +44,8 @@ INNER = 0.5  # share of the motion of the top that the inside has of a wall that
 SAMPLES = 100  # of a push by the DEM
 
 
-class WallCurve(NamedTuple):
+@dataclass(frozen=True, kw_only=True)
+class WallCurve:
     """Capacity curve of a wall: drift [%], force [kN], what gave way up to every sample, and how the path ended.
 
     ``slid`` and ``slips``, the largest slip of a bed joint and that of all, ``apart`` and ``past``, vertical planes
@@ -51,24 +53,24 @@ class WallCurve(NamedTuple):
     load, over the motion of the top. ``cracked`` is the share of the cracks across units that have given way; of the
     DEM, that has reached its strength. ``coarse`` is the number of units along a course, and up, that one block stands
     for, ``points`` the number of contact points. ``rate`` is the difference of the DEM's peaks at two speeds.
-    ``status`` says how the path ended, or why there is none.
+    ``status`` says how the path ended, or why there is none. What is not known of a method is 0.
     """
 
     wall: str
-    drift: list[float]
-    force: list[float]
-    slid: list[float]
-    slips: list[float]
-    apart: list[float]
-    past: list[float]
-    cracked: list[float]
-    coarse: int
-    points: int
-    steps: int
-    iterations: int
-    status: str
-    warnings: list[str]
-    seconds: float
+    drift: list[float] = field(default_factory=list)
+    force: list[float] = field(default_factory=list)
+    slid: list[float] = field(default_factory=list)
+    slips: list[float] = field(default_factory=list)
+    apart: list[float] = field(default_factory=list)
+    past: list[float] = field(default_factory=list)
+    cracked: list[float] = field(default_factory=list)
+    coarse: int = 0
+    points: int = 0
+    steps: int = 0
+    iterations: int = 0
+    status: str = ""
+    warnings: list[str] = field(default_factory=list)
+    seconds: float = 0.0
     rate: float = math.nan
 
     @property
@@ -127,10 +129,10 @@ def wall_curve(test: Experiment, *, to: float = FURTHEST, tries: int = TRIES, by
     if test.options["coarse"] == 1:
         test = test.with_options(coarse=coarseness(test))
     try:
-        found = driven(test, to) if by == DEM else described(test, pushed(test, to, tries))
+        found = curve_by_dem(test, to) if by == DEM else curve_of_path(test, equilibrium_path(test, to, tries))
     except (InputError, NotApplicable, NotConverged) as refusal:
-        return WallCurve(test.specimen, [], [], [], [], [], [], [], 0, 0, 0, 0, str(refusal), [], 0.0)
-    return found._replace(seconds=time.process_time() - begun)
+        return WallCurve(wall=test.specimen, status=str(refusal))
+    return replace(found, seconds=time.process_time() - begun)
 
 
 def coarseness(test: Experiment) -> int:
@@ -139,16 +141,16 @@ def coarseness(test: Experiment) -> int:
     return math.ceil(math.sqrt(units / UNITS))
 
 
-def pushed(test: Experiment, to: float, tries: int) -> PushoverCurve:
-    """The path."""
+def equilibrium_path(test: Experiment, to: float, tries: int) -> PushoverCurve:
+    """Path of equilibrium of a wall that its beam pushes to a drift [-]."""
     return pushover(
         test.assembly(), test.loads(), control=(BEAM, "x"), to=to * float(test.row["H"]), contact_model="lobatto",
         grid=POINTS, steps=Steps(most=tries, energy=LEFT_OVER),
     )
 
 
-def described(test: Experiment, curve: PushoverCurve) -> WallCurve:
-    """What is kept of a path: drifts [%], forces [kN], motions of the joints, cracks and cost."""
+def curve_of_path(test: Experiment, curve: PushoverCurve) -> WallCurve:
+    """Curve of a wall from its path of equilibrium."""
     assert curve.generations is not None
     wall, first = curve.structure.assembly, curve.nodes[0].pose
     crack = np.array([i.kind == "crack" for i in wall.interfaces] + [False])  # the last is of points without a joint
@@ -158,17 +160,16 @@ def described(test: Experiment, curve: PushoverCurve) -> WallCurve:
         damage = np.broadcast_to(np.asarray(node.history.damage), own.shape)
         broken.append(float(np.mean(damage[own] >= BROKEN)) if own.any() else 0.0)
     drift = 100.0 * np.asarray(curve.displacement) / float(test.row["H"])
-    slid, slips, apart, past = shares(wall, [motion_between(first, node.pose)[:, :6] for node in curve.nodes])
     return WallCurve(
-        wall=test.specimen, drift=drift.tolist(), force=np.asarray(curve.multiplier).tolist(), slid=slid, slips=slips,
-        apart=apart, past=past, cracked=broken, coarse=int(test.options["coarse"]),
-        points=curve.structure.points.count, steps=curve.cost.steps, iterations=curve.cost.iterations,
-        status=str(curve.status), warnings=list(curve.warnings), seconds=0.0,
+        wall=test.specimen, drift=drift.tolist(), force=np.asarray(curve.multiplier).tolist(),
+        **shares(wall, [motion_between(first, node.pose)[:, :6] for node in curve.nodes]), cracked=broken,
+        coarse=int(test.options["coarse"]), points=curve.structure.points.count, steps=curve.cost.steps,
+        iterations=curve.cost.iterations, status=str(curve.status), warnings=list(curve.warnings),
     )
 
 
-def driven(test: Experiment, to: float) -> WallCurve:
-    """The wall driven by the DEM, at rest under its dead load before.
+def curve_by_dem(test: Experiment, to: float) -> WallCurve:
+    """Curve of a wall pushed by the DEM, at rest under its dead load before.
 
     Parameters
     ----------
@@ -192,18 +193,17 @@ def driven(test: Experiment, to: float) -> WallCurve:
     drift = 100.0 * np.asarray(curve.displacement) / height
     # in per cent, less a hundredth for the last sample
     ended = "reached" if drift[-1] > 99.0 * to else "stopped"
-    slid, slips, apart, past = shares(wall, moved)
-    # points, iterations and seconds are not known of a simulation: zero
     return WallCurve(
-        test.specimen, drift.tolist(), (1e-3 * np.asarray(curve.load)).tolist(), slid, slips, apart, past, broken,
-        int(test.options["coarse"]), 0, curve.steps, 0, ended, list(curve.warnings), 0.0, float(curve.rate_error),
+        wall=test.specimen, drift=drift.tolist(), force=(1e-3 * np.asarray(curve.load)).tolist(),
+        **shares(wall, moved), cracked=broken, coarse=int(test.options["coarse"]), steps=curve.steps, status=ended,
+        warnings=list(curve.warnings), rate=float(curve.rate_error),
     )
 
 
-def shares(wall: Assembly, moved: Sequence[np.ndarray]) -> list[list[float]]:
+def shares(wall: Assembly, moved: Sequence[np.ndarray]) -> dict[str, Any]:
     """slid, slips, apart and past of every sample, by the motions of its blocks since the dead load."""
     found = []
     for motion in moved:
         sideways, apart, past = motions(wall, motion)
         found.append((sideways.max(), sideways.sum(), apart, past))
-    return np.array(found).T.tolist()
+    return dict(zip(("slid", "slips", "apart", "past"), np.array(found).T.tolist(), strict=True))

@@ -163,7 +163,13 @@ def curve_of(
     model: Continuum, nodes: list[EquilibriumState], control: tuple[ArrayLike, ArrayLike], tolerance: float,
     status: str, warnings: tuple[str, ...], band: float = 1.0,
 ) -> SolidCurve:
-    """The curve of a list of states."""
+    """Curve of states in equilibrium: control displacement, load, energies, jumps and the first crack.
+
+    Parameters
+    ----------
+    control : point [m] and direction whose displacement is that of the curve, shape (3,) each
+    tolerance, band : settings of the path, which the curve keeps
+    """
     live, dead = model.live.ravel(), model.all_dead
     point, direction = (np.asarray(v, dtype=float) for v in control)
     size = float(np.linalg.norm(model.live.sum(axis=0)))  # 0 for a couple: the curve then holds multipliers, not forces
@@ -190,8 +196,9 @@ def curve_of(
         ran = f"{len(steps)} of {len(nodes) - 1} steps are jumps: no Newton iteration ended them"
         warnings = (*warnings, ran)
     return SolidCurve(
-        np.array([n.control - nodes[0].control for n in nodes]), factor * (size or 1.0), "m", "N" if size else "-",
-        "continuum", tuple(events), {"energy": error, "residual": np.array([n.residual for n in nodes])}, (), status,
-        warnings, "limitmason", PAPERS, nodes=tuple(nodes), model=model, control=(point, direction),
+        displacement=np.array([n.control - nodes[0].control for n in nodes]), load=factor * (size or 1.0),
+        load_unit="N" if size else "-", label="continuum", events=tuple(events),
+        errors={"energy": error, "residual": np.array([n.residual for n in nodes])}, status=status, warnings=warnings,
+        source="limitmason", references=PAPERS, nodes=tuple(nodes), model=model, control=(point, direction),
         tolerance=tolerance, band=band, energy=energy,
     )

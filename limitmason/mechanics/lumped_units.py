@@ -46,8 +46,8 @@ def with_lumped_units(assembly: Assembly) -> Assembly:
     for k, i in enumerate(assembly.interfaces):
         kn, ks = i.joint.normal_stiffness, i.joint.shear_stiffness
         if kn is None or not kn > 0.0 or ks == 0.0:
-            a, b = (assembly.blocks[n].name for n in (i.block_a, i.block_b))
-            raise InputError(f"the joint between {a!r} and {b!r} needs a normal and a shear stiffness of its own")
+            joint = assembly.joint_text(i.block_a, i.block_b)
+            raise InputError(f"{joint} needs a normal and a shear stiffness of its own")
         ks = kn if ks is None else ks
         # joints alike but for rounding share one law
         key = (i.joint, round(float(soft[0][k]), 24), round(float(soft[1][k]), 24))

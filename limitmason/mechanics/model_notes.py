@@ -49,11 +49,8 @@ def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
         return "the live load is not the weight of every block turned to one horizontal direction"
     strong = next((i for i in assembly.interfaces if not i.joint.is_cohesionless), None)
     if strong is not None:
-        a, b = (assembly.blocks[n].name for n in (strong.block_a, strong.block_b))
-        return (
-            f"the joint between {a!r} and {b!r} has cohesion, tensile or compressive strength: the cosine of the angle "
-            "does not cancel"
-        )
+        joint = assembly.joint_text(strong.block_a, strong.block_b)
+        return f"{joint} has cohesion, tensile or compressive strength: the cosine of the angle does not cancel"
     if assembly.ties:
         return f"the strength of the {assembly.ties[0]} is no weight: the cosine of the angle does not cancel"
     return ""

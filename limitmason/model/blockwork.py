@@ -49,6 +49,10 @@ class Blockwork(ReadOnly):
         """Names of the two blocks of every interface with a bar between them: "base|unit 1"."""
         return tuple(f"{self.blocks[i.block_a].name}|{self.blocks[i.block_b].name}" for i in self.interfaces)
 
+    def joint_text(self, block_a: int, block_b: int) -> str:
+        """The joint of two blocks in a message, by their names."""
+        return f"the joint between {self.blocks[block_a].name!r} and {self.blocks[block_b].name!r}"
+
     @cached_property
     def _numbers(self) -> dict[str, int]:
         return {b.name: i for i, b in enumerate(self.blocks)}

@@ -22,8 +22,9 @@ def weight(row):
 
 def curve_of(drift, force, slips, slid, apart, past):
     """A curve of given motions [%], from the start."""
-    parts = [[0.0, *(v / u for v, u in zip(p, drift, strict=True))] for p in (slid, slips, apart, past)]
-    return WallCurve("", [0.0, *drift], [0.0, *force], *parts, [0.0] * (len(drift) + 1), 1, 0, 0, 0, "", [], 0.0)
+    parts = {"slid": slid, "slips": slips, "apart": apart, "past": past}
+    shares = {name: [0.0, *(v / u for v, u in zip(p, drift, strict=True))] for name, p in parts.items()}
+    return WallCurve(wall="", drift=[0.0, *drift], force=[0.0, *force], **shares)
 
 
 @pytest.mark.slow

@@ -65,7 +65,8 @@ class Noise:
     sd : relative standard deviation (0.04 is 4 %), one number or one per specimen; None when unknown
     dof : degrees of freedom of the replicates that ``sd`` was estimated from; None takes ``sd`` as known
     by_row : whether ``sd`` is that of every row on its own scale, relative or in the unit of the value
-    misread : of rows that were seen or not, the rate of misreading, negative where 1 is predicted; 0 of measured rows
+    misread : of rows that say yes or no (1 or 0), the rate of misreading, negative where 1 is predicted; 0 of measured
+        rows
 
     Raises
     ------
@@ -178,7 +179,7 @@ class Noise:
     def errors(self, rng: np.random.Generator, count: int, n: int) -> np.ndarray:
         """Errors of n rows in units of their noise, shape (count, n).
 
-        Of measured rows they are normal. A row that was seen or not is misread at a rate r: its reading less its mean
+        Of measured rows they are normal. A row that says yes or no is misread at a rate r: its reading less its mean
         is 1 - r or -r, mirrored where 1 is predicted, and its standard deviation sqrt(r (1 - r)).
         """
         normal = rng.standard_normal((count, n))

@@ -225,7 +225,17 @@ def _largest(
     programs: PlanePrograms, found: ForceState, top: float, limits: Array, force: float, time_limit: float,
     tolerance: float,
 ) -> Extreme:
-    """The associative value where a known mechanism admits it, else the mixed-integer program."""
+    """Largest admissible multiplier, scaled: a state that has it, a bound above it, and whether they agree.
+
+    Where the forces that go with the mechanism found carry the associative multiplier, that is it. Else the
+    mixed-integer program looks for more.
+
+    Parameters
+    ----------
+    found : an exact state to begin from
+    top : associative multiplier
+    limits, force : bounds on velocities, shape (n,), and on joint forces
+    """
     answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
     best = found if answer is None else ForceState(answer.multiplier, answer.force, found.velocity)
     if close(best.multiplier, top, tolerance):
