@@ -65,3 +65,10 @@ def test_what_is_listed_as_slow_exists():
         assert (TESTS / file).is_file(), line
         name = test.partition("[")[0]
         assert f"def {name}(" in (TESTS / file).read_text(encoding="utf-8") if name else True, line
+
+
+def test_files_that_the_glossary_names_exist():
+    named = re.findall(r"`([\w/]+\.py)`", (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8"))
+    assert len(named) > 20
+    for path in named:
+        assert (ROOT / path).is_file(), path
