@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from limitmason.comparison.wall_ladder import predict_wall
 from limitmason.experiments.modern_walls import MODELS
 from limitmason.experiments.modern_walls.inputs import ASSUMED, draws, inputs_of
-from limitmason.study.content import fingerprint
 from limitmason.study.memo import Memo
+from limitmason.study.run_fingerprint import fingerprint
 from validation.wall_tests import ROWS, Measured
 
 NUMBER = 10  # of draws

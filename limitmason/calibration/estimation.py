@@ -22,9 +22,9 @@ from limitmason.calibration.targets import CurveTarget, Entry, OutputValue, entr
 from limitmason.checks import finite, instance
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
-from limitmason.study.content import fingerprint
+from limitmason.study.linked_formulas import LinkedFormulas
+from limitmason.study.run_fingerprint import fingerprint
 from limitmason.study.sweep import Progress
-from limitmason.study.ties import LinkedFormulas
 
 STANDARD = SearchSettings()
 

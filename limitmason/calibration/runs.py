@@ -14,9 +14,9 @@ from limitmason.arrays import Array
 from limitmason.calibration.targets import OutputValue, check_units, outputs_of
 from limitmason.display.progress import reached
 from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.study.linked_formulas import LinkedFormulas
 from limitmason.study.memo import Memo
 from limitmason.study.sweep import Progress
-from limitmason.study.ties import LinkedFormulas
 
 Model = Callable[..., Any]
 

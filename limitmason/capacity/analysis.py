@@ -28,11 +28,16 @@ from limitmason.capacity.contacts import (
     turned_over,
 )
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
-from limitmason.capacity.edges import edge_warnings, flat_top_warnings, pressure_sharing_warnings, stiffness_warnings
 from limitmason.capacity.initial_gaps import begun_with, of_forces, of_gaps
 from limitmason.capacity.kinematics import at_rest, make_bodies
 from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.papers import PAPERS
+from limitmason.capacity.path_warnings import (
+    edge_warnings,
+    flat_top_warnings,
+    pressure_sharing_warnings,
+    stiffness_warnings,
+)
 from limitmason.capacity.point_law import ElastoplasticLaw, softening_by_plastic_slip
 from limitmason.capacity.refused import refuse, refuse_partial_rotations, refuse_with_initial
 from limitmason.capacity.result import PushoverCurve

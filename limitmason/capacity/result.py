@@ -14,9 +14,9 @@ from limitmason.answers.results import Mechanism, Resultants
 from limitmason.arrays import Array, Index
 from limitmason.capacity.certificate import StepCertificate, Structure, strength, tensions
 from limitmason.capacity.contact_generations import Generations
-from limitmason.capacity.edges import STIFFER, stiffer
 from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.limit_point import first_limit_point
+from limitmason.capacity.path_warnings import STIFFER, stiffer
 from limitmason.capacity.stepping import Node, handed_over
 from limitmason.deformable.levels import RIGID
 from limitmason.errors import InputError, NotApplicable

@@ -27,8 +27,8 @@ from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 from limitmason.storage.csv_table import Tabular
 from limitmason.storage.files import named_path
-from limitmason.study.content import fingerprint
 from limitmason.study.memo import Memo
+from limitmason.study.run_fingerprint import fingerprint
 
 ANSWERS = "answers.jsonl"
 """File of a store's folder."""

@@ -22,8 +22,8 @@ from limitmason.experiments.modern_walls.inputs import has_shear_span, inputs_of
 from limitmason.experiments.record import Experiment
 from limitmason.limit.analysis import limit_analysis
 from limitmason.mechanics.pier_strength import wall_forces
-from limitmason.study.content import fingerprint
 from limitmason.study.memo import Memo
+from limitmason.study.run_fingerprint import fingerprint
 
 LADDER = ("formulas", "first", "extended", "non-associative", "pushover", "dem")
 """Models of the ladder: *non-associative* is the extended one without dilatancy, *pushover* the capacity curve of a

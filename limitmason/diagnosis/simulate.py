@@ -14,7 +14,7 @@ from limitmason.answers.results import Status
 from limitmason.errors import InputError, NotConverged
 from limitmason.methods import MODES, Answer, answer, get_method, predict
 from limitmason.model import Assembly, Loads
-from limitmason.study.content import fingerprint
+from limitmason.study.run_fingerprint import fingerprint
 
 Build = Callable[..., tuple[Assembly, Loads]]
 FLOOR = 1e-3

@@ -12,8 +12,8 @@ import numpy as np
 from limitmason.causes.cause import Cause, Extension
 from limitmason.display.progress import reached, task
 from limitmason.errors import InputError
-from limitmason.study.content import fingerprint, fingerprint_of_code
 from limitmason.study.memo import Memo
+from limitmason.study.run_fingerprint import fingerprint, fingerprint_of_code
 from limitmason.study.workers import run_points
 
 OWN = "in code given to the study: "  # begins the note on an error that code of the user raised

@@ -12,6 +12,7 @@ from limitmason.figures.collapse_mechanism import assembly, mechanism
 from limitmason.figures.comparison import predicted_against_published, predicted_beside_references
 from limitmason.figures.confusion import confusable
 from limitmason.figures.contacts import contact_report
+from limitmason.figures.continuum import solid_map
 from limitmason.figures.crack_patterns import cracks
 from limitmason.figures.deformation import animate, deformed
 from limitmason.figures.diagnosis_files import diagnosis_folder
@@ -22,7 +23,6 @@ from limitmason.figures.modes import mac_matrix, mode_shape
 from limitmason.figures.plastic_zones import plasticity
 from limitmason.figures.safety import assessment, axle_envelope, load_region
 from limitmason.figures.scene import Scene, view
-from limitmason.figures.solids import solid_map
 from limitmason.figures.structure_page import structure_report
 from limitmason.figures.studies import histogram, side_by_side, study_lines
 from limitmason.figures.style import print_style

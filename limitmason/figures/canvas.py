@@ -12,7 +12,8 @@ from matplotlib.patches import Patch
 
 from limitmason.arrays import Array, Flags
 from limitmason.checks import choice
-from limitmason.figures import elevation, solid, style
+from limitmason.figures import elevation, style
+from limitmason.figures.assembly_in_space import Layout, SolidView, block_size, draw_solids
 from limitmason.figures.outline import elevation_plane, wall_plane
 from limitmason.figures.painter import VIEWPOINT_DEG, camera
 from limitmason.figures.tie_lines import draw_ties
@@ -65,19 +66,19 @@ class Canvas:
             if viewpoint_deg is None:
                 viewpoint_deg = VIEWPOINT_DEG if twists is None else _corner_they_move_to(model, twists)
             self.camera = camera(*viewpoint_deg)
-            self.before = solid.SolidView(model, self.camera)
+            self.before = SolidView(model, self.camera)
             self._motion = motions[0]
             self._scene = self._moved(self._motion)
             bounds = [_bounds(self._scene, self.before), *(_bounds(self._moved(m), self.before) for m in motions[1:])]
             ends = np.array([np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)])
-            self.layout = solid.Layout(self._scene, ends, ax)
+            self.layout = Layout(self._scene, ends, ax)
             self.page = style.Page(self.layout.high - self.layout.low, ax, framed=False)
-            self.axes, self.size = np.column_stack([self.camera.right, self.camera.up]), solid.block_size(model)
+            self.axes, self.size = np.column_stack([self.camera.right, self.camera.up]), block_size(model)
         self.ax, self.width = self.page.ax, self.page.line_width(self.size)
         self._told_apart = False
 
-    def _moved(self, motion: RigidMotion | None) -> solid.SolidView:
-        return self.before if motion is None else solid.SolidView(self.model, self.camera, motion)
+    def _moved(self, motion: RigidMotion | None) -> SolidView:
+        return self.before if motion is None else SolidView(self.model, self.camera, motion)
 
     def blocks(
         self, motion: RigidMotion | None = None, *, moving: Flags | None = None, ghosts: Flags | None = None,
@@ -98,7 +99,7 @@ class Canvas:
         self._told_apart = bool((moving & free).any() and (~moving & free).any())
         if self.plane is None:
             scene = self._scene if motion is self._motion else self._moved(motion)
-            solid.draw_solids(self.ax, scene, self.width, moving=moving, joints=joints, before=self.before,
+            draw_solids(self.ax, scene, self.width, moving=moving, joints=joints, before=self.before,
                               ghosts=ghosts, outline=outline)
             return
         elevation.draw_blocks(self.ax, self.drawing, self.width, motion=motion, moving=moving, outline=outline)
@@ -167,7 +168,7 @@ def chosen_plane(model: Assembly, view: str, twists: Array | None) -> Plane | No
     return plane
 
 
-def _bounds(scene: solid.SolidView, before: solid.SolidView) -> Array:
+def _bounds(scene: SolidView, before: SolidView) -> Array:
     """Page bounds of the free blocks before and after, and as much of the fixed ones as needs to be seen."""
     model = scene.assembly
     free, fixed = np.flatnonzero(~model.fixed), np.flatnonzero(model.fixed)

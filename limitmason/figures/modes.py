@@ -12,8 +12,8 @@ from limitmason.arrays import Array
 from limitmason.checks import instance, positive
 from limitmason.errors import InputError
 from limitmason.figures import style
+from limitmason.figures.continuum import solid_map
 from limitmason.figures.deformation import deformed
-from limitmason.figures.solids import solid_map
 from limitmason.geometry.rotation import quaternions
 from limitmason.vibration import Mac, Modes
 from limitmason.vibration.blocks import BlockCarrier

@@ -22,11 +22,11 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.storage.frozen import ReadOnly
 from limitmason.study import random_joints as draws
+from limitmason.study.linked_formulas import LinkedFormulas
 from limitmason.study.random_joints import Random
 from limitmason.study.sampling import Stop, latin_hypercube
 from limitmason.study.sweep import RunOptions, sweep
 from limitmason.study.table import Table
-from limitmason.study.ties import LinkedFormulas
 
 LoadsOf = Callable[[Assembly], Loads]
 Build = Callable[..., tuple[Assembly, Loads | LoadsOf]]

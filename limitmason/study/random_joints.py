@@ -15,7 +15,7 @@ from limitmason.checks import choice, positive
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
-from limitmason.study.ties import LinkedFormulas
+from limitmason.study.linked_formulas import LinkedFormulas
 
 PER = ("assembly", "kind", "interface", "block")
 

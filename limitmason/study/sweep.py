@@ -12,8 +12,8 @@ from typing import Any, TypedDict
 
 from limitmason.display.progress import reached, taken_up, watched
 from limitmason.errors import InputError
-from limitmason.study.content import fingerprint
 from limitmason.study.memo import Memo
+from limitmason.study.run_fingerprint import fingerprint
 from limitmason.study.table import Table
 from limitmason.study.workers import as_row
 

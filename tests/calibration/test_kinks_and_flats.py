@@ -8,7 +8,7 @@ import pytest
 import limitmason as lm
 from limitmason.calibration import CurveTarget, Parameter, SearchSettings, Target, calibrate
 from limitmason.errors import InputError
-from limitmason.study.ties import LinkedFormulas
+from limitmason.study.linked_formulas import LinkedFormulas
 
 ROCKING = math.tan(math.radians(33.0))
 U = np.linspace(0.0, 1e-2, 201)

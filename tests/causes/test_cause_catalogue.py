@@ -14,7 +14,7 @@ from limitmason import causes as catalogue
 from limitmason.causes.cause import Extension
 from limitmason.diagnosis import Cause
 from limitmason.errors import NotApplicable
-from limitmason.study.content import fingerprint
+from limitmason.study.run_fingerprint import fingerprint
 
 
 def test_constants_are_those_of_the_package():

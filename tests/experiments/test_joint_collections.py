@@ -6,7 +6,7 @@ import pytest
 
 import limitmason as lm
 from limitmason.experiments import stochastic_brick_panels
-from limitmason.study.ties import LinkedFormulas
+from limitmason.study.linked_formulas import LinkedFormulas
 from validation import murano_literature as literature
 
 

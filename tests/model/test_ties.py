@@ -7,7 +7,7 @@ from walls import on_slab, stack
 import limitmason as lm
 from limitmason import figures, formats
 from limitmason.errors import InputError
-from limitmason.study.content import fingerprint
+from limitmason.study.run_fingerprint import fingerprint
 
 ROD = {"yield_force": 2e3}
 TOP = (0.0, 0.5, 0.8)

@@ -16,8 +16,8 @@ from walls import bonded_stack
 
 import limitmason as lm
 from limitmason import study
+from limitmason.study.linked_formulas import LinkedFormulas
 from limitmason.study.random_joints import draw_blocks
-from limitmason.study.ties import LinkedFormulas
 from validation import panel_surrogate as surrogate
 
 # Table 2 of the stochastic paper: mean and CoV [-]

@@ -19,7 +19,7 @@ from limitmason.experiments.brick_panels_opening import OPTIONS
 from limitmason.methods import DEM, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.study import Memo, fingerprint
-from limitmason.study.content import fingerprint_of_code
+from limitmason.study.run_fingerprint import fingerprint_of_code
 
 NAME = "brick-panels-opening"
 

@@ -12,7 +12,7 @@ from limitmason.experiments.record import Experiment, TargetValue
 from limitmason.experiments.registry import all_cases, load, recipe_of, specimens, tabled
 from limitmason.experiments.shown import Settings
 from limitmason.model.assembly import Assembly
-from limitmason.study.content import fingerprint
+from limitmason.study.run_fingerprint import fingerprint
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, DEM, predict
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.study.content import fingerprint
+from limitmason.study.run_fingerprint import fingerprint
 from limitmason.study.sweep import Progress, sweep
 from limitmason.study.table import Table
 from limitmason.study.workers import Unfinished

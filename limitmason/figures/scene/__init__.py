@@ -24,12 +24,12 @@ from limitmason.arrays import Array, Index
 from limitmason.checks import count, instance, positive, several
 from limitmason.constants import VERSION
 from limitmason.errors import InputError
+from limitmason.figures.assembly_in_space import block_size
 from limitmason.figures.canvas import resultant
 from limitmason.figures.deformation import largest_movement, moved_blocks, rigid_motion
 from limitmason.figures.outline import visible_edges, wall_plane
 from limitmason.figures.painter import VIEWPOINT_DEG
 from limitmason.figures.scene.beside import SceneMotion, ScenePose, side_by_side, together
-from limitmason.figures.solid import block_size
 from limitmason.figures.style import force_text, round_length
 from limitmason.geometry.polyhedron import face_plane
 from limitmason.mechanics.joint_forces import joint_forces
