@@ -99,8 +99,10 @@ class Canvas:
         self._told_apart = bool((moving & free).any() and (~moving & free).any())
         if self.plane is None:
             scene = self._scene if motion is self._motion else self._moved(motion)
-            draw_solids(self.ax, scene, self.width, moving=moving, joints=joints, before=self.before,
-                              ghosts=ghosts, outline=outline)
+            draw_solids(
+                self.ax, scene, self.width, moving=moving, joints=joints, before=self.before, ghosts=ghosts,
+                outline=outline,
+            )
             return
         elevation.draw_blocks(self.ax, self.drawing, self.width, motion=motion, moving=moving, outline=outline)
         elevation.draw_ghost(self.ax, self.drawing, ghosts, self.width)
