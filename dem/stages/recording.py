@@ -87,6 +87,7 @@ class Recorder:
         self.every, self.watch, self.settings = settings.detect_every, Watch(), settings
         self._beyond_noted = False
         self.begun = self._energies()
+        self.worked = 0.0  # largest work of the loads so far [J]: a block that comes back has taken none in all
         self.notes: list[str] = list(state.warnings)
         self.same: Mapping[str, str] = {}
         self.position: Position | None = None
@@ -102,6 +103,8 @@ class Recorder:
         self._beyond_noted = any("beyond small displacement" in note for note in self.notes)
         if history.position is not None:
             self.begun = dict(zip(self.begun, history.position.energy.tolist(), strict=True))
+        applied, support = (np.abs(history.scalars[name] - self.begun[name]) for name in ("applied", "support"))
+        self.worked = float((applied + support).max(initial=0.0))
 
     def table(self, start: Array, part: Array, stage: Stage) -> Array:
         """Factors of the cases at the given parts of a stage, shape (steps, 5)."""
@@ -284,8 +287,9 @@ class Recorder:
         elif not self.watch.searching and pivots_on_wrong_face(self.assembly, state, now):
             self._detect()
         worked = abs(row["applied"] - self.begun["applied"]) + abs(row["support"] - self.begun["support"])
+        self.worked = max(self.worked, worked)
         # all energy that could have become kinetic
-        size = max(self.begun["kinetic"] + self.begun["elastic"] + worked, 1e-300)
+        size = max(self.begun["kinetic"] + self.begun["elastic"] + self.worked, 1e-300)
         created = sum((row[c] - self.begun[c]) * (-1.0 if c in ("applied", "support") else 1.0) for c in self.begun)
         explodes = row["kinetic"] > 10.0 * size and created > 10.0 * size
         keeps_joints = self.store is None or self.store.joints

@@ -306,9 +306,11 @@ def capacity_of(
     if path is not None:
         along, alpha = path[0] * abs(second / (at_control * first)), path[1] * to_a
         d0 = _zero(along, alpha)
+        lost = _lost_at(along, alpha, d0)
         for state, part in SHARES.items():
-            d[state] = min(part * d0, _loss(along, alpha, d0) if state == "SLV" else math.inf)
-            a[state] = float(np.interp(d[state], along, alpha))
+            d[state], a[state] = part * d0, float(np.interp(part * d0, along, alpha))
+            if state == "SLV" and lost is not None and along[lost] < d[state]:
+                d[state], a[state] = float(along[lost]), float(alpha[lost])
             period[state] = PERIODS[state] * math.pi * math.sqrt(d[state] / a[state])
             asked = partial(_excess, period[state], DAMPING[state], d[state])
             ag[state] = _reached(spectra[state], asked)
@@ -344,10 +346,15 @@ def _zero(along: Array, alpha: Array) -> float:
     return float(along[k - 1] + (along[k] - along[k - 1]) * alpha[k - 1] / (alpha[k - 1] - alpha[k]))
 
 
-def _loss(along: Array, alpha: Array, d0: float) -> float:
-    """Displacement at which more than half of the capacity is lost at once."""
-    sudden = (np.diff(along) < 0.01 * d0) & (alpha[1:] < 0.5 * alpha[:-1]) & (alpha[:-1] > 0.01 * alpha.max())
-    return float(along[:-1][sudden][0]) if sudden.any() else math.inf
+def _lost_at(along: Array, alpha: Array, d0: float) -> int | None:
+    """Sample from which more than half of the capacity is lost at once, over a hundredth of d0 at most."""
+    forward = np.maximum.accumulate(along)
+    last = np.searchsorted(forward, forward + 0.01 * d0, side="right") - 1
+    sudden = np.flatnonzero((alpha[last] < 0.5 * alpha) & (alpha > 0.01 * alpha.max()))
+    if not len(sudden):
+        return None
+    first = int(sudden[0])
+    return first + int(np.argmin(np.diff(alpha[first : last[first] + 1])))
 
 
 def peak_of(spectrum: Any) -> float:

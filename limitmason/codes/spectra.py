@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from limitmason.checks import choice, finite, instance, numbers, positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
-from limitmason.model.response_spectrum import STEPS, largest_displacements, refined
+from limitmason.model.response_spectrum import ResponseSpectrum
 
 LARGEST_AG = 2.0
 """Acceleration of the ground over g beyond which a number is no such thing."""
@@ -194,8 +194,7 @@ class RecordSpectrum:
     def displacement(self, period: float, damping: float = 0.05) -> float:
         """Largest displacement of oscillators from ``least`` to a period, 40 of them [m].
 
-        Linear between samples.
+        Linear between samples. The oscillators swing on after the record.
         """
         periods = np.geomspace(min(self.least, period), period, 40)
-        fine, step = refined(np.asarray(self.record, dtype=float), self.sample_step, float(periods[0]) / STEPS)
-        return float(largest_displacements(fine, step, 2.0 * np.pi / periods, damping).max())
+        return float(ResponseSpectrum.of_record(self.record, self.sample_step, periods, damping).displacement.max())

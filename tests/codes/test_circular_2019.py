@@ -138,6 +138,18 @@ def test_capacity_that_is_lost_at_once_ends_the_mechanism_of_slv():
     assert c.d["SLC"] == pytest.approx(0.6 * c.d0, rel=1e-12)
 
 
+@pytest.mark.parametrize("samples", [2, 3, 30])
+@pytest.mark.parametrize("over", [0.0, 1e-4, 1e-3])
+def test_a_loss_at_once_is_found_however_finely_the_curve_is_sampled(samples, over):
+    """alpha .1 to .08 at 0.1 m, lost to .03 there, zero at 0.3 m: SLV by d = 0.1 m and a of before the loss."""
+    falls = np.linspace(0.0, 1.0, samples) ** 0.9  # steepest where it begins
+    d = np.concatenate([[0.0, 0.05], 0.1 + over * falls, [0.2, 0.3]])
+    alpha = np.concatenate([[0.1, 0.09], 0.08 - 0.05 * falls, [0.015, 0.0]])
+    c = capacity_of(np.ones(1), np.ones(1), 1.0, 0.1, (d, alpha), ALL)
+    assert c.d["SLV"] == pytest.approx(0.1, rel=1e-9)
+    assert c.a["SLV"] == pytest.approx(0.08 * GRAVITY, rel=1e-9)
+
+
 def test_damping_is_a_fraction_in_one_equation_and_per_cent_in_the_next():
     """1.1 / sqrt(0.05) = 4.92 and sqrt(1 + 0.0004 25) = 1.005; "5" in both would give 0.49 and 1.005."""
     floor = FloorSpectrum(SITE, [0.3], [1.2], damping=0.05)
@@ -194,6 +206,15 @@ def test_spectrum_of_a_record_is_the_largest_over_the_periods():
     wider = RecordSpectrum(record, 0.005, least=0.3)
     assert wider.displacement(0.9, xi) == pytest.approx(wanted, rel=0.02)  # 0.9 s alone would be far less
     assert wider.scaled(2.0 * wider.ag).displacement(0.9, xi) == pytest.approx(2 * wider.displacement(0.9, xi))
+
+
+def test_oscillators_swing_on_after_a_record():
+    """A triangle of 0.02 s is a blow v = a t / 2: v / w exp(-z / s acos(z)), s^2 = 1 - z^2, long after it."""
+    period, z, step = 2.0, 0.08, 0.01
+    w, s = 2 * math.pi / period, math.sqrt(1.0 - z * z)
+    wanted = 3.0 * step / w * math.exp(-z / s * math.acos(z))
+    blow = RecordSpectrum([0.0, 3.0, 0.0], step, least=period)
+    assert blow.displacement(period, z) == pytest.approx(wanted, rel=2e-3)
 
 
 @pytest.mark.slow
