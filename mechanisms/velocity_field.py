@@ -214,6 +214,7 @@ def answer(
     if facade is not None:
         provenance["parameters"] = facade.as_dict()
     return Prediction(
-        f"mechanisms: {name}", float(multiplier), bound, Status.SOLVED, mechanism, None, certificate, tuple(notes),
-        provenance, extra,
+        method=f"mechanisms: {name}", collapse_multiplier=float(multiplier), bound=bound, status=Status.SOLVED,
+        mechanism=mechanism, certificate=certificate, warnings=tuple(notes), provenance=provenance,
+        details=extra,
     )

@@ -80,8 +80,9 @@ def cut(
         law[crosses, column] = 0.0
     law[crosses, LAW.cross] = 1.0
     joints = Joints(
-        one, two, np.concatenate([[0], np.cumsum(count)]).astype(np.int64), out.frame[kept], out.turn[kept],
-        out.arm_a[kept], out.arm_b[kept], out.offset[kept], law, out.edge[kept], out.limits[kept],
+        block_a=one, block_b=two, start=np.concatenate([[0], np.cumsum(count)]).astype(np.int64), frame=out.frame[kept],
+        turn=out.turn[kept], arm_a=out.arm_a[kept], arm_b=out.arm_b[kept], offset=out.offset[kept], law=law,
+        edge=out.edge[kept], limits=out.limits[kept],
     )
     m = int(count.sum())
     points = Points(*(x[kept][used] for x in (out.s, out.t, out.area, out.gap)), *(np.zeros(m) for _ in range(4)))

@@ -48,8 +48,9 @@ def _at_rest(mass: Array, inertia: Array, held: Flags) -> RigidBodies:
     zero, quat = np.zeros((n, 3)), np.zeros((n, 4))
     quat[:, 0] = 1.0
     return RigidBodies(
-        zero, quat, np.zeros((n, 3, 3)), zero.copy(), zero.copy(), zero.copy(), mass, 1.0 / mass,
-        np.ascontiguousarray(np.linalg.inv(inertia)), held, np.zeros((n, 6)), np.zeros((n, 6)),
+        shift=zero, quat=quat, rot=np.zeros((n, 3, 3)), vel=zero.copy(), spin=zero.copy(), ang=zero.copy(), mass=mass,
+        inv_mass=1.0 / mass, inv_inertia=np.ascontiguousarray(np.linalg.inv(inertia)), held=held,
+        contact=np.zeros((n, 6)), net=np.zeros((n, 6)),
     )
 
 
@@ -158,7 +159,9 @@ def initial_state(
     total[kernels.E_VISCOSITY] = 0.01 / dt
     whole_faces = np.ones(len(interface), dtype=np.int64)
     return State(
-        points, joints, bodies, interface, total, 0.0, float(dt), mode, laws, whole_faces, loads.dead.copy(),
-        loads.live.copy(), np.array((1.0, 1.0, 0.0, 0.0, 0.0)), np.zeros(3), assembly.fingerprint,
-        np.zeros(len(points.s)), np.full((len(points.s), ENDS), np.nan), ~moves, warnings, modes, deformation, ties,
+        points=points, joints=joints, bodies=bodies, interface=interface, total=total, time=0.0, dt=float(dt),
+        mode=mode, laws=laws, contact=whole_faces, dead=loads.dead.copy(), live=loads.live.copy(),
+        factors=np.array((1.0, 1.0, 0.0, 0.0, 0.0)), ground=np.zeros(3), model=assembly.fingerprint,
+        setback=np.zeros(len(points.s)), ends=np.full((len(points.s), ENDS), np.nan), outside=~moves, warnings=warnings,
+        modes=modes, deformation=deformation, ties=ties,
     )

@@ -204,9 +204,10 @@ def make_joints(
     turn[:, 0] = 1.0
     law, warnings = make_laws(assembly, dead, options)
     joints = Joints(
-        a, b, start, np.ascontiguousarray(frame), turn, x.centre[interface] - x.centroid[a],
-        x.centre[interface] - x.centroid[b], np.zeros((len(interface), 3)), np.ascontiguousarray(law[interface]),
-        np.zeros((len(interface), 3)), np.zeros((len(interface), 4)),
+        block_a=a, block_b=b, start=start, frame=np.ascontiguousarray(frame), turn=turn,
+        arm_a=x.centre[interface] - x.centroid[a], arm_b=x.centre[interface] - x.centroid[b],
+        offset=np.zeros((len(interface), 3)), law=np.ascontiguousarray(law[interface]),
+        edge=np.zeros((len(interface), 3)), limits=np.zeros((len(interface), 4)),
     )
     return points, joints, interface.astype(np.int64), law, warnings
 

@@ -108,8 +108,9 @@ def _rigid_blocks(assembly: Assembly, rigid: Flags, body: Index) -> Rigid:
     flat = np.zeros((nb, 3))
     held = assembly.held[numbers][:, [0, 2, 4]]
     return Rigid(
-        assembly.centroids[numbers][:, [0, 2]].copy(), flat, flat.copy(), np.ones((nb, 3)), flat.copy(), held.copy(),
-        flat.copy(), flat.copy(), flat.copy(), flat.copy(), own,
+        centre=assembly.centroids[numbers][:, [0, 2]].copy(), shift=flat, velocity=flat.copy(), mass=np.ones((nb, 3)),
+        load=flat.copy(), held=held.copy(), drive=flat.copy(), before=flat.copy(), net=flat.copy(), total=flat.copy(),
+        node=own,
     )
 
 

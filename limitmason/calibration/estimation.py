@@ -122,8 +122,9 @@ def calibrate(
     by = "group" if isinstance(leave_out, Mapping) else str(leave_out)
     missed = None if groups is None else left_out(objective, groups, best, information, by, search.most)
     return Fit(
-        objective, best, tuple(minima), information, slopes, level or _LEVEL, ends, missed, tuple(groups or ()),
-        fit_warnings(objective, best, minima, objective.rise(best, level or _LEVEL)),
+        objective=objective, minimum=best, minima=tuple(minima), information=information, slopes=slopes,
+        level=level or _LEVEL, ends=ends, left_out=missed, groups=tuple(groups or ()),
+        warnings=fit_warnings(objective, best, minima, objective.rise(best, level or _LEVEL)),
     )
 
 

@@ -205,8 +205,9 @@ def assess(
         d = np.array([weight[g] @ moved[g] for g in groups]) / np.where(p > 0.0, p, 1.0)
         readings.append(capacity_of(p, d, at_control, found.collapse_multiplier, path, spectra, confidence_factor))
     return Assessment(
-        float(found.collapse_multiplier), readings[0], readings[1], confidence_factor, assembly, loads, found, spectra,
-        None if path is None else Curve(*path, load_unit="-"), _warnings(twists, readings),
+        multiplier=float(found.collapse_multiplier), bodies=readings[0], stones=readings[1],
+        confidence_factor=confidence_factor, structure=assembly, loads=loads, prediction=found, spectra=spectra,
+        curve=None if path is None else Curve(*path, load_unit="-"), warnings=_warnings(twists, readings),
     )
 
 

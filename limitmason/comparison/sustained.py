@@ -108,9 +108,10 @@ def sustained(
         f"{goes_on:g} of the thickness"
     )
     return Prediction(
-        "sustained", value, Bound(BoundKind.ESTIMATE, meaning), status, curve.mechanism(-1), resultants, None, warnings,
-        {"steps": curve.cost.steps, "programs": curve.cost.programs, "Newton iterations": curve.cost.iterations},
-        {
+        method="sustained", collapse_multiplier=value, bound=Bound(BoundKind.ESTIMATE, meaning), status=status,
+        mechanism=curve.mechanism(-1), resultants=resultants, warnings=warnings, provenance={
+            "steps": curve.cost.steps, "programs": curve.cost.programs, "Newton iterations": curve.cost.iterations,
+        }, details={
             "curve": curve, "first loss": float(smallest.collapse_multiplier),
             "largest on the way": float(curve.load.max()), "displacement": to,
         },

@@ -104,7 +104,10 @@ class Solver:
     def dead_load(self, say: Callable[[str], None] = lambda _: None) -> EquilibriumState | None:
         """State under the dead load alone, put on in parts where it cracks or crushes, or None where none is found."""
         n = len(self.curves.modulus)
-        node = EquilibriumState(np.zeros(len(self.dead)), 0.0, 0.0, 1.0, 0, virgin(n), None, None, 0.0, 0.0)
+        node = EquilibriumState(
+            displacement=np.zeros(len(self.dead)), multiplier=0.0, control=0.0, residual=1.0, iterations=0,
+            memory=virgin(n), stress=None, crack=None, stored=0.0, lost=0.0,
+        )
         put_on, part = 0.0, 1.0
         whole = self.dead
         try:
@@ -244,4 +247,7 @@ class Solver:
         stored = 0.5 * float(((now.stress * strain).sum(axis=1) * volume).sum())
         lost = float(now.memory.lost @ volume)
         control = float(self.control @ u)
-        return EquilibriumState(u, factor, control, off, iterations, now.memory, now.stress, now.crack, stored, lost)
+        return EquilibriumState(
+            displacement=u, multiplier=factor, control=control, residual=off, iterations=iterations, memory=now.memory,
+            stress=now.stress, crack=now.crack, stored=stored, lost=lost,
+        )

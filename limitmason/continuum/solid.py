@@ -358,9 +358,9 @@ def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str,
         excited[..., i] = (force + extra * np.tile(along, len(excited))).reshape(-1, 3)
     mass = d.mass(model.densities, extra)
     return VibratingSystem(
-        d.assembled(factor.values), d.assembled(mass), excited.reshape(-1, 3)[d.order],
-        partial(_at_nodes, d), NodeCarrier(model), np.full(3, model.mass), label,
-        partial(factor.solve, corrections=0), warnings, partial(_negative, d, factor, mass),
+        stiffness=d.assembled(factor.values), mass=d.assembled(mass), excited=excited.reshape(-1, 3)[d.order],
+        spread=partial(_at_nodes, d), carrier=NodeCarrier(model), total=np.full(3, model.mass), label=label,
+        solve=partial(factor.solve, corrections=0), warnings=warnings, below=partial(_negative, d, factor, mass),
     )
 
 

@@ -134,7 +134,8 @@ class CauseTables:
         null = base.whitened(origin, scale)
         rows = self.tabulator.rows
         return Design(
-            causes, noise.about(origin), scale, origin, null, singles, columns, pair_table, pairs, rows.log, rows.kinds,
+            causes=causes, noise=noise.about(origin), scale=scale, origin=origin, null=null, singles=singles,
+            columns=columns, pair_table=pair_table, pair_names=pairs, log=rows.log, kinds=rows.kinds,
             measured=tuple(self.tabulator.free),
         )
 

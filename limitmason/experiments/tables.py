@@ -127,8 +127,9 @@ def read_source(source: str) -> Source:
     """Description of a source without its columns."""
     d = read_description(source)
     return Source(
-        d["name"], d["title"], d["kind"], d["citation"], d["doi"], d["url"], d["licence"], d["references"],
-        tuple(d["caveats"]), tuple(Reference(**paper) for paper in d.get("papers", ())),
+        name=d["name"], title=d["title"], kind=d["kind"], citation=d["citation"], doi=d["doi"], url=d["url"],
+        licence=d["licence"], references=d["references"], caveats=tuple(d["caveats"]),
+        papers=tuple(Reference(**paper) for paper in d.get("papers", ())),
     )
 
 

@@ -335,8 +335,9 @@ def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None =
         polygons = [p[:n] for p, n in zip(pairs.points, pairs.corners_of, strict=True)]
         place = (pairs.area / pairs.area.sum()) @ np.array([_centroid(p) for p in polygons])
         out.append(DoubtfulContact(
-            a, b, kinds[kind], (float(pairs.gap.min()), float(pairs.gap.max())), float(pairs.angle_deg.max()),
-            float(pairs.area.sum()), float(pairs.width.max()), place, pairs.normal[0], polygons,
+            a=a, b=b, kind=kinds[kind], gap=(float(pairs.gap.min()), float(pairs.gap.max())),
+            angle_deg=float(pairs.angle_deg.max()), area=float(pairs.area.sum()), width=float(pairs.width.max()),
+            place=place, normal=pairs.normal[0], polygons=polygons,
         ))
     return sorted(out, key=lambda d: (d.a, d.b))
 

@@ -348,7 +348,8 @@ def prediction_from(
     force = without_rounding(assembly, own, points.interface, force)
     mechanism = problem.mechanism(loads, solution.velocity)
     prediction = Prediction(
-        method, value, bound, solution.status, mechanism, problem.resultants(force), None, (), provenance, details,
+        method=method, collapse_multiplier=value, bound=bound, status=solution.status, mechanism=mechanism,
+        resultants=problem.resultants(force), provenance=provenance, details=details,
         **facts,
     )
     certificate, seconds = _certified(problem, prediction, torsion)

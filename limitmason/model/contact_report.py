@@ -260,15 +260,16 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
     free = np.flatnonzero(~assembly.held.any(axis=1)).tolist()
     loose = loose_blocks(assembly).tolist() if assembly.supports else [i for i in free if not count[i]]
     return ContactReport(
-        assembly.n_blocks, (float(near.min()), float(near.max())), rules, tuple(entries),
-        _named(missed, names, exact), _named(kept, names, exact), _named(passed, names, exact),
-        tuple(EdgeContact(names[a], names[b], kind, place) for a, b, kind, place in edges),
-        tuple((names[i], names[j], d) for i, j, d in deeper),
-        max((-e.gap[0] for e in entries if e.gap[0] < 0.0), default=0.0), tuple(untouched), n_faces,
-        tuple(names[i] for i in loose),
-        tuple(names[i] for i in free if count[i] == 1 and names[i] in tiny),
-        _would_add(found, pieces, rules, max((d.gap[1] for d in missed if d.kind == "apart"), default=0.0)),
-        (float(np.max(shown)), float(looked_at)),
+        n_blocks=assembly.n_blocks, tolerance=(float(near.min()), float(near.max())), rules=rules,
+        contacts=tuple(entries), near_misses=_named(missed, names, exact), kept=_named(kept, names, exact),
+        passed_over=_named(passed, names, exact),
+        edges=tuple(EdgeContact(names[a], names[b], kind, place) for a, b, kind, place in edges),
+        overlaps=tuple((names[i], names[j], d) for i, j, d in deeper),
+        deepest_overlap=max((-e.gap[0] for e in entries if e.gap[0] < 0.0), default=0.0), untouched=tuple(untouched),
+        n_faces=n_faces, floating=tuple(names[i] for i in loose),
+        hanging=tuple(names[i] for i in free if count[i] == 1 and names[i] in tiny),
+        would_add=_would_add(found, pieces, rules, max((d.gap[1] for d in missed if d.kind == "apart"), default=0.0)),
+        looked_up_to=(float(np.max(shown)), float(looked_at)),
     )
 
 

@@ -121,9 +121,11 @@ def fragility(table: Table, intensity: str, failed: str, *, level: float = 0.9) 
     z = _quantile(level)
     steep = z * float(np.sqrt(covariance[1, 1]))
     return Fragility(
-        intensity, failed, float(np.exp(-a / b)), float(1.0 / b), _median_interval(coefficients, covariance, z),
-        (float(1.0 / (b + steep)), float(1.0 / (b - steep)) if b > steep else np.inf), level, int(kept.sum()),
-        int(fell.sum()), int((~kept).sum()), coefficients, covariance,
+        intensity=intensity, failed=failed, median=float(np.exp(-a / b)), dispersion=float(1.0 / b),
+        median_interval=_median_interval(coefficients, covariance, z),
+        dispersion_interval=(float(1.0 / (b + steep)), float(1.0 / (b - steep)) if b > steep else np.inf), level=level,
+        runs=int(kept.sum()), failures=int(fell.sum()), missing=int((~kept).sum()), coefficients=coefficients,
+        covariance=covariance,
     )
 
 

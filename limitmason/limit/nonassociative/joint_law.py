@@ -91,8 +91,9 @@ def joint_law(problem: Problem) -> JointLaw:
     corner = np.zeros(problem.matrix.shape[1])
     corner[:: problem.components] = tension
     return JointLaw(
-        problem.matrix, problem.dead - problem.matrix @ corner, problem.live, law.tan_phi, law.tan_psi,
-        tension, law.cohesion, law.crushing, problem.components, float(np.abs(problem.live).sum()), problem.size,
+        matrix=problem.matrix, dead=problem.dead - problem.matrix @ corner, live=problem.live, tan_phi=law.tan_phi,
+        tan_psi=law.tan_psi, tension=tension, cohesion=law.cohesion, crushing=law.crushing,
+        components=problem.components, live_size=float(np.abs(problem.live).sum()), total=problem.size,
     )
 
 

@@ -130,8 +130,9 @@ def prediction_of(
         ends = [e for e in (*details["interval_at_mechanism"], *details["spread"], value) if math.isfinite(e)]
         certified = Range(min(ends), max(ends), "certified states found")
     return Prediction(
-        METHOD, value, bound, status, mechanism, resultants, None, (), provenance, details, FlowRule.NON_ASSOCIATIVE,
-        range=certified, **problem.contact_facts,
+        method=METHOD, collapse_multiplier=value, bound=bound, status=status, mechanism=mechanism,
+        resultants=resultants, provenance=provenance, details=details,
+        flow_rule=FlowRule.NON_ASSOCIATIVE, range=certified, **problem.contact_facts,
     )
 
 

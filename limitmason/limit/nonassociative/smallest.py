@@ -137,11 +137,17 @@ def prove_smallest(
     seconds = time.perf_counter() - began
     if within is None:
         proven = best is not None and close(value, floor, tolerance)
-        return Extreme(best, floor, proven, method, none, none, velocity_bound, float("nan"), none, nodes, seconds)
+        return Extreme(
+            state=best, bound=floor, proven=proven, method=method, none=none, velocity_bounded=none,
+            velocity_bound=velocity_bound, force_bounded=none, nodes=nodes, seconds=seconds,
+        )
     bound, velocity_bound, assumed = within
     share = _share(law, best, velocity_bound * limits) if best is not None else float("nan")
     proven = best is not None and close(value, bound, tolerance)
-    return Extreme(best, bound, proven, MIXED_INTEGER, False, True, velocity_bound, share, assumed, nodes, seconds)
+    return Extreme(
+        state=best, bound=bound, proven=proven, method=MIXED_INTEGER, velocity_bounded=True,
+        velocity_bound=velocity_bound, velocity_share=share, force_bounded=assumed, nodes=nodes, seconds=seconds,
+    )
 
 
 def _share(law: JointLaw, state: ForceState | None, limits: Array) -> float:

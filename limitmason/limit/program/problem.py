@@ -230,9 +230,11 @@ def make_problem(
     block = stress_blocks(sections, np.column_stack([first, first + 1]))
     law = law.without_crushing(block.ends)
     return Problem(
-        assembly, loads, points, plane, contact_model, matrix, dead / scale, live * live_scale / scale, row, row_radius,
-        float(scale), float(live_scale), law, block, np.ones(points.count), np.ones(len(row)),
-        float(np.sqrt((~assembly.fixed).sum())), cells, cases, free_rows,
+        assembly=assembly, loads=loads, points=points, plane=plane, contact_model=contact_model, matrix=matrix,
+        dead=dead / scale, live=live * live_scale / scale, row=row, row_radius=row_radius, force_scale=float(scale),
+        live_scale=float(live_scale), law=law, stress_block=block, point_scale=np.ones(points.count),
+        row_unit=np.ones(len(row)), size=float(np.sqrt((~assembly.fixed).sum())), cells=cells, cases=cases,
+        free=free_rows,
     )
 
 
