@@ -236,7 +236,7 @@ def _at_small_dilatancy(
     found = search_smallest(little, normal, effort=effort, accuracy=accuracy)
     best = found.best
     if limits is not None:
-        near = Polisher(little, accuracy).finish(state)
+        near = Polisher(little, accuracy).exact_near(state)
         if exact(near, little, accuracy) and (best is None or near.multiplier < best.multiplier):
             best = near
         if best is None or best.multiplier > state.multiplier * (1.0 + JUMP):

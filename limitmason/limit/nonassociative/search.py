@@ -113,7 +113,7 @@ class Polisher:
         self.cones = ConePrograms(law, deadline)
         self.plane = PlanePrograms(law) if law.components == 2 else None
 
-    def finish(self, state: ForceState, deadline: float = np.inf) -> ForceState | None:
+    def exact_near(self, state: ForceState, deadline: float = np.inf) -> ForceState | None:
         """Exact state near a given one, in plane descended from there, or the nearest one when the law is not met."""
         if self.plane is None:
             return alternate(self.cones, state, deadline=deadline)
@@ -137,7 +137,7 @@ class Polisher:
             return lower(self.cones, state, thetas=(theta,), tolerance=self.accuracy, deadline=deadline)
         pushed = alternate_plane(self.plane, state, theta=theta, steps=15, deadline=deadline)
         back = None if pushed is None else alternate_plane(self.plane, pushed, deadline=deadline)
-        return None if back is None else self.finish(back, deadline)
+        return None if back is None else self.exact_near(back, deadline)
 
     def multiplier_interval(self, state: ForceState) -> tuple[float, float]:
         """Scaled multipliers between which the mechanism of an exact state is admissible."""
@@ -205,7 +205,7 @@ def search_smallest(
         since = time.perf_counter()
         run = run_sequence(law, normal, variant, deadline=deadline)
         first = first or run
-        candidate = run.state if run.state is None or over() else polisher.finish(run.state, deadline)
+        candidate = run.state if run.state is None or over() else polisher.exact_near(run.state, deadline)
         keep(strategy, candidate, run, since)
         if push and polisher.plane is None and exact(candidate, law, accuracy):
             since = time.perf_counter()
