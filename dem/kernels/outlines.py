@@ -7,7 +7,7 @@ import numpy as np
 from dem.kernels.arrays import Array, Index, Joints, Points
 from dem.kernels.compiled import kernel
 from dem.kernels.kinematics import cross, dot
-from dem.kernels.pivots import OF_A, OF_B, OF_BOTH
+from dem.kernels.pivots import OF_A, OF_B, OF_BOTH, extent, extremes
 
 
 class SolidArrays(NamedTuple):
@@ -60,7 +60,7 @@ def convex_hull(x: Array, y: Array, corners: Index) -> int:
             order[at] = order[at - 1]
             at -= 1
         order[at] = k
-    flat = 1e-12 * (x.max() - x.min()) * (y.max() - y.min())
+    flat = 1e-12 * extent(x, n) * extent(y, n)
     found = 0
     for way in range(2):
         first = found
@@ -151,7 +151,7 @@ def _outline(x: Array, y: Array, wide: float, high: float, corners: Index, u: Ar
             u[i], v[i] = x[corners[i]], y[corners[i]]
         return count
     along, across = (x, y) if wide >= high else (y, x)
-    low, top, aside = along.argmin(), along.argmax(), 0.5 * max(wide, high)
+    (low, top), aside = extremes(along, len(along)), 0.5 * max(wide, high)
     one, two = (u, v) if wide >= high else (v, u)
     # counter-clockwise: along x from below, along y from the right
     sign = -1.0 if wide >= high else 1.0
@@ -176,7 +176,7 @@ def _between(
     whose : block, OF_A or OF_B, whose edge begins at every corner
     along, aside : the point, u and v [m]
     """
-    reach = max(u[:count].max() - u[:count].min(), v[:count].max() - v[:count].min())
+    reach = max(extent(u, count), extent(v, count))
     low, high, first, last = np.inf, -np.inf, -1, -1
     for i in range(count):
         k = (i + 1) % count
@@ -217,7 +217,7 @@ def find_ends(points: Points, joints: Joints, setback: Array, solids: SolidArray
             out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x[k], y[k], slope[0], slope[1]
             for c in range(4, 10, 3):
                 out[k, c], out[k, c + 1], out[k, c + 2] = 0.5, OF_B, OF_B
-        wide, high = x.max() - x.min(), y.max() - y.min()
+        wide, high = extent(x, n), extent(y, n)
         largest = max(wide, high)
         if not largest > 0.0:
             continue

@@ -13,12 +13,20 @@ ELSEWHERE, ON_A, UNKNOWN = 0, 1, 2
 
 
 @kernel(fast=False, forceinline=True)
-def _extent(x: Array) -> float:
-    """Largest less smallest."""
-    low = high = x[0]
-    for value in x:
-        low, high = min(low, value), max(high, value)
-    return high - low
+def extremes(x: Array, count: int) -> tuple[int, int]:
+    """Where the first of some numbers stands that is smallest, and the first that is largest."""
+    low = high = 0
+    for k in range(1, count):
+        low = k if x[k] < x[low] else low
+        high = k if x[k] > x[high] else high
+    return low, high
+
+
+@kernel(fast=False, forceinline=True)
+def extent(x: Array, count: int) -> float:
+    """Largest of some numbers less the smallest."""
+    low, high = extremes(x, count)
+    return x[high] - x[low]
 
 
 @kernel(fast=False, forceinline=True)
@@ -27,7 +35,7 @@ def _may_be_at_an_end(along: Array, aside: Array, opening: Array) -> bool:
 
     They are not where other points lie beyond in the same row, to both sides.
     """
-    level, length = 1e-9 * _extent(aside), max(_extent(along), 1e-300)
+    level, length = 1e-9 * extent(aside, len(aside)), max(extent(along, len(along)), 1e-300)
     above = below = False
     for i in range(len(along)):
         if opening[i] < 0.0:

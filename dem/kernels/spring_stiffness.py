@@ -23,7 +23,8 @@ def _run(rows: Array, first: int, count: int, out: Array, eight: Array) -> None:
     """
     width = rows.shape[1]
     if count < 8:
-        out[:] = 0.0
+        for c in range(width):
+            out[c] = 0.0
         whole = 0
     else:
         for k in range(8):
@@ -60,7 +61,8 @@ def _pairwise(rows: Array, first: int, count: int, out: Array) -> None:
             half = size[depth] // 2
             half -= half % 8
             if done[depth] == 1:
-                lower[depth] = found[depth + 1]
+                for c in range(width):
+                    lower[depth, c] = found[depth + 1, c]
             begin[depth + 1] = begin[depth] + (half if done[depth] == 1 else 0)
             size[depth + 1] = size[depth] - half if done[depth] == 1 else half
             depth += 1
@@ -73,7 +75,8 @@ def _pairwise(rows: Array, first: int, count: int, out: Array) -> None:
             break
         depth -= 1
         done[depth] += 1
-    out[:] = found[0]
+    for c in range(width):
+        out[c] = found[0, c]
 
 
 @kernel(fast=False, counted=True)
@@ -123,10 +126,11 @@ def add_springs(
                     part[k, 6 * r + c] = pushed[0, r] * g[0, c] + pushed[1, r] * g[1, c] + pushed[2, r] * g[2, c]
         if count == 0:
             continue
+        head = min(count, 1)  # no constant, for which the sums would be compiled once more
         if count <= RUN:
-            _run(part, 1, count - 1, total, eight)
+            _run(part, head, count - head, total, eight)
         else:
-            _pairwise(part, 1, count - 1, total)
+            _pairwise(part, head, count - head, total)
         for r in range(6):
             for c in range(6):
                 out[block, r, c] += part[0, 6 * r + c] + total[6 * r + c]

@@ -4,6 +4,7 @@ That fresh and kept kernels give the same bits is in the lane of validation, whi
 """
 
 import ast
+import gc
 import importlib
 import os
 import subprocess
@@ -12,6 +13,9 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from numba import njit
+from numba.core.errors import TypingError
+from numba.core.event import Listener, install_listener
 
 import dem
 import limitmason as lm
@@ -34,6 +38,37 @@ def test_what_sums_over_contact_points_is_part_of_its_caller(name):
     # one body per compiled function: a second one under the same name is what differed
     file, function = name.split(".")
     assert getattr(importlib.import_module(f"dem.kernels.{file}"), function).targetoptions["forceinline"]
+
+
+class Asked(Listener):
+    """Whether Python searches for garbage, asked at the start and at the end of every compilation."""
+
+    def __init__(self):
+        self.searches = []
+
+    def on_start(self, event):
+        self.searches.append(gc.isenabled())
+
+    on_end = on_start
+
+
+def test_garbage_waits_for_the_compiler_and_is_collected_again_after_an_error():
+    inner = njit(lambda x: 2.0 * x)
+    asked = Asked()
+    with install_listener("numba:compile", asked):
+        assert njit(lambda x: inner(x) + 1.0)(1.0) == 3.0
+        assert gc.isenabled()
+        with pytest.raises(TypingError):
+            njit(lambda x: x.nothing)(1.0)
+    assert gc.isenabled()
+    # two functions and one that fails: off at every start, on again where the outermost ends
+    assert asked.searches == [False, False, False, True, False, True]
+    gc.disable()
+    try:
+        njit(lambda x: 3.0 * x)(1.0)
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
 
 
 # ---- what is kept on disk

@@ -218,15 +218,8 @@ def search_smallest(
     def over() -> bool:
         return closed() or time.perf_counter() > deadline
 
-    slopes = effort.slopes
-    dilating = (law.tan_psi > 0) & ~law.dilatant
-    if dilating.any():
-        # a slope that hides a small dilatancy leads to states of psi = 0, which no polish brings back
-        ratio = float((law.tan_psi[dilating] / law.tan_phi[dilating]).min())
-        if ratio < 2.0 * min(slopes):
-            slopes = (0.1 * ratio, *slopes)
     for mixing in sorted(effort.mixings, key=lambda b: abs(b - 0.6)):
-        for slope in slopes:
+        for slope in _slopes(law, effort.slopes):
             if not (over() and (trials or best is not None)):
                 variant = SchemeSettings(slope=slope, mixing=mixing)
                 attempt(f"sequence, {variant}", start, variant, push=effort.lower_each)
@@ -247,6 +240,17 @@ def search_smallest(
         keep("push of the best", lower(polisher.cones, best, tolerance=accuracy, deadline=deadline), None, since)
     stopped = time.perf_counter() > deadline and not closed()
     return SearchOutcome(best, nearest, tuple(trials), first, stopped, closed())
+
+
+def _slopes(law: JointLaw, slopes: tuple[float, ...]) -> tuple[float, ...]:
+    """Slopes of the scheme [-], and a smaller one before them where joints dilate but a little."""
+    dilating = (law.tan_psi > 0) & ~law.dilatant
+    if dilating.any():
+        # a slope that hides a small dilatancy leads to states of psi = 0, which no polish brings back
+        ratio = float((law.tan_psi[dilating] / law.tan_phi[dilating]).min())
+        if ratio < 2.0 * min(slopes):
+            return 0.1 * ratio, *slopes
+    return slopes
 
 
 def _random_start(
