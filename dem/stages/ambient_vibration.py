@@ -45,11 +45,11 @@ def white_noise(
     inside = (frequency >= lowest) & (frequency <= highest)
     # whole periods of every wave in the record: velocity ends where it began
     record = np.fft.irfft(np.where(inside, np.exp(1j * phase), 0.0), n)
-    record = record * (rms / record.std())
     fade = np.minimum(1.0, np.minimum(np.arange(n), np.arange(n)[::-1]) * step * lowest * 2.0)
     record = record * fade
     record -= fade * (record.sum() / fade.sum())
     record[[0, -1]] = 0.0
+    record *= rms / record.std()
     return BaseMotion(acceleration=tuple(record), sample_step=step, direction=direction, after="hold")
 
 
@@ -97,6 +97,12 @@ def identify(
     # the longest stretch of equal gaps: the ends of stages are sampled too
     edges = np.flatnonzero(np.diff(np.concatenate([[False], even, [False]]).astype(int)))
     first, last = max(zip(edges[::2], edges[1::2], strict=True), key=lambda e: e[1] - e[0])
+    stage = history.scalars["stage"]
+    if 2 * (last - first) < np.count_nonzero(stage == stage[last]):
+        raise InputError(
+            f"samples {gaps.min():.3g} to {gaps.max():.3g} s apart are not evenly spaced: simulate with sample= a "
+            "whole number of steps"
+        )
     rows = slice(first + int(np.ceil(skip / step)), last + 1)
     held = np.flatnonzero(assembly.fixed)
     base = history.displacement_of(int(held[0]))[rows] if len(held) else 0.0

@@ -285,7 +285,10 @@ class StageRun:
             at.outcome = RunStatus.FINISHED if over else at.outcome
             over = over or (rec.state.mode != DYNAMIC and rec.fallen(at.shift))
         if stage.stop_when_moved is not None:
-            over = over or displacement_since(rec.state, at.shift, at.quat, rec.scale) > stage.stop_when_moved
+            start = at.shift
+            if isinstance(stage, BaseMotion) or rec.state.ground.any():
+                start = start + (rec.state.bodies.shift - start)[rec.assembly.fixed].mean(axis=0)
+            over = over or displacement_since(rec.state, start, at.quat, rec.scale) > stage.stop_when_moved
         return over
 
 

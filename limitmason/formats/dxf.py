@@ -60,7 +60,8 @@ def read_dxf(
     Parameters
     ----------
     path : of the drawing
-    layers : names of the layers to read, upper and lower case alike; all by default
+    layers : names of the layers to read, upper and lower case alike; by default all that are shown, neither off nor
+        frozen
     scale : metres per drawing unit; by default from the drawing's $INSUNITS
     flatness : largest distance between an arc and its chord [m]
     gap : distance up to which ends of single lines meet [m]
@@ -82,7 +83,7 @@ def read_dxf(
     -----
     PlausibilityWarning
         With the number of single lines, arcs and splines of each layer that enclose nothing, of hatches that are taken
-        as blocks or have islands, and of regions, solids and images, which cannot be read.
+        as blocks or have islands, of regions, solids and images, which cannot be read, and of lines on hidden layers.
     """
     ezdxf, ezpath = (needed(name, "DXF drawings", "dxf") for name in ("ezdxf", "ezdxf.path"))
     try:
@@ -101,10 +102,15 @@ def read_dxf(
     wanted = named_layers(layers)
     there = [layer.dxf.name for layer in drawing.layers]
     check_layers(wanted, [*there, *(layer for _, layer in _entities(drawing.modelspace()))], path)
+    hidden = {layer.dxf.name.casefold() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
     drawn = DrawnOutlines()
     unread: Counter[tuple[str, str]] = Counter()
+    unseen: Counter[str] = Counter()
     for entity, layer in _entities(drawing.modelspace()):
         if wanted is not None and layer.casefold() not in wanted:
+            continue
+        if wanted is None and layer.casefold() in hidden:
+            unseen[layer] += 1
             continue
         where = f"{path}: layer {layer!r}, entity {entity.dxf.handle or 'of an inserted block'}"
         kind = entity.dxftype()
@@ -120,6 +126,11 @@ def read_dxf(
         warnings.warn(
             f"{path}: layer {layer!r}: {n} {kind} cannot be read and {'is' if n == 1 else 'are'} left out; explode "
             "them to lines where they are blocks", PlausibilityWarning, stacklevel=2,
+        )
+    for layer, n in unseen.items():
+        warnings.warn(
+            f"{path}: layer {layer!r} is off or frozen: {n} {'entity is' if n == 1 else 'entities are'} left out; name "
+            "it in layers= to read it", PlausibilityWarning, stacklevel=2,
         )
     found = drawn.outlines(gap, path, _POLYLINES)
     if not found.outlines:

@@ -32,7 +32,8 @@ def backfill_wrenches(
     ----------
     level : of the top of the fill [m]
     density : of the fill [kg/m3]
-    lateral : K, horizontal over vertical stress in the fill; 0 for weight alone
+    lateral : K, horizontal over vertical stress in the fill; 0 for weight alone. It acts on inclined faces: fill lies
+        over blocks, and which side of a vertical face it is on is not known
     blocks : names or numbers; all free blocks where omitted
 
     Returns
@@ -43,7 +44,8 @@ def backfill_wrenches(
     Raises
     ------
     InputError
-        When the fill reaches no face, or a number is not positive.
+        When the fill reaches no face, a number is not positive, or the loaded faces are level and leave lateral without
+        effect.
 
     Notes
     -----
@@ -54,7 +56,7 @@ def backfill_wrenches(
     rho = positive("density of the fill", density, "kg/m3")
     free = [i for i in range(assembly.n_blocks) if not assembly.fixed[i]]
     rows = free if blocks is None else [assembly.block_index(b) for b in blocks]
-    wrench, loaded = np.zeros((assembly.n_blocks, 6)), False
+    wrench, loaded, inclined = np.zeros((assembly.n_blocks, 6)), False, False
     covered: dict[int, list[tuple[Array, Array]]] = {i: [] for i in rows}
     # the parts of faces that joints cover carry no fill: they count with the opposite sign
     for joint in assembly.interfaces:
@@ -70,13 +72,18 @@ def backfill_wrenches(
             below = split_polygon(polygon, np.array([0.0, 0.0, top]), np.array([0.0, 0.0, 1.0]), 0.0)[0]
             if below is None:
                 continue
-            loaded = True
+            loaded, inclined = True, inclined or bool(np.hypot(normal[0], normal[1]) > _UP)
             traction = -sign * rho * GRAVITY * np.array([k * normal[0], k * normal[1], normal[2]])
             depth, moment = _integrals(below, top - below[:, 2], assembly.centroids[i])
             wrench[i] += np.concatenate([depth * traction, np.cross(moment, traction)])
     if not loaded:
         which = "the free blocks" if blocks is None else "these blocks"
         raise InputError(f"fill up to {top:g} m lies on no face of {which}: its top is below them, or they are covered")
+    if k and not inclined:
+        raise InputError(
+            "lateral: every face that the fill lies on is level, and vertical ones take no fill: give the thrust on a "
+            "wall by Loads.with_pressure, block by block"
+        )
     return wrench
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,8 @@ HOLD, COAST = "hold", "coast"
 AT_REST = 0.01
 """A record ends at rest where its last velocity is below this fraction of its largest [-]."""
 
-_ACCELERATIONS = {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3, "g": GRAVITY}
+_ACCELERATIONS = {"m/s2": 1.0, "cm/s2": 1e-2, "gal": 1e-2, "mm/s2": 1e-3, "g": GRAVITY}
+_TIMES = {"s": 1.0, "sec": 1.0, "ms": 1e-3}
 
 
 @dataclass(frozen=True)
@@ -84,8 +85,8 @@ class BaseMotion(Displayed, Stage):
 
         Parameters
         ----------
-        units : of the acceleration: "m/s2", "cm/s2", "mm/s2" or "g"; where omitted, what stands in brackets in its
-            heading, as in "a [g]", and m/s2 without one. Time is in seconds
+        units : of the acceleration: "m/s2", "cm/s2", "gal", "mm/s2" or "g"; where omitted, what stands in brackets in
+            its heading, as in "a [g]", and m/s2 without one. Time is in seconds, or in "ms" where its heading says so
         scale : factor on the whole record [-]
         column : of the acceleration, counted from 0; three of them hold x, y and z, (1, 2, 3)
         settings : ``direction`` and ``after``, see above
@@ -93,13 +94,15 @@ class BaseMotion(Displayed, Stage):
         Raises
         ------
         InputError
-            For an unknown unit or another one than the heading's, a line of no numbers below one of numbers, and times
-            that are not equally spaced; it names file and line.
+            For an unknown unit, in the heading too, or another one than the heading's, a line of no numbers below one
+            of numbers, and times that are not equally spaced; it names file and line.
         """
+        known = ", ".join(_ACCELERATIONS)
         if units is not None and units not in _ACCELERATIONS:
-            raise InputError(f"units must be one of {', '.join(_ACCELERATIONS)}, got {units!r}")
+            raise InputError(f"units must be one of {known}, got {units!r}")
         rows: list[list[float]] = []
         headed: dict[str, int] = {}
+        clock = "s"
         columns = [column] if isinstance(column, int) else list(column)
         for number, line in enumerate(read_text(path).splitlines(), 1):
             cells = split([line], separator(line))
@@ -108,18 +111,21 @@ class BaseMotion(Displayed, Stage):
             except (ValueError, IndexError):
                 if rows and line.strip():
                     raise InputError(f"{path}, line {number}: no time and acceleration in {line!r}") from None
-                for c in columns:
-                    words = re.search(r"[\[(]([^])]*)[])]", cells[c]) if c < len(cells) else None
-                    unit = words[1].strip().replace("²", "2").replace("^", "") if words else ""
-                    headed |= {unit: number} if unit in _ACCELERATIONS else {}
+                headed |= {unit: number for c in columns if (unit := _unit(cells, c, _ACCELERATIONS))}
+                clock = _unit(cells, 0, _TIMES) or clock
+                if clock not in _TIMES:
+                    raise InputError(f"{path}, line {number}: time in {clock!r}; it is read in s or ms") from None
         if len(rows) < 2:
             raise InputError(f"{path}: no two lines of time, acceleration (or with semicolons or tabs between)")
         for unit, number in headed.items():
-            if unit != (units or next(iter(headed))):
+            if unit not in _ACCELERATIONS:
+                if units is None:
+                    raise InputError(f"{path}, line {number}: the heading says {unit!r}; give units=, one of {known}")
+            elif unit != (units or next(iter(headed))):
                 raise InputError(f"{path}, line {number}: the heading says {unit}, not {units or next(iter(headed))}")
         factor = finite("scale", scale) * _ACCELERATIONS[units or next(iter(headed), "m/s2")]
         table = np.array(rows)
-        time, a = table[:, 0], table[:, 1] if len(columns) == 1 else table[:, 1:]
+        time, a = _TIMES[clock] * table[:, 0], table[:, 1] if len(columns) == 1 else table[:, 1:]
         step = float(np.median(np.diff(time)))
         uneven = np.flatnonzero(np.abs(np.diff(time) - step) > 0.01 * abs(step))
         if len(uneven):
@@ -192,3 +198,10 @@ class BaseMotion(Displayed, Stage):
         k = np.clip((times / h).astype(int), 0, len(a) - 2)
         r = np.clip(times - k * h, 0.0, h)[:, None]
         return nodes[k] + a[k] * r + 0.5 * (a[k + 1] - a[k]) / h * r * r
+
+
+def _unit(cells: Sequence[str], column: int, known: Iterable[str]) -> str:
+    """Unit in a heading, in lower case: in square brackets, or in round ones, where years and names stand too."""
+    words = re.search(r"\[([^]]*)]|\(([^)]*)\)", cells[column]) if column < len(cells) else None
+    unit = (words[1] or words[2] or "").strip().replace("²", "2").replace("^", "").lower() if words else ""
+    return unit if words and (words[1] or unit in known or "/s" in unit) else ""

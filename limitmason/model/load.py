@@ -165,7 +165,9 @@ class Loads(ReadOnly):
         ----------
         block : name or number
         force : [N], shape (3,)
-        at : point of application [m], shape (3,); the block's centroid when not given
+        at : point of application [m], shape (3,); the block's centroid when not given. Paths and histories keep the
+            force and its moment about the centroid while the block turns: what rests on a block that turns far is
+            better a block of its own
         case : "live" (scaled by the multiplier) or "dead"
         """
         i = assembly.block_index(block)
@@ -284,14 +286,14 @@ class Loads(ReadOnly):
         ----------
         level : of the top of the fill [m]
         density : of the fill [kg/m3]
-        lateral : horizontal over vertical stress in the fill; 0 for weight alone
+        lateral : horizontal over vertical stress in the fill; 0 for weight alone. It acts on inclined faces alone
         blocks : that carry the fill, all free ones by default
         case : "dead" or "live"
 
         Raises
         ------
         InputError
-            When the fill reaches no face.
+            When the fill reaches no face, or only level ones, on which lateral would do nothing.
 
         Notes
         -----

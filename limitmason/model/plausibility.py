@@ -21,6 +21,7 @@ _STIFFNESS_LIKE_N_PER_MM3 = 1e4
 _PRESSURE_TOO_HIGH = 1e9
 _MODULUS_TOO_LOW = 1e5  # softer than rubber
 _BLOCK_LIKE_MM = 50.0
+_SECTION_LIKE_MM2 = 1.0
 
 _given_as_coefficient: ContextVar[bool] = ContextVar("given_as_coefficient", default=False)
 
@@ -65,6 +66,16 @@ def warn_of_material(material: Any, label: str) -> None:
         warn(f"{label}: young_modulus = {e:g} Pa looks like MPa or GPa ({e:g} GPa is {1e9 * e:g} Pa)")
     _warn_of_angle(material, label)
     _warn_of_strengths(material, label)
+
+
+def warn_of_tie(tie: Any, label: str) -> None:
+    """Yield stress and modulus like MPa, a section like mm2."""
+    for field in ("yield_stress", "modulus"):
+        value = getattr(tie, field)
+        if value is not None and value < _MODULUS_TOO_LOW:
+            warn(f"{label}: {field} = {value:g} Pa looks like MPa ({value:g} MPa is {1e6 * value:g} Pa)")
+    if tie.area is not None and tie.area > _SECTION_LIKE_MM2:
+        warn(f"{label}: area = {tie.area:g} m2 looks like mm2 ({tie.area:g} mm2 is {1e-6 * tie.area:g} m2)")
 
 
 def _warn_of_angle(law: Any, label: str, remedy: str = "") -> None:

@@ -84,7 +84,8 @@ class Stage:
     Parameters
     ----------
     damping : None takes the simulation's own
-    stop_when_moved : end the stage when a block has moved this far since the stage began [m]
+    stop_when_moved : end the stage when a block has moved this far since the stage began [m], against the ground where
+        that moves
     name : label in the history
     servo : by block name or number: what keeps its vertical push constant in this stage; its degrees of freedom are
         released after it

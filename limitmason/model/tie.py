@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
 from limitmason.errors import InputError
+from limitmason.model.plausibility import warn_of_tie
 from limitmason.storage.frozen import ReadOnly, frozen
 
 STRENGTHS = {"yield_force": "yield", "bond_force": "bond", "anchor_force": "anchor plate"}
@@ -98,6 +99,7 @@ class Tie(ReadOnly):
         reach = max(float(np.abs(self.ends).max()), 1e-300)
         if not self.length > 1e-9 * reach:
             raise InputError(f"{label}: its two ends coincide, it has no length and no direction")
+        warn_of_tie(self, label)
 
     @property
     def ends(self) -> Array:

@@ -32,6 +32,17 @@ def test_tilting_a_block_reads_tan_phi_at_the_supports():
     assert h.kinetic_ratio[slipping - 1] < 1e-3
 
 
+def test_how_far_a_block_has_moved_counts_from_the_ground():
+    """On ground of acceleration a a block slips by (a - mu g) t^2 / 2 while the ground moves a t^2 / 2."""
+    b = on_slab([((0, 0, 0), (0.8, 0.8, 0.2))], mu=0.2)
+    ground = dem.BaseMotion((4.0,) * 200, 0.002, after="hold", stop_when_moved=0.02)
+    h = dem.simulate(b, [dem.Settle(), ground], mode="dynamic", sample=5)
+    slip = np.abs(h.displacement_of(1) - h.displacement_of(0))[:, 0]
+    assert slip[-2] < 0.02 < slip[-1] < 0.022
+    moved = h.displacement_of(0)[-1, 0]
+    assert slip[-1] / moved == pytest.approx(1.0 - 0.2 * GRAVITY / 4.0, rel=0.02)
+
+
 def test_a_driven_block_is_dragged_with_its_weight_times_friction():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
     h = dem.simulate(b, [dem.Settle(), dem.Drive(displacement={1: {"x": 1e-3}}, steps=5000)])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from format_models import JOINT, make_assembly, make_prediction, turned, write
 
-from limitmason import Assembly, formats
+from limitmason import Assembly, PlausibilityWarning, formats
 
 # ---- OBJ --------------------------------------------------------------------------------------------------------
 
@@ -153,6 +153,17 @@ def test_dxf_outlines_by_layer_in_metres(tmp_path):
     only = formats.read_dxf(tmp_path / "a.dxf", layers=["lintel"], scale=1.0)
     assert only.names == ["LINTEL-1"]
     assert only.outlines[0].max() == 800.0
+
+
+@pytest.mark.parametrize("hide", ["off", "freeze"])
+def test_hidden_layers_are_no_blocks_unless_they_are_named(hide, tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.readfile(make_drawing(tmp_path / "a.dxf"))
+    getattr(drawing.layers.get("LINTEL"), hide)()
+    drawing.saveas(tmp_path / "a.dxf")
+    with pytest.warns(PlausibilityWarning, match="'LINTEL' is off or frozen: 1 entity is left out"):
+        assert formats.read_dxf(tmp_path / "a.dxf").layers == ["STONE", "STONE"]
+    assert formats.read_dxf(tmp_path / "a.dxf", layers="lintel").names == ["LINTEL-1"]
 
 
 def test_dxf_arcs_become_chords_within_flatness(tmp_path):

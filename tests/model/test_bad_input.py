@@ -332,4 +332,4 @@ def test_a_ground_motion_is_read_in_its_units(tmp_path):
         with pytest.raises(InputError, match=message):
             lm.dem.BaseMotion.from_csv(path)
     with pytest.raises(InputError, match="units must be one of m/s2"):
-        lm.dem.BaseMotion.from_csv(path, units="gal")
+        lm.dem.BaseMotion.from_csv(path, units="ft/s2")

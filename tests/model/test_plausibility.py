@@ -31,11 +31,26 @@ def test_joint_in_another_unit(law, message):
     assert said[0].filename == __file__  # it points at the user's line
 
 
+@pytest.mark.parametrize(
+    "rod, message",
+    [
+        ({"area": 3e-4, "yield_stress": 235.0}, r"yield_stress = 235 Pa looks like MPa \(235 MPa is 2.35e\+08 Pa\)"),
+        ({"area": 3e-4, "modulus": 2.1e5 / 3, "yield_force": 1e4}, "modulus = 70000 Pa looks like MPa"),
+        ({"area": 300.0, "yield_stress": 235e6}, r"area = 300 m2 looks like mm2 \(300 mm2 is 0.0003 m2\)"),
+    ],
+)
+def test_tie_in_another_unit(rod, message):
+    with pytest.warns(lm.PlausibilityWarning, match=message) as said:
+        lm.Tie("a", (0, 0, 0), "b", (1, 0, 0), **rod)
+    assert len(said) == 1
+
+
 def test_ordinary_input_says_nothing():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         lm.Joint(0.0)
         lm.Joint.from_friction_coefficient(0.01)
+        lm.Tie("a", (0, 0, 0), "b", (1, 0, 0), area=3e-4, yield_stress=235e6, modulus=2.1e11)
         lm.Joint(33.0, cohesion=1e5, tensile_strength=5e4, compressive_strength=5e6, normal_stiffness=1e9)
         assembly = lm.Assembly.from_polyhedra([CUBE], joint=JOINT, density=0.0, fixed=[0])
         lm.Assembly.from_polyhedra([CUBE], joint=JOINT, density=1e-6)

@@ -86,3 +86,11 @@ def test_the_unit_of_a_record_is_that_of_its_heading(tmp_path):
     assert np.allclose(BaseMotion.from_csv(path, column=2).acceleration, [1.0, 1.0])
     with pytest.raises(lm.errors.InputError, match="line 1: the heading says m/s2, not cm/s2"):
         BaseMotion.from_csv(path, column=(1, 2, 1))
+    path.write_text("Tolmezzo (1976)\nt [ms],a [Gal]\n0,50\n20,-50\n", encoding="utf-8")
+    read = BaseMotion.from_csv(path)
+    assert np.allclose(read.acceleration, [0.5, -0.5])
+    assert read.sample_step == pytest.approx(0.02)
+    for heading, message in (("t [s],a [ft/s2]", "says 'ft/s2'; give units="), ("t [min],a [g]", "time in 'min'")):
+        path.write_text(f"{heading}\n0,1\n1,-1\n", encoding="utf-8")
+        with pytest.raises(lm.errors.InputError, match=message):
+            BaseMotion.from_csv(path)

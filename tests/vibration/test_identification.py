@@ -129,5 +129,9 @@ def test_wrong_input_is_refused(runs):
     history = dem.simulate(column, dem.Settle())
     with pytest.raises(InputError, match="dynamic"):
         dem.identify(history, [(1, "x")])
+    moving = dem.simulate(column, dem.white_noise(2.0, rms=0.01, highest=20.0), mode="dynamic", sample=0.004)
+    with pytest.raises(InputError, match="not evenly spaced: simulate with sample= a whole"):
+        dem.identify(moving, [(1, "x")])
+    assert np.std(dem.white_noise(2.0, rms=0.3, highest=20.0).acceleration) == pytest.approx(0.3)
     with pytest.raises(InputError, match="lowest"):
         dem.white_noise(10.0, rms=1.0, highest=0.05)
