@@ -20,6 +20,7 @@ _CUTS = 25  # tries to end a step where the first point breaks
 _LEAP, _SURE = 0.02, 8  # of the step, and tries: where the first point still breaks only beyond, the state leaps
 _ROUNDS = 400  # of points that break one after the other at one displacement
 _TOGETHER = 0.5  # of the largest overload: what breaks in one round
+_SLIPS = 1e-6  # of the elastic slip at the cohesion: less is rounding
 
 
 def brittle(system: System) -> bool:
@@ -46,6 +47,9 @@ def overload(system: System, old: PlasticHistory, at: Evaluated) -> Array:
     # an open point has no shear strength that slip could break, nor one beyond the tip of the cone
     # a point that does not slide is below its strength by its spare shear over its spring
     bears = (stress[:, 0] > -s.tension) & s.bears_shear(stress[:, 0])
+    # slip ends at the tip, however little it was: how far that is passed tells where it broke
+    past = np.maximum(-s.shear_strength(free), 0.0) / law.ks
+    slid = np.where(slid > _SLIPS * s.cohesion / law.ks, slid + past, 0.0)
     sliding = np.where(slid > 0.0, slid, np.where(bears, np.minimum(spare / law.ks, 0.0), -np.inf))
     by_opening, by_slip = softening.sudden
     over = np.where(by_opening, opening / np.maximum(law.strength.tension / law.kn, least), -np.inf)

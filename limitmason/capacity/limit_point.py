@@ -36,15 +36,23 @@ def passed(load: Array, way: Array, lacks: Array, size: float, doubled: float = 
     """
     way, highest, largest = np.abs(way - way[0]), 0, float(np.abs(load).max())
     tops = np.maximum.accumulate(load)
+
+    def lasts(at: float, top: float) -> bool:
+        # the load has not risen by LEVEL over as much displacement again, or hardly over a long way
+        if top <= 0.0:
+            return False
+        level, creeps = (way[int(np.searchsorted(tops, top / (1.0 + rise)))] for rise in (LEVEL, RISEN))
+        return bool(at > doubled * level > 0.0 or at - creeps > BELOW * size)
+
     for k in range(1, len(load)):
+        if load[k] > tops[k - 1] > load[k - 1]:
+            # where the load, on a straight way to the sample, comes back to the largest before it
+            beyond = (load[k] - tops[k - 1]) / (load[k] - load[k - 1])
+            if lasts(way[k] - beyond * (way[k] - way[k - 1]), tops[k - 1]):
+                return highest
         if load[k] > load[highest] + LEVEL * largest:
             highest = k
-        if tops[k] <= 0.0:
-            continue
-        level, creeps = (way[int(np.searchsorted(tops, tops[k] / (1.0 + rise)))] for rise in (LEVEL, RISEN))
-        # the load has not risen by LEVEL over as much displacement again, or hardly over a long way
-        lasts = way[k] > doubled * level > 0.0 or way[k] - creeps > BELOW * size
-        if lasts or load[k] + lacks[k] < (1.0 - DROP) * load[highest]:
+        if lasts(way[k], tops[k]) or (tops[k] > 0.0 and load[k] + lacks[k] < (1.0 - DROP) * load[highest]):
             return highest
     return None
 

@@ -43,6 +43,18 @@ def test_a_load_that_hardly_rises_has_passed_wherever_its_samples_lie():
         assert load[first_limit_point(load, way, 0.0 * load, SIZE)] < 1.001
 
 
+def test_a_limit_point_is_passed_where_the_load_comes_back_whatever_samples_are_left_out():
+    """A load of 0.642 that dips by a thousandth and comes back at 2.3 times its displacement, over all its samples."""
+    way = 1e-3 * np.linspace(0.0, 8.0, 161)
+    knots = 1e-3 * np.array([0.0, 1.0, 2.2, 3.8, 5.1, 7.0, 8.0])
+    load = np.interp(way, knots, [0.0, 0.62, 0.642, 0.6415, 0.642, 0.644, 0.645])
+    for since, until in ((44, 45), (76, 140), (80, 104), (87, 160)):
+        kept = np.append(np.arange(since + 1), np.arange(until, 161))
+        found = first_limit_point(load[kept], way[kept], np.zeros(len(kept)), SIZE)
+        assert found is not None
+        assert kept[found] == 44
+
+
 def test_a_limit_point_has_the_sense_of_the_push_and_none_is_found_on_the_way_back():
     """A block of 0.2 x 0.5 m bears 0.4 of its weight either way."""
     wall = lm.build.column(width=0.2, depth=0.2, height=0.5, courses=1, joint=lm.Joint(35.0, normal_stiffness=1e10))

@@ -404,6 +404,21 @@ def test_one_step_and_many_spend_the_same_on_a_straight_opening():
 # ---- mutants
 
 
+@pytest.mark.parametrize("aside", [0.0, 1e-4, 1e-2])
+@pytest.mark.parametrize("times", [1, 1.7, 4])
+def test_a_bond_stronger_than_the_tip_of_its_cone_breaks_there_by_the_least_shear(aside, times):
+    """By slip at P (aside + tan(phi)) = c A + tan(phi) W, without any shear at ft A + W: whatever the steps are.
+
+    Any load of up to the latter came out for a shear of a thousandth of the cohesion, or of rounding.
+    """
+    mu = math.tan(math.radians(35.0))
+    wall, _, weight = pulled(cohesion=2e4, tensile_strength=1e5, residual_cohesion=0.0, residual_tensile_strength=0.0)
+    base = wall.interfaces[0].polygon.mean(axis=0)
+    loads = lm.Loads.weight(wall).with_point_load(wall, "column-1", (aside, 0.0, 1.0), at=base)
+    strength = 1e5 * AREA + weight if aside == 0.0 else (2e4 * AREA + mu * weight) / (aside + mu)
+    assert lm.pushover(wall, loads, steps=finer(times)).peak.load == pytest.approx(strength, rel=2e-3)
+
+
 def test_a_path_that_forgets_its_damage_is_refused(monkeypatch):
     real = stepping.node_of
 
