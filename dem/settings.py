@@ -147,7 +147,8 @@ class PushSettings:
     blocks : "rigid"; "lumped": rigid blocks whose joints take over the compliance of the units' material, see
         :func:`limitmason.mechanics.lumped_units.with_lumped_units`; "simply deformable": blocks that strain and bend,
         see :func:`dem.initial_state`; "zoned": walls in the x-z plane, each block with a material cut into zones that
-        strain, yield and crack in tension. Blocks that are driven, held or without a material stay rigid
+        strain, yield and crack in tension. Blocks that are held or without a material stay rigid, zoned ones also
+        where they are driven
     stress : of simply deformable and zoned blocks: "plane stress" (the default of a plane problem, and of all zoned
         ones), "plane strain", or "solid", in space, of simply deformable ones
     zone_size : largest edge of a zone [m]; of zoned blocks, where it must be given

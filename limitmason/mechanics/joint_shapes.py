@@ -60,7 +60,7 @@ def soft_block_warnings(assembly: Assembly, kn: Array, blocks: str) -> tuple[str
     return (
         f"block {assembly.blocks[i].name!r} is hardly stiffer than its joints, E / (kn l) = {ratio[i]:.2g} below "
         f"{_SOFT:g}: the shapes of simply deformable blocks may be too few, by 2 % and more; compare with "
-        "blocks='ritz'",
+        "blocks='ritz' of a capacity curve, or with zones",
     )
 
 
