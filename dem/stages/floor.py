@@ -20,7 +20,7 @@ class Floor:
     Parameters
     ----------
     assembly : where it stood before it moved
-    dead : its dead loads [N, N m], shape (n, 6); down is -z where they have no sum
+    dead : its dead loads [N, N m], shape (n, 6); where they have no sum nothing falls, and there is no floor
     """
 
     def __init__(self, assembly: Assembly, dead: Array) -> None:
@@ -38,7 +38,9 @@ class Floor:
         height = vertices @ self.up
         low = np.minimum.reduceat(height, start[:-1])
         self.level = float(low[self.standing].min(initial=np.inf)) + self.margin
-        if not low[~self.standing].min(initial=np.inf) > self.level:
+        if not pulls:
+            self.level = -np.inf
+        elif not low[~self.standing].min(initial=np.inf) > self.level:
             self.level = float(low.min() - np.linalg.norm(np.ptp(vertices, axis=0))) + self.margin
 
     def landed(self, state: State) -> Index:

@@ -119,3 +119,21 @@ def test_the_floor_is_where_the_loads_pull_whichever_axis_that_is():
         other, same = run(turn)
         assert any("fell to the floor" in w for w in other.warnings)
         assert np.abs(same - way).max() < 1e-6
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_without_weight_there_is_no_floor_and_flight_goes_on(axis, sense):
+    made = lm.Assembly.from_polyhedra(
+        [box((0, 0, -0.1), (1, 1, 0)), box((0.4, 0.4, 0), (0.6, 0.6, 0.2))],
+        joint=lm.Joint(30.0, normal_stiffness=1e8, shear_stiffness=1e8), fixed=[0],
+    )
+    none = lm.Loads(np.zeros((2, 6)), np.zeros((2, 6)))
+    state = dem.initial_state(made, none, mode="dynamic")
+    away = np.array([3.0, 3.0, 3.0])
+    away[axis] += 2.0 * sense
+    state.bodies.shift[1], state.bodies.vel[1, axis] = away, 10.0 * sense
+    history = dem.simulate(made, dem.Hold(duration=1.0), loads=none, start=state)
+    away[axis] += 10.0 * sense
+    assert history.shift[-1, 1] == pytest.approx(away, rel=1e-9, abs=1e-9)
+    assert not any("floor" in w for w in history.warnings)
