@@ -116,8 +116,15 @@ class Recorder:
             if not np.linalg.norm(axis) > 0 or abs(axis[2]) > 1e-9 * np.linalg.norm(axis):
                 raise InputError(f"tilting axis {stage.axis} is not horizontal")
             y, x = axis[:2] / np.linalg.norm(axis) * (-1.0, 1.0)  # downhill: the axis turned by a right angle
+            end, here = float(np.deg2rad(stage.to_deg)), start[[1, 3, 4]]
+            if abs(here[1] * y - here[2] * x) > 1e-12:  # turned about another axis before
+                here, there = here / np.linalg.norm(here), np.array([np.cos(end), np.sin(end) * x, np.sin(end) * y])
+                way = float(np.arccos(here @ there))
+                shares = np.sin(np.outer(part, (-way, way)) + (way, 0.0)) / np.sin(way)
+                out[:, [1, 3, 4]] = shares @ np.array([here, there])
+                return out
             first = float(np.arctan2(start[3] * x + start[4] * y, start[1]))
-            angle = first + part * (float(np.deg2rad(stage.to_deg)) - first)
+            angle = first + part * (end - first)
             out[:, 1], out[:, 3], out[:, 4] = np.cos(angle), np.sin(angle) * x, np.sin(angle) * y
         elif isinstance(stage, Settle) and stage.gently:
             out *= np.minimum(part * (stage.max_steps / stage.gently), 1.0)[:, None]

@@ -160,7 +160,8 @@ class Tilt(Stage):
     Parameters
     ----------
     to_deg : tilt angle at the end [deg]
-    axis : horizontal axis the table turns about by the right-hand rule, shape (3,)
+    axis : horizontal axis the table turns about by the right-hand rule, shape (3,); a table that an earlier stage
+        turned about another one goes to this end by the shortest way
     """
 
     to_deg: float = 45.0

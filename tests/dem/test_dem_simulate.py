@@ -43,6 +43,24 @@ def test_how_far_a_block_has_moved_counts_from_the_ground():
     assert slip[-1] / moved == pytest.approx(1.0 - 0.2 * GRAVITY / 4.0, rel=0.02)
 
 
+@pytest.mark.parametrize("axis, to", [((1.0, 0.0, 0.0), 10.0), ((1.0, 1.0, 0.0), 20.0), ((1.0, 0.0, 0.0), 0.0)])
+def test_a_table_turned_about_a_second_axis_goes_there_evenly_by_the_shortest_way(axis, to):
+    # the supports bear the weight turned: from 20 degrees about y on an arc to the end, in equal parts
+    b = on_slab([((0, 0, 0), (0.4, 0.3, 0.1))], joint=lm.Joint(40.0, normal_stiffness=1e9, shear_stiffness=5e8))
+    tilts = [dem.Tilt(to_deg=20.0, steps=2000), dem.Tilt(to_deg=to, steps=4000, axis=axis)]
+    h = dem.simulate(b, [dem.Settle(), *tilts], sample=200)
+    pull = h.reaction_of(0)[h["stage"] == 2.0, :3] / b.weights[1]
+    begin, end = np.deg2rad(20.0), np.deg2rad(to)
+    first = np.array([-np.sin(begin), 0.0, np.cos(begin)])
+    d = np.cross(axis, (0.0, 0.0, 1.0)) / np.linalg.norm(axis)
+    last = np.cos(end) * np.array([0.0, 0.0, 1.0]) - np.sin(end) * d
+    way = np.arccos(first @ last)
+    turned = np.arccos(np.clip(pull @ first / np.linalg.norm(pull, axis=1), -1.0, 1.0))
+    assert turned == pytest.approx(way * np.arange(1, 21) / 20.0, abs=2e-3)
+    assert pull[-1] == pytest.approx(last, abs=1e-3)
+    assert np.abs(pull @ np.cross(first, last)).max() < 1e-3
+
+
 def test_a_driven_block_is_dragged_with_its_weight_times_friction():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
     h = dem.simulate(b, [dem.Settle(), dem.Drive(displacement={1: {"x": 1e-3}}, steps=5000)])
