@@ -12,6 +12,7 @@ import numpy as np
 
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
+from limitmason.checks import choice
 from limitmason.errors import InputError
 
 FIRST_CRACK = "first crack"
@@ -88,8 +89,7 @@ class CurveTarget:
     def __post_init__(self) -> None:
         """Check every field."""
         for name in self.features:
-            if name not in FEATURES:
-                raise InputError(f"unknown feature {name!r} of a curve; known: {', '.join(FEATURES)}")
+            choice("a feature of a curve", name, FEATURES)
         if not self.features and self.points < 1:
             raise InputError("nothing is asked of the curve: name features or a number of points")
         if isinstance(self.scatter, Mapping):

@@ -67,7 +67,7 @@ def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
     path = Path(options.target)
     if path.suffix.lower() not in lm.formats.DRAWINGS:
         console.refuse(options, ("tolerance", *console.DRAWING), "by a model or an experiment, which holds its own")
-        assembly, _, title = console.load_target(options.target, needs_live_load=False)
+        assembly, _, title, _ = console.read_target(options.target, needs_live_load=False)
         return assembly, title
     settings = {"tolerance": options.tolerance, "thickness": options.thickness, **console.outline_settings(options)}
     return lm.formats.read_drawing(path, **settings), path.stem

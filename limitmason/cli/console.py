@@ -95,16 +95,6 @@ class Subject(NamedTuple):
     assumed: tuple[str, ...] = ()
 
 
-def load_target(
-    target: str, drawing: argparse.Namespace | None = None, *, needs_live_load: bool = True
-) -> tuple[Assembly, Loads, str]:
-    """Assembly, loads and title of a target.
-
-    See :func:`read_target`.
-    """
-    return read_target(target, drawing, needs_live_load=needs_live_load)[:3]
-
-
 def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs_live_load: bool = True) -> Subject:
     """A model file, a packaged experiment or a drawing with its options."""
     path = Path(target)

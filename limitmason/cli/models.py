@@ -62,7 +62,7 @@ def _predicted(options: argparse.Namespace, assembly: Assembly, loads: Loads) ->
 
 def _solve(options: argparse.Namespace) -> int:
     """Print the prediction of a model; write it, its forces and its drawings if asked."""
-    assembly, loads, title = console.load_target(options.target, options)
+    assembly, loads, title, _ = console.read_target(options.target, options)
     console.say_what(title, assembly, loads)
     prediction, status = _predicted(options, assembly, loads)
     if options.output:
@@ -81,7 +81,7 @@ def _solve(options: argparse.Namespace) -> int:
 
 def _figure(options: argparse.Namespace) -> int:
     """Draw a model, its mechanism or its forces to a file."""
-    assembly, loads, title = console.load_target(options.target, options)
+    assembly, loads, title, _ = console.read_target(options.target, options)
     output = options.output or Path(f"{options.kind}.png")
     if options.kind == "assembly":
         console.refuse(options, ("method", *console.ANALYSIS), "by `figure assembly`, which analyses nothing")
@@ -95,7 +95,7 @@ def _figure(options: argparse.Namespace) -> int:
 
 def _view(options: argparse.Namespace) -> int:
     """Write a scene of a model and its answer for a browser."""
-    assembly, loads, title = console.load_target(options.target, options, needs_live_load=not options.alone)
+    assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=not options.alone)
     output, shown, status = options.output or Path("scene.html"), None, 0
     if options.alone:
         console.refuse(options, ("method", *console.ANALYSIS), "with --alone, which analyses nothing")

@@ -65,13 +65,6 @@ def command_parser() -> argparse.ArgumentParser:
                      help="how far a long run is: always, never, or auto, on a terminal")
     top.add_argument("--debug", action="store_true", help="show the whole traceback of an error")
     commands = top.add_subparsers(title="commands", metavar="COMMAND")
-
-    experiments.add_commands(commands)
-    models.add_commands(commands)
-    safety.add_commands(commands)
-    check.add_commands(commands)
-    theories.add_commands(commands)
-    pushover.add_commands(commands)
-    diagnosis.add_commands(commands)
-    app.add_commands(commands)
+    for part in (experiments, models, safety, check, theories, pushover, diagnosis, app):
+        part.add_commands(commands)
     return top

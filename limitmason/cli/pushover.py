@@ -88,7 +88,7 @@ def _target(options: argparse.Namespace) -> tuple[Experiment | None, Assembly, L
         return test, assembly, test.loads(), f"{source} {specimen}"
     if options.option:
         raise InputError("--option is of a packaged experiment, and the target is a file: leave it out")
-    assembly, loads, title = console.load_target(options.target, options, needs_live_load=False)
+    assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=False)
     return None, assembly, loads, title
 
 

@@ -72,7 +72,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 def _stability(options: argparse.Namespace) -> int:
     """Print whether a structure stands under its dead load; 3 where it does not."""
-    assembly, loads, title = console.load_target(options.target, options, needs_live_load=False)
+    assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
     found = stability(assembly, dead)
     console.show_text(str(found))
@@ -85,7 +85,7 @@ def _stability(options: argparse.Namespace) -> int:
 
 def _axles(options: argparse.Namespace) -> int:
     """Print the axle loads that an arch carries at every place of a train."""
-    assembly, loads, title = console.load_target(options.target, options, needs_live_load=False)
+    assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
     if options.fill is not None:
         dead = dead.with_backfill(assembly, options.level, options.fill)
@@ -99,7 +99,7 @@ def _axles(options: argparse.Namespace) -> int:
 
 def _region(options: argparse.Namespace) -> int:
     """Print the region of load multipliers that a structure carries; 3 where it is not closed."""
-    assembly, loads, title = console.load_target(options.target, options, needs_live_load=options.live)
+    assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=options.live)
     dead = loads.scaled(live=0.0)
     cases = [replace(loads, name=loads.name or "live load")] if options.live else []
     for block, *force in options.push:
@@ -140,7 +140,7 @@ def _assess(options: argparse.Namespace) -> int:
     from limitmason.capacity import pushover
     from limitmason.codes import FloorSpectrum, GroundSpectrum, assess
 
-    assembly, loads, title = console.load_target(options.target, options)
+    assembly, loads, title, _ = console.read_target(options.target, options)
     spectra: dict[str, GroundSpectrum | FloorSpectrum] = {}
     modes = options.mode or []
     for state, values in (("SLD", options.sld), ("SLV", None), ("SLC", options.slc)):

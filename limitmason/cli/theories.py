@@ -58,7 +58,7 @@ def _report(options: argparse.Namespace) -> int:
 
 def _compare(options: argparse.Namespace) -> int:
     """Print the answers of several methods side by side; 3 where none has an answer."""
-    assembly, loads, title = console.load_target(options.target, options)
+    assembly, loads, title, _ = console.read_target(options.target, options)
     console.say_what(title, assembly, loads)
     settings: dict[str, dict[str, Any]] = {}
     if "dem" in options.methods:

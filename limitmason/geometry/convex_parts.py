@@ -242,14 +242,10 @@ def _union(a: Solid, b: Solid, slack: float) -> Solid | None:
 
 def _refuse_several_bodies(parts: list[Solid], slack: float) -> None:
     """Refuse parts of which some share no face with the others."""
-    reached, waiting = {0}, [0]
-    while waiting:
-        i = waiting.pop()
-        for j in range(len(parts)):
-            if j not in reached and _touch(parts[i], parts[j], slack):
-                reached.add(j)
-                waiting.append(j)
-    if len(reached) < len(parts):
+    from scipy.sparse.csgraph import connected_components  # `import limitmason` loads numpy alone
+
+    touching = [[i < j and _touch(a, b, slack) for j, b in enumerate(parts)] for i, a in enumerate(parts)]
+    if connected_components(np.array(touching), directed=False)[0] > 1:
         raise InputError("it consists of bodies that are not joined by a face: give each a block of its own")
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from limitmason.arrays import Array, Flags
 from limitmason.mechanics.joint_forces import JointForces
@@ -42,23 +44,15 @@ def thrust_lines(model: Assembly, forces: JointForces) -> list[ThrustLine]:
         for block in pair:
             if not fixed[block]:
                 around.setdefault(block, []).append(pair)
-    lines, seen = [], set()
-    for start in around:
-        if start in seen:
-            continue
-        group, front = {start}, [start]
-        while front:
-            for pair in around[front.pop()]:
-                for other in pair:
-                    if not fixed[other] and other not in group:
-                        group.add(other)
-                        front.append(other)
-        seen |= group
-        if all(len(around[b]) <= 2 for b in group):
-            line = _line([pairs[p] for p in _in_order(group, around, fixed)], forces, x)
-            if line is not None:
-                lines.append(line)
-    return lines
+    between = np.array([p for p in pairs if not fixed[p[0]] and not fixed[p[1]]], dtype=np.intp).reshape(-1, 2).T
+    graph = coo_array((np.ones(between.shape[1]), tuple(between)), shape=(len(fixed), len(fixed)))
+    _, label = connected_components(graph, directed=False)
+    groups: dict[int, set[int]] = {}
+    for block in around:
+        groups.setdefault(label[block], set()).add(block)
+    chains = (group for group in groups.values() if all(len(around[b]) <= 2 for b in group))
+    lines = (_line([pairs[p] for p in _in_order(group, around, fixed)], forces, x) for group in chains)
+    return [line for line in lines if line is not None]
 
 
 def _in_order(group: set[int], around: dict[int, list[Pair]], fixed: Flags) -> list[Pair]:

@@ -7,38 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from limitmason.arrays import Array
+from limitmason.arrays import Array, Flags, Index
 from limitmason.checks import positive
 from limitmason.errors import InputError
-from limitmason.geometry.contact import (
-    CONTACT_CODES,
-    KEPT,
-    LOOKED_AT_DEG,
-    MADE,
-    NOTHING,
-    Candidates,
-    ContactRules,
-    DoubtfulContact,
-    candidates,
-    doubts_of,
-    filled,
-    judged,
-    places,
-)
+from limitmason.geometry import contact
+from limitmason.geometry.contact import Candidates, ContactRules, DoubtfulContact
 from limitmason.geometry.facing import all_faces
 from limitmason.geometry.overlap import near_pairs, penetrations, touching_edges
+from limitmason.model import detection
 from limitmason.model.blockwork import Blockwork
-from limitmason.model.detection import (
-    BlockPieces,
-    contact_distances,
-    interfaces_by_pair,
-    joined,
-    length_text,
-    loose_blocks,
-    near_miss_reach,
-    near_misses,
-    pieces_of,
-)
+from limitmason.model.detection import BlockPieces, length_text
 from limitmason.model.face_touch import UntouchedFace, contact_gaps, least_width, untouched_faces
 from limitmason.storage.frozen import ReadOnly
 
@@ -217,32 +195,32 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
     if angle_deg is not None and not 0.0 < angle_deg < 90.0:
         raise InputError(f"angle_deg must be between 0 and 90, got {angle_deg!r}")
     rules, blocks = assembly.contact_rules, assembly.blocks
-    pieces = pieces_of(blocks)
-    near = contact_distances(pieces.widths, rules)
+    pieces = detection.pieces_of(blocks)
+    near = detection.contact_distances(pieces.widths, rules)
     exact = 1e-6 * float(near.max())
     # how far beside a face a near miss is still listed, per block
-    shown = near_miss_reach(pieces.widths, near) if distance is None else np.full(len(near), distance)
-    looked_at = LOOKED_AT_DEG if angle_deg is None else max(angle_deg, rules.angle_deg)
-    found = _search(pieces, near, np.maximum(shown, 10.0 * near), rules, max(looked_at, LOOKED_AT_DEG))
-    present = interfaces_by_pair(assembly)
+    shown = detection.near_miss_reach(pieces.widths, near) if distance is None else np.full(len(near), distance)
+    looked_at = contact.LOOKED_AT_DEG if angle_deg is None else max(angle_deg, rules.angle_deg)
+    found = _search(pieces, near, np.maximum(shown, 10.0 * near), rules, max(looked_at, contact.LOOKED_AT_DEG))
+    present = detection.interfaces_by_pair(assembly)
 
     listed = _within(found, shown, looked_at)
-    code = judged(listed, rules)
-    rows = np.flatnonzero(~np.isin(code, (NOTHING, MADE)))
-    between = filled(places(listed.pairs, rows), listed.a[rows], listed.b[rows], pieces.solids, pieces.owner)
-    rows = np.union1d(rows[~between], np.flatnonzero(code == MADE))
+    code = contact.judged(listed, rules)
+    rows = np.flatnonzero(~np.isin(code, (contact.NOTHING, contact.MADE)))
+    between = _filled(listed, rows, pieces)
+    rows = np.union1d(rows[~between], np.flatnonzero(code == contact.MADE))
     kept: list[DoubtfulContact] = []
     missed: list[DoubtfulContact] = []
-    doubts = doubts_of(listed, code, rows, made="left out")
+    doubts = contact.doubts_of(listed, code, rows, made="left out")
     for doubt in doubts:
-        there = joined(doubt, present, near[doubt.a] + near[doubt.b])
-        if doubt.kind in KEPT and there:
+        there = detection.joined(doubt, present, near[doubt.a] + near[doubt.b])
+        if doubt.kind in contact.KEPT and there:
             kept.append(doubt)
-        elif doubt.kind in (*KEPT, "left out"):
+        elif doubt.kind in (*contact.KEPT, "left out"):
             missed += [] if there else [doubt._replace(kind="left out")]
-    other = [d for d in doubts if d.kind not in (*KEPT, "left out")]
+    other = [d for d in doubts if d.kind not in (*contact.KEPT, "left out")]
     given = assembly.contact_rules.width is not None
-    open_ones = near_misses(other, present, 2.0 * float(near.max()), least_width_given=given)
+    open_ones = detection.near_misses(other, present, 2.0 * float(near.max()), least_width_given=given)
     missed += open_ones
     passed = [d for d in other if not any(d is m for m in open_ones)]
 
@@ -258,7 +236,7 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
     count = Counter(i for pair, group in present.items() for i in pair for _ in group)
     tiny = {i for e in entries if e.tiny for i in (e.a, e.b)}
     free = np.flatnonzero(~assembly.held.any(axis=1)).tolist()
-    loose = loose_blocks(assembly).tolist() if assembly.supports else [i for i in free if not count[i]]
+    loose = detection.loose_blocks(assembly).tolist() if assembly.supports else [i for i in free if not count[i]]
     return ContactReport(
         n_blocks=assembly.n_blocks, tolerance=(float(near.min()), float(near.max())), rules=rules,
         contacts=tuple(entries), near_misses=_named(missed, names, exact), kept=_named(kept, names, exact),
@@ -276,7 +254,7 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
 def _search(pieces: BlockPieces, near: Array, reach: Array, rules: ContactRules, looked_at_deg: float) -> Candidates:
     p, q = near_pairs(pieces.solids, pieces.owner, reach)
     faces, start = all_faces(pieces.solids)
-    return candidates(pieces.owner, faces, start, p, q, near, reach, rules, min(looked_at_deg, 89.0))
+    return contact.candidates(pieces.owner, faces, start, p, q, near, reach, rules, min(looked_at_deg, 89.0))
 
 
 def _within(found: Candidates, reach: Array, angle_deg: float) -> Candidates:
@@ -286,6 +264,13 @@ def _within(found: Candidates, reach: Array, angle_deg: float) -> Candidates:
     return Candidates(found.pairs.rows(keep), *(column[keep] for column in found._replace(reach=far)[1:]))
 
 
+def _filled(found: Candidates, rows: Index, pieces: BlockPieces) -> Flags:
+    """Whether another block fills the space between the two faces of some candidates."""
+    return contact.filled(
+        contact.places(found.pairs, rows), found.a[rows], found.b[rows], pieces.solids, pieces.owner
+    )
+
+
 def _would_add(
     found: Candidates, pieces: BlockPieces, rules: ContactRules, widest: float
 ) -> tuple[tuple[str, int], ...]:
@@ -293,7 +278,7 @@ def _would_add(
 
     ``widest`` is the gap of the widest near miss [m]. Returned are what is widened, in words, and the number of pairs.
     """
-    base = np.isin(judged(found, rules), CONTACT_CODES)
+    base = np.isin(contact.judged(found, rules), contact.CONTACT_CODES)
     tries: list[tuple[str, Candidates, ContactRules, float]] = [
         (f"distance x {k:g}", found, rules, k) for k in (2.0, 5.0, 10.0)
     ]
@@ -302,14 +287,14 @@ def _would_add(
         wide = found._replace(distance=np.maximum(found.distance, every), reach=np.maximum(found.reach, every))
         tries.append((f"distance {length_text(widest)}", wide, rules, 1.0))
     for k in (2.0, 3.0):
-        wider = min(k * rules.angle_deg, LOOKED_AT_DEG)
+        wider = min(k * rules.angle_deg, contact.LOOKED_AT_DEG)
         if wider > rules.angle_deg:
             tries.append((f"angle {wider:g} degrees", found, replace(rules, angle_deg=wider), 1.0))
     tries.append(("no least width", found._replace(width=np.zeros(len(found.width))), rules, 1.0))
     out = []
     for label, trial, changed, times in tries:
-        rows = np.flatnonzero(np.isin(judged(trial, changed, times=times), CONTACT_CODES) & ~base)
-        between = filled(places(found.pairs, rows), found.a[rows], found.b[rows], pieces.solids, pieces.owner)
+        rows = np.flatnonzero(np.isin(contact.judged(trial, changed, times=times), contact.CONTACT_CODES) & ~base)
+        between = _filled(found, rows, pieces)
         out.append((label, int((~between).sum())))
     return tuple(out)
 

@@ -132,8 +132,7 @@ class Random:
 def check_joint_draws(joints: Mapping[str, Random]) -> None:
     """Refuse names that no joint has, and two names for one property."""
     for name, random in joints.items():
-        if name not in BOUNDS:
-            raise InputError(f"unknown joint property {name!r}; known: {', '.join(BOUNDS)}")
+        choice("joint property", name, BOUNDS)
         if not isinstance(random, Random):
             raise InputError(f"joint property {name!r} needs a Random(...), got {random!r}")
         if random.per == "block":
@@ -146,8 +145,7 @@ def check_joint_draws(joints: Mapping[str, Random]) -> None:
 def check_block_draws(blocks: Mapping[str, Random]) -> None:
     """Refuse names that no block has, and draws that are not per block or per assembly."""
     for name, random in blocks.items():
-        if name not in BLOCK_BOUNDS:
-            raise InputError(f"unknown block property {name!r}; known: {', '.join(BLOCK_BOUNDS)}")
+        choice("block property", name, BLOCK_BOUNDS)
         if not isinstance(random, Random) or random.per not in ("assembly", "block"):
             raise InputError(f"block property {name!r} needs a Random(...) per block or per assembly, got {random!r}")
 

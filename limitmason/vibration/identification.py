@@ -213,13 +213,8 @@ def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown:
             if abs(f0[i] - f) < 0.01 * f and abs(d0[i] - d) < 0.1 * d and alike > 0.95:
                 kept.append((float(f), float(d), shape))
     kept.sort(key=lambda p: p[0])
-    groups: list[list[tuple[float, float, Complex]]] = []
-    for pole in kept:
-        if groups and pole[0] - groups[-1][-1][0] < 0.01 * pole[0]:
-            groups[-1].append(pole)
-        else:
-            groups.append([pole])
-    groups = [g for g in groups if len(g) >= 3]
+    cuts = [0, *(k + 1 for k, (p, q) in enumerate(pairwise(kept)) if q[0] - p[0] >= 0.01 * q[0]), len(kept)]
+    groups = [kept[a:b] for a, b in pairwise(cuts) if b - a >= 3]
     if not groups:
         raise NotConverged("no pole comes back from order to order: is the record long enough and excited in the band?")
     best = sorted(sorted(groups, key=len, reverse=True)[:count], key=lambda g: g[0][0])

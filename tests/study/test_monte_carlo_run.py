@@ -307,7 +307,7 @@ def test_formulas_follow_each_other():
         ({"links": {"cohesion": "normal_stiffness"}}, "which the joints do not have"),
         ({"links": {"cohesion": "-tensile_strength"}}, "no joint may have"),
         ({"method": "dem"}, "takes the place of a method"),
-        ({"blocks": {"colour": study.Random(study.normal(1.0, 0.1))}}, "unknown block property"),
+        ({"blocks": {"colour": study.Random(study.normal(1.0, 0.1))}}, "block property must be one of"),
         ({"blocks": {"density": study.Random(study.normal(1.0, 0.1), per="interface")}}, "per block"),
         ({"run": lambda a, p: {"tensile_strength": 1.0}}, "name of a drawn value"),
     ],
