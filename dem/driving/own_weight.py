@@ -88,7 +88,7 @@ def weaken(state: State, before: State) -> None:
 
 
 def _rested(history: History) -> History:
-    """The history, if it ended at rest."""
+    """Return a history that ended at rest; raise where it did not, or was interrupted."""
     if history.status == RunStatus.INTERRUPTED:
         raise KeyboardInterrupt("while own weight came to rest")
     if history.status != RunStatus.FINISHED:

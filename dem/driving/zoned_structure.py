@@ -225,7 +225,7 @@ class ZonedStructure(DrivenStructure):
         running.advance(self.model.copy(), count)
 
     def come_to_rest(self) -> None:
-        """Come to rest under the dead loads."""
+        """Step the model under its dead loads until it rests; raises where it does not."""
         # under softer joints than most it takes a few of the slowest swings
         most = max(running.MOST_STEPS, int(self.to_settle * self.period))
         try:

@@ -120,6 +120,7 @@ def kernel(
     options["no_cfunc_wrapper"] = True
 
     def compiled(function: Callable[..., Any]) -> Any:
+        """The function compiled by numba, its cache on disk stamped with all kernel sources."""
         math, part = FASTMATH if fast else False, "forceinline" in options or function.__name__.startswith("_")
         options["no_cpython_wrapper"] = part
         dispatcher = njit(cache=kept, error_model="numpy", nogil=True, fastmath=math, **options)(function)

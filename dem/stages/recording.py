@@ -318,7 +318,7 @@ class Recorder:
         return row
 
     def history(self, status: RunStatus) -> History:
-        """Everything recorded so far."""
+        """History of all samples so far: columns, poses, joint marks, and the state to go on from."""
         columns = self.samples.arrays()
         table = columns.pop("rows")
         return History(

@@ -335,8 +335,8 @@ def _reached(spectrum: Spectrum, excess: Callable[[Spectrum], float]) -> float:
 
 
 def _zero(along: Array, alpha: Array) -> float:
-    # a curve of elastic joints begins at zero too
     """Displacement behind the peak at which the curve comes down to zero, between two samples."""
+    # a curve of elastic joints begins at zero too
     peak = int(np.argmax(alpha))
     below = peak + np.flatnonzero(alpha[peak:] <= 0.0)
     if not len(below) or not alpha[peak] > 0.0:

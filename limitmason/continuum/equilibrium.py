@@ -242,6 +242,7 @@ class Solver:
         return best[1], best[2], best[3], best[4]
 
     def _node(self, u: Array, factor: float, off: float, iterations: int, now: PointResponse) -> EquilibriumState:
+        """State of displacements u [m] and load ``factor``, with the energy stored and lost [J]."""
         volume = self.d.volume.ravel()
         strain = self.d.strains(u).reshape(-1, 6)
         stored = 0.5 * float(((now.stress * strain).sum(axis=1) * volume).sum())

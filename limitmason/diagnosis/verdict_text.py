@@ -39,7 +39,7 @@ def could_do_the_same(along: str, *, short: bool = False) -> str:
 
 
 def shown(diagnosis: Findings) -> str:
-    """The one explanation in words."""
+    """Names of the one explanation, joined by "and"."""
     record = diagnosis.identification
     return " and ".join(diagnosis.causes or (record.names if record is not None else ()))
 
@@ -285,7 +285,7 @@ def identification_words(diagnosis: Findings) -> list[str]:
 
 
 def identifying_test(diagnosis: Findings) -> str:
-    """The test that would identify it."""
+    """Sentence on the tests that would identify the one explanation."""
     record, by_name = diagnosis.identification, diagnosis.by_name
     alone = [f"{n}: {by_name[n].isolate}" for n in diagnosis.causes if by_name[n].isolate]
     if record is None or record.along == CONSTANT:
@@ -328,7 +328,7 @@ def if_it_were_missing(diagnosis: Findings) -> str:
 
 
 def what_is_shared(diagnosis: Findings) -> list[str]:
-    """Shares of the noise that are carried."""
+    """Sentences on the noise that tests share: which share within which column was estimated."""
     shares = diagnosis.shares
     if not shares.estimated:
         return []

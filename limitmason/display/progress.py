@@ -69,7 +69,7 @@ class _Bar:
         return min(done, 1.0), True
 
     def draw(self, now: float) -> None:
-        """Draw, where it is time to."""
+        """Draw the bar at a clock reading [s], unless it was drawn a moment ago or the run is young."""
         early = not _listener and now - self.begun < AFTER
         if early or now - self.drawn < (_TERMINAL if self.moves else _LOG):
             return
@@ -143,7 +143,7 @@ def _is_watched() -> bool:
 
 
 def bars_are_drawn() -> bool:
-    """Whether bars are drawn here and now."""
+    """Whether bars are drawn: in the main thread of the main process, where somebody watches or asked."""
     from multiprocessing.process import current_process
 
     if threading.current_thread() is not threading.main_thread():

@@ -83,7 +83,9 @@ def _states(verdict: Assessment) -> str:
 
 def _capacities(verdict: Assessment) -> str:
     """HTML of the quantities of the capacity by bodies, as the text asks, and by single blocks."""
+
     def cells(c: Capacity) -> dict[str, float]:
+        """Numbers of one reading by their names with units."""
         out = {"alpha0 [-]": verdict.multiplier, "e* [-]": c.mass_share, "a0* [m/s2]": c.a0}
         if verdict.curve is not None:
             out["d0 [m]"] = c.d0

@@ -159,7 +159,7 @@ def _is_multiplier(curve: Any) -> bool:
 
 
 def _by_label(curves: Any) -> list[tuple[str, Any]]:
-    """Curves with what a legend calls them."""
+    """Curves by the labels that a legend shows, from one curve, several, or a mapping."""
     if isinstance(curves, Curve):
         return [(curves.label, curves)]
     if isinstance(curves, Mapping) and not hasattr(curves, "curve"):

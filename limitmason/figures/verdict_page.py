@@ -110,6 +110,7 @@ def _gains(result: Any) -> str:
 
 
 def _causes(result: Any) -> str:
+    """HTML of the causes listed: physics, bounds, best fit, verdict, and the size that would have been seen."""
     rows = []
     for cause in result.listed:
         tested = result.verdict.tested[(cause.name,)]
@@ -129,6 +130,7 @@ def _causes(result: Any) -> str:
 
 
 def _distances(result: Any) -> str:
+    """HTML of how far every cause lies from the baseline and from its nearest rival, as d2."""
     rows = [
         ("", [row["cause"], (f"{row['d2_baseline']:.0f}",), row["rival"], (f"{row['d2']:.1f}",)])
         for row in result.distances.table()
@@ -150,6 +152,7 @@ def _trials(trials: Rehearsal) -> str:
 
 
 def _next_tests(tests: Any, units: Mapping[str, str]) -> str:
+    """HTML of the tests proposed next, with why and with their covariates."""
     first = tests.specimens[0]
     names = list(first) if isinstance(first, Mapping) else []
     header = ["number in the pool", *(with_unit(n, units) for n in names)] if names else ["number", "specimen"]
@@ -163,6 +166,7 @@ def _next_tests(tests: Any, units: Mapping[str, str]) -> str:
 
 
 def _specimens(result: Any, units: Mapping[str, str], quantity: str) -> str:
+    """HTML of measured and predicted values specimen by specimen: by the baseline, and by what is kept."""
     before, best = result.predicted(()), result.predicted() if result.kept else None
     named = [s.removeprefix("specimen ") for s in result.specimens]
     shown = [n for n in result.covariates if [str(v) for v in result.covariates[n]] != named]

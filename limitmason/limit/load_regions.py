@@ -240,7 +240,7 @@ class _Support:
     def __call__(
         self, direction: Array, within: Array | None
     ) -> tuple[str, Array, Resultants | None, HalfPlane | None]:
-        """Status, multipliers, forces at them and half-plane."""
+        """Largest multipliers in a direction: status, multipliers, certified forces, half-plane of the mechanism."""
         self.solved += 1
         status = ""
         for p in (self.problem, balanced(self.problem)):

@@ -80,7 +80,7 @@ class _Digest:
         self.made.update((":".join(map(str, words)) + ";").encode("utf-8", "surrogatepass"))
 
     def feed(self, value: Any) -> None:
-        """Add one value."""
+        """Add a value to the hash: plain ones here, those with parts by :meth:`feed_whole`."""
         if isinstance(value, Enum):
             self.tag("member", type(value).__qualname__, value.name)
         elif isinstance(value, np.generic):
@@ -104,7 +104,7 @@ class _Digest:
             self.open.remove(id(value))
 
     def feed_whole(self, value: Any) -> None:
-        """Add what has parts."""
+        """Add a value with parts to the hash, part by part: models, collections, paths, code, objects."""
         if isinstance(value, Blockwork):
             self.tag("assembly", value.fingerprint.digest)
             labels = [*(i.joint.name for i in value.interfaces), *(t.name for t in value.ties)]

@@ -144,7 +144,13 @@ class Scene:
 
 
 def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> SceneMotion:
-    """Frames of what is shown."""
+    """Poses of the blocks to be shown one after the other, of an answer, curve, history, modes or motion.
+
+    Parameters
+    ----------
+    scale : factor on displacements; None chooses one
+    most : poses at most
+    """
     rest = ScenePose(np.zeros((model.n_blocks, 3)), np.zeros((model.n_blocks, 3)), "")
     if what is None:
         return SceneMotion([rest])
@@ -182,7 +188,7 @@ def _of_mechanism(model: Assembly, prediction: Prediction, line: str, scale: flo
 
 
 def _of_modes(model: Assembly, modes: Modes, scale: float) -> SceneMotion:
-    """One swing of every mode."""
+    """Poses of one period of every mode in turn, ``scale`` times the structure at most."""
     shape = np.asarray(modes.shape)
     if shape.shape[1] != model.n_blocks or shape.shape[2] < 6:
         raise InputError(f"modes of {shape.shape[1]} places do not belong to the {model.n_blocks} blocks here")
@@ -200,6 +206,7 @@ def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose]
         raise InputError("this curve kept no states: there is nothing to draw")
 
     def said(k: int) -> str:
+        """Load and displacement of sample k, with their units."""
         load = f"{curve.load[k]:.4g}"
         if curve.load_unit == "N":
             load = force_text(curve.load[k])
