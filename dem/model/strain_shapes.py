@@ -197,9 +197,9 @@ class Start:
         n, m = len(shapes), max(x.count for x in shapes if x is not None)
         powers = next(x.powers for x in shapes if x is not None)  # of the polynomials, the same for all blocks
         out = StrainShapes(
-            np.zeros((n, m, 3, len(powers))), np.tile(np.eye(3), (n, 1, 1)), np.ones((n, 3)), powers,
-            np.zeros((n, m, 3, 3)), np.zeros((n, m, 3, 3, 3)), np.zeros((n, m)),
-            np.zeros(3) if plane is None else plane.normal.copy(), stress,
+            coefficients=np.zeros((n, m, 3, len(powers))), axes=np.tile(np.eye(3), (n, 1, 1)), half=np.ones((n, 3)),
+            powers=powers, mean=np.zeros((n, m, 3, 3)), gradient=np.zeros((n, m, 3, 3, 3)), reach=np.zeros((n, m)),
+            normal=np.zeros(3) if plane is None else plane.normal.copy(), state=stress,
         )
         for i, shape in enumerate(shapes):
             if shape is not None:

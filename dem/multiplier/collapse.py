@@ -102,10 +102,11 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
     unit = _unit(assembly, loads)
     points, model = chosen_points(assembly, chosen.contact_points, chosen.contact_model)
     controls = Controls(
-        chosen.tolerance, chosen.max_steps, MOVED if chosen.moved_limit is None else chosen.moved_limit,
-        chosen.equilibrium, chosen.damping or LOADING, unit,
-        0.05 * unit if chosen.first_increment is None else chosen.first_increment, chosen.progress,
-        chosen.contacts == EDGES,
+        tolerance=chosen.tolerance, max_steps=chosen.max_steps,
+        moved_limit=MOVED if chosen.moved_limit is None else chosen.moved_limit, equilibrium=chosen.equilibrium,
+        damping=chosen.damping or LOADING, unit=unit,
+        first=0.05 * unit if chosen.first_increment is None else chosen.first_increment, progress=chosen.progress,
+        edges=chosen.contacts == EDGES,
     )
     reached(0.0, "search", share=1.0 / (1 + len(chosen.error_budget)))
     found = increments(assembly, loads, _start(assembly, loads, chosen, ""), controls)

@@ -83,8 +83,10 @@ def make_model(
     for b, block in enumerate(np.flatnonzero(mesh.rigid)):
         body[mesh.block == block] = b
     zero = np.zeros((n, 2))
-    nodes = Nodes(mesh.place, zero, zero.copy(), np.ones(n), zero.copy(), zero.copy(), body, zero.copy(),
-                  np.zeros((n, 2), bool))
+    nodes = Nodes(
+        place=mesh.place, shift=zero, velocity=zero.copy(), mass=np.ones(n), load=zero.copy(), force=zero.copy(),
+        body=body, before=zero.copy(), held=np.zeros((n, 2), bool),
+    )
     model = ZonedModel(
         assembly=assembly, mesh=mesh, nodes=nodes, rigid=_rigid_blocks(assembly, mesh.rigid, body), law=law,
         soft=soft, interface=interface, total=np.zeros(Z_SIZE), dt=1.0, plane=plane, warnings=warnings,

@@ -315,7 +315,10 @@ def capacity_of(
             period[state] = PERIODS[state] * math.pi * math.sqrt(d[state] / a[state])
             asked = partial(_excess, period[state], DAMPING[state], d[state])
             ag[state] = _reached(spectra[state], asked)
-    return Capacity(len(weights), share, a0, d0, d, a, period, ag, 2.0 * stiff["SLV"])
+    return Capacity(
+        bodies=len(weights), mass_share=share, a0=a0, d0=d0, d=d, a=a, period=period, ag=ag,
+        ag_simplified=2.0 * stiff["SLV"],
+    )
 
 
 def _excess(period: float, damping: float, displacement: float, spectrum: Spectrum) -> float:

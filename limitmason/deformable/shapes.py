@@ -142,7 +142,8 @@ class Polynomials:
         """A body with shapes of these coefficients, with its stiffness and mass by quadrature."""
         none = np.zeros((0, 0))
         out = Body(
-            self.block.centroid, self.axes, self.half, self.powers, coefficients, none, none, self.elasticity, names
+            centroid=self.block.centroid, axes=self.axes, half=self.half, powers=self.powers, coefficients=coefficients,
+            stiffness=none, mass=none, elasticity=self.elasticity, names=names,
         )
         strain = out.strain(self.points)
         stress = self.elasticity.stress(strain)

@@ -99,7 +99,10 @@ def facing_pairs(
     points += (0.5 * (to_f + to_g))[..., None] * normal[:, None, :]
     # two unit vectors at an angle: half their difference has the cosine of half of it for length, its sine for rest
     half = np.linalg.norm(faces.normal[f] + faces.normal[g], axis=1) / length
-    return FacingPairs(f, g, points, count, normal, to_g - to_f, area, width, np.degrees(2.0 * np.arctan(half)))
+    return FacingPairs(
+        f=f, g=g, points=points, corners_of=count, normal=normal, gap=to_g - to_f, area=area, width=width,
+        angle_deg=np.degrees(2.0 * np.arctan(half)),
+    )
 
 
 def all_faces(solids: Sequence[Solid]) -> tuple[Faces, Index]:

@@ -311,8 +311,9 @@ def _entries(assembly: Blockwork, pieces: BlockPieces, exact: float) -> list[Con
         width = least_width(i.polygon, i.normal)
         small = float(min(pieces.widths[i.block_a], pieces.widths[i.block_b]))
         out.append(ContactEntry(
-            assembly.blocks[i.block_a].name, assembly.blocks[i.block_b].name, i.kind, float(x.area[k]), width,
-            _snapped(gaps[k], exact), float(angles[k]), x.centre[k], width < TINY * small,
+            a=assembly.blocks[i.block_a].name, b=assembly.blocks[i.block_b].name, kind=i.kind, area=float(x.area[k]),
+            width=width, gap=_snapped(gaps[k], exact), angle_deg=float(angles[k]), place=x.centre[k],
+            tiny=width < TINY * small,
         ))
     return out
 

@@ -202,9 +202,10 @@ def block_system(
         warnings = (*warnings, note)
     total = (x.mass[:, None] * ~assembly.held[:, :3]).sum(axis=0)
     return VibratingSystem(
-        sparse.csc_array(k[free][:, free]), sparse.csc_array(mass), np.asarray(mass @ unit[free]),
-        partial(_spread, free, basis, place),
-        BlockCarrier(assembly, shapes or ()), np.asarray(total, dtype=np.float64), label, None, warnings,
+        stiffness=sparse.csc_array(k[free][:, free]), mass=sparse.csc_array(mass),
+        excited=np.asarray(mass @ unit[free]), spread=partial(_spread, free, basis, place),
+        carrier=BlockCarrier(assembly, shapes or ()), total=np.asarray(total, dtype=np.float64), label=label,
+        solve=None, warnings=warnings,
     )
 
 

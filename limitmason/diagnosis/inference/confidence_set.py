@@ -138,7 +138,10 @@ class ConfidenceSet:
         best, base = max(float(f.loglik[0]) for f in singles.values()), float(null.loglik[0])
         tested = {names: self._tested(names, fit, base, best) for names, fit in singles.items()}
         covariate, shape = (seen.covariate, seen.kind) if seen else (None, None)
-        return Verdict(kind, (), (), covariate, shape, p, critical, tested, null)
+        return Verdict(
+            kind=kind, causes=(), pairs=(), covariate=covariate, trend=shape, p=p, critical_gain=critical,
+            tested=tested, null=null,
+        )
 
     def alarm(self, y: np.ndarray, unstated: tuple[str, ...]) -> Verdict:
         """The verdict of the gate, an alarm of which must outlast noise that tests share unstated.
@@ -257,7 +260,9 @@ class ConfidenceSet:
         """
         grid, value = self.design.grid(names), float(fit.loglik[0])
         sizes, z = (tuple(float(v) for v in at(fit.position)[0]) for at in (grid.sizes_at, grid.z_at))
-        return Tested(names, False, sizes, z, value - base, best - value, {}, 0, fit)
+        return Tested(
+            names=names, kept=False, sizes=sizes, z=z, gain=value - base, deficit=best - value, p={}, draws=0, fit=fit,
+        )
 
     def _gated(self, null: BestFit, singles: Mapping[Names, BestFit]) -> tuple[Tally, float]:
         """Statistics of the gate counted among data drawn from the baseline, and the critical gain."""

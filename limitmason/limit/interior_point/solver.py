@@ -129,15 +129,11 @@ def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:
     low = np.flatnonzero(law.cut_off)
     high = np.flatnonzero(law.crushes)
     program = ConeProgram(
-        matrix,
-        sparse.csr_array(matrix.T),
-        problem.matrix @ moved.ravel() - problem.dead,
-        problem.live,
-        c,
-        np.concatenate([low, high]),
-        np.repeat([1.0, -1.0], [len(low), len(high)]),
-        np.concatenate([(mu * (shift - law.tension))[low], -(mu * (law.crushing + shift))[high]]),
-        problem.size,
+        matrix=matrix, transpose=sparse.csr_array(matrix.T), right=problem.matrix @ moved.ravel() - problem.dead,
+        live=problem.live, components=c, bound_point=np.concatenate([low, high]),
+        bound_sign=np.repeat([1.0, -1.0], [len(low), len(high)]),
+        bound_level=np.concatenate([(mu * (shift - law.tension))[low], -(mu * (law.crushing + shift))[high]]),
+        size=problem.size,
     )
     return program, shift
 
