@@ -80,7 +80,7 @@ def push(
     -----
     Masses are scaled, so that time means nothing and a drop of load is a fall through a sequence of static states only
     as far as the kinetic energy stays small beside the work: ``errors["kinetic"]`` says so at every sample, and the two
-    speeds differ where it does not.
+    speeds differ where it does not. Large structures are stepped by two threads, see :func:`dem.simulate`.
     """
     chosen, path = replace(settings or PushSettings(), **options), turning_points(to)
     made: type[DrivenStructure] = ZonedStructure if chosen.blocks == ZONED else BlockStructure

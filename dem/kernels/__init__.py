@@ -2,13 +2,14 @@
 
 ``joint_law`` is the joint law at a point and ``added_terms`` the terms that are added to it, ``sums`` adds it up over
 the points of a joint, ``kinematics`` says how the blocks of a joint lie to each other, ``joint_forces`` brings the sums
-to the blocks, ``ties`` the pull of rods, ``deformed`` what goes with blocks that strain, ``stepping`` moves these,
-``measure`` reads a position without changing it, ``spring_stiffness`` says how stiffly its joints hold a block,
-``contact_geometry`` finds where pieces touch, ``internal_edges`` the faces that go on from one block to the next,
-``pivots`` the joints that bear on an edge, ``outlines`` whose edges end a joint, ``cutting`` makes the points of joints
-that are cut and ``point_transfer`` gives them what the old ones carried; ``arrays`` is what all of them see. ``zones``
-has the forces of blocks cut into zones in the plane, with the same joint law, ``zone_plasticity`` returns a zone's
-stress to its strength (Mohr-Coulomb), ``zone_motion`` moves zones, ``zone_measure`` reads them.
+to the blocks, ``ties`` the pull of rods, ``deformed`` what goes with blocks that strain, ``stepping`` moves these and
+``team`` lets threads share that, ``measure`` reads a position without changing it, ``spring_stiffness`` says how
+stiffly its joints hold a block, ``contact_geometry`` finds where pieces touch, ``internal_edges`` the faces that go on
+from one block to the next, ``pivots`` the joints that bear on an edge, ``outlines`` whose edges end a joint,
+``cutting`` makes the points of joints that are cut and ``point_transfer`` gives them what the old ones carried;
+``arrays`` is what all of them see. ``zones`` has the forces of blocks cut into zones in the plane, with the same joint
+law, ``zone_plasticity`` returns a zone's stress to its strength (Mohr-Coulomb), ``zone_motion`` moves zones,
+``zone_measure`` reads them.
 
 Rule: a compiled function of ``dem`` stands in this package, is made by ``compiled.kernel`` and uses nothing from
 outside but numpy and numba. What is kept on disk is stamped with the content of all files of the package and of the
@@ -35,12 +36,14 @@ from dem.kernels.arrays import (
     E_VISCOSITY,
     E_VISCOUS,
     LAW,
+    SUMS,
     Acting,
     BlockModes,
     Joints,
     Points,
     RigidBodies,
     Scheme,
+    Team,
     Ties,
 )
 from dem.kernels.compiled import ADDED
@@ -67,14 +70,16 @@ from dem.kernels.pivots import OF_A, OF_B, OF_BOTH, ON_A, UNKNOWN, bearing_ends
 from dem.kernels.point_transfer import Heirs, Testators, inherit, keep_energy
 from dem.kernels.spring_stiffness import add_springs
 from dem.kernels.stepping import advance, rotation_of
+from dem.kernels.team import SHUT, threads_allowed
 from dem.kernels.ties import add_tie_forces
 
 __all__ = [
     "ADDED", "APART", "COLUMNS", "CORNER", "CROSSING", "E_APPLIED", "E_DAMPING", "E_FRACTURE", "E_FRICTION",
     "E_KINETIC", "E_SIZE", "E_STEPS", "E_STOP", "E_SUPPORT", "E_VISCOSITY", "E_VISCOUS", "FACES", "LAW", "LAW_SIZE",
-    "MOST", "OF_A", "OF_B", "OF_BOTH", "ON_A", "ROOM", "TURNED", "UNKNOWN", "Acting", "BlockModes", "Carrying",
-    "Cut", "Heirs", "Joints", "Meetings", "NearPairs", "PieceArrays", "Points", "Poses", "RigidBodies", "Scheme",
-    "SolidArrays", "Testators", "Ties", "add_springs", "add_tie_forces", "advance", "bearing_ends", "contact_shapes",
-    "contact_wrenches", "cut_joints", "face_planes", "faces_that_go_on", "facing_interface", "find_ends", "inherit",
-    "keep_energy", "measure", "place_pieces", "relative_motion", "rotation_of",
+    "MOST", "OF_A", "OF_B", "OF_BOTH", "ON_A", "ROOM", "SHUT", "SUMS", "TURNED", "UNKNOWN", "Acting", "BlockModes",
+    "Carrying", "Cut", "Heirs", "Joints", "Meetings", "NearPairs", "PieceArrays", "Points", "Poses", "RigidBodies",
+    "Scheme", "SolidArrays", "Team", "Testators", "Ties", "add_springs", "add_tie_forces", "advance", "bearing_ends",
+    "contact_shapes", "contact_wrenches", "cut_joints", "face_planes", "faces_that_go_on", "facing_interface",
+    "find_ends", "inherit", "keep_energy", "measure", "place_pieces", "relative_motion", "rotation_of",
+    "threads_allowed",
 ]

@@ -130,6 +130,33 @@ E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP, E_FRACTURE = 5, 6, 7, 8, 9
 E_SIZE = 10
 
 
+class Part(NamedTuple):
+    """Some joints, and where their sums go."""
+
+    first: int  # joint
+    end: int  # the joint after the last
+    row: int  # of ``contact`` of the first block
+    sums: int  # entry of the accumulated scalars
+
+
+class Team(NamedTuple):
+    """How a step is shared out: chunks of joints and blocks go to parts, as a b b a, and parts to threads.
+
+    What comes out depends on the parts, never on who does them: their sums are added in the order of the parts.
+    """
+
+    mine: int  # first part of this thread
+    end: int  # the part after its last
+    parts: int
+    chunks: int
+    sums: Array  # of the parts in two steps, (4 SUMS,); of one part the accumulated scalars themselves
+    gate: Index  # see :func:`dem.kernels.team.meet`
+
+
+SUMS = 32
+"""From a part's sums to the next one's: no two threads write to a line of the cache, nor to the one beside it."""
+
+
 class BlockModes(NamedTuple):
     """Deformation of blocks: coordinates of their shapes, and what every shape does to a joint's two sides.
 

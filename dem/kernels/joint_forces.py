@@ -11,6 +11,7 @@ from dem.kernels.arrays import (
     Array,
     BlockModes,
     Joints,
+    Part,
     Points,
     RigidBodies,
 )
@@ -22,7 +23,9 @@ from dem.kernels.sums import joint_sums
 
 
 @kernel(fast=False)
-def _crossing_forces(points: Points, joints: Joints, bodies: RigidBodies, dt: float, total: Array) -> None:
+def _crossing_forces(
+    points: Points, joints: Joints, bodies: RigidBodies, dt: float, total: Array, part: Part
+) -> None:
     """Add the forces of all crossing edges; a call from the loop of :func:`_joint_forces` would slow that by half.
 
     Their law has no cohesion, tension or dilation, and no added terms: what slips there is not counted.
@@ -31,10 +34,11 @@ def _crossing_forces(points: Points, joints: Joints, bodies: RigidBodies, dt: fl
     ----------
     dt : time step [s]; 0 to read forces without moving anything
     total : energies by ``E_...`` [J], added to
+    part : joints, and where their sums go
     """
     law, contact, vel, spin = joints.law, bodies.contact, bodies.vel, bodies.spin
     per_dt = 1.0 / dt if dt > 0.0 else 0.0
-    for j in range(joints.block_a.size):
+    for j in range(part.first, part.end):
         if law[j, LAW.cross] == 0.0:
             continue
         a, b, k = joints.block_a[j], joints.block_b[j], joints.start[j]
@@ -60,13 +64,14 @@ def _crossing_forces(points: Points, joints: Joints, bodies: RigidBodies, dt: fl
         q = (q1 * da, q2 * da, q3 * da)
         f = dot((t1[0], t2[0], n[0]), q), dot((t1[1], t2[1], n[1]), q), dot((t1[2], t2[2], n[2]), q)
         ma, mb = cross(ra, f), cross(rb, f)
+        to_a, to_b = part.row + a, part.row + b
         for i in range(3):
-            contact[a, i] -= f[i]
-            contact[a, 3 + i] -= ma[i]
-            contact[b, i] += f[i]
-            contact[b, 3 + i] += mb[i]
-        total[E_VISCOUS] += da * braked * dt
-        total[E_FRICTION] += da * (rubbed - raised)
+            contact[to_a, i] -= f[i]
+            contact[to_a, 3 + i] -= ma[i]
+            contact[to_b, i] += f[i]
+            contact[to_b, 3 + i] += mb[i]
+        total[part.sums + E_VISCOUS] += da * braked * dt
+        total[part.sums + E_FRICTION] += da * (rubbed - raised)
 
 
 @kernel(inline="always")
@@ -96,20 +101,17 @@ def add_wrench(
 
 @kernel(forceinline=True)
 def _joint_forces(
-    points: Points, joints: Joints, bodies: RigidBodies, dt: float, total: Array, modes: BlockModes | None = None,
-    space: bool | None = None,
+    points: Points, joints: Joints, bodies: RigidBodies, dt: float, total: Array, part: Part,
+    modes: BlockModes | None = None, space: bool | None = None,
 ) -> None:
-    """Fill ``bodies.contact`` and ``modes.contact`` from all joints and update the plastic state of their points.
+    """Add to ``bodies.contact`` and ``modes.contact`` from a part of the joints and update their points.
 
     ``modes`` is None where all blocks are rigid, ``space`` where they strain in a plane: the compiler then leaves out
     what is for the other.
     """
     contact, law = bodies.contact, joints.law
-    contact[:] = 0.0
-    if modes is not None:
-        modes.contact[:] = 0.0
     friction = viscous = fracture = 0.0
-    for j in range(joints.block_a.size):
+    for j in range(part.first, part.end):
         if law[j, LAW.cross] != 0.0:
             continue
         a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
@@ -122,14 +124,17 @@ def _joint_forces(
         friction += rubbed
         viscous += braked * dt
         fracture += broken
-        add_wrench(contact, a, b, axes, (f1, f2, f3), (m1, m2, m3), ra, rb)
-    total[E_FRICTION] += friction
-    total[E_VISCOUS] += viscous
-    total[E_FRACTURE] += fracture
+        row = np.uint64(part.row)
+        add_wrench(contact, row + a, row + b, axes, (f1, f2, f3), (m1, m2, m3), ra, rb)
+    total[part.sums + E_FRICTION] += friction
+    total[part.sums + E_VISCOUS] += viscous
+    total[part.sums + E_FRACTURE] += fracture
 
 
 @kernel(counted=True)
 def contact_wrenches(points: Points, joints: Joints, bodies: RigidBodies) -> None:
     """Wrench of the joints on every block in the present position, shape (n, 6), written to ``bodies.contact``."""
-    _joint_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))
-    _crossing_forces(points, joints, bodies, 0.0, np.zeros(E_SIZE))
+    part, total = Part(0, joints.block_a.size, 0, 0), np.zeros(E_SIZE)
+    bodies.contact[:] = 0.0
+    _joint_forces(points, joints, bodies, 0.0, total, part)
+    _crossing_forces(points, joints, bodies, 0.0, total, part)

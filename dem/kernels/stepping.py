@@ -5,28 +5,37 @@ import numpy as np
 from dem.kernels.arrays import (
     E_APPLIED,
     E_DAMPING,
+    E_FRACTURE,
+    E_FRICTION,
     E_KINETIC,
     E_STEPS,
     E_STOP,
     E_SUPPORT,
     E_VISCOSITY,
+    E_VISCOUS,
     LAW,
+    SUMS,
     Acting,
     Array,
     BlockModes,
     BlockStep,
     Joints,
+    Part,
     Points,
     RigidBodies,
     Scheme,
+    Team,
     Ties,
 )
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import move_modes
 from dem.kernels.joint_forces import _crossing_forces, _joint_forces
 from dem.kernels.local_damping import brake_of
+from dem.kernels.team import SHUT, meet
 from dem.kernels.ties import add_tie_forces
 
+Work = tuple[float, float, float, float]
+Scratch = tuple[Array, Array, Array, Array, Array, Array]
 STOP_EVERY = 10.0  # fewest steps between two stops: fast modes are left to local damping
 
 
@@ -173,9 +182,83 @@ def _stop(bodies: RigidBodies) -> None:
                 bodies.ang[i, k] = 0.0
 
 
+@kernel(inline="always")
+def _added_up(total: Array, sums: Array, place: int, parts: int) -> Work:
+    """Kinetic energy, and work of loads, supports and damping, of all parts; what joints lost is added to ``total``."""
+    kinetic = applied = support = damping = 0.0
+    for row in range(place, place + parts * SUMS, SUMS):
+        kinetic += sums[row + E_KINETIC]
+        applied += sums[row + E_APPLIED]
+        support += sums[row + E_SUPPORT]
+        damping += sums[row + E_DAMPING]
+        total[E_FRICTION] += sums[row + E_FRICTION]
+        total[E_VISCOUS] += sums[row + E_VISCOUS]
+        total[E_FRACTURE] += sums[row + E_FRACTURE]
+    return kinetic, applied, support, damping
+
+
+@kernel(forceinline=True)
+def _move(
+    bodies: RigidBodies, chunk: int, team: Team, acting: Acting, step: int, at: BlockStep, scheme: Scheme,
+    drifts: bool | None, work: Work, scratch: Scratch,
+) -> Work:
+    """Move a chunk of the blocks by a step; compiled into its caller as a whole, or every array is counted per block.
+
+    Parameters
+    ----------
+    work : kinetic energy, and work of loads, supports and damping, of chunks before [J]; returned with this one's
+    scratch : room for 6, 6, 6, 4, 3 x 3 and 3 numbers
+    """
+    n, dt = bodies.mass.size, at.dt
+    kinetic, applied, support, damping = work
+    force, old, past, half, trot, new = scratch
+    vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
+    for i in range(chunk * n // team.chunks, (chunk + 1) * n // team.chunks):
+        still = True
+        for k in range(6):
+            old[k] = vel[i, k] if k < 3 else spin[i, k - 3]
+            still = still and held[i, k]
+        _loads_on(acting, step, i, force)
+        for k in range(6):
+            if drifts is not None:
+                past[k] = net[i, k]
+            net[i, k] = force[k] + bodies.contact[i, k]
+        for row in range(n + i, team.parts * n, n):
+            for k in range(6):
+                net[i, k] += bodies.contact[row, k]
+        damping, moving = _accelerate(bodies, i, past, acting, step, at, scheme.local, drifts, damping)
+        if still and not moving and not _is_turned(acting, step, i):
+            for k in range(3):
+                spin[i, k] = 0.0
+            continue
+        _spin_of(bodies.rot[i], bodies.inv_inertia[i], ang[i], new)
+        if scheme.true_inertia:
+            _middle_spin(bodies, i, 0.5 * dt, half, trot, new)
+        for k in range(3):
+            if held[i, 3 + k]:
+                new[k] = _driven(acting, step, i, 3 + k)
+            spin[i, k] = new[k]
+            mean_v, mean_w = 0.5 * (old[k] + vel[i, k]), 0.5 * (old[3 + k] + new[k])
+            applied += (force[k] * mean_v + force[3 + k] * mean_w) * dt
+            if held[i, k]:
+                support -= net[i, k] * mean_v * dt
+            else:
+                kinetic += 0.5 * bodies.mass[i] * vel[i, k] * vel[i, k]
+            if held[i, 3 + k]:
+                support -= net[i, 3 + k] * mean_w * dt
+            else:
+                damping += past[3 + k] * mean_w * dt
+                kinetic += 0.5 * ang[i, k] * new[k]
+            bodies.shift[i, k] += dt * vel[i, k]
+        if new[0] != 0.0 or new[1] != 0.0 or new[2] != 0.0:
+            _turned(bodies.quat[i], new, dt, bodies.quat[i])
+            rotation_of(bodies.quat[i], bodies.rot[i])
+    return kinetic, applied, support, damping
+
+
 @kernel(counted=True)
 def advance(
-    points: Points, joints: Joints, bodies: RigidBodies, total: Array, acting: Acting, scheme: Scheme,
+    points: Points, joints: Joints, bodies: RigidBodies, total: Array, acting: Acting, scheme: Scheme, team: Team,
     drifts: bool | None, modes: BlockModes | None = None, space: bool | None = None, ties: Ties | None = None,
 ) -> None:
     """Advance by ``len(acting.factors)`` steps of central differences.
@@ -184,11 +267,12 @@ def advance(
 
     Parameters
     ----------
-    points, joints, bodies : state, changed in place
-    total : accumulated energies and the adaptive viscosity, see the E_ indices, shape (E_SIZE,)
+    points, joints, bodies : state, changed in place; ``bodies.contact`` has a row of every block for every part
+    total : accumulated energies and the adaptive viscosity, see the E_ indices, shape (E_SIZE,); one for each thread
+    team : what this thread does of every step
     drifts : half of the local damping acts against the change of the force; None where it never does: the compiler then
         leaves it out
-    modes : of blocks that deform, changed in place; None where all are rigid
+    modes : of blocks that deform, changed in place; None where all are rigid, and where there are several parts
     space : None where they deform in a plane
     ties : changed in place; None where there are none
 
@@ -196,62 +280,57 @@ def advance(
     -----
     Its parts are compiled into it. It makes arrays and so counts who holds one: handed to a function per block, that
     takes three times as long, and what is compiled by itself sums in another order.
+
+    Threads wait for each other before blocks move and after, and once more after a stop. Each adds up the sums of all
+    parts for itself, in their order.
     """
-    n = bodies.mass.size
-    dt, true_inertia, local, adaptive, kinetic_stop = scheme
-    vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
-    force, old, half, trot, new = np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
-    past = np.empty(6)
+    n, k, chunks, parts, sums = bodies.mass.size, joints.block_a.size, team.chunks, team.parts, team.sums
+    alone = team.end - team.mine == parts
+    dt, _, local, adaptive, kinetic_stop = scheme
+    scratch = np.empty(6), np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
     crossings = (joints.law[:, LAW.cross] != 0.0).any()
-    for step in range(acting.factors.shape[0]):
-        _joint_forces(points, joints, bodies, dt, total, modes, space)
-        if crossings:
-            _crossing_forces(points, joints, bodies, dt, total)
-        if ties is not None:
-            add_tie_forces(ties, bodies, total)
-        kinetic = applied = support = damping = 0.0
+    met = 0 if alone else meet(team.gate, 0, parts, 0)
+    for step in range(acting.factors.shape[0] if met < SHUT else 0):
+        # others may still read the sums of the step before
+        place = step % 2 * parts * SUMS
+        for p in range(team.mine, team.end):
+            row = place + p * SUMS if parts > 1 else 0
+            if parts > 1:
+                sums[row : row + SUMS] = 0.0
+            bodies.contact[p * n : (p + 1) * n] = 0.0
+            if modes is not None:
+                modes.contact[:] = 0.0
+            for chunk in range(chunks):
+                if (chunk + 1) // 2 % parts != p:
+                    continue
+                part = Part(chunk * k // chunks, (chunk + 1) * k // chunks, p * n, row)
+                _joint_forces(points, joints, bodies, dt, sums, part, modes, space)
+                if crossings:
+                    _crossing_forces(points, joints, bodies, dt, sums, part)
+            if ties is not None and p == 0:
+                add_tie_forces(ties, bodies, sums, row)
+        if not alone:
+            met = meet(team.gate, met, parts)
         viscosity = total[E_VISCOSITY] if adaptive > 0.0 else 0.0
         # a stop is at a whole step: only half a step leads from there to the first velocity. A whole one starts a mode
         # of frequency w from an amplitude 1 / cos(w dt / 2) too large, which grows from stop to stop in the fast modes
         kick = 0.5 * dt if kinetic_stop and total[E_STEPS] == total[E_STOP] + 1.0 else dt
         at = BlockStep(dt, kick, viscosity, 1.0 - 0.5 * viscosity * dt, 1.0 / (1.0 + 0.5 * viscosity * dt))
-        for i in range(n):
-            still = True
-            for k in range(6):
-                old[k] = vel[i, k] if k < 3 else spin[i, k - 3]
-                still = still and held[i, k]
-            _loads_on(acting, step, i, force)
-            for k in range(6):
-                if drifts is not None:
-                    past[k] = net[i, k]
-                net[i, k] = force[k] + bodies.contact[i, k]
-            damping, moving = _accelerate(bodies, i, past, acting, step, at, local, drifts, damping)
-            if still and not moving and not _is_turned(acting, step, i):
-                for k in range(3):
-                    spin[i, k] = 0.0
-                continue
-            _spin_of(bodies.rot[i], bodies.inv_inertia[i], ang[i], new)
-            if true_inertia:
-                _middle_spin(bodies, i, 0.5 * dt, half, trot, new)
-            for k in range(3):
-                if held[i, 3 + k]:
-                    new[k] = _driven(acting, step, i, 3 + k)
-                spin[i, k] = new[k]
-                mean_v, mean_w = 0.5 * (old[k] + vel[i, k]), 0.5 * (old[3 + k] + new[k])
-                applied += (force[k] * mean_v + force[3 + k] * mean_w) * dt
-                if held[i, k]:
-                    support -= net[i, k] * mean_v * dt
-                else:
-                    kinetic += 0.5 * bodies.mass[i] * vel[i, k] * vel[i, k]
-                if held[i, 3 + k]:
-                    support -= net[i, 3 + k] * mean_w * dt
-                else:
-                    damping += past[3 + k] * mean_w * dt
-                    kinetic += 0.5 * ang[i, k] * new[k]
-                bodies.shift[i, k] += dt * vel[i, k]
-            if new[0] != 0.0 or new[1] != 0.0 or new[2] != 0.0:
-                _turned(bodies.quat[i], new, dt, bodies.quat[i])
-                rotation_of(bodies.quat[i], bodies.rot[i])
+        kinetic = applied = support = damping = 0.0
+        for p in range(team.mine, team.end):
+            work = 0.0, 0.0, 0.0, 0.0
+            for chunk in range(chunks):
+                if (chunk + 1) // 2 % parts == p:
+                    work = _move(bodies, chunk, team, acting, step, at, scheme, drifts, work, scratch)
+            kinetic, applied, support, damping = work
+            if parts > 1:
+                row = place + p * SUMS
+                sums[row + E_KINETIC], sums[row + E_APPLIED] = kinetic, applied
+                sums[row + E_SUPPORT], sums[row + E_DAMPING] = support, damping
+        if not alone:
+            met = meet(team.gate, met, parts)
+        if parts > 1:
+            kinetic, applied, support, damping = _added_up(total, sums, place, parts)
         if modes is not None:
             moving_modes, braked_modes = move_modes(modes, at, local, drifts)
             kinetic += moving_modes
@@ -263,9 +342,12 @@ def advance(
             damping += kinetic
             kinetic = 0.0
             total[E_STOP] = total[E_STEPS]
-            _stop(bodies)
+            if team.mine == 0:
+                _stop(bodies)
             if modes is not None:
                 modes.rate[:] = 0.0
+            if not alone:
+                met = meet(team.gate, met, parts)
         total[E_DAMPING] += damping
         total[E_APPLIED] += applied
         total[E_SUPPORT] += support

@@ -8,8 +8,11 @@ from dem.kernels.kinematics import cross, dot, turn_row
 
 
 @kernel(fast=False)
-def add_tie_forces(ties: Ties, bodies: RigidBodies, total: Array) -> None:
-    """Add the forces of all ties to the blocks and let them yield: 0 <= T = k (elongation - plastic) <= strength."""
+def add_tie_forces(ties: Ties, bodies: RigidBodies, total: Array, sums: int = 0) -> None:
+    """Add the forces of all ties to the blocks and let them yield: 0 <= T = k (elongation - plastic) <= strength.
+
+    ``sums`` is the entry of ``total`` with which the energies begin.
+    """
     rot, shift, contact = bodies.rot, bodies.shift, bodies.contact
     for j in range(ties.block_a.size):
         a, b = ties.block_a[j], ties.block_b[j]
@@ -29,7 +32,7 @@ def add_tie_forces(ties: Ties, bodies: RigidBodies, total: Array) -> None:
         if pull > ties.strength[j]:
             more = (pull - ties.strength[j]) / ties.stiffness[j]
             ties.plastic[j] += more
-            total[E_FRICTION] += ties.strength[j] * more
+            total[sums + E_FRICTION] += ties.strength[j] * more
             pull = ties.strength[j]
         if pull > 0.0:
             f = (pull * now[0] / length, pull * now[1] / length, pull * now[2] / length)

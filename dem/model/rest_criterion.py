@@ -8,6 +8,7 @@ import numpy as np
 
 from dem import kernels
 from dem.model.edge_points import follow_edges
+from dem.model.shared_steps import shared_advance
 from dem.model.state import DYNAMIC, State, UnstableError
 from limitmason.arrays import Array, Flags
 from limitmason.constants import GRAVITY
@@ -160,10 +161,7 @@ def run(
     scheme = kernels.Scheme(
         float(state.dt), state.mode == DYNAMIC, float(damping.local), float(damping.adaptive), damping.kinetic
     )
-    kernels.advance(
-        state.points, state.joints, state.bodies, state.total, acting, scheme, drifts, state.modes, state.space,
-        state.ties if len(state.ties.block_a) else None,
-    )
+    shared_advance(state, acting, scheme, drifts)
     state.time += steps * state.dt
     b = state.bodies
     finite = state.modes is None or bool(np.isfinite(state.modes.value).all())

@@ -1,0 +1,73 @@
+"""Steps of a large structure, shared by two threads."""
+
+import threading
+from collections.abc import Callable
+
+import numpy as np
+
+from dem import kernels
+from dem.kernels import Acting, Scheme, Team
+from dem.model.state import State
+from limitmason.arrays import Array, Index
+
+LARGE = 3500
+"""Joints between rigid blocks from which steps are cut in two parts: with fewer the threads wait too much."""
+
+CHUNKS = 4
+"""Of joints and blocks in their order, for two parts as a b b a: where one end slides, both parts get of it.
+
+More chunks have more blocks between them, whose numbers go from core to core twice a step.
+"""
+
+
+def shared_advance(state: State, acting: Acting, scheme: Scheme, drifts: bool | None) -> None:
+    """Advance a state as :func:`dem.kernels.advance` does, by two threads where it is large.
+
+    What comes out depends on the number of joints alone: one thread adds up the same two parts.
+    """
+    joints, n = len(state.joints.block_a), len(state.bodies.mass)
+    parts = 2 if state.modes is None and joints >= LARGE else 1
+    sums, gate = state.total, np.zeros(1, dtype=np.int64)
+    bodies, chunks = state.bodies, 1
+    if parts > 1:
+        sums, gate = np.empty(2 * parts * kernels.SUMS), np.zeros(kernels.SUMS, dtype=np.int64)
+        bodies, chunks = bodies._replace(contact=np.empty((parts * n, 6))), CHUNKS
+
+    def go(mine: int, end: int, total: Array) -> None:
+        team = Team(mine, end, parts, chunks, sums, gate)
+        kernels.advance(
+            state.points, state.joints, bodies, total, acting, scheme, team, drifts, state.modes, state.space,
+            state.ties if len(state.ties.block_a) else None,
+        )
+
+    if parts == 1 or kernels.threads_allowed() < parts:
+        go(0, parts, state.total)
+    else:
+        _by_two(go, state.total, gate)
+    if parts > 1:
+        state.bodies.contact[:] = bodies.contact.reshape(parts, n, 6).sum(axis=0)
+
+
+def _by_two(go: Callable[[int, int, Array], None], total: Array, gate: Index) -> None:
+    """Both parts at once; an error of either ends both before the first step."""
+    failed: list[BaseException] = []
+
+    def second() -> None:
+        try:
+            go(1, 2, total.copy())
+        except BaseException as error:
+            failed.append(error)
+            gate[0] += kernels.SHUT
+
+    # made anew each time: 0.1 ms, and a process that forks meanwhile keeps no thread that is not there
+    other = threading.Thread(target=second, name="steps, second half", daemon=True)
+    try:
+        other.start()
+        go(0, 1, total)
+    finally:
+        # who has come to the end passes no gate any more; an interrupt before the first step leaves the other there
+        gate[0] += kernels.SHUT
+        if other.ident is not None:
+            other.join()
+    if failed:
+        raise failed[0]
