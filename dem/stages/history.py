@@ -177,6 +177,8 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
 
     def __getitem__(self, name: str) -> Array:
         """A recorded scalar by its name in ``COLUMNS``."""
+        if name not in self.scalars:
+            raise InputError(f"a history records {', '.join(self.scalars)}; got {name!r}")
         return self.scalars[name]
 
     def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
@@ -254,13 +256,12 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         Raises
         ------
         InputError
-            Where nothing is recorded, or all blocks are held.
+            Where nothing is recorded, or all recorded blocks are held, or none while the ground may move.
         """
-        free = ~self.assembly.held.all(axis=1)
+        free = ~self.assembly.fixed[self._blocks]
         if not len(self.shift) or not free.any():
             raise InputError("this history has no block that moves, or nothing recorded: it has no quantities")
-        ground = self.shift[:, ~free].mean(axis=1, keepdims=True) if not free.all() else 0.0
-        moved = np.linalg.norm(self.shift[:, free] - ground, axis=2)
+        moved = np.linalg.norm(self._against_ground()[:, free], axis=2)
         q = self.quaternion[:, free]
         turned = float(2.0 * np.arctan2(np.linalg.norm(q[..., 1:], axis=2), np.abs(q[..., 0])).max())
         down = self.state.mode == DYNAMIC and len(Floor(self.assembly, self.state.dead).landed(self.state)) > 0
@@ -269,13 +270,21 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
             "residual displacement": float(moved[-1].max()), "overturned": float(down or turned > OVERTURNED),
         }
 
+    def _against_ground(self) -> Array:
+        """Displacement of the recorded blocks against the mean of the held ones among them [m]."""
+        held = self.assembly.fixed[self._blocks]
+        if held.any():
+            return np.asarray(self.shift - self.shift[:, held].mean(axis=1, keepdims=True))
+        if self.state.mode == DYNAMIC and self.assembly.fixed.any():
+            raise InputError("displacements count from the ground, and no held block is among Store(blocks=...)")
+        return self.shift
+
     def diagram(self) -> dict[str, Any]:
         """What ``plot()`` draws: the displacement of the block that ends farthest away [mm].
 
         It is against the ground, over time or, in quasi-static mode, whose time counts steps, over steps.
         """
-        held = self.assembly.fixed[self._blocks]
-        moved = self.shift - (self.shift[:, held].mean(axis=1, keepdims=True) if held.any() else 0.0)
+        moved = self._against_ground()
         k = int(np.argmax(np.linalg.norm(moved[-1], axis=1)))
         against, unit = ("time", "s") if self.state.mode == DYNAMIC else ("step", "")
         columns = {against: self[against]} | dict(zip("xyz", 1e3 * moved[:, k].T, strict=True))

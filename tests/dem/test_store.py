@@ -58,11 +58,21 @@ def test_chosen_blocks_alone_are_kept_and_others_are_refused_by_name(tmp_path, i
         assert np.array_equal(history.displacement_of(top), in_memory.displacement_of(top))
         assert np.array_equal(history.rotation_of(1), in_memory.rotation_of(1))
         assert history.opening.shape[1] == 0
+        with pytest.raises(InputError, match="count from the ground, and no held block is among Store"):
+            _ = history.quantities
         with pytest.raises(InputError, match=WALL.blocks[2].name):
             history.displacement_of(2)
         with pytest.raises(InputError, match=WALL.blocks[0].name):
             history.corners()
     assert (tmp_path / "run" / "shift.f8").stat().st_size == 8 * 6 * len(in_memory.shift)
+
+
+def test_what_a_test_would_write_down_is_known_of_chosen_blocks(tmp_path, in_memory):
+    top = WALL.blocks[-1].name
+    kept = dem.simulate(WALL, STAGES, store=dem.Store(tmp_path / "run", blocks=[top, "base"]), **OPTIONS)
+    moved = np.linalg.norm(in_memory.displacement_of(top) - in_memory.displacement_of("base"), axis=1)
+    assert kept.quantities["peak displacement"] == pytest.approx(moved.max(), rel=1e-12)
+    assert kept.quantities["residual displacement"] == pytest.approx(moved[-1], rel=1e-12)
 
 
 KILLED = """
