@@ -177,7 +177,8 @@ def _widest_gap(
         gap, low = _gap_above(corners, n_corners, planes, p, f, q)
         if gap > best[4]:
             found, nearest, best[4] = f, low, gap
-            best[:4] = planes[p, f]
+            for r in range(4):
+                best[r] = planes[p, f, r]
     return found, nearest
 
 
@@ -354,7 +355,8 @@ def contact_shapes(
             first, face = met.base_first[m], asked[m]
             base, other = (p, q) if first else (q, p)
             ref = best_p if first else best_q
-            ref[:4] = pieces.planes[base, face]
+            for r in range(4):
+                ref[r] = pieces.planes[base, face, r]
             ref[4], lowest = _gap_above(pieces.corners, pieces.n_corners, pieces.planes, base, face, other)
             met.gap[m] = ref[4]
         else:

@@ -74,11 +74,20 @@ def _lattice(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
     return found
 
 
+@kernel(fast=False, forceinline=True)
+def _sum(x: Array, count: int) -> float:
+    """Sum of some numbers in their order."""
+    total = 0.0
+    for k in range(count):
+        total += x[k]
+    return total
+
+
 @kernel(fast=False, counted=True)
 def _spokes(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
     """Points at the centre, the corners and the middles of the sides of a polygon, and triangles of half sides."""
     n, found = len(x), 0
-    px[0], py[0] = x.sum() / n, y.sum() / n
+    px[0], py[0] = _sum(x, n) / n, _sum(y, n) / n
     for k in range(n):
         z = (k + 1) % n
         px[1 + 2 * k], py[1 + 2 * k] = x[k], y[k]
@@ -200,13 +209,14 @@ def _cut_face(
                 count += 1
         if count == 0:
             s[0], t[0], count = x[0], y[0], 1
-        area[:count] = each
+        for k in range(count):
+            area[k] = each
     else:
         count = spread(x, y, s, t, area)
-        if not area[:count].sum() > least:
+        if not _sum(area, count) > least:
             return
     # the height of b's face over the base plane
-    slope, mean = slope_of(x, y, height), height.sum() / m
+    slope, mean = slope_of(x, y, height), _sum(height, m) / m
     for k in range(count):
         out.gap[row, k] = mean + s[k] * slope[0] + t[k] * slope[1]
         for r in range(3):

@@ -129,9 +129,10 @@ def strained_sums(
     e, z = less(v, u), third_axis(g)
     d_all = d[0] + e[0], d[1] + e[1], d[2] + e[2]
     g_all = g[0] + e[3], g[1] + e[4], g[2] + e[5], g[3] + e[6], g[4] + e[7], g[5] + e[8]
+    placed = d_all, g_all, z
     brakes, out = joints.law[j, LAW.dash] != 0.0 and dt > 0.0, NOTHING
     if not brakes:
-        out = held_sums(j, points, joints, d_all, g_all, z, None, None, True, None)
+        out = held_sums(j, points, joints, placed, None, None, True, None)
     if brakes or out[15] != 0.0:
         motion = relative_motion(j, joints, bodies, axes, ra, rb)
         rates = less(
@@ -139,9 +140,9 @@ def strained_sums(
             slopes(face_motion(modes.side_a, j, modes.rate, a, space)),
         )
         if brakes:
-            out = held_sums(j, points, joints, d_all, g_all, z, motion, rates, True, True)
+            out = held_sums(j, points, joints, placed, motion, rates, True, True)
         if out[15] != 0.0:
-            out = yielding_sums(j, points, joints, d_all, g_all, z, motion, rates, dt, True)
+            out = yielding_sums(j, points, joints, placed, motion, rates, dt, True)
     f1, f2, f3, s1, s2, s3, t1, t2, t3, u1, u2, u3, work, lost, broken, beyond = out
     load_shapes(modes.contact, a, modes.side_a, j, -1.0, (f1, f2, f3), (s1, s2, s3), (t1, t2, t3), space)
     load_shapes(

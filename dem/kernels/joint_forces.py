@@ -117,7 +117,7 @@ def _joint_forces(
         a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
         axes, d, g, ra, rb = kinematics(j, joints, bodies)
         if modes is None:
-            sums = joint_sums(j, points, joints, bodies, axes, d, g, third_axis(g), (ra, rb), dt)
+            sums = joint_sums(j, points, joints, bodies, axes, (d, g, third_axis(g)), (ra, rb), dt)
         else:
             sums = strained_sums(j, points, joints, bodies, modes, space, axes, d, g, ra, rb, dt)
         f1, f2, f3, m1, m2, m3, rubbed, braked, broken, _ = sums

@@ -218,6 +218,52 @@ def _lost(peak: Peak, old: Numbers, now: Numbers, slid: Numbers, moved: Numbers,
     return rubbed, raised, broken
 
 
+@kernel(inline="always")
+def _opened(
+    peak: Peak, inv_ks: float, w: float, n0: float, slip_1: float, slip_2: float, lift: float, worn: Numbers,
+    pull: Numbers,
+) -> Numbers:
+    """Plastic opening of a point that dilates or crushes, as it follows from where the point was before the step.
+
+    Dilation follows the sense of slip: what part of it leads away from where the point was made.
+
+    Parameters
+    ----------
+    inv_ks : 1 / ks [m/Pa]
+    n0 : stress of the elastic opening if it were a spring [Pa]
+    worn : tan(phi), tan(psi), c, ft and where ft unloads, of the damage after the step
+    pull : trial shear of the springs, that of springs and dashpots along t1, t2 and in size, trial pressure [Pa], and
+        how much stiffer a dashpot makes a spring [-]
+
+    Returns
+    -------
+    new : plastic opening by a slip that goes straight on [m]
+    short, most : what an open point lacks of it, and the largest that a point may have [m]
+    before, farthest : plastic slip before the step, and that up to which it dilates [m]
+    """
+    kn, ks = peak.kn, peak.ks
+    mu, dil, c, ft, reach = worn
+    trial, b1, b2, total, pressed, stiffer = pull
+    before = np.sqrt(slip_1 * slip_1 + slip_2 * slip_2)
+    outward = -(slip_1 * b1 + slip_2 * b2) / max(before * total, 1e-300) if before > 0.0 else 1.0
+    farthest = peak.lift / max(peak.tan_psi, 1e-300)
+    outward = outward if before < farthest else 0.0
+    rate = dil * outward
+    # in a closed joint consistent with the friction it mobilises: sliding back takes pressure and with it friction
+    over = max(total - c - mu * pressed, 0.0) / (stiffer * max(ks + kn * mu * rate, 0.1 * ks))
+    # beyond the apex all of the shear slips and no more
+    rise = rate * min(over, total * inv_ks / stiffer)
+    # at the apex too: an open point keeps the opening that goes with its slip, and is pressed if it slides more
+    slides = rate * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks
+    room = min(slides, max(w - reach / kn - lift, 0.0))
+    closed = n0 + kn * rise > -ft
+    grow = rise if closed else room
+    short = 0.0 if closed else room - slides
+    # crushing closes what exceeds fc; a contact found anew does not dilate beyond what its joint can
+    most = min(max(peak.lift, lift), w + peak.crushing)
+    return min(lift + grow, most), short, most, before, farthest
+
+
 @kernel(forceinline=True)
 def return_map(
     w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float,
@@ -252,7 +298,7 @@ def return_map(
     Losses close the balance of energy to second order in the step where a contact opens or closes, and to first order
     in what its dashpot takes then: its force before a step is taken for that after it. Else the balance is exact.
     """
-    kn, ks, fc, highest = peak.kn, peak.ks, peak.crushing, peak.lift
+    kn, ks, fc = peak.kn, peak.ks, peak.crushing
     a1, a2 = slip_1 - e1, slip_2 - e2
     n0 = kn * (lift - w)
     mu, dil, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)
@@ -265,7 +311,7 @@ def return_map(
         drawn = held if reached == held else 0.0
         if n0 > -drawn and n0 < kn * fc and bears > 0.0 and ks * ks * (a1 * a1 + a2 * a2) < WITHIN * bears * bears:
             return ks * a1, ks * a2, n0, slip_1, slip_2, lift, damage, 0.0, 0.0, 0.0, 0.0
-    inv_ks = 1.0 / ks
+    inv_ks = 1.0 / ks  # here for all of what follows: the compiler orders products by where their factors come from
     trial = ks * np.sqrt(a1 * a1 + a2 * a2)
     if dashpot is None:
         b1, b2, total, pressed, stiffer = ks * a1, ks * a2, trial, n0, 1.0
@@ -284,25 +330,10 @@ def return_map(
         )
     new = lift
     if dilates:
-        # dilation follows the sense of slip: what part of it leads away from where the point was made
-        before = np.sqrt(slip_1 * slip_1 + slip_2 * slip_2)
-        outward = -(slip_1 * b1 + slip_2 * b2) / max(before * total, 1e-300) if before > 0.0 else 1.0
-        farthest = highest / max(peak.tan_psi, 1e-300)
-        outward = outward if before < farthest else 0.0
-        rate = dil * outward
-        # in a closed joint consistent with the friction it mobilises: sliding back takes pressure and with it friction
-        over = max(total - c - mu * pressed, 0.0) / (stiffer * max(ks + kn * mu * rate, 0.1 * ks))
-        # beyond the apex all of the shear slips and no more
-        rise = rate * min(over, total * inv_ks / stiffer)
-        # at the apex too: an open point keeps the opening that goes with its slip, and is pressed if it slides more
-        slides = rate * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks
-        room = min(slides, max(w - reach / kn - lift, 0.0))
-        closed = n0 + kn * rise > -ft
-        grow = rise if closed else room
-        short = 0.0 if closed else room - slides
-        # crushing closes what exceeds fc; a contact found anew does not dilate beyond what its joint can
-        most = min(max(highest, lift), w + fc)
-        new = min(lift + grow, most)
+        new, short, most, before, farthest = _opened(
+            peak, inv_ks, w, n0, slip_1, slip_2, lift, (mu, dil, c, ft, reach),
+            (trial, b1, b2, total, pressed, stiffer),
+        )
         n = max(kn * (new - w), -ft) if softening is None else tension(kn * (new - w), ft, reach)
     else:
         n = max(n0, -ft) if softening is None else tension(n0, ft, reach)

@@ -29,7 +29,10 @@ def measure(
     """
     energy = 0.0
     if modes is not None:
-        energy += 0.5 * (modes.stiffness * modes.value * modes.value).sum()
+        for b in range(modes.value.shape[0]):
+            for k in range(modes.value.shape[1]):
+                energy += modes.stiffness[b, k] * modes.value[b, k] * modes.value[b, k]
+        energy *= 0.5
     for j in range(joints.block_a.size):
         b = joints.block_b[j]
         law = joints.law[j]

@@ -7,6 +7,7 @@ import numpy as np
 from dem.kernels.arrays import LAW, Array, Index, Joints, Points
 from dem.kernels.compiled import kernel
 from dem.kernels.contact_geometry import CROSSING
+from dem.kernels.pivots import extremes
 
 HARDER = 1.05
 """Normal force of joints on one face after they are cut anew, over that before, up to which they keep their energy."""
@@ -61,8 +62,9 @@ def inherit(
                     total[r] += along * left.force[k, r]
         if start[j] == start[j + 1]:
             continue
-        shear = np.empty(3)
-        area, ks = new.area[p0:p1].sum(), cut.law[j, LAW.ks]
+        shear, area, ks = np.empty(3), 0.0, cut.law[j, LAW.ks]
+        for p in range(p0, p1):
+            area += new.area[p]
         for p in range(p0, p1):
             far, nearest, of = np.inf, -1, -1
             for h in range(start[j], start[j + 1]):
@@ -130,7 +132,7 @@ def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: A
         for k in range(len(deep)):
             setback[k] = -more * max(deep[k], 0.0)
         return
-    deepest = deep.max()
+    deepest = deep[extremes(deep, len(deep))[1]]
     low, high = 0.0, deepest
     while high - low > 1e-12 * deepest:
         middle = 0.5 * (low + high)

@@ -17,19 +17,20 @@ from dem.kernels.joint_law import (
 )
 from dem.kernels.kinematics import Axes, relative_motion
 
+Placed = tuple[Numbers, Numbers, Numbers]
+
 
 @kernel(forceinline=True)
 def point_sums(
-    points: Points, p0: int, p1: int, d: Numbers, g: Numbers, z: Numbers, peak: Peak, softening: SofteningRow | None,
-    dt: float, dash: float | None, motion: Numbers | None, rates: Numbers | None, strained: bool | None,
-    dilates: bool | None,
+    points: Points, p0: int, p1: int, placed: Placed, peak: Peak, softening: SofteningRow | None, dt: float,
+    dash: float | None, motion: Numbers | None, rates: Numbers | None, strained: bool | None, dilates: bool | None,
 ) -> Numbers:
     """Forces, moments and losses of a joint's points; what is None is left out of the loop by the compiler.
 
     Parameters
     ----------
-    d, g, z : b's point stands at d + X + G X + z gap, X = (s, t, 0), in joint axes; g = (G11, G12, ... G32), and z is
-        b's normal: it stood along a's when the joint was made, and a gap turns with its block
+    placed : d, g and z: b's point stands at d + X + G X + z gap, X = (s, t, 0), in joint axes; g is (G11 ... G32),
+        and z b's normal: it stood along a's when the joint was made, and a gap turns with its block
     peak, softening, dilates : see :func:`dem.kernels.joint_law.return_map`; ``dilates`` is a constant of each call, and
         None where all points are taken to be within their strength: nothing of them is changed
     dash : dashpot over stiffness [s]; or None
@@ -45,9 +46,7 @@ def point_sums(
     """
     s, t, area, gap, damage = points.s, points.t, points.area, points.gap, points.damage
     slip_1, slip_2, lift = points.slip_1, points.slip_2, points.lift
-    d1, d2, d3 = d
-    g11, g12, g21, g22, g31, g32 = g
-    z1, z2, z3 = z
+    (d1, d2, d3), (g11, g12, g21, g22, g31, g32), (z1, z2, z3) = placed
     per_dt = 1.0 / dt if dt > 0.0 else 0.0
     # sums over the points of stress times area: forces f and moments m; or with the arms s, t and gap, of which blocks
     # that strain make both their moments and what does work on their shapes
@@ -99,9 +98,7 @@ def point_sums(
         if dash is not None:
             lost += da * braked
         q1, q2, q3 = q1 * da, q2 * da, q3 * da
-        f1 += q1
-        f2 += q2
-        f3 += q3
+        f1, f2, f3 = f1 + q1, f2 + q2, f3 + q3
         if strained is None:
             x += e1
             y += e2
@@ -109,15 +106,9 @@ def point_sums(
             m2 += w * q1 - x * q3
             m3 += x * q2 - y * q1
         else:
-            s1 += x * q1
-            s2 += x * q2
-            s3 += x * q3
-            t1 += y * q1
-            t2 += y * q2
-            t3 += y * q3
-            u1 += far * q1
-            u2 += far * q2
-            u3 += far * q3
+            s1, s2, s3 = s1 + x * q1, s2 + x * q2, s3 + x * q3
+            t1, t2, t3 = t1 + y * q1, t2 + y * q2, t3 + y * q3
+            u1, u2, u3 = u1 + far * q1, u2 + far * q2, u3 + far * q3
     if strained is None:
         return f1, f2, f3, m1, m2, m3, work, lost, broken, beyond
     return f1, f2, f3, s1, s2, s3, t1, t2, t3, u1, u2, u3, work, lost, broken, beyond
@@ -125,8 +116,8 @@ def point_sums(
 
 @kernel(inline="always")
 def held_sums(
-    j: int, points: Points, joints: Joints, d: Numbers, g: Numbers, z: Numbers, motion: Numbers | None,
-    rates: Numbers | None, strained: bool | None, dashes: bool | None,
+    j: int, points: Points, joints: Joints, placed: Placed, motion: Numbers | None, rates: Numbers | None,
+    strained: bool | None, dashes: bool | None,
 ) -> Numbers:
     """Sums of joint j where all of its points are within their strength: no root, no division, nothing is written.
 
@@ -140,31 +131,31 @@ def held_sums(
     if dashes is not None:
         dash = law[j, LAW.dash]
         out = point_sums(
-            points, p0, p1, d, g, z, peak_of(law, j), softening_of(law, j), 0.0, dash, motion, rates, strained, None
+            points, p0, p1, placed, peak_of(law, j), softening_of(law, j), 0.0, dash, motion, rates, strained, None
         )
     elif has_added(law, j):
         out = point_sums(
-            points, p0, p1, d, g, z, peak_of(law, j), softening_of(law, j), 0.0, None, None, None, strained, None
+            points, p0, p1, placed, peak_of(law, j), softening_of(law, j), 0.0, None, None, None, strained, None
         )
     elif law[j, LAW.by_opening] == 0.0:
-        out = point_sums(points, p0, p1, d, g, z, plain_peak_of(law, j), None, 0.0, None, None, None, strained, None)
+        out = point_sums(points, p0, p1, placed, plain_peak_of(law, j), None, 0.0, None, None, None, strained, None)
     else:
         out = point_sums(
-            points, p0, p1, d, g, z, plain_peak_of(law, j), softening_of(law, j), 0.0, None, None, None, strained, None
+            points, p0, p1, placed, plain_peak_of(law, j), softening_of(law, j), 0.0, None, None, None, strained, None
         )
     return out
 
 
 @kernel(inline="always")
 def yielding_sums(
-    j: int, points: Points, joints: Joints, d: Numbers, g: Numbers, z: Numbers, motion: Numbers, rates: Numbers | None,
-    dt: float, strained: bool | None,
+    j: int, points: Points, joints: Joints, placed: Placed, motion: Numbers, rates: Numbers | None, dt: float,
+    strained: bool | None,
 ) -> Numbers:
     """Sums of joint j, whose points yield, by the least law it needs: else the loop over them takes twice the time.
 
     Parameters
     ----------
-    d, g, z, motion, rates, strained : see :func:`point_sums`
+    placed, motion, rates, strained : see :func:`point_sums`
     dt : [s]; 0 for forces in a position, where nothing moves that could be braked or rub
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
@@ -174,27 +165,27 @@ def yielding_sums(
     if plain and law[j, LAW.by_opening] == 0.0:
         peak = plain_peak_of(law, j)
         if lifts:
-            out = point_sums(points, p0, p1, d, g, z, peak, None, dt, None, motion, rates, strained, True)
+            out = point_sums(points, p0, p1, placed, peak, None, dt, None, motion, rates, strained, True)
         else:
-            out = point_sums(points, p0, p1, d, g, z, peak, None, dt, None, motion, rates, strained, False)
+            out = point_sums(points, p0, p1, placed, peak, None, dt, None, motion, rates, strained, False)
     elif plain:
         peak, fall = plain_peak_of(law, j), softening_of(law, j)
         if lifts or law[j, LAW.rest_tan_psi] != 0.0:
-            out = point_sums(points, p0, p1, d, g, z, peak, fall, dt, None, motion, rates, strained, True)
+            out = point_sums(points, p0, p1, placed, peak, fall, dt, None, motion, rates, strained, True)
         else:
-            out = point_sums(points, p0, p1, d, g, z, peak, fall, dt, None, motion, rates, strained, False)
+            out = point_sums(points, p0, p1, placed, peak, fall, dt, None, motion, rates, strained, False)
     else:
         worn, fall, dash = peak_of(law, j), softening_of(law, j), law[j, LAW.dash] if dt > 0.0 else 0.0
         if lifts or law[j, LAW.rest_tan_psi] != 0.0:
-            out = point_sums(points, p0, p1, d, g, z, worn, fall, dt, dash, motion, rates, strained, True)
+            out = point_sums(points, p0, p1, placed, worn, fall, dt, dash, motion, rates, strained, True)
         else:
-            out = point_sums(points, p0, p1, d, g, z, worn, fall, dt, dash, motion, rates, strained, False)
+            out = point_sums(points, p0, p1, placed, worn, fall, dt, dash, motion, rates, strained, False)
     return out
 
 
 @kernel(inline="always")
 def joint_sums(
-    j: int, points: Points, joints: Joints, bodies: RigidBodies, axes: Axes, d: Numbers, g: Numbers, z: Numbers,
+    j: int, points: Points, joints: Joints, bodies: RigidBodies, axes: Axes, placed: Placed,
     arms: tuple[Numbers, Numbers], dt: float,
 ) -> Numbers:
     """Forces, moments and losses of joint j between rigid blocks.
@@ -206,16 +197,16 @@ def joint_sums(
     first, opens = joints.start[j], False
     if not brakes and law[j, LAW.tension] == 0.0 and first < joints.start[j + 1]:
         # open in its middle: some point yields for sure, and the shorter loop would be in vain
-        opens = d[2] + points.gap[first] > points.lift[first]
+        opens = placed[0][2] + points.gap[first] > points.lift[first]
     if brakes or opens:
         motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])
     if not opens:
         if brakes:
-            out = held_sums(j, points, joints, d, g, z, motion, None, None, True)
+            out = held_sums(j, points, joints, placed, motion, None, None, True)
         else:
-            out = held_sums(j, points, joints, d, g, z, None, None, None, None)
+            out = held_sums(j, points, joints, placed, None, None, None, None)
             if out[9] != 0.0:
                 motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])
     if opens or out[9] != 0.0:
-        out = yielding_sums(j, points, joints, d, g, z, motion, None, dt, None)
+        out = yielding_sums(j, points, joints, placed, motion, None, dt, None)
     return out

@@ -145,7 +145,7 @@ def test_small_steps_come_to_the_same_as_the_dem_kernel():
     def scan(d, law_row, points):
         g = (0.0,) * 6
         peak, still = plain_peak_of(law_row, 0), (0.0,) * 6
-        return point_sums(points, 0, 1, d, g, (0.0, 0.0, 1.0), peak, None, 0.0, None, still, None, None, True)
+        return point_sums(points, 0, 1, (d, g, (0.0, 0.0, 1.0)), peak, None, 0.0, None, still, None, None, True)
 
     mu, dil, kn, ks, cohesion, tension = 0.6, 0.3, 2.0, 3.0, 0.3, 0.2
     row = np.zeros((1, LAW_SIZE))

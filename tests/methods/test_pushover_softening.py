@@ -311,7 +311,7 @@ def test_small_steps_come_to_the_same_as_the_softening_kernel(by_opening, by_sli
         old = found.history
         still = (0.0,) * 6
         dem = point_sums(
-            points, 0, 1, (e1, e2, w), still, (0.0, 0.0, 1.0), *joint, 0.0, None, still, None, None, False
+            points, 0, 1, ((e1, e2, w), still, (0.0, 0.0, 1.0)), *joint, 0.0, None, still, None, None, False
         )
         stress.append(np.abs(found.stress[0] - [dem[2], dem[0], dem[1]]).max())
         damage.append(abs(float(old.damage[0]) - float(points.damage[0])))
