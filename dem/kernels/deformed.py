@@ -16,7 +16,7 @@ from dem.kernels.compiled import kernel
 from dem.kernels.joint_law import Numbers
 from dem.kernels.kinematics import Axes, relative_motion, third_axis
 from dem.kernels.local_damping import brake_of
-from dem.kernels.sums import held_sums, yielding_sums
+from dem.kernels.sums import braked_sums, held_sums, yielding_sums
 
 NOTHING = (0.0,) * 16
 PLANE_MODES, SPACE_MODES = 9, 21  # shapes of a block: known to the compiler, which unrolls its loops
@@ -132,7 +132,7 @@ def strained_sums(
     placed = d_all, g_all, z
     brakes, out = joints.law[j, LAW.dash] != 0.0 and dt > 0.0, NOTHING
     if not brakes:
-        out = held_sums(j, points, joints, placed, None, None, True, None)
+        out = held_sums(j, points, joints, placed, True)
     if brakes or out[15] != 0.0:
         motion = relative_motion(j, joints, bodies, axes, ra, rb)
         rates = less(
@@ -140,7 +140,7 @@ def strained_sums(
             slopes(face_motion(modes.side_a, j, modes.rate, a, space)),
         )
         if brakes:
-            out = held_sums(j, points, joints, placed, motion, rates, True, True)
+            out = braked_sums(j, points, joints, placed, motion, rates, True)
         if out[15] != 0.0:
             out = yielding_sums(j, points, joints, placed, motion, rates, dt, True)
     f1, f2, f3, s1, s2, s3, t1, t2, t3, u1, u2, u3, work, lost, broken, beyond = out

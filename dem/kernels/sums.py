@@ -115,35 +115,34 @@ def point_sums(
 
 
 @kernel(inline="always")
-def held_sums(
-    j: int, points: Points, joints: Joints, placed: Placed, motion: Numbers | None, rates: Numbers | None,
-    strained: bool | None, dashes: bool | None,
-) -> Numbers:
-    """Sums of joint j where all of its points are within their strength: no root, no division, nothing is written.
+def held_sums(j: int, points: Points, joints: Joints, placed: Placed, strained: bool | None) -> Numbers:
+    """Sums of joint j, which has no dashpots, where all of its points are within their strength.
 
-    ``dashes`` is None where it has no dashpots, and then ``motion`` and ``rates`` are; see :func:`point_sums`.
-
-    Returned are as in :func:`point_sums` the sums of forces and moments, work and losses, and last whether a point is
-    not within its strength: then the sums must not be used.
+    No root, no division, nothing is written. Returned are as in :func:`point_sums` the sums of forces and moments, work
+    and losses, and last whether a point is not within its strength: then the sums must not be used.
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
     # what is None is left out by the compiler: one loop over points for each kind of joint, the plain one the shortest
-    if dashes is not None:
-        dash = law[j, LAW.dash]
-        out = point_sums(
-            points, p0, p1, placed, peak_of(law, j), softening_of(law, j), 0.0, dash, motion, rates, strained, None
-        )
-    elif has_added(law, j):
-        out = point_sums(
-            points, p0, p1, placed, peak_of(law, j), softening_of(law, j), 0.0, None, None, None, strained, None
-        )
-    elif law[j, LAW.by_opening] == 0.0:
+    if law[j, LAW.by_opening] == 0.0 and not has_added(law, j):
         out = point_sums(points, p0, p1, placed, plain_peak_of(law, j), None, 0.0, None, None, None, strained, None)
     else:
         out = point_sums(
-            points, p0, p1, placed, plain_peak_of(law, j), softening_of(law, j), 0.0, None, None, None, strained, None
+            points, p0, p1, placed, peak_of(law, j), softening_of(law, j), 0.0, None, None, None, strained, None
         )
     return out
+
+
+@kernel(inline="always")
+def braked_sums(
+    j: int, points: Points, joints: Joints, placed: Placed, motion: Numbers, rates: Numbers | None,
+    strained: bool | None,
+) -> Numbers:
+    """Sums of joint j, which has dashpots, as :func:`held_sums` gives them."""
+    p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
+    return point_sums(
+        points, p0, p1, placed, peak_of(law, j), softening_of(law, j), 0.0, law[j, LAW.dash], motion, rates, strained,
+        None,
+    )
 
 
 @kernel(inline="always")
@@ -202,9 +201,9 @@ def joint_sums(
         motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])
     if not opens:
         if brakes:
-            out = held_sums(j, points, joints, placed, motion, None, None, True)
+            out = braked_sums(j, points, joints, placed, motion, None, None)
         else:
-            out = held_sums(j, points, joints, placed, None, None, None, None)
+            out = held_sums(j, points, joints, placed, None)
             if out[9] != 0.0:
                 motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])
     if opens or out[9] != 0.0:

@@ -20,7 +20,7 @@ def _zone_stresses(nodes: Nodes, zones: Zones, tables: QuadTable, stresses: Arra
     energy = 0.0
     for z in range(zones.kind.size):
         c, s = turned(z, nodes, zones, tables, u)
-        m = zones.material[z]
+        m = np.uint64(zones.material[z])  # as while zones move: the return of stresses is compiled once
         d, dn, sh = tables.material[m, MAT_D], tables.material[m, MAT_DN], tables.material[m, MAT_G]
         for g in range(4):
             xx, zz, xz, yy = stress_at(z, g, zones, tables, u)

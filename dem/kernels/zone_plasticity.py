@@ -178,34 +178,33 @@ def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
     tol = _TINY * (abs(s[0]) + abs(s[1]) + abs(s[2]) + mat[m, MAT_C])
     surface, met = Planes(a, b, f, d, dn, tol), Met(lam, out, np.empty((3, 4)))
     count = 0
-    # one plane, then two, then three
+    # one plane, by equations of its own, then two, then three: each number in the order of the planes
     for i in range(n):
         active[0] = i
         if beyond[i] and _met(active, 1, n, s, surface, met):
             count = 1
             break
-    if count == 0:
-        for i in range(n):
-            for j in range(i + 1, n):
-                active[0], active[1] = i, j
-                if (beyond[i] or beyond[j]) and _met(active, 2, n, s, surface, met):
-                    count = 2
-                    break
-            if count:
+    size = 2
+    while count == 0 and size <= (3 if plane_strain else 2):
+        for r in range(size):
+            active[r] = r
+        r = 0
+        while r >= 0:
+            use = False
+            for i in range(size):
+                use = use or beyond[active[i]]
+            if use and _met(active, size, n, s, surface, met):
+                count = size
                 break
-    if count == 0 and plane_strain:
-        for i in range(n):
-            for j in range(i + 1, n):
-                for k in range(j + 1, n):
-                    active[0], active[1], active[2] = i, j, k
-                    use = beyond[i] or beyond[j] or beyond[k]
-                    if use and _met(active, 3, n, s, surface, met):
-                        count = 3
-                        break
-                if count:
-                    break
-            if count:
-                break
+            # the next ones: the last plane that can still go on does, and those behind it follow at once
+            r = size - 1
+            while r >= 0 and active[r] == n - size + r:
+                r -= 1
+            if r >= 0:
+                active[r] += 1
+                for i in range(r + 1, size):
+                    active[i] = active[i - 1] + 1
+        size += 1
     for r in range(3):
         plastic[r] = 0.0
     if count == 0:
