@@ -42,7 +42,7 @@ def passed(load: Array, way: Array, lacks: Array, size: float, doubled: float = 
         if top <= 0.0:
             return False
         level, creeps = (way[int(np.searchsorted(tops, top / (1.0 + rise)))] for rise in (LEVEL, RISEN))
-        return bool(at > doubled * level > 0.0 or at - creeps > BELOW * size)
+        return bool(0.0 < level < at / doubled or at - creeps > BELOW * size)
 
     for k in range(1, len(load)):
         if load[k] > tops[k - 1] > load[k - 1]:

@@ -165,10 +165,11 @@ class _Path(JudgedPath):
         falls = self.toward * last.multiplier > 0.0 and (
             self.toward * (last.multiplier - new.multiplier) > LEVEL * largest
         )
-        known = not self.loading or self.phase is Phase.FALLING or len(self.nodes) - self.begin < 2
+        known = not self.loading or self.phase is Phase.FALLING
         if known or new.jump or last.broken is not None or not falls:
             return False
-        before = self.nodes[-2]
+        # the first step of a path that goes on from another has no node before its own
+        before = self.nodes[-2] if len(self.nodes) - self.begin > 1 else last
         width = max(abs(last.multiplier - before.multiplier), abs(last.multiplier - new.multiplier))
         if width <= self.steps.peak * abs(last.multiplier) or self.rounds >= ROUNDS:
             # a fall that is leapt over is looked for only where the path ends by it
@@ -176,12 +177,13 @@ class _Path(JudgedPath):
             # the next step is as long as those before the search, and not as its last short ones
             a.move = 0.5 * max(self.coarse, a.move)
             return False
-        span = abs(last.control - before.control)
+        span = a.move if before is last else abs(last.control - before.control)
         if self.phase is Phase.RISING:
             self.coarse = span
         self.phase, self.rounds, self.short = Phase.CLOSING, self.rounds + 1, 0
         self.advance = CLOSER * span
-        self.nodes.pop()
+        if before is not last:
+            self.nodes.pop()
         return True
 
     def _appended(self, a: Try) -> PathEnd | None:

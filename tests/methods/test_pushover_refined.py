@@ -242,6 +242,22 @@ def test_a_limit_point_between_two_states_that_bear_more_is_found(on):
     assert curve.peak.load == pytest.approx(exact.load(exact.slips), rel=2e-4)
 
 
+@pytest.mark.parametrize("on", [0.2, 0.5, 2.0])
+@pytest.mark.parametrize("share", [0.9, 0.95, 0.99, 0.999])
+def test_a_limit_point_in_the_first_step_of_a_path_that_goes_on_is_found(on, share):
+    """The same, gone on with from a share of the slip: the load at which it began came out, up to 4 % too low."""
+    wall, loads = pushed_onto_a_ramp()
+    exact = OnTheRamp(wall)
+    stops = exact.slips + on * exact.weight / exact.floor
+    points = contact_points(wall, plane=find_plane(wall, loads), elastic=True)
+    gaps = np.where(np.abs(points.directions[:, 0, 0]) > 0.99, stops, 0.0)
+    begun = lm.pushover(wall, loads, gaps=gaps, to=share * exact.slips - exact.rests)
+    assert begun.load[-1] < exact.load(exact.slips)
+    curve = lm.pushover(wall, loads, gaps=gaps, start=begun)
+    assert curve.status == "limit point passed"
+    assert curve.first_limit_point.load == pytest.approx(exact.load(exact.slips), rel=2e-4)
+
+
 @pytest.mark.parametrize("first", [0.25, 300.0, 1000.0])
 @pytest.mark.parametrize("gap", [0.016, 0.018, 0.05])
 def test_a_block_that_slides_on_at_constant_load_has_its_limit_whatever_it_meets(gap, first):
