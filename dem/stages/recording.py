@@ -146,7 +146,7 @@ class Recorder:
                 f"Settle(gently={4 * done}) puts them on evenly"
             )
 
-    def note_lead(self, ramp: Stage, shift: Array) -> None:
+    def note_motion_after_ramp(self, ramp: Stage, shift: Array) -> None:
         """Say how far blocks moved on since a place [m] while loads were held to which a ramp had led."""
         if self.state.mode == DYNAMIC or not isinstance(ramp, Ramp | Tilt):
             return

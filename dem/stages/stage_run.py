@@ -200,7 +200,7 @@ class StageRun:
         if isinstance(stage, Settle):
             rec.note_slip(stage, at.done)
             if at.stage:
-                rec.note_lead(rec.stages[at.stage - 1], at.shift)
+                rec.note_motion_after_ramp(rec.stages[at.stage - 1], at.shift)
         if self.duration and np.isclose(
             state.dt * np.ceil(self.duration / at.dt - 1e-9), self.duration, rtol=1e-9
         ):

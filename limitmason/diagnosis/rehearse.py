@@ -175,7 +175,7 @@ def rehearse(
         inputs = rng.standard_normal(len(chosen.grid.z))
         expected = chosen.grid.between(position_of(chosen.grid, size, inputs))
         y = spread * (expected + rng.standard_normal(design.n))
-        verdict = chosen.judge.judge_independent(y, chances, pairs)
+        verdict = chosen.judge.judge_with_own_noise(y, chances, pairs)
         row = NULL if chosen.cause is None else chosen.cause.name
         counts[row][outcome(verdict, chosen.cause.name if chosen.cause else None)] += 1
         if verdict.distinct and not verdict.pairs:

@@ -169,7 +169,7 @@ class Study(Statement):
         reached(None, "verdict")
         chances = Draws.make([seed, self.n], self.n, design.inputs, design.noise, draws)
         y = design.whiten(self.measured)
-        judged = judge.decide(y, chances, pairs, self.shared, self.tables.verify)
+        judged = judge.decide(y, chances, pairs, self.shared, self.tables.replace_wrong_pairs)
         answer = Diagnosis(
             listed=causes, design=design.closed(), judged=judged.design, shares=judged.shares, y=y,
             verdict=judged.verdict, seed=seed, draws=chances, rule=judge.rule, specimens=self.called,

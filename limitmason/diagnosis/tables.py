@@ -139,10 +139,10 @@ class CauseTables:
             measured=tuple(self.tabulator.free),
         )
 
-    def verify(self, design: Design, verdict: Verdict) -> bool:
-        """Check additive tables of pairs near the best against the true pair.
+    def replace_wrong_pairs(self, design: Design, verdict: Verdict) -> bool:
+        """Tabulate pairs near the best in full where their additive table is wrong; True where there was one.
 
-        It is True when one had to be replaced. The check is at the fit and half-way to it, in units of the noise.
+        The check is at the fit and half-way to it, in units of the noise.
         """
         if self.pair_tables != "verified":
             return False

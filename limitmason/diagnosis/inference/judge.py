@@ -159,21 +159,21 @@ class Judge:
         if alarm.kind == VerdictKind.UNEXPLAINED and shares.estimated:  # beside the best explanation
             shares = estimated_shares(self.design, y, shared, price=alarm.critical_gain)
         judge = self.carrying(shares)
-        verdict = judge.judge_independent(y, draws, pairs, alarm)
+        verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
         for _ in range(ROUNDS):
             if not renewed(judge.design, verdict):
                 break
             if judge is not self:
                 self.design.forget_pairs()
-            verdict = judge.judge_independent(y, draws, pairs, alarm)
+            verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
         for names in verdict.pairs:
             self.design.grid(names)
         return Judged(verdict, judge.design.closed(), shares)
 
-    def judge_independent(
+    def judge_with_own_noise(
         self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None
     ) -> Verdict:
-        """The verdict on one data set.
+        """The verdict on one data set with the noise that this judge carries.
 
         Parameters
         ----------
@@ -202,7 +202,7 @@ class Judge:
         """
         if len(verdict.kept) != 1:
             return verdict
-        record: Identification | None = self.held(decision, verdict, y)
+        record: Identification | None = self.identification_of(decision, verdict, y)
         if record is not None and len(record.names) == 1:
             verdict, record = self._second_look(decision, verdict, record, y, pairs)
         if record is None:
@@ -266,8 +266,8 @@ class Judge:
             return verdict
         return replace(verdict.without(rivalled), withdrawn=(), rivalled=tuple(rivalled), rival=nearest[1])
 
-    def held(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray) -> Identification:
-        """The one explanation of a verdict held against every model discrepancy."""
+    def identification_of(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray) -> Identification:
+        """Record that holds the one explanation of a verdict against every model discrepancy."""
         design, rule, names = self.design, self.rule, verdict.kept[0]
         of_noise, folds = self.noise(verdict), self.folds
         rivals, rehearsed = self.rivals(of_noise), self.missing(of_noise)
@@ -344,7 +344,7 @@ class Judge:
             return replace(verdict, tried_pairs=both.tried_pairs), record
         if len(both.pairs) != 1:
             return both, None
-        return both, self.held(decision, both, y)
+        return both, self.identification_of(decision, both, y)
 
 
 def _left_structure(verdict: Verdict, names: Names) -> Verdict:
