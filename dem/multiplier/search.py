@@ -25,6 +25,7 @@ from limitmason.display.progress import reached, watched
 from limitmason.mechanics.resultants import scaled_mechanism
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
+from limitmason.storage.interrupts import ends_early
 
 SETTLING = Damping(local=0.8)
 
@@ -149,6 +150,7 @@ def increments(
             if c.progress is not None:
                 c.progress(float(new), verdict)
         except KeyboardInterrupt:
+            ends_early()
             # what was found so far stands: the largest load in equilibrium, and a bracket that is not closed
             note = {"interrupted": float(new)}
             return Search(float(b.stable), float(b.moving), Status.NOT_CONVERGED, keep, mechanism, record, used, note)

@@ -23,6 +23,7 @@ from limitmason.model import Assembly, Loads
 from limitmason.model.fingerprint import check_same_loads
 from limitmason.model.stages import Stage
 from limitmason.storage.files import Archive, as_json, of_json, read_archive
+from limitmason.storage.interrupts import ends_early
 
 
 class RunStatus(StrEnum):
@@ -234,6 +235,7 @@ def interrupts_wait() -> Iterator[Interrupt]:
 
     def note(*_: object) -> None:
         waiting.asked = True
+        ends_early()
 
     before = signal.signal(signal.SIGINT, note)
     try:

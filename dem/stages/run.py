@@ -7,6 +7,7 @@ from typing import Any, Protocol
 from dem.stages.resuming import RunStatus, interrupts_wait
 from limitmason.display.progress import reached, taken_up, watched
 from limitmason.errors import InputError
+from limitmason.storage.interrupts import ends_early
 
 Progress = Callable[[Mapping[str, Any]], object]
 
@@ -85,5 +86,6 @@ def go(
                     return RunStatus.INTERRUPTED
             run.finish()
     except KeyboardInterrupt:
+        ends_early()
         return RunStatus.INTERRUPTED
     return run.status

@@ -104,6 +104,8 @@ class BaseMotion(Displayed, Stage):
         headed: dict[str, int] = {}
         clock = "s"
         columns = [column] if isinstance(column, int) else list(column)
+        if not all(isinstance(c, int) and c > 0 for c in columns):
+            raise InputError(f"column must be a whole number above 0, or three of them, got {column!r}")
         for number, line in enumerate(read_text(path).splitlines(), 1):
             cells = split([line], separator(line))
             try:
@@ -116,7 +118,8 @@ class BaseMotion(Displayed, Stage):
                 if clock not in _TIMES:
                     raise InputError(f"{path}, line {number}: time in {clock!r}; it is read in s or ms") from None
         if len(rows) < 2:
-            raise InputError(f"{path}: no two lines of time, acceleration (or with semicolons or tabs between)")
+            where = "" if column == 1 else f" in column {column}"
+            raise InputError(f"{path}: no two lines of time, acceleration{where} (or with semicolons or tabs between)")
         for unit, number in headed.items():
             if unit not in _ACCELERATIONS:
                 if units is None:

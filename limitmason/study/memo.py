@@ -14,6 +14,7 @@ import numpy as np
 from limitmason.constants import VERSION
 from limitmason.errors import InputError
 from limitmason.storage.files import parsed_json
+from limitmason.storage.interrupts import handed_on
 from limitmason.study.workers import Unfinished, run_points
 
 try:
@@ -71,7 +72,11 @@ class Memo:
 
     def once(self, key: Any, compute: Callable[[], Any]) -> Any:
         """The result of a key, computed and kept where there is none yet."""
-        return self[key] if key in self else self.keep(key, compute())
+        if key in self:
+            return self[key]
+        with handed_on():
+            result = compute()
+        return self.keep(key, result)
 
     def keep(self, key: Any, result: Any) -> Any:
         """Keep a result, and return it as it is read back."""

@@ -13,6 +13,7 @@ from typing import Any
 
 from limitmason.answers.results import Prediction
 from limitmason.errors import InputError
+from limitmason.storage.interrupts import handed_on
 
 Job = tuple[int, Mapping[str, Any]]
 
@@ -80,7 +81,8 @@ def run_points(
 
 def _call(function: Callable[..., Any], point: Mapping[str, Any]) -> Any:
     try:
-        return function(**point)
+        with handed_on():
+            return function(**point)
     except Unfinished as stopped:
         return stopped
 

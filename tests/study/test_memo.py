@@ -4,12 +4,15 @@ import functools
 import json
 import math
 import multiprocessing as mp
+import os
 import resource
+import signal
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
+import dem
 import limitmason as lm
 from limitmason.errors import InputError
 from limitmason.study import Memo, fingerprint, sweep
@@ -320,3 +323,33 @@ def test_numbers_come_back_bit_by_bit(tmp_path):
     Memo(tmp_path / "rows").keep(["a", (1, 2.5)], values)
     again = Memo(tmp_path / "rows")[["a", [1, 2.5]]]
     assert [v.hex() for v in again] == [v.hex() for v in values]
+
+@pytest.mark.parametrize("keeps", ["sweep", "once", "compare"])
+def test_what_an_interrupt_cut_short_is_not_kept(keeps, tmp_path):
+    """A simulation that Ctrl-C ends returns what it has: that is no answer for a store, and the study ends too."""
+    block = lm.build.column(width=0.4, depth=0.4, unit_height=0.2, courses=1, joint=JOINT)
+    loads, stages = lm.Loads.horizontal(block), [dem.Settle(gently=200), dem.Ramp(0.1, steps=2000)]
+    pressed: list[int] = []
+
+    def press(_):
+        if not pressed:
+            pressed.append(1)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def last(k):
+        return dem.simulate(block, stages, loads=loads, sample=100, progress=press)["multiplier"][-1]
+
+    def study():
+        if keeps == "sweep":
+            return [row["value"] for row in sweep(last, {"k": [1, 2]}, store=tmp_path / "runs", key="cut").rows]
+        if keeps == "once":
+            return [Memo(tmp_path / "runs", "cut").once(1, lambda: last(1))]
+        options = {"error_budget": (), "progress": lambda *_: press(0)}
+        return [lm.compare(block, loads, ("dem",), store=tmp_path, dem=options).rows[0].multiplier]
+
+    with pytest.raises(KeyboardInterrupt):
+        study()
+    assert pressed
+    slides = math.tan(math.radians(33.0))
+    whole = {"sweep": [0.1, 0.1], "once": [0.1], "compare": [slides]}[keeps]
+    assert study() == pytest.approx(whole, rel=0.01)
