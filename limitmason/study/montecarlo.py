@@ -34,6 +34,8 @@ Run = Callable[[Assembly, Loads], Any]
 
 SCHEMES = ("latin hypercube", "random")
 
+_SAME = 1e-8  # spread of multipliers over their size that is rounding of the program
+
 
 def monte_carlo(
     build: tuple[Assembly, Loads | LoadsOf] | Build,
@@ -78,7 +80,8 @@ def monte_carlo(
     Table
         sample, the drawn and linked values (mean and deviation of spatial ones), multiplier or what ``run`` returned,
         status. A sample that cannot stand under dead load has multiplier NaN and says so: leave it out of no average
-        silently. A curve is a mapping of its columns, see :func:`curves_of`. The notes say what truncation takes.
+        silently. A curve is a mapping of its columns, see :func:`curves_of`. The notes say what truncation takes,
+        and where no draw changed the multiplier.
 
     Raises
     ------
@@ -119,7 +122,19 @@ def monte_carlo(
         units={k: unit for name, unit in draws.UNITS.items() for k in (name, f"{name} mean", f"{name} deviation")},
         batch=None if stop is None else stop.every, enough=stop,
     )
-    return replace(found, notes=(*found.notes, *_truncations(joints, blocks)))
+    return replace(found, notes=(*found.notes, *_truncations(joints, blocks), *_without_effect(found)))
+
+
+def _without_effect(found: Table) -> list[str]:
+    """What to say where all multipliers are one: a method may leave out what was drawn."""
+    given = (row.get("multiplier") for row in found.rows)
+    values = [v for v in given if isinstance(v, float) and np.isfinite(v)]
+    if len(values) < 2 or np.ptp(values) > _SAME * np.abs(values).max():
+        return []
+    return [
+        f"every multiplier is {values[0]:.6g}: it does not hang on what was drawn, or the method leaves that out, as "
+        "associative limit analysis does dilatancy and stiffness"
+    ]
 
 
 def _truncations(joints: Mapping[str, Random], blocks: Mapping[str, Random]) -> list[str]:

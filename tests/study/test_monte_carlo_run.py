@@ -292,6 +292,16 @@ def test_truncation_is_stated():
     assert not study.monte_carlo(stack(1), 2, run=mean_strength, joints=narrow).notes
 
 
+def test_draws_that_change_nothing_are_told():
+    """A block slides at tan(phi), whatever its dilatancy: associative limit analysis takes psi = phi."""
+    block = lm.build.column(width=1.0, depth=1.0, unit_height=0.5, courses=1, joint=lm.Joint(30.0, 10.0))
+    model = (block, lm.Loads.horizontal(block))
+    for name, told in (("dilatancy_ratio", True), ("friction_coefficient", False)):
+        draw = {name: lm.study.Random(lm.study.uniform(0.3, 0.6))}
+        table = lm.study.monte_carlo(model, 4, joints=draw)
+        assert any("every multiplier is 0.57735: it does not hang on what was" in n for n in table.notes) is told
+
+
 def test_formulas_follow_each_other():
     ties = LinkedFormulas({"c": "2 * b", "b": "-a ** 2 + sqrt(a)"})
     assert ties({"a": 4.0}) == {"a": 4.0, "b": -14.0, "c": -28.0}
