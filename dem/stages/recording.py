@@ -20,6 +20,7 @@ from dem.stages.resuming import Position, RunStatus, Watch
 from dem.stages.store import Samples, Store, StoredSamples
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
+from limitmason.mechanics.model_notes import leaning_under_load
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Drive, Ramp, Settle, Stage, Tilt
 
@@ -321,10 +322,14 @@ class Recorder:
         """History of all samples so far: columns, poses, joint marks, and the state to go on from."""
         columns = self.samples.arrays()
         table = columns.pop("rows")
+        lean = np.linalg.norm(self.state.bodies.rot[:, :, 2], axis=1)
+        # what is taken up again is told at its own end
+        leans = "" if status == RunStatus.INTERRUPTED else leaning_under_load(self.assembly, self.state.dead, lean)
+        notes = dict.fromkeys([*self.notes, *filter(None, [leans])])
         return History(
             self.assembly, status, {c: table[:, i].copy() for i, c in enumerate(COLUMNS)}, reaction_blocks=self.blocks,
             state=self.state, stages=tuple(s.name or type(s).__name__ for s in self.stages),
-            warnings=tuple(dict.fromkeys(self.notes)), factors=tuple(self.state.factors.tolist()),
+            warnings=tuple(notes), factors=tuple(self.state.factors.tolist()),
             position=copy.deepcopy(self.position), settings=self.settings._replace(status=self.status),
             same=self.same,
             store=self.store, recorded=self.recorded, **columns,

@@ -16,14 +16,10 @@ from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.point_law import PlasticHistory, slid_back
 from limitmason.capacity.result import Break, PushoverCurve
 from limitmason.capacity.stepping import Node
-from limitmason.model.load import Loads
+from limitmason.mechanics.model_notes import leaning_under_load
 
 WANDERED = 0.1
 """Slip over the size of a joint from which a point that is not found anew is no longer where it was [-]."""
-
-
-LEANS = 0.02
-"""Moment from which it is told that a load stays at a centroid, over the dead load times a block's width [-]."""
 
 
 NEARLY, WITHIN, FLAT = 0.98, 1e-3, 0.02
@@ -77,8 +73,9 @@ def certified_curve(
         warnings.append(said)
     if generations.shapes is None and (said := _through(generations, nodes)):
         warnings.append(said)
-    for said in filter(None, (_returned(generations, nodes), _turned_under_load(generations, nodes))):
-        warnings.append(said)
+    lean = np.max([np.linalg.norm(n.pose.turn[:, :, 2], axis=1) for n in nodes], axis=0)
+    bends = leaning_under_load(structures[0].assembly, structures[0].loads.dead, lean)
+    warnings += filter(None, (_returned(generations, nodes), bends))
     renewed = [k for k, n in enumerate(nodes) if n.onward is not None]
     events = [Event("jump", k) for k in jumps]
     events += [Event("joint breaks", b.sample, b.joints[0], b.energy) for b in breaks]
@@ -176,21 +173,3 @@ def _stayed(generations: Generations, nodes: list[Node]) -> str:
                 "that is not found anew: the curve beyond is that of the first points"
             )
     return ""
-
-
-def _turned_under_load(generations: Generations, nodes: list[Node]) -> str:
-    """What to say of a block that leans under dead load beyond its weight: on its top that load would go along."""
-    s = generations.structures[0]
-    a, dead = s.assembly, -s.loads.dead[:, 2]
-    extra = np.where(a.fixed, 0.0, dead + Loads.weight(a).dead[:, 2])
-    size = np.array([np.ptp(b.bounds, axis=0) for b in a.blocks])
-    lean = np.max([np.linalg.norm(n.pose.turn[:, :, 2], axis=1) for n in nodes], axis=0)
-    moment = 0.5 * size[:, 2] * lean * extra
-    worst = int(moment.argmax())
-    if moment[worst] <= LEANS * size[worst, :2].min() * dead[~a.fixed].sum():
-        return ""
-    return (
-        f"block {a.blocks[worst].name!r} leans by {lean[worst]:.2g} under {1e-3 * extra[worst]:.3g} kN beyond its "
-        "weight, whose moment about its centroid stays as it was: what rests on its top goes along and overturns it "
-        "sooner; make it a block of its own"
-    )

@@ -199,6 +199,29 @@ def test_quarter_period_of_free_rocking_approaches_housner_as_the_joint_stiffens
     assert errors[2] < 0.02
 
 
+def test_a_load_that_stays_at_the_centroid_of_a_leaning_block_is_told():
+    """theta'' = -(W + P) arm(centroid) / I about the foot, though P was put on the top, whose arm is less."""
+    start, width, height = 0.03, 0.3, 0.9
+    a = on_slab([((0, 0, 0), (width, width, height))], joint=lm.Joint(60.0, normal_stiffness=1e11))
+    weight, mass = a.weights[1], a.arrays.mass[1]
+    foot = np.array([width, 0.5 * width, 0.0])
+    cos, sin = np.cos(start), np.sin(start)
+    turn = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
+    for extra in (0.0, 3.0 * weight):
+        top = (0.5 * width, 0.5 * width, height)
+        loads = lm.Loads.weight(a).with_point_load(a, 1, (0.0, 0.0, -extra), at=top, case="dead")
+        state = dem.initial_state(a, loads, mode="dynamic", contact_points=(2, 2), joint_options=UNDAMPED)
+        state.bodies.quat[1] = np.cos(start / 2), 0.0, np.sin(start / 2), 0.0
+        state.bodies.rot[1] = turn - np.eye(3)
+        state.bodies.shift[1] = foot + turn @ (a.centroids[1] - foot) - a.centroids[1]
+        h = dem.simulate(a, dem.Hold(duration=0.02), start=state)
+        arm = 0.5 * width * cos - 0.5 * height * sin
+        inertia = mass * (width**2 + height**2) / 3.0
+        fall = 0.5 * (weight + extra) * arm / inertia * 0.02**2
+        assert start - h.rotation_of(1)[-1, 1] == pytest.approx(fall, rel=0.03)
+        assert any("leans by" in w and "beyond its weight" in w for w in h.warnings) == (extra > 0.0)
+
+
 def test_interrupting_keeps_a_usable_history_that_can_be_continued():
     wall = running_bond(2, 3, mu=0.6)
     loads = lm.Loads.horizontal(wall)
