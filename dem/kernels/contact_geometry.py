@@ -111,7 +111,7 @@ def relative_motion(
         moved[m] = np.sqrt(far) + turned[m] * reach[b]
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def face_planes(pieces: PieceArrays, some: Index) -> None:
     """Write the planes of all faces of some pieces."""
     for i in some:
@@ -119,7 +119,7 @@ def face_planes(pieces: PieceArrays, some: Index) -> None:
             _plane_of(pieces.corners, pieces.faces, pieces.size, i, f, pieces.planes[i, f])
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _plane_of(corners: Array, faces: Index, size: Index, p: int, f: int, out: Array) -> None:
     """Outward normal and offset of face f of convex piece p (Newell), written to ``out`` (4)."""
     n0 = n1 = n2 = c0 = c1 = c2 = 0.0
@@ -139,7 +139,7 @@ def _plane_of(corners: Array, faces: Index, size: Index, p: int, f: int, out: Ar
     out[3] = (out[0] * c0 + out[1] * c1 + out[2] * c2) / m
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _gap_above(
     corners: Array, n_corners: Index, planes: Array, p: int, f: int, q: int
 ) -> tuple[float, int]:
@@ -153,7 +153,7 @@ def _gap_above(
     return gap, low
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _widest_beside(
     corners: Array, n_corners: Index, planes: Array, n_faces: Index, p: int, q: int, axis: Array, flat: float
 ) -> float:
@@ -166,7 +166,7 @@ def _widest_beside(
     return widest
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _widest_gap(
     corners: Array, n_corners: Index, planes: Array, n_faces: Index, p: int, q: int, best: Array
 ) -> tuple[int, int]:
@@ -182,7 +182,7 @@ def _widest_gap(
     return found, nearest
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _widest_crossing(
     corners: Array, edges: Index, n_edges: Index, planes: Array, p: int, q: int, out: Array
 ) -> tuple[float, float]:

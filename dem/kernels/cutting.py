@@ -53,7 +53,7 @@ class Cut(NamedTuple):
     apart: Array  # distance of edges that cross beside the gap [m], (r,)
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _lattice(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
     """Points of a quadrilateral in bilinear rows, and triangles of all cells, each cut both ways; how many of these."""
     m = LATTICE
@@ -83,7 +83,7 @@ def _sum(x: Array, count: int) -> float:
     return total
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _spokes(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
     """Points at the centre, the corners and the middles of the sides of a polygon, and triangles of half sides."""
     n, found = len(x), 0
@@ -260,7 +260,7 @@ def _cut_crossing(row: int, a: int, b: int, found: Array, poses: Poses, out: Cut
     out.size[row] = 1
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def cut_joints(rows: Index, one: Index, two: Index, met: Meetings, poses: Poses, least: float, out: Cut) -> None:
     """Cut the joints of some meetings.
 

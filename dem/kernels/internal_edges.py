@@ -43,7 +43,7 @@ def _height(plane: Array, place: Array, n: Array, sign: float) -> float:
     return below / (sign * (plane[0] * n[0] + plane[1] * n[1] + plane[2] * n[2]))
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _step(pieces: PieceArrays, parts: Index, carrier: int, k: int, by: Carrying, sign: float, plane: Array,
           place: Array) -> float:
     """How much higher a plane lies at a place than the carrier's face [m].
@@ -61,7 +61,7 @@ def _step(pieces: PieceArrays, parts: Index, carrier: int, k: int, by: Carrying,
     return _height(plane, place, n, sign) - height
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _deepest(by: Carrying, n: Array, borne: int, other: int, carrier: int) -> float:
     """Largest depth to which joints of three blocks that look along a normal, or against it, are pressed [m]."""
     deep = 0.0
@@ -74,7 +74,7 @@ def _deepest(by: Carrying, n: Array, borne: int, other: int, carrier: int) -> fl
     return deep
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _goes_on(
     pieces: PieceArrays, owner: Index, parts: Index, by: Carrying, p: int, q: int, place: Array, found: Index
 ) -> None:

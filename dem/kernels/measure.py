@@ -7,7 +7,7 @@ from dem.kernels.joint_law import peak_of, softening_of, stress
 from dem.kernels.kinematics import crossing, kinematics, third_axis
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def measure(
     points: Points, joints: Joints, bodies: RigidBodies, position: Array, force: Array, opening: Array, slip: Array,
     modes: BlockModes | None = None, space: bool | None = None,

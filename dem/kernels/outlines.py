@@ -20,7 +20,7 @@ class SolidArrays(NamedTuple):
     n_faces: Index  # (p,)
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def slope_of(x: Array, y: Array, height: Array) -> tuple[float, float]:
     """Slopes along x and y of the plane nearest to heights at points; level across where these lie in a row."""
     n = len(x)
@@ -142,7 +142,7 @@ def _whose_side(j: int, joints: Joints, solids: SolidArrays, s: float, t: float,
     return OF_A if goes_on else OF_BOTH
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _outline(x: Array, y: Array, wide: float, high: float, corners: Index, u: Array, v: Array) -> int:
     """Convex outline of points, written to ``u`` and ``v``; of a row of points a narrow strip around it."""
     if min(wide, high) > 1e-9 * max(wide, high):
@@ -161,7 +161,7 @@ def _outline(x: Array, y: Array, wide: float, high: float, corners: Index, u: Ar
     return 4
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _between(
     u: Array, v: Array, whose: Index, count: int, along: float, aside: float
 ) -> tuple[float, float, float]:

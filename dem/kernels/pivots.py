@@ -61,7 +61,7 @@ def _on_a(ends: Array, opening: Array, slip: Array) -> bool:
     return False
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def bearing_ends(
     points: Points, start: Index, ends: Array, opening: Array, slip: Array, rows: Index, where: Index
 ) -> None:

@@ -112,7 +112,7 @@ def _sheared(stiff: Array, along: Array, most: Array, part: float) -> float:
     return energy
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: Array) -> None:
     """Write how far points are set back so that they store an energy [J].
 
@@ -144,7 +144,7 @@ def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: A
         setback[k] = min(max(deep[k], 0.0), high)
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _bearable(stiff: Array, along: Array, most: Array, allowed: float) -> float:
     """Factor on elastic slips with which points store no more than an energy [J], at most DEEPER.
 

@@ -8,7 +8,7 @@ from dem.kernels.compiled import kernel
 RUN = 128  # rows that are summed without being halved, as in numpy
 
 
-@kernel(fast=False, counted=True)
+@kernel(fast=False)
 def _run(rows: Array, first: int, count: int, out: Array, eight: Array) -> None:
     """Sum of at most :data:`RUN` rows, written to ``out``, with the last bits of numpy's sum.
 
