@@ -121,7 +121,8 @@ def kernel(
 
     def compiled(function: Callable[..., Any]) -> Any:
         """The function compiled by numba, its cache on disk stamped with all kernel sources."""
-        math, part = FASTMATH if fast else False, "forceinline" in options or function.__name__.startswith("_")
+        math, inner = FASTMATH if fast else False, "forceinline" in options or function.__name__.startswith("_")
+        part = inner and "inline" not in options  # such a function is never compiled by itself, unless Python calls it
         options["no_cpython_wrapper"] = part
         dispatcher = njit(cache=kept, error_model="numpy", nogil=True, fastmath=math, **options)(function)
         if part and isinstance(dispatcher, CPUDispatcher):
