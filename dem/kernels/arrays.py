@@ -140,7 +140,7 @@ class Part(NamedTuple):
 
 
 class Team(NamedTuple):
-    """How a step is shared out: chunks of joints and blocks go to parts, as a b b a, and parts to threads.
+    """How a step is shared out: runs of joints and of blocks are parts, and parts go to threads.
 
     What comes out depends on the parts, never on who does them: their sums are added in the order of the parts.
     """
@@ -148,7 +148,6 @@ class Team(NamedTuple):
     mine: int  # first part of this thread
     end: int  # the part after its last
     parts: int
-    chunks: int
     sums: Array  # of the parts in two steps, (4 SUMS,); of one part the accumulated scalars themselves
     gate: Index  # see :func:`dem.kernels.team.meet`
 

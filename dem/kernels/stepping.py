@@ -199,21 +199,19 @@ def _added_up(total: Array, sums: Array, place: int, parts: int) -> Work:
 
 @kernel(forceinline=True)
 def _move(
-    bodies: RigidBodies, chunk: int, team: Team, acting: Acting, step: int, at: BlockStep, scheme: Scheme,
-    drifts: bool | None, work: Work, scratch: Scratch,
+    bodies: RigidBodies, part: int, parts: int, acting: Acting, step: int, at: BlockStep, scheme: Scheme,
+    drifts: bool | None, scratch: Scratch,
 ) -> Work:
-    """Move a chunk of the blocks by a step; compiled into its caller as a whole, or every array is counted per block.
+    """Move a part of the blocks by a step; kinetic energy, and work of loads, supports and damping [J].
 
-    Parameters
-    ----------
-    work : kinetic energy, and work of loads, supports and damping, of chunks before [J]; returned with this one's
-    scratch : room for 6, 6, 6, 4, 3 x 3 and 3 numbers
+    Compiled into its caller as a whole: otherwise every array is counted for every block. ``scratch`` has room for
+    6, 6, 6, 4, 3 x 3 and 3 numbers.
     """
     n, dt = bodies.mass.size, at.dt
-    kinetic, applied, support, damping = work
+    kinetic = applied = support = damping = 0.0
     force, old, past, half, trot, new = scratch
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
-    for i in range(chunk * n // team.chunks, (chunk + 1) * n // team.chunks):
+    for i in range(part * n // parts, (part + 1) * n // parts):
         still = True
         for k in range(6):
             old[k] = vel[i, k] if k < 3 else spin[i, k - 3]
@@ -223,7 +221,7 @@ def _move(
             if drifts is not None:
                 past[k] = net[i, k]
             net[i, k] = force[k] + bodies.contact[i, k]
-        for row in range(n + i, team.parts * n, n):
+        for row in range(n + i, parts * n, n):
             for k in range(6):
                 net[i, k] += bodies.contact[row, k]
         damping, moving = _accelerate(bodies, i, past, acting, step, at, scheme.local, drifts, damping)
@@ -284,7 +282,7 @@ def advance(
     Threads wait for each other before blocks move and after, and once more after a stop. Each adds up the sums of all
     parts for itself, in their order.
     """
-    n, k, chunks, parts, sums = bodies.mass.size, joints.block_a.size, team.chunks, team.parts, team.sums
+    n, k, parts, sums = bodies.mass.size, joints.block_a.size, team.parts, team.sums
     alone = team.end - team.mine == parts
     dt, _, local, adaptive, kinetic_stop = scheme
     scratch = np.empty(6), np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
@@ -300,13 +298,10 @@ def advance(
             bodies.contact[p * n : (p + 1) * n] = 0.0
             if modes is not None:
                 modes.contact[:] = 0.0
-            for chunk in range(chunks):
-                if (chunk + 1) // 2 % parts != p:
-                    continue
-                part = Part(chunk * k // chunks, (chunk + 1) * k // chunks, p * n, row)
-                _joint_forces(points, joints, bodies, dt, sums, part, modes, space)
-                if crossings:
-                    _crossing_forces(points, joints, bodies, dt, sums, part)
+            part = Part(p * k // parts, (p + 1) * k // parts, p * n, row)
+            _joint_forces(points, joints, bodies, dt, sums, part, modes, space)
+            if crossings:
+                _crossing_forces(points, joints, bodies, dt, sums, part)
             if ties is not None and p == 0:
                 add_tie_forces(ties, bodies, sums, row)
         if not alone:
@@ -318,11 +313,7 @@ def advance(
         at = BlockStep(dt, kick, viscosity, 1.0 - 0.5 * viscosity * dt, 1.0 / (1.0 + 0.5 * viscosity * dt))
         kinetic = applied = support = damping = 0.0
         for p in range(team.mine, team.end):
-            work = 0.0, 0.0, 0.0, 0.0
-            for chunk in range(chunks):
-                if (chunk + 1) // 2 % parts == p:
-                    work = _move(bodies, chunk, team, acting, step, at, scheme, drifts, work, scratch)
-            kinetic, applied, support, damping = work
+            kinetic, applied, support, damping = _move(bodies, p, parts, acting, step, at, scheme, drifts, scratch)
             if parts > 1:
                 row = place + p * SUMS
                 sums[row + E_KINETIC], sums[row + E_APPLIED] = kinetic, applied

@@ -11,12 +11,9 @@ from dem.model.state import State
 from limitmason.arrays import Array, Index
 
 LARGE = 3500
-"""Joints between rigid blocks from which steps are cut in two parts: with fewer the threads wait too much."""
+"""Joints between rigid blocks from which steps are cut in two parts: with fewer the threads wait too much.
 
-CHUNKS = 4
-"""Of joints and blocks in their order, for two parts as a b b a: where one end slides, both parts get of it.
-
-More chunks have more blocks between them, whose numbers go from core to core twice a step.
+More and smaller shares have more blocks between them, whose numbers go from core to core twice a step.
 """
 
 
@@ -28,13 +25,13 @@ def shared_advance(state: State, acting: Acting, scheme: Scheme, drifts: bool | 
     joints, n = len(state.joints.block_a), len(state.bodies.mass)
     parts = 2 if state.modes is None and joints >= LARGE else 1
     sums, gate = state.total, np.zeros(1, dtype=np.int64)
-    bodies, chunks = state.bodies, 1
+    bodies = state.bodies
     if parts > 1:
         sums, gate = np.empty(2 * parts * kernels.SUMS), np.zeros(kernels.SUMS, dtype=np.int64)
-        bodies, chunks = bodies._replace(contact=np.empty((parts * n, 6))), CHUNKS
+        bodies = bodies._replace(contact=np.empty((parts * n, 6)))
 
     def go(mine: int, end: int, total: Array) -> None:
-        team = Team(mine, end, parts, chunks, sums, gate)
+        team = Team(mine, end, parts, sums, gate)
         kernels.advance(
             state.points, state.joints, bodies, total, acting, scheme, team, drifts, state.modes, state.space,
             state.ties if len(state.ties.block_a) else None,
