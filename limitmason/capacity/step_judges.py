@@ -23,6 +23,7 @@ CLOSER, ROUNDS = 0.25, 8  # of the step before a limit point; rounds in which it
 _CUTS = 4  # of a step for its bend
 _STEADY = 4  # steps that do not grow after one in which a point ran off
 _OUTRUN, _MOVED = 3.0, 1e-7  # motion over a tangent's, and over the median block size, that may be a leap
+_ASIDE = 0.3  # of the motion of a step: distance from where it was going that may hide a fall
 MISSED = 2e-3  # of the largest load: rise to a jump that may be left unseen
 DROP_OF_SOFTENING = 0.2  # fall that ends a path whose joints lose strength: others may take over
 
@@ -125,8 +126,8 @@ class JudgedPath:
         """A step that ends with more load may hide a limit point and a fall that its end has made up for.
 
         It is halved while it may: where a tangent falls, at either end or with the weaker law of every point in
-        between, or where it lies far off its extrapolation and :func:`may_have_fallen`. No load changes faster than it
-        once rose: a step too short for a fall that counts hides none.
+        between, or where it lies far off its extrapolation and :func:`may_have_fallen`, or its blocks end beside where
+        they were going. No load changes faster than it once rose: a step too short for a fall that counts hides none.
         """
         behind = self.phase is Phase.FALLING and self.to is not None
         if not self.loading or behind or a.new.jump or a.due is not None or a.guess is None:
@@ -138,8 +139,14 @@ class JudgedPath:
         if rose < 0.0 or self.steepest * abs(move) - rose <= 2.0 * DROP * largest:
             return StepOutcome.ACCEPTED
         last, falls = self.toward * self.generations.rise(a.new, a.last, move), -0.5 * DROP * largest
-        off = abs(a.new.multiplier - a.guess[1]) > 0.1 * self.steps.smooth * largest and first > MISSED * largest
-        hides = min(first, last) < falls or (off and may_have_fallen(first, rose + LEVEL * largest, last))
+        off = abs(a.new.multiplier - a.guess[1]) > 0.1 * self.steps.smooth * largest
+        hides = min(first, last) < falls or (
+            off and first > MISSED * largest and may_have_fallen(first, rose + LEVEL * largest, last)
+        )
+        if off and not hides:
+            # joints whose slip turns stick meanwhile: by their springs the load rises, and falls, and no tangent tells
+            aside, went = (a.system.far(pose, a.new.pose) for pose in (a.guess[0], a.last.pose))
+            hides = aside > _ASIDE * went
         if not hides:
             weakest = self.generations.weakest_rise(self.nodes[self.begin :], a.new, move)
             hides = weakest is not None and not self.toward * weakest >= falls
