@@ -82,14 +82,6 @@ class Mesh(ReadOnly):
         """Brick that each free face belongs to, shape (f,)."""
         return frozen(np.asarray(self.solid.f2t[0, self.boundary]))
 
-    @property
-    def boundary_corners(self) -> Array:
-        """Corners of the free faces [m], shape (f, 4, 3).
-
-        They run counter-clockwise seen from outside.
-        """
-        return np.asarray(self.nodes[self.boundary_nodes])
-
     @cached_property
     def boundary_nodes(self) -> Index:
         """Corner nodes of the free faces, counter-clockwise seen from outside, shape (f, 4)."""

@@ -30,7 +30,7 @@ def patch_forces(mesh: Mesh, corners: ArrayLike) -> tuple[Array, float, Array]:
     InputError
         When the corners are no flat convex polygon, or no free face lies in it.
     """
-    patch, faces = read_patch(corners), mesh.boundary_corners
+    patch, faces = read_patch(corners), mesh.nodes[mesh.boundary_nodes]
     across = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]) @ patch.normal
     # a face of 20-node bricks has functions with xi^2 eta, of degree 3, and the rule is exact up to degree 4; its
     # weights add up to the area of the reference triangle, 1/2

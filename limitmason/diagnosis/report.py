@@ -138,8 +138,8 @@ class Diagnosis(Findings):
         for names in self.kept[:8]:
             evidence = words.gate_words(self.verdict.tested[names].p)
             lines.append(f"  {' and '.join(self.sized(names))}; {evidence}")
-            physics = words.physics_of([self.by_name[n] for n in names])
-            if physics:
+            causes = [self.by_name[n] for n in names]
+            if physics := "; ".join(f"{c.physics} ({c.acts_on})" for c in causes if c.physics):
                 lines.append(f"    {physics}")
             lines.append(f"    {self.gains[names]}")
         if len(self.kept) > 8:

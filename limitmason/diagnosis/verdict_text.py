@@ -413,8 +413,3 @@ def seen_from(cause: Cause, sizes: Sequence[float | None]) -> str:
         for s, side in zip(sizes, cause.sides, strict=True)
     ]
     return " or ".join(shown)
-
-
-def physics_of(causes: list[Cause]) -> str:
-    """The physics of causes in one line."""
-    return "; ".join(f"{c.physics} ({c.acts_on})" for c in causes if c.physics)

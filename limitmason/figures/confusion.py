@@ -24,10 +24,6 @@ _SAME = "#b5b5b5"
 _CHARACTER = 0.06  # mean width at the small size [in]
 
 
-def _label_width(names: Collection[str]) -> float:
-    return 0.3 + _CHARACTER * max(len(n) for n in names)
-
-
 def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] = (), named: bool = True) -> None:
     """The map of d2 on given axes: rows true causes, columns rivals by number.
 
@@ -99,7 +95,7 @@ def confusable(result: Any, *, title: str | None = None) -> Figure:
     """
     names = result.names
     count = len(names)
-    left = _label_width(names)
+    left = 0.3 + _CHARACTER * max(len(n) for n in names)
     cell = min(0.36, (style.page_width() - left - 0.15) / count)
     side, legend, page = cell * count, 1.75, style.page_width()
     beside = left + side + 0.15 + legend <= page

@@ -317,7 +317,7 @@ class ConfidenceSet:
     def _residuals(self, fit: BestFit, replicate: np.ndarray, shape: np.ndarray) -> dict[str, np.ndarray]:
         """Trend of the residuals of fits, and their scatter where it can be held against a stated noise."""
         out = {"shape": shape}
-        if self.design.like.scale_known:
+        if self.design.like.kind != "unknown":
             out["scatter"] = self._scatter(fit.loss + fit.penalty, replicate)
         return out
 

@@ -59,11 +59,6 @@ class Likelihood:
         return cls(noise.kind, float(noise.dof or 0.0))
 
     @property
-    def scale_known(self) -> bool:
-        """Whether the scatter can be held against a stated noise, exact or from replicates."""
-        return self.kind != "unknown"
-
-    @property
     def quadratic(self) -> bool:
         """Whether the best node is found by one matrix product: known noise."""
         return self.kind == "known"
