@@ -14,7 +14,7 @@ from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.geometry.facing import Faces, FacingPairs, all_faces, facing_pairs
 from limitmason.geometry.overlap import near_pairs, penetrations
-from limitmason.geometry.polygon import area_in_space, joined_in_pairs
+from limitmason.geometry.polygon import area_in_space, axes_in_plane, joined_in_pairs
 from limitmason.geometry.polyhedron import Solid
 
 LOOKED_AT_DEG = 45.0
@@ -378,12 +378,8 @@ def _hull_if_filled(one: _Patch, other: _Patch) -> _Patch | None:
     area = one.area + other.area
     if n_p @ n_q < 1.0 - 1e-9 or np.abs((q - p[0]) @ n_p).max() > tolerance:
         return None
-    t1 = p[1] - p[0]
-    t1 = t1 - (t1 @ n_p) * n_p
-    t1 /= np.linalg.norm(t1)
-    frame = np.column_stack([t1, np.cross(n_p, t1)])
     points = np.vstack([p, q])
-    flat = (points - p[0]) @ frame
+    flat = (points - p[0]) @ axes_in_plane(p, n_p)
     hull = _hull(flat, 1e-3 * tolerance)
     x, y = flat[hull].T
     hull_area = 0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())

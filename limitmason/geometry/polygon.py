@@ -40,6 +40,14 @@ def polygon_area_centroid(polygon: ArrayLike) -> tuple[float, Array]:
     return float(area), origin + ((q + r) * cross[:, None]).sum(axis=0) / (6.0 * area)
 
 
+def axes_in_plane(corners: Array, normal: Array) -> Array:
+    """Unit axes in the plane of a polygon as columns, the first along its first side, shape (3, 2)."""
+    along = corners[1] - corners[0]
+    along = along - (along @ normal) * normal
+    along /= np.linalg.norm(along)
+    return np.column_stack([along, np.cross(normal, along)])
+
+
 def area_in_space(corners: Array) -> float:
     """Area of a plane polygon in space [m2], corners [m], shape (n, 3); zero for fewer than three."""
     if len(corners) < 3:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
 from limitmason.errors import InputError
-from limitmason.geometry.polygon import clip_convex
+from limitmason.geometry.polygon import axes_in_plane, clip_convex
 from limitmason.model.joint import Joint
 from limitmason.storage.frozen import ReadOnly, owned
 
@@ -63,10 +63,7 @@ def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array 
     Edges that face ``keep`` stay. The result is None if nothing is left of the polygon.
     """
     n, p = interface.normal, interface.polygon
-    t1 = p[1] - p[0]
-    t1 = t1 - (t1 @ n) * n
-    t1 /= np.linalg.norm(t1)
-    frame = np.column_stack([t1, np.cross(n, t1)])
+    frame = axes_in_plane(p, n)
     flat = (p - p[0]) @ frame
     out = flat
     size = np.ptp(flat, axis=0).max()
