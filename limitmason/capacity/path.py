@@ -72,7 +72,8 @@ class _Path(JudgedPath):
                 return verdict
             self.again = verdict is StepOutcome.SHORTER
         self.warnings.append(
-            f"{self.steps.most} tries of a step were made and {self.end:.4g} m was not reached: raise steps.most"
+            f"{self.steps.most} tries of a step were made and {self.end:.4g} m was not reached: go on with start=, or "
+            "raise steps.most"
         )
         return PathEnd.STOPPED
 

@@ -50,7 +50,7 @@ class Steps:
     opening: float = 3e-4
     sliding: float = 4e-3
     straight: float = 1.5e-2
-    most: int = 400
+    most: int = 1500
 
     def __post_init__(self) -> None:
         """Refuse what is not positive."""
