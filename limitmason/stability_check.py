@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 
 from limitmason.answers.results import Bound, BoundKind, Prediction, Range, Status
 from limitmason.arrays import Array
-from limitmason.capacity import PushoverCurve, pushover
+from limitmason.capacity import PushoverCurve
+from limitmason.capacity.analysis import whole_pushover
 from limitmason.checks import finite, instance
 from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotApplicable
@@ -233,7 +234,7 @@ def _below_normality(
     if not path:
         return certain, None, (*notes, "no path was asked for")
     try:
-        curve = pushover(assembly, loads, to=0.0, contact_model=model["contact_model"])
+        curve = whole_pushover(assembly, loads, to=0.0, contact_model=model["contact_model"])
     except NotApplicable as refusal:
         return certain, None, (*notes, f"no path: {refusal}")
     came = "falls" if curve.status == Status.CANNOT_STAND else "comes to rest"

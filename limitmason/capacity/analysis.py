@@ -64,6 +64,7 @@ from limitmason.model.model_call import of_model
 from limitmason.model.moved import joined_to_first
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 from limitmason.model.support_motion import Group, group_of
+from limitmason.storage.interrupts import handed_on
 
 ANEW, FIRST = "anew", "first"
 
@@ -143,8 +144,9 @@ def pushover(
     -------
     PushoverCurve
         ``status`` is "reached", "limit point passed", "slides on at constant load", "overturned" (the multiplier came
-        back to zero), "open joints still bear bond", "stopped" or "cannot stand under dead load". The first limit point
-        at psi < phi is that of the path from the unstressed wall: an estimate, no bound.
+        back to zero), "open joints still bear bond", "stopped", "interrupted" (by Ctrl-C) or "cannot stand
+        under dead load". The first limit point at psi < phi is that of the path from the unstressed wall: an estimate,
+        no bound.
 
     Raises
     ------
@@ -232,6 +234,10 @@ def pushover(
         return certified_curve(generations, nodes, origin, status, warnings, ratio)
     _, toward = senses(begins, end, ratio)
     return certified_curve(generations, nodes, origin, status, warnings, 1.0, toward)
+
+
+whole_pushover = handed_on()(pushover)
+"""The same for callers that go on with the curve: a path that is interrupted is a KeyboardInterrupt."""
 
 
 def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming: bool) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 
 from limitmason.answers.curve import Curve
 from limitmason.arrays import Array
-from limitmason.capacity.analysis import pushover
+from limitmason.capacity.analysis import whole_pushover
 from limitmason.capacity.contacts import points_of_path
 from limitmason.capacity.result import PushoverCurve
 from limitmason.display.progress import reached, watched
@@ -130,7 +130,7 @@ def imperfection_ensemble(
     for k in range(samples):
         reached(k / samples, f"path {k + 1} of {samples}", share=1.0 / samples)
         gaps = gap * size * _planes(assembly, points, np.random.default_rng([seed, k]))
-        curve = pushover(assembly, loads, gaps=gaps, to=GOES_ON * least, **settings)
+        curve = whole_pushover(assembly, loads, gaps=gaps, to=GOES_ON * least, **settings)
         sound = all(c.accepted for c in curve.certificates)
         goes_on = sound and curve.displacement[-1] >= (1.0 - 1e-6) * GOES_ON * least
         first.append(_lost(curve, SETTLES * gap * size) if sound else np.nan)

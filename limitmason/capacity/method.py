@@ -13,7 +13,7 @@ import numpy as np
 from limitmason.answers.curve import CurvePoint
 from limitmason.answers.method import DISPLACED, Look, Method, settings_of
 from limitmason.answers.results import Bound, BoundKind, Prediction, Range, Status
-from limitmason.capacity.analysis import pushover
+from limitmason.capacity.analysis import pushover, whole_pushover
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.steps import Steps
@@ -51,7 +51,7 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
         "preload" (half as far the other way first); the range is then that of all of them
     settings : of :func:`pushover`, without ``start`` and ``to``
     """
-    curve = pushover(assembly, loads, **settings)
+    curve = whole_pushover(assembly, loads, **settings)
     softens = any(i.joint.softens for i in assembly.interfaces)
     point, warnings, status = governing_point(curve, assembly), curve.warnings, Status.SOLVED
     meaning = MEANING_SOFTENING if softens else MEANING
@@ -139,7 +139,7 @@ def _variants(
                 chosen = {**settings, "contact_model": "grid", "grid": grid}
                 found[f"{grid[0]} x {grid[1]}"] = _limit(assembly, loads, **chosen)
         else:
-            before = pushover(assembly, loads, to=-PRELOADED * reach, **settings)
+            before = whole_pushover(assembly, loads, to=-PRELOADED * reach, **settings)
             found["the other way first"] = _limit(assembly, loads, start=before, **settings)
     return out
 
@@ -175,7 +175,7 @@ def governing_point(curve: PushoverCurve, assembly: Assembly) -> CurvePoint | No
 
 
 def _limit(assembly: Assembly, loads: Loads, **settings: Any) -> float:
-    point = governing_point(pushover(assembly, loads, **settings), assembly)
+    point = governing_point(whole_pushover(assembly, loads, **settings), assembly)
     return float("nan") if point is None else point.load
 
 

@@ -16,6 +16,7 @@ class PathEnd(StrEnum):
     PASSED = "limit point passed"
     OVERTURNED = "overturned"
     STOPPED = "stopped"
+    INTERRUPTED = "interrupted"
     PLATEAU = "slides on at constant load"
     OPENED = "open joints still bear bond"
     CANNOT_STAND = "cannot stand under dead load"

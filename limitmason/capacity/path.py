@@ -17,6 +17,7 @@ from limitmason.capacity.stepping import Node
 from limitmason.capacity.steps import Steps, extrapolated, growth
 from limitmason.capacity.system import System
 from limitmason.display.progress import reached
+from limitmason.storage.interrupts import ends_early
 
 _TRIES = 12  # short steps towards a limit point that then does not come
 _BEYOND = (1e-3, 3e-3, 1e-2)  # of the median block size: jumps that are tried where no short step goes on
@@ -66,6 +67,13 @@ class _Path(JudgedPath):
 
     def followed(self) -> PathEnd:
         """Follow the path from its first states to its end, and say how it ended."""
+        try:
+            return self._stepped()
+        except KeyboardInterrupt:
+            ends_early()
+            return self._stopped(self.nodes[-1], "it was interrupted; go on with start=", PathEnd.INTERRUPTED)
+
+    def _stepped(self) -> PathEnd:
         for _ in range(self.steps.most):
             verdict = self._step()
             if isinstance(verdict, PathEnd):

@@ -137,7 +137,7 @@ def _push(loads: Loads, name: str, others: list[Loads]) -> Loads:
 
 def _assess(options: argparse.Namespace) -> int:
     """Write an assessment by the code: limit states, spectra and verifications."""
-    from limitmason.capacity import pushover
+    from limitmason.capacity.analysis import whole_pushover
     from limitmason.codes import FloorSpectrum, GroundSpectrum, assess
 
     assembly, loads, title, _ = console.read_target(options.target, options)
@@ -149,7 +149,7 @@ def _assess(options: argparse.Namespace) -> int:
         spectra[state] = FloorSpectrum(ground, [t for t, _ in modes], [f for _, f in modes]) if modes else ground
     curve = None
     if options.to is not None:
-        curve = pushover(assembly, loads, to=options.to)
+        curve = whole_pushover(assembly, loads, to=options.to)
         console.say(f"capacity curve: {curve.status} at {curve.displacement[-1]:.4g} m")
     try:
         found = assess(assembly, loads, spectra, curve=curve, confidence_factor=options.confidence)

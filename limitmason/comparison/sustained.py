@@ -12,7 +12,8 @@ from typing import Any
 
 from limitmason.answers.method import DISPLACED, Look, Method, settings_of
 from limitmason.answers.results import Bound, BoundKind, Prediction, Status
-from limitmason.capacity import Steps, pushover
+from limitmason.capacity import Steps
+from limitmason.capacity.analysis import whole_pushover
 from limitmason.capacity.contacts import standard_points
 from limitmason.capacity.ensemble import GOES_ON, thickness
 from limitmason.capacity.outcomes import PathEnd
@@ -85,7 +86,7 @@ def sustained(
     if smallest.status != Status.SOLVED or smallest.mechanism is None:
         raise NotConverged(f"there is no smallest state to begin with: {smallest.status}")
     to = goes_on * thickness(assembly)
-    curve = pushover(
+    curve = whole_pushover(
         assembly, loads, initial=smallest, to=to, contact_model=contact_model, contacts=contacts, stiffness=stiffness,
         steps=steps, progress=progress, **options,
     )

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.capacity.analysis import pushover
+from limitmason.capacity.analysis import whole_pushover
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.steps import Steps
@@ -143,7 +143,7 @@ def coarseness(test: Experiment) -> int:
 
 def equilibrium_path(test: Experiment, to: float, tries: int) -> PushoverCurve:
     """Path of equilibrium of a wall that its beam pushes to a drift [-]."""
-    return pushover(
+    return whole_pushover(
         test.assembly(), test.loads(), control=(BEAM, "x"), to=to * float(test.row["H"]), contact_model="lobatto",
         grid=POINTS, steps=Steps(most=tries, energy=LEFT_OVER),
     )

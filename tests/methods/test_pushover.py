@@ -283,6 +283,35 @@ def test_pushover_is_a_method_beside_the_others():
     assert both["pushover"].low <= found.collapse_multiplier <= both["pushover"].high
 
 
+def interrupting(after):
+    """A progress call that is Ctrl-C after so many lines."""
+    lines = []
+
+    def say(line):
+        lines.append(line)
+        if len(lines) == after:
+            raise KeyboardInterrupt
+
+    return say
+
+
+def test_ctrl_c_keeps_the_path_so_far_and_start_goes_on_to_the_closed_form():
+    to = ARM * (math.sin(ALPHA) - math.sin(0.1 * ALPHA))
+    model = column(2)
+    curve = lm.pushover(*model, to=to, stiffness=1e9, progress=interrupting(12))
+    assert curve.status == "interrupted"
+    assert any("interrupted; go on with start=" in w for w in curve.warnings)
+    assert 8 < len(curve) < 14
+    assert certified(curve)
+    on = lm.pushover(*model, to=to, stiffness=1e9, start=curve)
+    whole = lm.pushover(*model, to=to, stiffness=1e9)
+    assert on.status == whole.status == "reached"
+    assert on.multiplier[-1] == pytest.approx(whole.multiplier[-1], rel=1e-9)
+    # a load on the way to a verdict is no verdict
+    with pytest.raises(KeyboardInterrupt):
+        lm.predict(*model, "pushover", progress=interrupting(5))
+
+
 # ---- mutants: each takes a term out, and the tests above must notice ----------------------------------------------
 
 
