@@ -49,6 +49,9 @@ PROTOCOLS = {
     *(("added_terms.py", "_changed", name) for name in ("added", "slip", "damage")),
     *(("added_terms.py", function, name) for function in ("entries_of", "has_added") for name in ("law", "j")),
     *(("joint_term.py", "strength", name) for name in ("slip", "damage", "numbers")),
+    # what numba calls, and a call that there is no such of
+    ("compiled.py", "on_start", "event"), ("compiled.py", "on_end", "event"), ("team.py", "_added", "typing"),
+    ("team.py", "sleep", "microseconds"),
 }
 
 

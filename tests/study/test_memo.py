@@ -324,9 +324,11 @@ def test_numbers_come_back_bit_by_bit(tmp_path):
     again = Memo(tmp_path / "rows")[["a", [1, 2.5]]]
     assert [v.hex() for v in again] == [v.hex() for v in values]
 
+
 @pytest.mark.parametrize("keeps", ["sweep", "once", "compare"])
 def test_what_an_interrupt_cut_short_is_not_kept(keeps, tmp_path):
     """A simulation that Ctrl-C ends returns what it has: that is no answer for a store, and the study ends too."""
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler  # what ran before left it in its place
     block = lm.build.column(width=0.4, depth=0.4, unit_height=0.2, courses=1, joint=JOINT)
     loads, stages = lm.Loads.horizontal(block), [dem.Settle(gently=200), dem.Ramp(0.1, steps=2000)]
     pressed: list[int] = []
