@@ -25,6 +25,7 @@ from limitmason.capacity.contacts import (
     firmness,
     first_contacts,
     points_of_path,
+    standard_points,
     turned_over,
 )
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
@@ -274,7 +275,10 @@ def _told_of_points(
         return flat_top_warnings(nodes) if standard else []
     if not standard:
         return edge_warnings(generations, nodes, "more points by grid=")
-    return edge_warnings(generations, nodes, "contact_model='lobatto'") + pressure_sharing_warnings(generations, nodes)
+    points = generations.structures[0].points
+    glued = standard_points(generations.structures[0].assembly, None)[0] == "grid" and points.components == 3
+    remedy = "contact_model='lobatto'" + ", grid=(9, 9)" * glued
+    return edge_warnings(generations, nodes, remedy, glued) + pressure_sharing_warnings(generations, nodes)
 
 
 def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, int] | None) -> tuple[float, float]:
