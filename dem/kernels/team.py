@@ -15,8 +15,8 @@ from dem.kernels.compiled import kernel
 SHUT = 1 << 40
 """What is added to a gate at which a thread will never arrive."""
 
-SPIN = 4_000
-"""Looks at a gate, about 30 us, after which a thread sleeps between looks: the one it waits for may need its core."""
+SPIN = 20_000
+"""Looks at a gate, about 150 us, after which a thread sleeps between looks: the one it waits for may need its core."""
 
 SLEEP = 20  # [us]
 
