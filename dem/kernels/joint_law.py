@@ -302,9 +302,8 @@ def return_map(
     a1, a2 = slip_1 - e1, slip_2 - e2
     n0 = kn * (lift - w)
     mu, dil, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)
-    held = reached = reach = ft
-    if softening is not None:
-        reached = held + damage * softening.secant
+    held = reach = ft
+    reached = ft if softening is None else ft + damage * softening.secant
     if dashpot is None and (dilates or softening is not None):
         # most points of a structure are well within their strength: what follows would give these numbers, to the bit
         bears = c + mu * n0
@@ -351,8 +350,7 @@ def return_map(
     ratio = min(cap / max(total, 1e-300), 1.0)
     if dashpot is None:
         g1, g2 = (1.0 - ratio) * a1, (1.0 - ratio) * a2
-        q1, q2 = ks * ratio * a1, ks * ratio * a2
-        braked = 0.0
+        q1, q2, braked = ks * ratio * a1, ks * ratio * a2, 0.0
     else:
         back = (1.0 - ratio) / (ks * stiffer)
         g1, g2 = back * b1, back * b2

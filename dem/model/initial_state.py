@@ -101,8 +101,7 @@ def initial_state(
         time step above the stable one.
     """
     choice("mode", mode, (QUASI_STATIC, DYNAMIC))
-    n = assembly.n_blocks
-    free = ~assembly.fixed
+    n, free = assembly.n_blocks, ~assembly.fixed
     if not free.any():
         raise InputError("every block is held: there is nothing to simulate")
     if blocks == SIMPLY_DEFORMABLE:
@@ -119,10 +118,9 @@ def initial_state(
     options = joint_options or JointOptions()
     points, joints, interface, laws, warnings = make_joints(assembly, loads.dead, contacts, options)
     ties, said = make_ties(assembly, options.stiffness_factor)
-    warnings = (*warnings, *said)
     coarse = contact_model == "grid" and grid == DEFAULT_POINTS
     finer = "give contact_model='lobatto' and contact_points=(15, 15)"
-    warnings += on_few_points(assembly, finer, None if coarse else contacts)
+    warnings = (*warnings, *said, *on_few_points(assembly, finer, None if coarse else contacts))
     stiffness = block_stiffness(points, joints, n, ties=ties)
     moves = np.ones(6, dtype=bool)
     if plane is not None:
@@ -159,11 +157,10 @@ def initial_state(
     bodies = _at_rest(mass, inertia, held)
     total = np.zeros(kernels.E_SIZE)
     total[kernels.E_VISCOSITY] = 0.01 / dt
-    whole_faces = np.ones(len(interface), dtype=np.int64)
     return State(
         points=points, joints=joints, bodies=bodies, interface=interface, total=total, time=0.0, dt=float(dt),
-        mode=mode, laws=laws, contact=whole_faces, dead=loads.dead.copy(), live=loads.live.copy(),
-        factors=np.array((1.0, 1.0, 0.0, 0.0, 0.0)), ground=np.zeros(3), model=assembly.fingerprint,
-        setback=np.zeros(len(points.s)), ends=np.full((len(points.s), ENDS), np.nan), outside=~moves, warnings=warnings,
-        modes=modes, deformation=deformation, ties=ties,
+        mode=mode, laws=laws, contact=np.ones(len(interface), dtype=np.int64), dead=loads.dead.copy(),
+        live=loads.live.copy(), factors=np.array((1.0, 1.0, 0.0, 0.0, 0.0)), ground=np.zeros(3),
+        model=assembly.fingerprint, setback=np.zeros(len(points.s)), ends=np.full((len(points.s), ENDS), np.nan),
+        outside=~moves, warnings=warnings, modes=modes, deformation=deformation, ties=ties,
     )

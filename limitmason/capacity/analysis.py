@@ -229,7 +229,7 @@ def pushover(
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
     warnings += said + few
     if initial is None and named.any():
-        warnings += _told_of_points(generations, nodes, contact_model, contact_model is None and grid is None)
+        warnings += _point_warnings(generations, nodes, contact_model, contact_model is None and grid is None)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     if moving is not None:
         return certified_curve(generations, nodes, origin, status, warnings, ratio)
@@ -265,7 +265,7 @@ def _framed(
     return carried_firmly(points, firm), turned_over(first, firm[first.block_b] > firm[first.block_a])
 
 
-def _told_of_points(
+def _point_warnings(
     generations: Generations, nodes: list[Node], contact_model: str | None, standard: bool
 ) -> list[str]:
     """Warnings of points that stand for faces, the standard ones or those of a rule, of a stiffness that was given."""

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from limitmason.answers.method import Look
 from limitmason.checks import instance
@@ -212,6 +213,8 @@ def study_lines(
         ticks = [edge] * any(r[x] <= 0 for r in rows) + positive
         ax.set_xticks(ticks, ["→ 0" if t == edge and t not in positive else f"{t:g}" for t in ticks])
         ax.minorticks_off()
+    elif all(isinstance(r[x], int) for r in rows):
+        ax.xaxis.set_major_locator(MaxNLocator(integer=True))  # of counts
     bottom, top = ax.get_ylim()
     if 0 < bottom < 0.4 * top:
         ax.set_ylim(bottom=0.0)
