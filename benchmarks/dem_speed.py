@@ -23,7 +23,8 @@ from numba import njit
 
 import limitmason as lm
 from dem import initial_state
-from dem.model.rest_criterion import Damping, run_constant
+from dem.model.advance import run_constant
+from limitmason.model.stages import Damping
 
 INSTRUCTIONS_PER_POINT = 42  # of the plain law without dilation and crushing, counted in dem/kernels/joint_law.py
 CHAIN = 16  # multiply-adds per element of the sweep

@@ -17,7 +17,7 @@ from tower import tower
 import dem
 import limitmason as lm
 from dem import kernels
-from dem.model.rest_criterion import run_constant
+from dem.model.advance import run_constant
 
 
 def made(ring, courses):

@@ -20,8 +20,8 @@ import dem
 import limitmason as lm
 from dem.contact.detection import redetect
 from dem.contact.near import near_margin
+from dem.model.advance import run
 from dem.model.pieces import Pieces
-from dem.model.rest_criterion import run
 from limitmason.model.stages import Damping
 
 THICKNESS, COURSE = 0.25, 0.2

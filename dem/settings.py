@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, TypedDict
 
+from dem.model.held_load import LoadVerdict
 from dem.model.joints import Grid as Spacing
 from dem.model.joints import JointOptions
-from dem.model.rest_criterion import LoadVerdict
 from limitmason.checks import choice, positive
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE, ZONED

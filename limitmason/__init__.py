@@ -58,6 +58,7 @@ if TYPE_CHECKING:
         limit_analysis,
         limit_bracket,
         load_region,
+        minimum_thickness,
         proven_range,
         settlement_analysis,
         strengthen,
@@ -65,7 +66,7 @@ if TYPE_CHECKING:
     )
     from limitmason.mechanics.joint_forces import force_table
     from limitmason.methods import answer, predict, predict_cases
-    from limitmason.stability_check import minimum_thickness, stability
+    from limitmason.stability_check import stability
     from limitmason.vibration import mac, modes
 
 __version__ = VERSION
@@ -84,12 +85,12 @@ _FUNCTIONS = {
     "comparison": ("compare",),
     "figures": ("view",),
     "limit": (
-        "axle_envelope", "limit_analysis", "limit_bracket", "load_region", "proven_range", "settlement_analysis",
-        "strengthen", "thrust",
+        "axle_envelope", "limit_analysis", "limit_bracket", "load_region", "minimum_thickness", "proven_range",
+        "settlement_analysis", "strengthen", "thrust",
     ),
     "mechanics.joint_forces": ("force_table",),
     "methods": ("answer", "predict", "predict_cases"),
-    "stability_check": ("minimum_thickness", "stability"),
+    "stability_check": ("stability",),
     "vibration": ("modes", "mac"),
 }
 _NAMES = {name: f"limitmason.{home}" for home, names in _FUNCTIONS.items() for name in names}

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from dem.contact.near import SMALL, farthest, near_margin
+from dem.model.held_load import EQUILIBRIUM, UNDECIDED
 from dem.model.initial_state import initial_state
 from dem.model.joint_marks import bond_yielded
 from dem.model.joints import Grid, JointOptions, chosen_points, losses
 from dem.model.pieces import reaches
-from dem.model.rest_criterion import EQUILIBRIUM, UNDECIDED, smallest_edge
+from dem.model.rest_criterion import smallest_edge
 from dem.model.state import QUASI_STATIC, State
 from dem.multiplier.search import Controls, Search, increments
 from dem.papers import COLLAPSE

@@ -6,18 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from dem.model.rest_criterion import (
-    EQUILIBRIUM,
-    EVENLY,
-    MOVING,
-    SLID,
-    UNDECIDED,
-    LoadOnset,
-    LoadVerdict,
-    Scale,
-    hold,
-    slid_and_moved,
-)
+from dem.model.held_load import EQUILIBRIUM, MOVING, UNDECIDED, LoadOnset, LoadVerdict, hold
+from dem.model.rest_criterion import EVENLY, SLID, Scale, slid_and_moved
 from dem.model.state import State
 from limitmason.answers.results import Mechanism, Status
 from limitmason.arrays import Array

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dem.driving.own_weight import evenly_where_it_slides
-from dem.model.rest_criterion import UNDECIDED, Scale
+from dem.model.held_load import UNDECIDED
+from dem.model.rest_criterion import Scale
 from dem.multiplier.collapse import LOADING, collapse
 from dem.multiplier.search import Controls, Search
 from dem.multiplier.search import increments as held_loads

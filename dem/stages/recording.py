@@ -9,9 +9,10 @@ from dem import kernels
 from dem.contact.detection import SOONEST, redetect
 from dem.contact.joint_renewal import pivots_on_wrong_face
 from dem.contact.near import SMALL, Neighbours, farthest, near_margin, travel_per_step
+from dem.model.advance import stand_back
 from dem.model.joint_marks import MARKS, joint_marks
 from dem.model.pieces import Pieces, reaches
-from dem.model.rest_criterion import SLID, Scale, slid_and_moved, stand_back, unbalance
+from dem.model.rest_criterion import SLID, Scale, slid_and_moved, unbalance
 from dem.model.state import DYNAMIC, State, UnstableError
 from dem.model.tie_arrays import pulls
 from dem.stages.floor import Floor

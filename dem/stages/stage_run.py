@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from dem.model.rest_criterion import displacement_since, restless, run
+from dem.model.advance import run
+from dem.model.rest_criterion import displacement_since, restless
 from dem.model.stable_step import block_stiffness
 from dem.model.state import DYNAMIC, State, UnstableError
 from dem.stages.recording import Recorder

@@ -3,6 +3,7 @@
 from limitmason.display.notebook import shows
 from limitmason.limit.analysis import limit_analysis
 from limitmason.limit.axles import AxleEnvelope, axle_envelope
+from limitmason.limit.least_thickness import minimum_thickness
 from limitmason.limit.load_regions import LoadRegion, load_region
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.range.bracket import Bracket, limit_bracket
@@ -24,6 +25,7 @@ __all__ = [
     "limit_bracket",
     "load_region",
     "make_problem",
+    "minimum_thickness",
     "proven_range",
     "settlement_analysis",
     "strengthen",

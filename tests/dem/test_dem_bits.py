@@ -22,7 +22,7 @@ import limitmason as lm
 from dem import kernels
 from dem.kernels import compiled
 from dem.kernels.zone_motion import advance_zones
-from dem.model.rest_criterion import run_constant
+from dem.model.advance import run_constant
 from dem.zones import running
 from dem.zones.model import make_model
 

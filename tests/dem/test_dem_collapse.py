@@ -10,7 +10,8 @@ from walls import beside_or_on_a_large_block, lattice_weights, on_slab, running_
 import dem
 import limitmason as lm
 from dem.kernels import LAW
-from dem.model.rest_criterion import Scale, hold
+from dem.model.held_load import hold
+from dem.model.rest_criterion import Scale
 
 collapse = functools.partial(dem.collapse, error_budget=())
 

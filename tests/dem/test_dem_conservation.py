@@ -7,7 +7,7 @@ from walls import on_slab, running_bond, stack
 import dem
 import limitmason as lm
 from dem import kernels
-from dem.model.rest_criterion import run_constant
+from dem.model.advance import run_constant
 from limitmason.geometry import box
 from limitmason.mechanics.contact_points import contact_points
 from limitmason.mechanics.equilibrium import equilibrium_matrix

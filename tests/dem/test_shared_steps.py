@@ -13,8 +13,8 @@ import limitmason as lm
 from dem import kernels
 from dem.kernels import team
 from dem.model import shared_steps
+from dem.model.advance import run_constant
 from dem.model.initial_state import initial_state
-from dem.model.rest_criterion import run_constant
 
 
 @pytest.fixture

@@ -6,8 +6,8 @@ from deforming_bricks import BONDED, KN, KS, NU, SLIDING, STATES, E, bar_modulus
 
 import dem
 import limitmason as lm
+from dem.model.advance import run_constant
 from dem.model.initial_state import initial_state
-from dem.model.rest_criterion import run_constant
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID
 from limitmason.deformable.levels import SIMPLY_DEFORMABLE
 from limitmason.model.stages import Damping, Drive, Hold, Ramp, Settle

@@ -15,7 +15,8 @@ import numpy as np
 kept = [np.empty(1 + (37 * k) % 211, np.uint8) for k in range(int(sys.argv[1]))][::3]
 import limitmason as lm
 from dem import initial_state
-from dem.model.rest_criterion import Damping, run_constant
+from dem.model.advance import run_constant
+from limitmason.model.stages import Damping
 wall = lm.build.wall(length=0.32, courses=3, unit=(0.08, 0.04, 0.028), joint=lm.Joint(33.0, dilatancy_angle_deg=20.0))
 loads = lm.Loads.horizontal(wall, (0, -1, 0))
 state = initial_state(wall, loads, contact_points=(3, 5))

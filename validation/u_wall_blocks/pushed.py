@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import dem
 import limitmason as lm
-from dem.model.rest_criterion import run as run_steps
+from dem.model.advance import run as run_steps
 from limitmason import experiments
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.experiments import murano_u_walls as murano

@@ -1,0 +1,78 @@
+"""Steps of the kernel in chunks: under constant or tabulated loads, and from velocities half a step back."""
+
+import numpy as np
+
+from dem import kernels
+from dem.model.rest_criterion import CALM
+from dem.model.shared_steps import shared_advance
+from dem.model.state import DYNAMIC, State, UnstableError
+from limitmason.arrays import Array
+from limitmason.model import Assembly
+from limitmason.model.stages import Damping
+
+
+def run(
+    state: State,
+    cases: Array,
+    factors: Array,
+    damping: Damping,
+    drives: Array | None = None,
+    speeds: Array | None = None,
+) -> None:
+    """Advance by ``len(factors)`` steps and check that the state is finite.
+
+    Parameters
+    ----------
+    cases : wrench per case and block [N, N m], shape (c, n, 6)
+    factors : per step, shape (steps, c)
+    drives, speeds : twists of driven blocks, shape (d, n, 6), and their factors per step, shape (steps, d)
+
+    Raises
+    ------
+    UnstableError
+        When a displacement or velocity is no longer finite; the message names the block.
+    """
+    steps = len(factors)
+    # without combined damping the kernel is compiled without it, to the bits of before
+    drifts = bool(state.total[kernels.E_KINETIC] < CALM * state.forces().elastic_energy) if damping.combined else None
+    if drives is None or speeds is None:
+        drives, speeds = np.zeros((0,) + cases.shape[1:]), np.zeros((steps, 0))
+    # copies: to the compiler loads that may not be written are another type, and the kernel is compiled twice
+    acting = kernels.Acting(*(np.array(v, dtype=float, order="C") for v in (cases, factors, drives, speeds)))
+    scheme = kernels.Scheme(
+        float(state.dt), state.mode == DYNAMIC, float(damping.local), float(damping.adaptive), damping.kinetic
+    )
+    shared_advance(state, acting, scheme, drifts)
+    state.time += steps * state.dt
+    b = state.bodies
+    finite = state.modes is None or bool(np.isfinite(state.modes.value).all())
+    if not (finite and np.isfinite(state.total).all() and np.isfinite(b.shift).all() and np.isfinite(b.ang).all()):
+        bad = ~(np.isfinite(b.shift).all(axis=1) & np.isfinite(b.vel).all(axis=1) & np.isfinite(b.quat).all(axis=1))
+        block = int(np.flatnonzero(bad)[0]) if bad.any() else 0
+        raise UnstableError(
+            f"the state of block number {block} is not finite at step {state.total[kernels.E_STEPS]:.0f}: the time "
+            "step is too long for the stiffness, or a load is not finite"
+        )
+
+
+def run_constant(state: State, wrench: Array, steps: int, damping: Damping) -> None:
+    """Advance under a constant wrench per block [N, N m], shape (n, 6)."""
+    run(state, wrench[None], np.ones((steps, 1)), damping)
+
+
+def stand_back(state: State, assembly: Assembly, wrench: Array) -> None:
+    """Give blocks at rest the velocities of half a step ago under loads [N, N m], shape (n, 6), and their joints.
+
+    v(-1/2) = -dt F / (2 m): the first step then leads to v(1/2) = dt F / (2 m), and x(n) is that of time n dt. A whole
+    step from rest would be half a step ahead for good.
+    """
+    b, now = state.bodies, state.measured(assembly)
+    wrench, place = wrench.copy(), assembly.centroids + b.shift
+    for block, sign in ((state.joints.block_a[now.owner], -1.0), (state.joints.block_b[now.owner], 1.0)):
+        turning = np.cross(now.position - place[block], now.force)
+        np.add.at(wrench, block, sign * np.concatenate([now.force, turning], axis=1))
+    push = np.where(b.held, 0.0, -0.5 * state.dt * wrench)
+    rot = b.rot + np.eye(3)
+    b.vel[:] = push[:, :3] * b.inv_mass[:, None]
+    b.ang[:] = push[:, 3:]
+    b.spin[:] = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)

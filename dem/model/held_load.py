@@ -1,0 +1,168 @@
+"""A load that is held until the structure rests, or moves so far that it counts as collapsed."""
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from dem.model.advance import run, run_constant
+from dem.model.edge_points import follow_edges
+from dem.model.rest_criterion import Scale, displacement_since, unbalance_of_blocks
+from dem.model.state import State
+from limitmason.arrays import Array
+from limitmason.model import Assembly
+from limitmason.model.stages import Damping
+
+EVERY, CHECKS = 100, 4
+"""Steps, about, between two checks of a load that is held, and how many in a row must find it in balance."""
+
+STOPS = 8000
+"""Steps after which stops at peaks of the kinetic energy give way to local damping of 0.6, unless forces still fade.
+
+Stops settle two to three times as fast where joints stick. Where many slip, every fast elastic peak stops the slow
+slip, and they take three times as long.
+"""
+
+EXTENSIONS = 4
+"""Times that a load which is still on its way to a verdict gets half as many steps again."""
+
+
+class Outcome(StrEnum):
+    """How holding a load ended."""
+
+    EQUILIBRIUM = "equilibrium"
+    MOVING = "moving"
+    UNDECIDED = "undecided"
+
+
+EQUILIBRIUM, MOVING, UNDECIDED = Outcome
+
+
+@dataclass(frozen=True)
+class LoadVerdict:
+    """Outcome of holding a load, steps used, last unbalance, displacement.
+
+    ``block`` is the number of the block with the largest unbalance at the end.
+    """
+
+    outcome: Outcome
+    steps: int
+    unbalance: tuple[float, float]
+    moved: float
+    block: int = -1
+
+
+class LoadOnset(NamedTuple):
+    """How a load comes on evenly: from which, [N, N m], shape (n, 6), and in how many steps. At once it overshoots."""
+
+    before: Array
+    steps: int
+
+
+def hold(
+    assembly: Assembly,
+    state: State,
+    wrench: Array,
+    scale: Scale,
+    damping: Damping,
+    *,
+    tolerance: float,
+    limit: float,
+    max_steps: int,
+    patience: int = 0,
+    early: float | None = None,
+    edges: bool = True,
+    onset: LoadOnset | None = None,
+) -> LoadVerdict:
+    """Hold a load until force and moment are small in several checks in a row, or a block has moved too far.
+
+    Parameters
+    ----------
+    wrench : [N, N m], shape (n, 6)
+    tolerance : of both unbalanced force and moment of every block, over its own load (and thickness) [-]. At this
+        load a block must also stand still: what it travels while the forces are small, kept up for as long again as
+        the load has been held, must stay below a fiftieth of ``limit``
+    limit : displacement that counts as collapse [m]
+    max_steps : budget; where the unbalanced force then still fades, or the blocks speed up or will be at ``limit`` in
+        time, it goes on by half as much again, up to :data:`EXTENSIONS` times; otherwise the verdict is "undecided",
+        however the blocks move
+    patience : steps that earlier loads took to settle; after these ``early`` is enough where the motion still speeds up
+        and the unbalanced force grows. Sooner, a slow swing about a new equilibrium looks alike
+    early : [m], a fifth of ``limit`` by default
+    edges : let the points of joints that slide follow the edges of their faces. Held to the material of one block, a
+        bearing that slides along with it bears more and more
+    onset : how the load comes on; at once by default
+    """
+    early = 0.2 * limit if early is None else early
+    scale = scale.under(wrench)
+    shift, quat = state.bodies.shift.copy(), state.bodies.quat.copy()
+    used = 0 if onset is None else onset.steps
+    if onset is not None and used:
+        part = np.arange(1, used + 1) / used
+        run(state, np.stack([onset.before, wrench]), np.column_stack([1.0 - part, part]), damping)
+    quiet, since, until, extensions = 0, 0, max_steps + used, EXTENSIONS
+    resting = (shift, quat)
+    path: list[tuple[float, float]] = []
+    while True:
+        # checks at unequal intervals cannot fall into step with an oscillation
+        steps = EVERY + (0, 7, 3, 11)[len(path) % 4]
+        if damping.kinetic and used >= STOPS and not _fades(path):
+            damping = replace(damping, local=max(damping.local, 0.6), kinetic=False)
+        run_constant(state, wrench, steps, damping)
+        if edges:
+            follow_edges(assembly, state)
+        used += steps
+        force, moment = unbalance_of_blocks(state, scale.above_rounding(state))
+        last, worst = (float(force.max()), float(moment.max())), int(np.argmax(np.maximum(force, moment)))
+        moved = displacement_since(state, shift, quat, scale)
+        path.append((moved, max(last)))
+        if moved > limit or (used > 1.5 * patience and moved > early and _accelerates(path)):
+            return LoadVerdict(MOVING, used, last, moved, worst)
+        quiet = quiet + 1 if max(last) < tolerance else 0
+        if quiet == 1:
+            since, resting = used, (state.bodies.shift.copy(), state.bodies.quat.copy())
+        if quiet >= CHECKS:
+            # balanced forces also belong to a block that slides or turns on at a steady pace
+            drift = displacement_since(state, *resting, scale) / (used - since)
+            if drift * used < 0.02 * limit:
+                return LoadVerdict(EQUILIBRIUM, used, last, moved, worst)
+            if used >= 2 * since:
+                # what crept on at first may rest since: looked at anew, from a pose of now
+                quiet = 0
+        if used >= until:
+            left = extensions * (max_steps // 2)
+            if extensions <= 0 or not (_fades(path) or _accelerates(path) or _arrives(path, used, limit, left)):
+                return LoadVerdict(UNDECIDED, used, last, moved, worst)
+            extensions -= 1
+            until += max_steps // 2
+
+
+def _accelerates(path: list[tuple[float, float]]) -> bool:
+    """Whether speed and unbalanced force grow in each later third of the last half of a path.
+
+    A few hundred steps say nothing: joints that slip one after the other let blocks speed up for a while on the way to
+    an equilibrium that takes tens of thousands. ``path`` holds displacement and unbalanced force of each look.
+    """
+    part = len(path) // 6
+    if part < 3:
+        return False
+    moved = np.array([p[0] for p in path[-3 * part - 1 :]])
+    force = np.log([max(p[1], 1e-300) for p in path[-3 * part :]]).reshape(3, part).mean(axis=1)
+    speed = np.diff(moved).reshape(3, part).mean(axis=1)
+    return bool(speed[0] > 0.0 and (np.diff(speed) > 0.0).all() and (np.diff(force) > 0.0).all())
+
+
+def _fades(path: list[tuple[float, float]]) -> bool:
+    """True where the unbalanced force of the last third of the time is a tenth lower than that of the third before."""
+    part = len(path) // 3
+    if part < 3:
+        return False
+    force = np.log([max(p[1], 1e-300) for p in path[-2 * part :]]).reshape(2, part).mean(axis=1)
+    return bool(force[1] < force[0] - 0.1)
+
+
+def _arrives(path: list[tuple[float, float]], used: int, limit: float, left: int) -> bool:
+    """True where the mean speed of the last third of the time carries a block to the limit within the steps left."""
+    part = len(path) // 3
+    return part >= 3 and path[-1][0] + (path[-1][0] - path[-1 - part][0]) * left * 3.0 / used > limit
