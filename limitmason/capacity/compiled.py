@@ -152,6 +152,14 @@ def elements(
     stiff, full, half = np.empty((c, 2 * d)), np.zeros((12, 12)), np.empty((12, 2 * d))
     p = np.zeros((12, 2 * d))
     p[:6, :d] = p[6:, d:] = basis
+    # rows of the entries of every column: most columns have one
+    count, row = np.zeros(2 * d, np.int64), np.zeros((2 * d, 12), np.int64)
+    for j in range(2 * d):
+        for h in range(12):
+            if p[h, j] != 0.0:
+                row[j, count[j]] = h
+                count[j] += 1
+    flat = wrenches.reshape(len(area), c, 2 * d)
     f, total, a, b = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     for k in range(len(starts)):
         out[k], total[:], a[:], b[:] = 0.0, 0.0, 0.0, 0.0
@@ -173,11 +181,11 @@ def elements(
                 for j in range(2 * d):
                     x = 0.0
                     for g in range(c):
-                        x += tangent[m, h, g] * wrenches[m, g, j // d, j % d]
+                        x += tangent[m, h, g] * flat[m, g, j]
                     stiff[h, j] = area[m] * x
             for i in range(2 * d):
                 for h in range(c):
-                    x = wrenches[m, h, i // d, i % d]
+                    x = flat[m, h, i]
                     for j in range(2 * d):
                         out[k, i, j] -= x * stiff[h, j]
         # rows: force and moment on a, then on b; columns: shift and spin of a, then of b, see geometric_stiffness
@@ -191,12 +199,24 @@ def elements(
         for i in range(12):
             for j in range(2 * d):
                 x = 0.0
-                for h in range(12):
-                    if p[h, j] != 0.0:
-                        x += full[i, h] * p[h, j]
+                for g in range(count[j]):
+                    x += full[i, row[j, g]] * p[row[j, g], j]
                 half[i, j] = x
         for i in range(2 * d):
-            for h in range(12):
-                if p[h, i] != 0.0:
-                    for j in range(2 * d):
-                        out[k, i, j] += p[h, i] * half[h, j]
+            for g in range(count[i]):
+                h = row[i, g]
+                for j in range(2 * d):
+                    out[k, i, j] += p[h, i] * half[h, j]
+
+
+@njit(cache=True, error_model="numpy")
+def assembled(element: Array, row_scale: Array, column_scale: Array, slot: Index, out: Array) -> None:
+    """Add the entries of elements, (k, 2 d, 2 d), to their places in a sparse matrix; -1 for those of held blocks."""
+    k, size = element.shape[:2]
+    d, place = len(row_scale), 0
+    for e in range(k):
+        for i in range(size):
+            for j in range(size):
+                if slot[place] >= 0:
+                    out[slot[place]] += element[e, i, j] * (row_scale[i % d] * column_scale[j % d])
+                place += 1

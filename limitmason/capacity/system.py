@@ -117,7 +117,9 @@ class System:
         columns = np.concatenate([columns[keep], own, np.full(order, order), own, [order]])
         key, slot = np.unique(columns * (order + 1) + rows, return_inverse=True)
         indptr = np.searchsorted(key, np.arange(order + 2) * (order + 1))
-        self._keep, self._slot = keep, slot
+        # of every entry of the elements, -1 for those of held blocks; then of the rest
+        self._slot = np.full(len(keep), -1)
+        self._slot[keep], self._rest = slot[: keep.sum()], slot[keep.sum() :]
         self._ordered: tuple[Index, Index, sparse.csc_matrix] | None = None
         indices, indptr = (key % (order + 1)).astype(np.int32), indptr.astype(np.int32)
         self._pattern = sparse.csc_matrix((np.zeros(len(key)), indices, indptr), shape=(order + 1,) * 2)
@@ -247,15 +249,26 @@ class System:
         element = self._deforming_elements(at) if self.bodies.deforming else self._elements(at)
         if len(self.ties.length):
             element = np.concatenate([element, stiffness(at.pulled, self.bodies.basis[:6])])
-        rows = np.concatenate([self.row_scale] * 2)
-        columns = np.concatenate([self.motion_scale] * 2)
-        element *= rows[:, None] * columns
+        values = self._summed(element)
         border = np.zeros(self.order) if prescribed == "multiplier" else self.control_own
         corner = 1.0 if prescribed == "multiplier" else 0.0
         viscous = np.broadcast_to(-np.asarray(viscosity, float), (self.order,)) - self.springs_own
-        data = np.concatenate([element.ravel()[self._keep], viscous, self.live_own, border, [corner]])
-        values = np.asarray(np.bincount(self._slot, data, self._pattern.nnz), float)
+        # every place once
+        values[self._rest] += np.concatenate([viscous, self.live_own, border, [corner]])
         return _filled(self._pattern, values)
+
+    def _summed(self, element: Array) -> Array:
+        """Entries of the matrix that elements in newtons and metres come to, own units, shape (entries,)."""
+        if self.bodies.large:
+            from limitmason.capacity import compiled
+
+            values = np.zeros(self._pattern.nnz)
+            compiled.assembled(element, self.row_scale, self.motion_scale, self._slot, values)
+            return values
+        keep = self._slot >= 0
+        rows, columns = np.concatenate([self.row_scale] * 2), np.concatenate([self.motion_scale] * 2)
+        own = (element * (rows[:, None] * columns)).ravel()[keep]
+        return np.asarray(np.bincount(self._slot[keep], own, self._pattern.nnz), float)
 
     def _elements(self, at: Evaluated) -> Array:
         """Derivative of the wrenches by the motions, per run of points between two rigid blocks, (k, 2 d, 2 d)."""
