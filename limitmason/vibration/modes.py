@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,13 +22,18 @@ from limitmason.vibration.eigensolver import REST, largest_of, lowest
 from limitmason.vibration.system import Vibrates, VibratingSystem
 
 _AT_REST = 1e-6  # of the largest frequency found: below it nothing holds the motion
+_REPEATED = 1e-8  # of (2 pi f)^2: modes this near are equal, and any motion that they span is one
+_ORDERS = 5  # of moments that may give a mode its sign
+_SEEN = 1e-2  # of the largest moment there could be: below it a moment may be rounding
+_FIRST = 0.6  # of the largest moment of an order: the first this large counts, so that equal ones cannot change places
 
 
 @dataclass(frozen=True, eq=False)
 class Modes(Displayed, Tabular, ReadOnly):
     """Natural modes, lowest first.
 
-    Shapes are of unit modal mass.
+    Shapes are of unit modal mass. A mode moves the mass towards +x, +y or +z, the first that is among its largest
+    moments. Where it moves none on balance the moments of the motion about the centroid count.
 
     Parameters
     ----------
@@ -137,8 +142,9 @@ def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
 
     Notes
     -----
-    Repeated modes, as of equal piers, come as often as they are; their shapes are any that span the same motions.
-    Damping is left out. Of a state only joints or cracks that are open count; large displacements of it do not.
+    Repeated modes, as of equal piers, come as often as they are. Any shapes that span the same motions are right: the
+    first given moves most mass along x, or along y or z where that is far more. Damping is left out. Of a state only
+    joints or cracks that are open count; large displacements of it do not.
     """
     if isinstance(model, Assembly):
         system = closed_system(model, **options)
@@ -156,12 +162,61 @@ def solved(system: VibratingSystem, count: int) -> Modes:
         raise InputError(f"count must lie between 1 and {n - 1}, got {count!r}")
     k, m = system.stiffness, system.mass
     value, vector, below, _ = lowest(system, count)
+    at_rest = value < max(_AT_REST**2 * float(value.max()), REST * largest_of(system))
+    vector = _directed(system, np.where(at_rest, 0.0, value), vector)
     stiff = k @ vector
     size = np.linalg.norm(stiff, axis=0)
-    at_rest = value < max(_AT_REST**2 * float(value.max()), REST * largest_of(system))
     off = np.linalg.norm(stiff - (m @ vector) * np.where(at_rest, 0.0, value), axis=0)
     size = np.where(at_rest, max(float(size.max()), 1e-300), size)
     frequency = np.where(at_rest, 0.0, np.sqrt(np.maximum(value, 0.0))) / (2.0 * np.pi)
     shape = np.array([system.spread(v) for v in vector.T])
     participating = (vector.T @ system.excited) ** 2
     return Modes(frequency, shape, participating, off / size, system, below)
+
+
+def _directed(system: VibratingSystem, value: Array, vector: Array) -> Array:
+    """Eigenvectors with a sign, repeated ones also with directions, that rounding and numbering do not choose.
+
+    The first of a group of equal ones has the largest of one moment, the others none of it, and so on. Moments are
+    taken in the order of their degree, translations before rotations of blocks.
+    """
+    motion = np.array([system.spread(v)[:, :6] for v in vector.T])
+    moments = list(_moments(system, motion))
+    out = vector.copy()
+    breaks = np.flatnonzero(np.diff(value) > _REPEATED * np.abs(value[1:])) + 1
+    for group in np.split(np.arange(len(value)), breaks):
+        chosen = np.empty((0, len(group)))
+        for order in moments:
+            left = order[:, group]
+            while len(chosen) < len(group):
+                left = left - left @ chosen.T @ chosen
+                size = np.linalg.norm(left, axis=1)
+                if size.max() < _SEEN:
+                    break
+                row = int(np.argmax(size >= _FIRST * size.max()))
+                chosen = np.vstack([chosen, left[row] / size[row]])
+        rest = np.linalg.svd(chosen, full_matrices=True)[2][len(chosen) :] if len(chosen) else np.eye(len(group))
+        out[:, group] = vector[:, group] @ np.vstack([chosen, rest]).T
+    return out
+
+
+def _moments(system: VibratingSystem, motion: Array) -> Iterator[Array]:
+    """Moments of motions of unit modal mass about the centroid [-], per degree an array of shape (moments, k).
+
+    Parameters
+    ----------
+    motion : displacement [m], and rotation [rad] of blocks, per place, shape (k, n, 3) or (k, n, 6)
+    """
+    moving = system.carrier.moving
+    places, mass = system.carrier.places[moving], np.maximum(system.carrier.masses[moving], 0.0)
+    from_centre = places - np.average(places, axis=0, weights=mass)
+    reach = max(float(np.linalg.norm(from_centre, axis=1).max()), 1e-300)
+    x, root = from_centre / reach, np.sqrt(mass)[:, None]
+    for motions in (motion[:, moving, :3], reach * motion[:, moving, 3:]):
+        for degree in range(_ORDERS):
+            powers = [(degree - a, a - b, b) for a in range(degree + 1) for b in range(a + 1)]
+            weight = np.column_stack([np.prod(x**p, axis=1) for p in powers]) * root
+            weight = weight / np.maximum(np.linalg.norm(weight, axis=0), 1e-300)
+            shared = np.einsum("nw,kni->iwk", weight, root * motions)
+            if shared.size:
+                yield shared.reshape(-1, len(motion))

@@ -13,6 +13,7 @@ from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.vibration import ModalTest
 from limitmason.vibration.eigensolver import lowest
+from limitmason.vibration.modes import _directed
 from limitmason.vibration.system import VibratingSystem
 
 JOINT = lm.Joint(40.0, normal_stiffness=1e9, shear_stiffness=1e9)
@@ -74,6 +75,56 @@ def test_turned_and_renumbered_piers_have_the_same_repetitions():
     one, two = (lm.modes(p, 13) for p in (piers(6, 3), piers(6, 3, turn=turn, shuffle=True)))
     assert one.frequency == pytest.approx(two.frequency, rel=1e-7)
     assert one.below == two.below
+
+
+def by_name(found):
+    """Displacements per mode and block, blocks in the order of their names."""
+    return found.shape[:, np.argsort([b.name for b in found.system.carrier.assembly.blocks]), :3]
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_rounding_and_numbering_choose_no_sign_and_no_direction(count):
+    """Square piers sway alike along x and y; two of them have each motion in step and against each other."""
+    here, wanted = piers(count, 3), 8 * count
+    found = lm.modes(here, wanted)
+    start = lowest(found.system, wanted)
+    random = np.random.default_rng(7)
+    for _ in range(3):
+        other = start.vector * random.choice([-1.0, 1.0], wanted)
+        for k in range(0, 4 * count, 2 * count):  # pairs, and with two piers fours, turned in what they span
+            group = slice(k, k + 2 * count)
+            other[:, group] = other[:, group] @ np.linalg.qr(random.standard_normal((2 * count, 2 * count)))[0]
+        again = _directed(found.system, start.value, other)
+        before = _directed(found.system, start.value, start.vector)
+        assert again == pytest.approx(before, abs=1e-6 * np.abs(other).max())
+    first = by_name(found)
+    size = np.abs(first).max()
+    assert by_name(lm.modes(piers(count, 3, shuffle=True), wanted)) == pytest.approx(first, abs=1e-6 * size)
+    along = np.einsum("n,kni->ki", here.arrays.mass * ~here.fixed, found.shape[..., :3])
+    assert along[0] == pytest.approx([along[0, 0], 0.0, 0.0], abs=1e-6 * along[0, 0])
+    assert along[0, 0] > 0.0
+    assert along[1] == pytest.approx([0.0, along[1, 1], 0.0], abs=1e-6 * along[1, 1])
+    assert along[1, 1] > 0.0
+
+
+def test_a_mode_without_mass_on_balance_has_a_sign_by_its_moments():
+    """Of a wall between held ends the second sway has no resultant: its sign is that of the moment x u."""
+    across = [(0.0, 0.0), (0.3, 0.0), (0.3, 0.5), (0.0, 0.5)]
+    faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    solids = [[(x, y, z) for x in (k, k + 1.0) for y, z in across] for k in range(8)]
+    wall = lm.Assembly.from_polyhedra([(s, faces) for s in solids], joint=JOINT, density=2000.0, fixed=[0, 7])
+    found = lm.modes(wall, 6)
+    mass = np.where(wall.fixed, 0.0, wall.arrays.mass)
+    u = found.shape[..., :3]
+    first = np.einsum("n,kni->ki", mass, u)
+    x = wall.centroids[:, 0] - wall.centroids[:, 0].mean()
+    moment = np.einsum("n,kni->ki", mass * x, u)
+    balanced = found.share.max(axis=1) < 1e-6
+    assert balanced.any()
+    assert not balanced.all()
+    for k in range(6):
+        shown = moment[k] if balanced[k] else first[k]
+        assert shown[np.argmax(np.abs(shown))] > 0.0
 
 
 def test_blocks_that_nothing_holds_count_their_rigid_motions():
