@@ -203,7 +203,12 @@ def _answered(
     assembly: Assembly, loads: Loads, method: str, wanted: Sequence[str], *, test: ModalTest | None = None,
     drive: Any = None, stages: Any = None, **options: Any,
 ) -> tuple[Any, Mapping[str, float]]:
-    """What a method found, and all its quantities."""
+    """What a method found, and all its quantities.
+
+    Parameters
+    ----------
+    drive, stages : of methods that follow them, or functions of assembly and loads that make them
+    """
     if method == MODES:
         if test is not None:
             modal = modes(assembly, **{"count": len(test) + SPARE, **options})
@@ -232,7 +237,12 @@ def _answered(
 
 
 def _load_at(found: Any, method: str, displacement: float) -> float:
-    """Load of a method's curve at a displacement."""
+    """Load of a method's curve at a displacement, in the curve's units.
+
+    Parameters
+    ----------
+    found : prediction with a curve in its details, or a curve
+    """
     curve = found.details.get("curve") if isinstance(found, Prediction) else found
     if not isinstance(curve, Curve):
         raise InputError(f"method {method!r} follows no curve: it has no load at a displacement")

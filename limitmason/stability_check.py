@@ -160,6 +160,8 @@ def stability(
         return standing_margin(assembly.with_interfaces(_shrunk(assembly, share)), loads, **model)
 
     def tilted(direction: Array) -> Callable[[float], Margin]:
+        """Margin of the structure over the angle [rad] by which the ground falls in a direction, a unit vector."""
+
         def at(angle: float) -> Margin:
             dead = np.array(loads.dead)
             dead[:, :3] += assembly.weights[:, None] * (math.sin(angle) * direction + (0, 0, 1.0 - math.cos(angle)))
@@ -179,7 +181,9 @@ def stability(
 
 
 def _state(problem: Problem) -> tuple[bool | None, Prediction]:
-    """Whether some forces carry the dead load, with them, or with the motion by which it falls."""
+    """Whether some forces carry the dead load, and these, or the motion by which it falls; None where neither was
+    found.
+    """
     forces, falling = carry(problem)
     words = Bound(BoundKind.NONE, "no multiplier: forces that carry the dead load" if forces else "")
     state = Prediction("stability", math.nan, words, Status.SOLVED, None, forces, **problem.contact_facts)
@@ -213,6 +217,7 @@ def _directions(tilts: Sequence[str] | Mapping[str, ArrayLike]) -> Mapping[str, 
 
 
 def _horizontal(name: str, direction: ArrayLike) -> Array:
+    """The horizontal unit vector of a direction that a user gave under a name."""
     d = read_vector(f"tilt {name!r}", direction)
     size = float(np.linalg.norm(d))
     if not size > 0.0 or abs(d[2]) > 1e-9 * size:
@@ -223,7 +228,12 @@ def _horizontal(name: str, direction: ArrayLike) -> Array:
 def _below_normality(
     assembly: Assembly, loads: Loads, path: bool, model: dict[str, Any]
 ) -> tuple[bool | None, PushoverCurve | None, tuple[str, ...]]:
-    """What is sufficient, and what a path says, where psi < phi, with sentences on both."""
+    """For psi < phi: whether it stands by every flow rule, what a path says, and sentences on both.
+
+    Parameters
+    ----------
+    model : options of :func:`limitmason.limit.make_problem`
+    """
     if all(i.joint.tan_psi == i.joint.tan_phi for i in assembly.interfaces):
         return None, None, ()
     reduced = make_problem(assembly.with_joints(inside), loads, live_required=False, **model)

@@ -62,6 +62,7 @@ def arch_limit(angle_deg: float = 180.0) -> ArchLimit:
         return (inner * beta * math.sin(beta) - rho * (1.0 - math.cos(beta))) / (outer - inner * math.cos(beta))
 
     def haunch(t: float) -> float:
+        """Angle from the crown [rad] of the hinges at the haunches, in an arch of relative thickness t."""
         found = minimize_scalar(
             lambda b: -need(b, t), bounds=(0.05 * alpha, alpha), method="bounded", options={"xatol": 1e-12}
         )

@@ -167,6 +167,10 @@ def _least(values: dict[str, float]) -> str | None:
     """Name of the smallest value.
 
     Equal ones go to the first in the list, so that rounding does not choose.
+
+    Parameters
+    ----------
+    values : multiplier by name [-]
     """
     if not values:
         return None
@@ -177,7 +181,12 @@ def _least(values: dict[str, float]) -> str | None:
 def _fitting(
     assembly: Assembly, loads: Loads, contact_factor: float
 ) -> tuple[dict[str, Callable[[], Prediction]], list[str]]:
-    """Mechanisms that fit a wall and its loads, by name, and why others are left out."""
+    """Mechanisms that fit a wall and its loads, by name, and why others are left out.
+
+    Parameters
+    ----------
+    contact_factor : k of mechanism D [-]
+    """
     recipe = assembly.recipe
     if recipe.get("kind") != "wall":
         return {}, []

@@ -298,7 +298,12 @@ def _worst_level(name: str, assembly: Assembly, loads: Loads, motion: Any, sourc
 
 
 def _direction(assembly: Assembly, loads: Loads | None) -> tuple[Loads, Array]:
-    """Loads, and the horizontal direction of the live part."""
+    """Loads, and the horizontal direction of their live part, a unit vector.
+
+    Parameters
+    ----------
+    loads : None for a push along -y
+    """
     if loads is None:
         loads = Loads.horizontal(assembly, (0.0, -1.0, 0.0))
     total = loads.live[~assembly.fixed, :3].sum(axis=0) * [1.0, 1.0, 0.0]

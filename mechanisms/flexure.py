@@ -92,6 +92,9 @@ def horizontal_flexure(
         return flexure_terms(f, n, contact_factor * radius, reduction=omega, interaction=interaction)
 
     def search(omega: float | None) -> tuple[SmallestValue, int]:
+        """Smallest multiplier, and hinge, over all hinges and cracks, at a crack-angle reduction ``omega`` or
+        without.
+        """
         limits = {n: min(f.steepest_crack, _whole_length(f) / (2.0 * n * f.course_height)) for n in hinges}
         best = least(
             (terms_of(n, arm, omega).smallest(limit, crack_tangent), n)

@@ -118,6 +118,10 @@ def sloping_crack_limit(friction: float, slope: float, courses: int | None = Non
     ----------
     friction, slope : f and v/h [-]
     courses : n
+
+    Returns
+    -------
+    multiplier, tangent : lambda and tan(alpha) [-]
     """
     f, slope = not_negative("friction", friction), positive("slope", slope)
     if courses is not None:
@@ -190,7 +194,10 @@ def _details(slope: float, tangent: float | None = None) -> dict[str, float]:
 
 
 def _in_plane(wall: Assembly, loads: Loads | None) -> tuple[Loads, int]:
-    """Loads in the plane of a straight wall without openings, and their sense; refuses all others."""
+    """Loads in the plane of a straight wall without openings, and their sense along x, 1 or -1.
+
+    All other walls and loads are refused.
+    """
     recipe = wall_recipe(wall)
     _straight(len(recipe["returns"]), "the assembly's side walls")
     _straight(len(recipe["openings"]), "the assembly's openings")

@@ -9,7 +9,12 @@ from mechanisms.papers import PAPERS
 
 
 def _smallest_estimate(details: Mapping[str, Any]) -> str:
-    """The smallest estimate of the catalogue where a bound leads: it must not be taken for one."""
+    """The smallest estimate of the catalogue in words, where a bound leads: it must not be taken for one.
+
+    Parameters
+    ----------
+    details : of the prediction, by name
+    """
     name = details.get("smallest_estimate_of")
     if not name or not details.get("smallest_upper_bound_of"):
         return ""

@@ -163,6 +163,9 @@ def compound_rocking(
         return rocking_terms(f, n, m, reduction=omega, below_crack=below_crack).smallest(limit, crack_tangent)
 
     def search(omega: float | None) -> tuple[SmallestValue, int, int]:
+        """Smallest multiplier, hinge and crossed courses of all tried, at a crack-angle reduction ``omega`` or
+        without.
+        """
         best = least(
             (at_worst(n, m, omega), n, m)
             for n in courses_to_try("hinge_courses", hinge_courses, f.courses)
@@ -194,6 +197,11 @@ def rocking_terms(
 
     lambda_B = (resisting + side walls * side_n) / (driving + side walls * side_d), each moments about the hinge over
     powers 0, 1, 2 of s [N m]. s = 0 gives lambda_A.
+
+    Parameters
+    ----------
+    hinge, crossed : courses from the top to the hinge, and those that the crack crosses
+    reduction : share of the friction that counts, 1 - s / s_max by default [-]
     """
     f, h = facade, facade.course_height
     top, crack = hinge * h, crossed * h
@@ -218,7 +226,12 @@ def rocking_terms(
 
 
 def _stepped(seen: ReadParameters, hinge_courses: int | None) -> Prediction:
-    """Compound rocking whose crack follows whole courses, at the worst hinge."""
+    """Compound rocking whose crack follows whole courses, at the worst hinge.
+
+    Parameters
+    ----------
+    hinge_courses : courses from the top to the hinge; None for the worst
+    """
     f, h = seen.facade, seen.facade.course_height
     hinges = courses_to_try("hinge_courses", hinge_courses, f.courses)
     found = {n: best_steps(f, n) for n in hinges}
@@ -256,7 +269,13 @@ def _mean(arm: Array, force: Array) -> float:
 def _details(
     f: Facade, hinge: int, crossed: int, tangent: float, sums: FrictionSums, omega: float, bracket: tuple
 ) -> dict[str, Any]:
-    """Geometry and friction of a compound mechanism, by name."""
+    """Geometry and friction of a compound mechanism, by name.
+
+    Parameters
+    ----------
+    hinge, crossed, tangent : courses to the hinge and across the crack, and the crack's tangent [-]
+    omega, bracket : crack-angle reduction, and multipliers with none and with all of the friction [-]
+    """
     return {
         "hinge_courses": hinge, "hinge_height": f.height - hinge * f.course_height, "crossed_courses": crossed,
         "crack_tangent": tangent, "crack_angle_deg": math.degrees(math.atan(tangent)),
@@ -267,6 +286,12 @@ def _details(
 
 
 def _twists(seen: ReadParameters, level: float, crack: Any) -> Array | None:
+    """Velocities of the blocks as they rock about a hinge, shape (n, 6); None without an assembly.
+
+    Parameters
+    ----------
+    level, crack : height of the hinge above the foot [m], and the crack's distance from the facade at a height [m]
+    """
     if seen.assembly is None or seen.loads is None:
         return None
     foot = foot_level(seen.assembly)
@@ -274,7 +299,13 @@ def _twists(seen: ReadParameters, level: float, crack: Any) -> Array | None:
 
 
 def _crossed(value: int | str | None, hinge: int, *, given: bool) -> range:
-    """Courses to cross for one hinge, or none where the crack would pass below a hinge that is being searched."""
+    """Numbers of courses to cross for one hinge.
+
+    Parameters
+    ----------
+    value : that number, "hinge" for as many as above the hinge, or None for all that are possible
+    given : whether the hinge was given; else none where the crack would pass below it
+    """
     if value == "hinge":
         return range(hinge, hinge + 1)
     if isinstance(value, str):

@@ -119,7 +119,7 @@ class Facade:
         return self.unit_weight * self.length * self.thickness * self.height
 
     def rocking_powers(self, top: float) -> tuple[float, float]:
-        """Powers that resist and drive facade and overload above a hinge, per turn [N m]; it lies ``top`` [m] below."""
+        """Powers that resist and drive what lies above a hinge ``top`` [m] below the crown, per turn [N m]."""
         weight = self.unit_weight * self.thickness * self.length * top
         load = self.overload * self.overload_length
         return (
@@ -229,7 +229,7 @@ def read(facade: Facade | Assembly, loads: Loads | None = None, **changes: Any) 
 
 
 def courses_to_try(name: str, value: int | None, most: int) -> range:
-    """The number of courses that is given, or all from 1 to ``most``, of which the worst will be taken."""
+    """The number of courses ``value`` that is given, or all from 1 to ``most``, of which the worst will be taken."""
     if value is None:
         return range(1, most + 1)
     if isinstance(value, bool) or value != int(value) or not 1 <= value <= most:
@@ -309,7 +309,12 @@ def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
 
 
 def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond: float) -> dict[str, float]:
-    """Line loads on facade and side walls, with the offset, inertia and rise of the facade's."""
+    """Line loads on facade and side walls, with the offset, inertia and rise of the facade's.
+
+    Parameters
+    ----------
+    found, beyond : what was read of the wall by name, and length of all side walls beyond the facade [m]
+    """
     loads = Loads.horizontal(assembly, (0.0, -1.0, 0.0)) if loads is None else loads
     axis, sense = load_direction(assembly, loads)
     height = foot_level(assembly) + found["courses"] * found["course_height"]

@@ -78,7 +78,17 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
 
 
 def _cheapest(plain: np.ndarray, step: np.ndarray, roof: np.ndarray, hinge: int, most: int) -> tuple[int, ...]:
-    """Courses to step in, cheapest in total: from the top down, best[k] is the cost above with k steps below."""
+    """Courses to step in, cheapest in total, by dynamic programming from the top down.
+
+    ``best[k]`` is the least cost of the courses above with k steps below.
+
+    Parameters
+    ----------
+    plain : cost of a course without a step, shape (n + 1,)
+    step : of one with a step, and k below it, shape (n + 1, most + 1)
+    roof : cost of the overload on a wedge with k steps, shape (most + 1,)
+    hinge, most : courses, and the largest number of steps
+    """
     best = roof.copy()
     decisions = []
     for j in range(1, hinge + 1):
@@ -96,7 +106,10 @@ def _cheapest(plain: np.ndarray, step: np.ndarray, roof: np.ndarray, hinge: int,
 
 
 def _course_power(f: Facade, low: float, high: float, z0: float) -> np.ndarray:
-    """Lift and travel of one course of a wedge, ``low`` wide at its foot and ``high`` at its head, per side wall."""
+    """Moments by which one course of a wedge lifts and travels, per side wall and turn [N m].
+
+    It is ``low`` wide at its foot and ``high`` at its head; its foot is z0 above the hinge [m].
+    """
     h, x0 = f.course_height, f.crack_offset
     density = f.unit_weight * f.side_wall_thickness
     mean = 0.5 * (low + high)

@@ -130,6 +130,7 @@ def _allow(
     near : pairs of pieces; ``move`` [m] and ``angle`` [rad] are written
     code, own : pair code of every row of ``near``, and of every joint, see :func:`_codes`
     joined : rows whose blocks have a joint, shape (m,)
+    margin : distance up to which pairs of pieces are looked at [m]
     """
     still = np.zeros((assembly.n_blocks, 3, 3))
     shape = PiecesMeet(placed(pieces, still, assembly.centroids)[0], pieces, near.pairs, margin).now
@@ -230,7 +231,12 @@ class _Search:
             self._meet(np.union1d(self.looked, recut))
 
     def _meet(self, looked: Index) -> None:
-        """How the pieces of some pairs of blocks meet, and which of them make a joint."""
+        """How the pieces of some pairs of blocks meet, and which of them make a joint.
+
+        Parameters
+        ----------
+        looked : codes of the pairs of blocks that are looked at, see :func:`_codes`
+        """
         self.looked, around = looked, self.around
         near = np.flatnonzero(among(self.of_row, looked) & ~around.apart)
         self.key, self.pairs = self.of_row[near], around.near.pairs[near]
@@ -347,7 +353,7 @@ class Families:
         return pair
 
     def of_all(self, pairs: Index) -> Index:
-        """First pair of the family of every pair, shape (n,)."""
+        """First pair of the family of every pair, from and to numbers of pairs, shape (n,)."""
         out = pairs.copy()
         for k in np.flatnonzero(among(pairs, np.array(sorted(self._first), dtype=np.int64))).tolist():
             out[k] = self.of(int(pairs[k]))

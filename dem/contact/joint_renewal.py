@@ -125,6 +125,7 @@ def turned_since(state: State) -> Array:
 
 
 def _multiply_rows(p: Array, q: Array) -> Array:
+    """Products p q of quaternions, scalar first, row by row, shape (n, 4)."""
     a, b, c, d = p.T
     e, f, g, h = q.T
     return np.stack([

@@ -1,4 +1,7 @@
-"""Which pieces of blocks are near each other, and which have moved against each other since they were looked at."""
+"""Which pieces of blocks are near each other, and which have moved against each other since they were looked at.
+
+``margin`` is the distance up to which pieces are near [m].
+"""
 
 from typing import NamedTuple
 
@@ -83,7 +86,13 @@ class Neighbours(NamedTuple):
         return self.near.move == ALWAYS
 
     def looked_at(self, rows: Flags, move: Array, angle: Array) -> NearPairs:
-        """Pairs as they are when some have been looked at, with what they are allowed from now on."""
+        """Pairs as they are when some have been looked at, with what they are allowed from now on.
+
+        Parameters
+        ----------
+        rows : of the pairs, those that have been looked at, shape (m,)
+        move, angle : what pairs may move [m] and turn [rad] before they are looked at again, shape (m,)
+        """
         near = self.near
         now = {"offset": self.offset, "turn": self.turn, "move": move, "angle": angle}
         every = {name: rows.reshape(-1, *[1] * (x.ndim - 1)) for name, x in now.items()}
@@ -134,6 +143,7 @@ def _renewed(assembly: Assembly, pieces: Pieces, near: NearPairs, low: Array, hi
     if len(rows) <= FEW:
         meets = (low[rows][:, None] <= high) & (low <= high[rows][:, None])
         one, other = np.nonzero(meets.all(axis=2))
+        # of the pieces that have left their boxes, few are compared with all; pairs of others stay
         new = np.sort(np.column_stack([rows[one], other]), axis=1)
         kept = near.pairs[~left[near.pairs].any(axis=1)]
         every = np.concatenate([kept, new[new[:, 0] < new[:, 1]]]) @ (size, 1)
@@ -156,6 +166,10 @@ def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float
     """Block that has moved most against the held ones, and how far its farthest corner has [m].
 
     ``reach`` as below.
+
+    Parameters
+    ----------
+    reach : of every block, from the centroid to its farthest corner [m], shape (n,)
     """
     b = state.bodies
     ground = b.shift[assembly.fixed].mean(axis=0) if assembly.fixed.any() else np.zeros(3)

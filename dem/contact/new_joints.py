@@ -96,13 +96,19 @@ def cut(
 def _laws(
     assembly: Assembly, state: State, poses: Poses, blocks: tuple[Index, Index], like: Index, normal: Array, arm: Array
 ) -> tuple[Array, Index]:
-    """Law of every pair's interface, or an unbonded one, and the interface it came from (encoded).
+    """Law of every pair's interface, or an unbonded one, and the interface it came from.
 
     Parameters
     ----------
     like : see :func:`cut`
     normal : from a to b now
     arm : joint's origin from the centroid of a, axes of a [m]
+    blocks : numbers of the first and the second block of every pair, (k,) each
+
+    Returns
+    -------
+    law : rows of the kernel, shape (k, columns)
+    origin : -2 less the interface whose law it is, -1 for an unbonded one, shape (k,)
     """
     x, (one, two), size = assembly.arrays, blocks, (assembly.n_blocks, 1)
     code = np.sort(np.column_stack([x.block_a, x.block_b]), axis=1) @ size
@@ -132,11 +138,13 @@ def assemble(
     Parameters
     ----------
     changed : blocks beside new joints whose stiffness is other than when it was looked at last, shape (n,)
+    stays : joints of the state that are kept, shape (k,)
     """
     j, those = state.joints, np.flatnonzero(stays)
     kept = points_of(j, those)
 
     def stack(old: NDArray[Number], of: Index, new: NDArray[Number] | None) -> NDArray[Number]:
+        """The kept rows ``of`` the old array, and the new ones after them."""
         out = np.empty((len(of) + (0 if new is None else len(new)), *old.shape[1:]), dtype=old.dtype)
         np.take(old, of, axis=0, out=out[: len(of)], mode="clip")
         if new is not None:

@@ -75,7 +75,14 @@ def with_added(
     added: Numbers | None, tan_phi: float, tan_psi: float, cohesion: float, tension: float, slip_1: float,
     slip_2: float, damage: float,
 ) -> Numbers:
-    """tan(phi), tan(psi), c and ft with the terms added to the law, at the plastic slip before the step."""
+    """tan(phi), tan(psi), c and ft with the terms added to the law, at the plastic slip before the step.
+
+    Parameters
+    ----------
+    added : numbers of the joint's added terms; None where it has none
+    tan_phi, tan_psi, cohesion, tension : values without them [-], [Pa]
+    slip_1, slip_2, damage : plastic slip [m] and damage, 0 to 1, before the step
+    """
     if added is None:
         return tan_phi, tan_psi, cohesion, tension
     return _changed(added, tan_phi, tan_psi, cohesion, tension, np.sqrt(slip_1 * slip_1 + slip_2 * slip_2), damage)

@@ -44,9 +44,15 @@ SOURCES = content(Path(__file__).parent, [Path(inspect.getfile(term)) for term i
 
 
 def _kept_or_none(load: Callable[[], dict[Any, Any]]) -> Callable[[], dict[Any, Any]]:
-    """Reader of what is kept of a function that finds nothing where a class of its arguments is no more."""
+    """Reader of numba's cache that finds nothing, instead of failing, where a class of the arguments is no more.
+
+    Parameters
+    ----------
+    load : numba's reader of the compiled versions of a function that are on disk
+    """
 
     def kept() -> dict[Any, Any]:
+        """What is on disk, or nothing."""
         try:
             return load()
         except (AttributeError, ImportError):

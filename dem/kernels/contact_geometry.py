@@ -1,4 +1,7 @@
-"""How convex pieces meet at any relative rotation: axes of the widest gap, faces clipped on faces, edges that cross."""
+"""How convex pieces meet at any relative rotation: axes of the widest gap, faces clipped on faces, edges that cross.
+
+Arguments that are named like a field of :class:`PieceArrays` are that field.
+"""
 
 from typing import NamedTuple
 
@@ -86,6 +89,12 @@ def relative_motion(
 
     ``moved`` bounds the travel of any point of the second, seen from the first [m]; ``turned`` is the angle [rad].
     These two, ``offset`` and ``turn`` are written.
+
+    Parameters
+    ----------
+    quat, rot : rotation of every block as a quaternion, and as a matrix less one, (n, 4) and (n, 3, 3)
+    place, reach : centroid of every block now, and radius about it [m], (n, 3) and (n,)
+    offset, turn : of the second block against the first, in the first's axes [m], and as a quaternion, (p, 3), (p, 4)
     """
     for m in range(len(near.blocks)):
         a, b = near.blocks[m, 0], near.blocks[m, 1]
@@ -157,7 +166,12 @@ def _gap_above(
 def _widest_beside(
     corners: Array, n_corners: Index, planes: Array, n_faces: Index, p: int, q: int, axis: Array, flat: float
 ) -> float:
-    """Gap of the face of p that separates q the most, of those whose normals leave an axis by more than ``flat``."""
+    """Gap [m] of the face of p that separates q the most, of faces that are not square to an axis.
+
+    Parameters
+    ----------
+    axis, flat : unit vector, and the cosine with it below which a face's normal leaves it
+    """
     widest = -1e300
     for f in range(n_faces[p]):
         c = planes[p, f, 0] * axis[0] + planes[p, f, 1] * axis[1] + planes[p, f, 2] * axis[2]
@@ -170,7 +184,16 @@ def _widest_beside(
 def _widest_gap(
     corners: Array, n_corners: Index, planes: Array, n_faces: Index, p: int, q: int, best: Array
 ) -> tuple[int, int]:
-    """Face of p that separates q the most, and q's corner nearest to it; plane and gap written to ``best`` (5)."""
+    """Face of p that separates q the most, and q's corner nearest to it; plane and gap written to ``best`` (5).
+
+    Parameters
+    ----------
+    best : unit normal (3), offset [m] and gap [m] of that face, written, shape (5,)
+
+    Returns
+    -------
+    face, corner : numbers within p and within q
+    """
     found, nearest = -1, 0
     best[4] = -1e300
     for f in range(n_faces[p]):
@@ -186,7 +209,7 @@ def _widest_gap(
 def _widest_crossing(
     corners: Array, edges: Index, n_edges: Index, planes: Array, p: int, q: int, out: Array
 ) -> tuple[float, float]:
-    """Gap along the cross product of edges of p and q that separates them most, -1e300 without any; cosine to a face.
+    """Widest gap between p and q along the cross product of two of their edges.
 
     Only edges whose arcs on the sphere of normals, from face to face beside the edge, cross: theirs are planes of
     support (Gottschalk, Lin, Manocha 1996 for the axes; Gregorius 2013 for the arcs).
@@ -194,6 +217,11 @@ def _widest_crossing(
     Parameters
     ----------
     out : start and vector along either edge [m], and the unit normal from p to q, written, shape (5, 3)
+
+    Returns
+    -------
+    gap : [m], -1e300 where no edges cross
+    steepest : largest cosine between that direction and the normals of the four faces beside the edges [-]
     """
     widest, steepest = -1e300, 1.0
     for e in range(n_edges[p]):
@@ -237,6 +265,12 @@ def _clipped(pieces: PieceArrays, base: int, face: int, axis: Array, polygon: Ar
     """Clip a polygon by the sides of a face of the base, seen along its normal.
 
     The polygon is changed in place, ``n`` are its corners and the number left is returned; ``spare`` is work space.
+
+    Parameters
+    ----------
+    base, face : number of the piece, and of its face
+    axis : unit normal of that face, shape (3,)
+    polygon, spare : corners [m], shape (MOST, 3)
     """
     corners, faces = pieces.corners, pieces.faces
     sides = pieces.size[base, face]
@@ -271,7 +305,16 @@ def _clipped(pieces: PieceArrays, base: int, face: int, axis: Array, polygon: Ar
 
 @kernel(fast=False, forceinline=True)
 def _opposed_face(pieces: PieceArrays, other: int, lowest: int, axis: Array) -> tuple[int, float]:
-    """Of the faces at a corner the one most opposed to an axis, and the cosine between both."""
+    """Of the faces of a piece at one of its corners, the one most opposed to an axis.
+
+    Parameters
+    ----------
+    other, lowest : number of the piece, and of its corner
+
+    Returns
+    -------
+    face, cosine : number of the face, and cosine between its normal and the axis
+    """
     opposed, low = 0, 2.0
     for f in range(pieces.n_faces[other]):
         touches = False
@@ -298,6 +341,7 @@ def _widest_axis(
     m : row of ``met``, the meetings that are written
     flat : cosine below which two directions count as square to each other
     ref_p, ref_q : work arrays for plane and gap, shape (5,)
+    margin : gap from which on two pieces are left alone [m]
     """
     corners, n_corners, planes, n_faces = pieces.corners, pieces.n_corners, pieces.planes, pieces.n_faces
     fp, low_q = _widest_gap(corners, n_corners, planes, n_faces, p, q, ref_p)

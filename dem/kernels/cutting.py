@@ -55,7 +55,17 @@ class Cut(NamedTuple):
 
 @kernel(fast=False)
 def _lattice(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
-    """Points of a quadrilateral in bilinear rows, and triangles of all cells, each cut both ways; how many of these."""
+    """Cover a quadrilateral by a lattice of points and by triangles, each cell cut both ways.
+
+    Parameters
+    ----------
+    x, y : its four corners [m]
+    px, py, corners : points [m] and their numbers at every triangle, written, shapes (m,), (m,), (k, 3)
+
+    Returns
+    -------
+    triangles : how many were written
+    """
     m = LATTICE
     for i in range(m):
         v = i / (m - 1.0)
@@ -76,7 +86,7 @@ def _lattice(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
 
 @kernel(fast=False, forceinline=True)
 def _sum(x: Array, count: int) -> float:
-    """Sum of some numbers in their order."""
+    """Sum of the first ``count`` numbers of x, in their order: the last bits depend on it."""
     total = 0.0
     for k in range(count):
         total += x[k]
@@ -85,7 +95,17 @@ def _sum(x: Array, count: int) -> float:
 
 @kernel(fast=False)
 def _spokes(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
-    """Points at the centre, the corners and the middles of the sides of a polygon, and triangles of half sides."""
+    """Cover a polygon by its centre, corners and middles of sides, and by triangles from the centre to half sides.
+
+    Parameters
+    ----------
+    x, y : corners of the polygon [m], shape (n,)
+    px, py, corners : points [m] and their numbers at every triangle, written, shapes (m,), (m,), (k, 3)
+
+    Returns
+    -------
+    triangles : how many were written
+    """
     n, found = len(x), 0
     px[0], py[0] = _sum(x, n) / n, _sum(y, n) / n
     for k in range(n):
@@ -104,6 +124,10 @@ def spread(x: Array, y: Array, s: Array, t: Array, area: Array) -> int:
 
     ``s``, ``t`` [m] and ``area`` [m2] are written, how many is returned. A quadrilateral has a lattice, any other
     outline its centre, corners and middles of sides. Each triangle gives a third of its area to its corners.
+
+    Parameters
+    ----------
+    x, y : corners of the polygon [m], shape (n,)
     """
     n = len(x)
     most = max(LATTICE * LATTICE, 2 * n + 1)
@@ -146,7 +170,12 @@ def _at(rot: Array, place: Array, i: int, at: tuple[float, float, float], out: A
 @kernel(fast=False)
 def _place(row: int, a: int, b: int, at: tuple[float, float, float], at_b: tuple[float, float, float], poses: Poses,
            out: Cut) -> None:
-    """Write how a joint with axes ``out.world`` lies in blocks a and b, whose origins in them are two places now."""
+    """Write how joint ``row`` with axes ``out.world`` lies in blocks a and b.
+
+    Parameters
+    ----------
+    at, at_b : its origin now on either block [m]
+    """
     rot, place, quat = poses.rot, poses.place, poses.quat
     _at(rot, place, a, at, out.arm_a[row])
     _at(rot, place, b, at_b, out.arm_b[row])
@@ -234,6 +263,11 @@ def _cut_crossing(row: int, a: int, b: int, found: Array, poses: Poses, out: Cut
 
     None where they pass beyond their ends: of blocks apart, the axis of the widest gap may belong to edges that will
     not touch, and nearly parallel ones pass far away.
+
+    Parameters
+    ----------
+    row : of ``out``, the joint that is written
+    found : start and vector along the edge of a [m], the same of b, and the unit normal from a to b, shape (5, 3)
     """
     d = (found[2, 0] - found[0, 0], found[2, 1] - found[0, 1], found[2, 2] - found[0, 2])
     u, v = (found[1, 0], found[1, 1], found[1, 2]), (found[3, 0], found[3, 1], found[3, 2])
@@ -285,12 +319,13 @@ def cut_joints(rows: Index, one: Index, two: Index, met: Meetings, poses: Poses,
 def facing_interface(
     block_a: Index, block_b: Index, normal: Array, centre: Array, poses: Poses, one: int, two: int, n: Array, at: Array
 ) -> int:
-    """Interface on the face of either block that looks along n, out of the first, and is the nearest of these.
+    """Interface whose face looks along n, out of the first block, and of these the nearest.
 
     Parameters
     ----------
     block_a, block_b, normal, centre : of all interfaces, normals from a to b
     n, at : normal from the first block to the second, and a place now [m]
+    one, two : the first and the second block
     """
     best, looks, nearest = 0, -np.inf, np.inf
     own, local = np.empty(3), np.empty(3)

@@ -75,7 +75,12 @@ def turned_slopes(u: Numbers, g: Numbers, space: bool | None) -> Numbers:
 
 @kernel(forceinline=True)
 def turned_back(f1: float, f2: float, f3: float, g: Numbers) -> Numbers:
-    """A vector in block b's frame."""
+    """A vector (f1, f2, f3) of the joint's axes in block b's, G^T f.
+
+    Parameters
+    ----------
+    g : G11, G12, G21, G22, G31, G32 of the rotation less one of b against a; the third axis follows
+    """
     z1, z2, z3 = third_axis(g)
     return (
         (1.0 + g[0]) * f1 + g[2] * f2 + g[4] * f3, g[1] * f1 + (1.0 + g[3]) * f2 + g[5] * f3,
@@ -103,6 +108,9 @@ def load_shapes(
     side : motions of the face by every shape, shape (k, m, 6)
     f, s, t : sums of f, s f and t f over the points, in the axes of that side
     sign : -1 for block a, 1 for block b
+    j : the joint
+    contact : forces on the shapes of all blocks [N], added to, shape (n, k)
+    space : None in a plane, where faces do not turn about their normal
     """
     # moments about the joint's origin: t f3, -s f3 and s f2 - t f1
     f1, f2, f3, m1, m2, m3 = sign * f[0], sign * f[1], sign * f[2], sign * t[2], -sign * s[2], sign * (s[1] - t[0])
@@ -122,6 +130,11 @@ def strained_sums(
 
     ``space`` is None in a plane. Points within their strength are summed first; only a joint with one that is not is
     summed again by the whole law.
+
+    Parameters
+    ----------
+    axes, d, g, ra, rb : as of :func:`dem.kernels.kinematics.kinematics`
+    dt : step [s]
     """
     a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
     u = slopes(face_motion(modes.side_a, j, modes.value, a, space))

@@ -49,6 +49,12 @@ def _step(pieces: PieceArrays, parts: Index, carrier: int, k: int, by: Carrying,
     """How much higher a plane lies at a place than the carrier's face [m].
 
     The carrier's face is the nearest to the joint's centre of pressure; infinite where it has none that looks that way.
+
+    Parameters
+    ----------
+    parts : first piece of every block, shape (n + 1,)
+    carrier, k, sign : the block, the joint k at which it carries, and 1 where that joint's normal leaves it, else -1
+    plane, place : unit normal and offset of the plane [m], shape (4,), and the place [m], shape (3,)
     """
     nearest, height, n, at = np.inf, -np.inf, by.normal[k], by.place[k]
     for piece in range(parts[carrier], parts[carrier + 1]):
@@ -63,7 +69,12 @@ def _step(pieces: PieceArrays, parts: Index, carrier: int, k: int, by: Carrying,
 
 @kernel(fast=False)
 def _deepest(by: Carrying, n: Array, borne: int, other: int, carrier: int) -> float:
-    """Largest depth to which joints of three blocks that look along a normal, or against it, are pressed [m]."""
+    """Largest depth [m] to which joints of three blocks are pressed, of those that look along n or against it.
+
+    Parameters
+    ----------
+    borne, other, carrier : the three blocks
+    """
     deep = 0.0
     for block in (borne, other, carrier):
         for i in range(by.start[block], by.start[block + 1]):
@@ -83,6 +94,12 @@ def _goes_on(
     All joints of the two blocks are tried. It is the face of one piece that goes on from the face on which the other is
     borne, no higher than what the joints beside it are pressed by. Without one it is the face on which the two bear
     each other now.
+
+    Parameters
+    ----------
+    owner, parts : block of every piece, and first piece of every block
+    place : where the pieces meet [m], shape (3,)
+    found : joint, piece with the face, face, and 1 where it is the pair's own joint; -1 first where there is none
     """
     found[0] = -1
     apart, widest = False, -np.inf  # of the best face so far: whether a third block bears it, and its gap [m]

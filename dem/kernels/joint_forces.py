@@ -78,7 +78,14 @@ def _crossing_forces(
 def add_wrench(
     contact: Array, a: int, b: int, axes: Axes, force: Numbers, moment: Numbers, ra: Numbers, rb: Numbers
 ) -> None:
-    """Add the force and moment of a joint, in its axes, to block b and their opposites to block a."""
+    """Add the force and moment of a joint, in its axes, to block b and their opposites to block a.
+
+    Parameters
+    ----------
+    contact : wrench on every block about its centroid [N, N m], added to, shape (n, 6)
+    axes, force, moment : rows t1, t2, n of the joint; force [N] and moment [N m] on b in them
+    ra, rb : arms from either centroid to the joint's origin [m]
+    """
     f0 = axes[0][0] * force[0] + axes[1][0] * force[1] + axes[2][0] * force[2]
     f1 = axes[0][1] * force[0] + axes[1][1] * force[1] + axes[2][1] * force[2]
     f2 = axes[0][2] * force[0] + axes[1][2] * force[1] + axes[2][2] * force[2]
@@ -108,6 +115,10 @@ def _joint_forces(
 
     ``modes`` is None where all blocks are rigid, ``space`` where they strain in a plane: the compiler then leaves out
     what is for the other.
+
+    Parameters
+    ----------
+    dt, total : step [s], and the accumulated scalars, added to
     """
     contact, law = bodies.contact, joints.law
     friction = viscous = fracture = 0.0

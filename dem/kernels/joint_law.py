@@ -52,7 +52,7 @@ class SofteningRow(NamedTuple):
 
 @kernel(forceinline=True)
 def plain_peak_of(law: Array, j: int) -> Peak:
-    """Peak values of joint j, which has no added terms."""
+    """Peak values of joint j, which has no added terms, from the rows ``law`` of all joints."""
     return Peak(
         law[j, LAW.kn], law[j, LAW.ks], law[j, LAW.tan_phi], law[j, LAW.tan_psi], law[j, LAW.cohesion],
         law[j, LAW.tension], law[j, LAW.crushing], law[j, LAW.lift], None,
@@ -61,7 +61,7 @@ def plain_peak_of(law: Array, j: int) -> Peak:
 
 @kernel(forceinline=True)
 def peak_of(law: Array, j: int) -> Peak:
-    """Peak values of joint j."""
+    """Peak values of joint j, with its added terms, from the rows ``law`` of all joints."""
     return Peak(
         law[j, LAW.kn], law[j, LAW.ks], law[j, LAW.tan_phi], law[j, LAW.tan_psi], law[j, LAW.cohesion],
         law[j, LAW.tension], law[j, LAW.crushing], law[j, LAW.lift], entries_of(law, j),
@@ -70,8 +70,9 @@ def peak_of(law: Array, j: int) -> Peak:
 
 @kernel(forceinline=True)
 def softening_of(law: Array, j: int) -> SofteningRow:
-    """How joint j goes from its peak to its residual values."""
+    """How joint j falls from its peak to its residual values, from the rows ``law`` of all joints."""
     # where the opening does no damage there is none to unload from
+    # pull of the elastic opening beyond ft at damage 1 [Pa]
     secant = law[j, LAW.secant] * law[j, LAW.kn] / max(law[j, LAW.by_opening], 1e-300)
     return SofteningRow(
         law[j, LAW.rest_tan_phi] - law[j, LAW.tan_phi], law[j, LAW.rest_tan_psi] - law[j, LAW.tan_psi],
@@ -82,7 +83,13 @@ def softening_of(law: Array, j: int) -> SofteningRow:
 
 @kernel(forceinline=True)
 def strength_of(peak: Peak, softening: SofteningRow | None, damage: float, slip_1: float, slip_2: float) -> Numbers:
-    """tan(phi), tan(psi), c and ft of a point at a damage and plastic slip, added terms included."""
+    """tan(phi), tan(psi), c [Pa] and ft [Pa] of a point, added terms included.
+
+    Parameters
+    ----------
+    damage, slip_1, slip_2 : 0 at the peak to 1, and plastic slip [m]
+    softening : None where nothing is lost
+    """
     mu, dil, c, ft = peak.tan_phi, peak.tan_psi, peak.cohesion, peak.tension
     if softening is not None:
         mu, dil, c, ft = (
@@ -143,6 +150,7 @@ def _weakened(
     ----------
     stretched : pull of the elastic opening beyond the tensile strength [Pa]
     pressed, sheared, stiffer : trial stresses [Pa], and the stiffness of a dashpot beside its spring over the spring's
+    slip_1, slip_2, damage : plastic slip [m] and damage [-] before the step
     """
     # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative): what has opened has less
     # shear to lose
@@ -234,6 +242,7 @@ def _opened(
     worn : tan(phi), tan(psi), c, ft and where ft unloads, of the damage after the step
     pull : trial shear of the springs, that of springs and dashpots along t1, t2 and in size, trial pressure [Pa], and
         how much stiffer a dashpot makes a spring [-]
+    w, slip_1, slip_2, lift : opening now; plastic slip and plastic opening before the step [m]
 
     Returns
     -------

@@ -112,6 +112,12 @@ def crossing(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, float, 
 
     Infinite distance: the edges became parallel, have passed through that, which turns n around, or pass each other
     beyond their ends, where nearly parallel ones do so at arms of any length.
+
+    Returns
+    -------
+    axes : t1 along a's edge, t2, n
+    distance : along n [m]
+    ra, rb : arms from either centroid [m]
     """
     a, b = joints.block_a[j], joints.block_b[j]
     rot, ca, cb, frame, edge = bodies.rot, joints.arm_a, joints.arm_b, joints.frame, joints.edge
@@ -145,7 +151,12 @@ def crossing(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, float, 
 def relative_motion(
     j: int, joints: Joints, bodies: RigidBodies, axes: Axes, ra: Numbers, rb: Numbers
 ) -> Numbers:
-    """Velocity of block b's joint origin against block a's (3), and of its rotation (3), joint axes."""
+    """Velocity [m/s] and spin [rad/s] of block b against block a at the origin of joint j, in its axes (t1, t2, n).
+
+    Parameters
+    ----------
+    axes, ra, rb : of the joint now, and arms from either centroid to its origin [m]
+    """
     a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
     vel, spin = bodies.vel, bodies.spin
     va, oa = (vel[a, 0], vel[a, 1], vel[a, 2]), (spin[a, 0], spin[a, 1], spin[a, 2])

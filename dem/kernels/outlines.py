@@ -22,7 +22,18 @@ class SolidArrays(NamedTuple):
 
 @kernel(fast=False)
 def slope_of(x: Array, y: Array, height: Array) -> tuple[float, float]:
-    """Slopes along x and y of the plane nearest to heights at points; level across where these lie in a row."""
+    """Slopes along x and y of the plane nearest to heights at points, by least squares.
+
+    Where the points lie in a row it is level across the row.
+
+    Parameters
+    ----------
+    x, y, height : [m], shape (n,)
+
+    Returns
+    -------
+    slope_x, slope_y : [-]
+    """
     n = len(x)
     mx = my = mean = 0.0
     for k in range(n):
@@ -47,6 +58,10 @@ def convex_hull(x: Array, y: Array, corners: Index) -> int:
     """Corners of the convex hull of points, counter-clockwise from the leftmost; none in the middle of a side.
 
     Their numbers are written to ``corners``, which has two places more than there are points; how many is returned.
+
+    Parameters
+    ----------
+    x, y : places of the points [m], shape (n,)
 
     Notes
     -----
@@ -79,11 +94,17 @@ def convex_hull(x: Array, y: Array, corners: Index) -> int:
 
 @kernel(fast=False)
 def _inside(solids: SolidArrays, block: int, at: tuple[float, float, float]) -> bool:
-    """Whether a place lies in a block, from its centroid in the reference position."""
+    """Whether a place lies in a block, both in its reference position.
+
+    Parameters
+    ----------
+    at : place from the block's centroid [m]
+    """
     x = solids.corners
     for p in range(solids.start[block], solids.start[block + 1]):
         within = True
         for f in range(solids.n_faces[p]):
+            # outward normal of the face by Newell's sums; its length does not matter
             n0 = n1 = n2 = 0.0
             m = solids.size[p, f]
             for k in range(m):
@@ -144,7 +165,17 @@ def _whose_side(j: int, joints: Joints, solids: SolidArrays, s: float, t: float,
 
 @kernel(fast=False)
 def _outline(x: Array, y: Array, wide: float, high: float, corners: Index, u: Array, v: Array) -> int:
-    """Convex outline of points, written to ``u`` and ``v``; of a row of points a narrow strip around it."""
+    """Convex outline of points, written to ``u`` and ``v``; of a row of points a narrow strip around it.
+
+    Parameters
+    ----------
+    x, y, wide, high : places of the points and their extents along x and y [m]
+    corners, u, v : work space, and the outline [m], counter-clockwise
+
+    Returns
+    -------
+    count : corners of the outline
+    """
     if min(wide, high) > 1e-9 * max(wide, high):
         count = convex_hull(x, y, corners)
         for i in range(count):
@@ -175,6 +206,10 @@ def _between(
     u, v : corners of the outline in the plane of the joint [m]; ``count`` of them count
     whose : block, OF_A or OF_B, whose edge begins at every corner
     along, aside : the point, u and v [m]
+
+    Returns
+    -------
+    part, lower, upper : part of the way [-]; whose edge either end is, OF_A, OF_B or OF_BOTH
     """
     reach = max(extent(u, count), extent(v, count))
     low, high, first, last = np.inf, -np.inf, -1, -1
@@ -206,6 +241,11 @@ def find_ends(points: Points, joints: Joints, setback: Array, solids: SolidArray
 
     A row of ``ends`` holds s, t and the gradient of the gap as it was made. For each axis follow the part of the way
     from the lower to the upper end, and whose edge either end is.
+
+    Parameters
+    ----------
+    setback : how far every point is set back, shape (m,) [m]
+    rows, ends : numbers of the joints; (s, t, slope, slope, then part, lower, upper for s and for t), shape (m, 10)
     """
     for j in rows:
         first, last = joints.start[j], joints.start[j + 1]

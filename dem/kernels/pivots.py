@@ -14,7 +14,7 @@ ELSEWHERE, ON_A, UNKNOWN = 0, 1, 2
 
 @kernel(fast=False, forceinline=True)
 def extremes(x: Array, count: int) -> tuple[int, int]:
-    """Where the first of some numbers stands that is smallest, and the first that is largest."""
+    """Places of the smallest and of the largest of the first ``count`` numbers of x; of equal ones the first."""
     low = high = 0
     for k in range(1, count):
         low = k if x[k] < x[low] else low
@@ -34,6 +34,10 @@ def _may_be_at_an_end(along: Array, aside: Array, opening: Array) -> bool:
     """Whether all pressed points may be at one end of the outline along an axis.
 
     They are not where other points lie beyond in the same row, to both sides.
+
+    Parameters
+    ----------
+    along, aside, opening : of every point: places along the axis and across it, and opening, below 0 where pressed [m]
     """
     level, length = 1e-9 * extent(aside, len(aside)), max(extent(along, len(along)), 1e-300)
     above = below = False
@@ -48,7 +52,13 @@ def _may_be_at_an_end(along: Array, aside: Array, opening: Array) -> bool:
 
 @kernel(fast=False, forceinline=True)
 def _on_a(ends: Array, opening: Array, slip: Array) -> bool:
-    """Whether all pressed points lie at an end along an axis that is an edge of a, or of both while b slides off it."""
+    """Whether all pressed points lie at an end along an axis that is an edge of a, or of both while b slides off it.
+
+    Parameters
+    ----------
+    ends, opening, slip : of every point: row of :func:`dem.kernels.outlines.find_ends`, opening and slips along s, t
+        [m]
+    """
     for c in range(2):
         upper = lower = True
         for i in range(len(opening)):

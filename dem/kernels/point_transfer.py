@@ -1,4 +1,7 @@
-"""What joints that are cut anew take over: shear, dilation and damage of old points, and their elastic energy."""
+"""What joints that are cut anew take over: shear, dilation and damage of old points, and their elastic energy.
+
+``stiff`` is half the stiffness k A of a point [N/m], ``deep`` its depth and ``along`` its elastic slip [m], (m,) each.
+"""
 
 from typing import NamedTuple
 
@@ -93,7 +96,7 @@ def inherit(
 
 @kernel(fast=False)
 def _pressed(stiff: Array, deep: Array, by: float) -> tuple[float, float]:
-    """Energy [J] and normal force [N] of points pressed to a depth less some of it; ``stiff`` is kn A / 2."""
+    """Energy [J] and normal force [N] of points once all are pressed less deep by ``by`` [m]."""
     energy = force = 0.0
     for k in range(len(deep)):
         left = max(deep[k] - by, 0.0)
@@ -104,7 +107,12 @@ def _pressed(stiff: Array, deep: Array, by: float) -> tuple[float, float]:
 
 @kernel(fast=False)
 def _sheared(stiff: Array, along: Array, most: Array, part: float) -> float:
-    """Energy of a part of elastic displacements along the face, each within Coulomb's law [J]."""
+    """Energy [J] of points at ``part`` times their elastic displacement along the face, none beyond what it may bear.
+
+    Parameters
+    ----------
+    most : largest elastic slip of every point by Coulomb's law [m]
+    """
     energy = 0.0
     for k in range(len(along)):
         size = min(part * along[k], most[k])
@@ -114,7 +122,7 @@ def _sheared(stiff: Array, along: Array, most: Array, part: float) -> float:
 
 @kernel(fast=False)
 def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: Array) -> None:
-    """Write how far points are set back so that they store an energy [J].
+    """Write how far points are set back [m] so that they store an energy ``allowed`` [J].
 
     They are negative where points may be moved on, by what keeps the force within ``HARDER`` times ``push`` and the
     depth within ``DEEPER`` times.
@@ -123,6 +131,8 @@ def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: A
     ----------
     stiff, deep : stiffness [N/m] and depth [m] of every point
     allowed : that energy
+    push : normal force of the old points [N]
+    setback : of every point, written [m]
     """
     held, force = _pressed(stiff, deep, 0.0)
     if held <= allowed * (1.0 + 1e-12):
@@ -146,9 +156,13 @@ def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: A
 
 @kernel(fast=False)
 def _bearable(stiff: Array, along: Array, most: Array, allowed: float) -> float:
-    """Factor on elastic slips with which points store no more than an energy [J], at most DEEPER.
+    """Factor on elastic slips, found by halving, with which points store at most ``allowed`` [J]; at most DEEPER.
 
     ``most`` is the shear that each point bears [N]; the factor is found by halving.
+
+    Parameters
+    ----------
+    most : as of :func:`_sheared`
     """
     low, high = 0.0, DEEPER
     if _sheared(stiff, along, most, high) <= allowed:

@@ -49,6 +49,11 @@ def _pairwise(rows: Array, first: int, count: int, out: Array) -> None:
     The same order gives the last bits of numpy's sum. A stack stands for a function that calls itself: at each depth a
     run of rows (``begin``, ``size``), how many of its halves are summed (``done``), the sum of its first half
     (``lower``) and of the whole (``found``).
+
+    Parameters
+    ----------
+    rows, first, count : the rows and which of them, shape (n, k)
+    out : their sum, written, shape (k,)
     """
     width, depth, level = rows.shape[1], 0, 48
     begin, size, done = np.zeros(level, np.int64), np.zeros(level, np.int64), np.zeros(level, np.int64)

@@ -41,7 +41,12 @@ STOP_EVERY = 10.0  # fewest steps between two stops: fast modes are left to loca
 
 @kernel(forceinline=True)
 def _spin_of(rot: Array, inv_inertia: Array, ang: Array, out: Array) -> None:
-    """Omega = R J^-1 R^T L, with ``rot`` = R - I."""
+    """Spin Omega = R J^-1 R^T L of a block, with ``rot`` = R - I.
+
+    Parameters
+    ----------
+    inv_inertia, ang, out : J^-1 in the block's axes, angular momentum L [kg m2/s], and Omega [rad/s], written
+    """
     b0 = ang[0] + rot[0, 0] * ang[0] + rot[1, 0] * ang[1] + rot[2, 0] * ang[2]
     b1 = ang[1] + rot[0, 1] * ang[0] + rot[1, 1] * ang[1] + rot[2, 1] * ang[2]
     b2 = ang[2] + rot[0, 2] * ang[0] + rot[1, 2] * ang[1] + rot[2, 2] * ang[2]
@@ -68,7 +73,7 @@ def _turned(q: Array, spin: Array, h: float, out: Array) -> None:
 
 @kernel(forceinline=True)
 def rotation_of(q: Array, out: Array) -> None:
-    """R - I of a unit quaternion, without cancellation at small angles, written to ``out`` (3, 3)."""
+    """R - I of a unit quaternion q, scalar first, without cancellation at small angles, written to ``out`` (3, 3)."""
     s, x, y, z = q[0], q[1], q[2], q[3]
     out[0, 0] = -2.0 * (y * y + z * z)
     out[1, 1] = -2.0 * (x * x + z * z)
@@ -104,7 +109,7 @@ def _loads_on(acting: Acting, step: int, i: int, force: Array) -> None:
 
 @kernel(inline="always")
 def _driven(acting: Acting, step: int, i: int, k: int) -> float:
-    """Prescribed velocity of a held degree of freedom."""
+    """Prescribed velocity of the held degree of freedom k of block i at a step [m/s, rad/s]."""
     v = 0.0
     for q in range(acting.drives.shape[0]):
         v += acting.speeds[step, q] * acting.drives[q, i, k]
@@ -113,7 +118,7 @@ def _driven(acting: Acting, step: int, i: int, k: int) -> float:
 
 @kernel(inline="always")
 def _is_turned(acting: Acting, step: int, i: int) -> bool:
-    """Whether a drive turns block i."""
+    """Whether a drive turns block i at a step."""
     turns = False
     for q in range(acting.drives.shape[0]):
         for k in range(3, 6):
@@ -123,7 +128,13 @@ def _is_turned(acting: Acting, step: int, i: int) -> bool:
 
 @kernel(inline="always")
 def _middle_spin(bodies: RigidBodies, i: int, half_step: float, half: Array, trot: Array, out: Array) -> None:
-    """Spin at the middle of a step, of second order: with the axes that block i has there, found in two rounds."""
+    """Spin at the middle of a step, of second order: with the axes that block i has there, found in two rounds.
+
+    Parameters
+    ----------
+    half_step : half of the step [s]
+    half, trot, out : work space for a quaternion and a rotation; and the spin [rad/s], read as a guess and written
+    """
     _turned(bodies.quat[i], out, half_step, half)
     rotation_of(half, trot)
     _spin_of(trot, bodies.inv_inertia[i], bodies.ang[i], out)
@@ -184,7 +195,12 @@ def _stop(bodies: RigidBodies) -> None:
 
 @kernel(inline="always")
 def _added_up(total: Array, sums: Array, place: int, parts: int) -> Work:
-    """Kinetic energy, and work of loads, supports and damping, of all parts; what joints lost is added to ``total``."""
+    """Kinetic energy, and work of loads, supports and damping, of all parts; what joints lost is added to ``total``.
+
+    Parameters
+    ----------
+    sums, place : of all parts, from this entry on
+    """
     kinetic = applied = support = damping = 0.0
     for row in range(place, place + parts * SUMS, SUMS):
         kinetic += sums[row + E_KINETIC]

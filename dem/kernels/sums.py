@@ -37,6 +37,7 @@ def point_sums(
     motion : velocity of b's joint origin against a's [m/s] and of its rotation [rad/s]; or None
     rates : of what the faces' strains add to that velocity, as d and g (9); or None
     strained : None between rigid blocks
+    p0, p1, dt : first point and the one after the last; step [s]
 
     Returns
     -------
@@ -191,6 +192,10 @@ def joint_sums(
 
     Arguments as in :func:`yielding_sums` and ``kinematics``. Points within their strength are summed first, by a
     shorter loop; only a joint with one that is not is summed by the whole law.
+
+    Parameters
+    ----------
+    arms, dt : from either centroid to the joint's origin [m]; step [s]
     """
     brakes, law = joints.law[j, LAW.dash] != 0.0 and dt > 0.0, joints.law
     first, opens = joints.start[j], False

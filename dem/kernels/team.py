@@ -22,7 +22,9 @@ SLEEP = 20  # [us]
 
 
 def _added(typing: Any, gate: Any, x: Any) -> Any:
-    """Number of a gate after x is added to it, in one go for all threads."""
+    """Number of a gate after x is added to it, in one go for all threads: an intrinsic, ``typing`` is numba's
+    context.
+    """
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         place = context.make_array(signature.args[0])(context, builder, args[0]).data

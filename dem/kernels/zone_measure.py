@@ -52,6 +52,11 @@ def _joint_stresses(
     """Write opening, slip and stresses n, t of all contact points; the energy with their own [J].
 
     ``joint`` has shape (m, 4); ``energy`` is what there is already.
+
+    Parameters
+    ----------
+    joint : opening less plastic opening, slip [m], n and t [Pa] of every point, written, shape (m, 4)
+    law : rows of all joints, columns as in ``LAW``
     """
     for k in range(contacts.joint.size):
         _, _, _, _, _, _, opening, slip = met(k, nodes, sides, contacts)

@@ -50,6 +50,10 @@ def planes(mat: Array, m: int, a: Array, b: Array, f: Array, shear: Index) -> in
 
     The stresses are principal ones: s1 >= s2 >= s3 in plane strain; in plane stress the two in the plane, and 0. ``f``
     is the flow of each plane, ``shear`` 1 where it is of shear and 0 where it is of tension.
+
+    Parameters
+    ----------
+    mat : rows of all materials, columns ``MAT_``
     """
     k, c, ft, q = mat[m, MAT_K], mat[m, MAT_C], mat[m, MAT_FT], mat[m, MAT_KPSI]
     for i in range(6):
@@ -226,7 +230,7 @@ def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
 
 @kernel(forceinline=True)
 def exceeds(mat: Array, m: int, xx: float, zz: float, xz: float, yy: float) -> bool:
-    """Whether a stress [Pa] lies outside the surface."""
+    """Whether a stress [Pa] lies outside the yield surface of row m of the materials ``mat``."""
     mean, half = 0.5 * (xx + zz), 0.5 * (xx - zz)
     r = np.sqrt(half * half + xz * xz)
     low, high = min(mean - r, yy), max(mean + r, yy)
@@ -235,7 +239,7 @@ def exceeds(mat: Array, m: int, xx: float, zz: float, xz: float, yy: float) -> b
 
 @kernel(fast=False, counted=True)
 def stress_return(mat: Array, m: int, stress: Array, plastic: Array) -> int:
-    """Return a stress to the surface.
+    """Return a stress to the yield surface of row m of the materials ``mat``.
 
     Parameters
     ----------

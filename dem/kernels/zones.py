@@ -42,7 +42,7 @@ from dem.kernels.zone_plasticity import (
 
 @kernel(forceinline=True)
 def turned(z: int, nodes: Nodes, zones: Zones, tables: QuadTable, u: Array) -> tuple[float, float]:
-    """Displacement of a zone's nodes in its own axes, written to u (8); cosine and sine of its rotation.
+    """Displacement of the nodes of zone z in its own axes [m], written to u (8); cosine and sine of its rotation.
 
     The stiffness of a zone then is that of small strains; forces turn back by the same rotation.
     """
@@ -79,7 +79,7 @@ def turned(z: int, nodes: Nodes, zones: Zones, tables: QuadTable, u: Array) -> t
 
 @kernel(forceinline=True)
 def stress_at(z: int, g: int, zones: Zones, tables: QuadTable, u: Array) -> tuple[float, float, float, float]:
-    """Stress xx, zz, xz, yy at a stress point from displacements in the zone's axes [Pa]."""
+    """Stress xx, zz, xz, yy [Pa] at point g of zone z from displacements u (8) in the zone's axes [m]."""
     # unsigned: no index from the end to allow for
     kind, m = np.uint64(zones.kind[z]), np.uint64(zones.material[z])
     strain, modes, amplitude = tables.strain, tables.modes, zones.amplitude
@@ -103,10 +103,15 @@ def stress_at(z: int, g: int, zones: Zones, tables: QuadTable, u: Array) -> tupl
 
 @kernel()
 def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plastic: Array) -> tuple[float, int]:
-    """Return the stress points of a zone to the yield surface.
+    """Return the four stress points of zone z to the yield surface.
 
     Returned are the work lost [J] and 1 where a point could not be returned, else 0. The zone's ``spent`` stress, nodal
     ``relief`` and enhanced ``amplitude`` follow, so that elastic forces stay those of the displacements.
+
+    Parameters
+    ----------
+    u : displacements in the zone's axes [m], shape (8,)
+    trial, plastic : work space, shape (4,)
     """
     kind, m = np.uint64(zones.kind[z]), np.uint64(zones.material[z])
     lost = a0 = a1 = a2 = a3 = 0.0
@@ -159,7 +164,10 @@ def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plas
 
 @kernel(counted=True)
 def zone_forces(nodes: Nodes, zones: Zones, tables: QuadTable, total: Array) -> None:
-    """Add the forces of all zones to ``nodes.force`` and let their stress points yield."""
+    """Add the forces of all zones to ``nodes.force`` and let their stress points yield.
+
+    Work that is lost and stress points that could not be returned are added to ``total``.
+    """
     u, trial, plastic = np.empty(8), np.empty(4), np.empty(4)
     lost = 0.0
     missed = 0
@@ -243,7 +251,12 @@ def met(
 
 @kernel()
 def joint_forces(nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array, soft: bool, total: Array) -> None:
-    """Add the forces of all contact points to ``nodes.force``; slip, dilation and damage follow."""
+    """Add the forces of all contact points to ``nodes.force``; slip, dilation and damage follow.
+
+    Parameters
+    ----------
+    law, soft, total : rows of all joints, whether any loses strength, and the accumulated sums, added to
+    """
     force = nodes.force
     rubbed_all = broken_all = 0.0
     for k in range(contacts.joint.size):

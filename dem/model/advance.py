@@ -61,7 +61,8 @@ def run_constant(state: State, wrench: Array, steps: int, damping: Damping) -> N
 
 
 def stand_back(state: State, assembly: Assembly, wrench: Array) -> None:
-    """Give blocks at rest the velocities of half a step ago under loads [N, N m], shape (n, 6), and their joints.
+    """Give blocks at rest the velocities of half a step ago, under a wrench per block [N, N m] and their joints'
+    forces.
 
     v(-1/2) = -dt F / (2 m): the first step then leads to v(1/2) = dt F / (2 m), and x(n) is that of time n dt. A whole
     step from rest would be half a step ahead for good.

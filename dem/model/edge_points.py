@@ -88,7 +88,10 @@ def _moved(part: Array, lower: Array, upper: Array, slip: Array) -> Array:
 
 
 def pivots_on_a(assembly: Assembly, state: State, now: PointForces, rows: Index) -> Flags:
-    """Whether all that bears in joints that slid and turned is an edge of a: the face they bear on is b's, (r,)."""
+    """Whether all that bears in joints ``rows`` (r,) is an edge of a, so that the face they bear on is b's, shape (r,).
+
+    They are joints that slid and turned.
+    """
     where = np.empty(len(rows), dtype=np.int64)
     # whose edges end a contact is found only where the first round asks for it; the second then knows
     for _ in range(2):

@@ -154,7 +154,12 @@ def _accelerates(path: list[tuple[float, float]]) -> bool:
 
 
 def _fades(path: list[tuple[float, float]]) -> bool:
-    """True where the unbalanced force of the last third of the time is a tenth lower than that of the third before."""
+    """True where the unbalanced force of the last third of the time is a tenth lower than that of the third before.
+
+    Parameters
+    ----------
+    path : displacement [m] and unbalanced force [-] at each check
+    """
     part = len(path) // 3
     if part < 3:
         return False
@@ -163,6 +168,11 @@ def _fades(path: list[tuple[float, float]]) -> bool:
 
 
 def _arrives(path: list[tuple[float, float]], used: int, limit: float, left: int) -> bool:
-    """True where the mean speed of the last third of the time carries a block to the limit within the steps left."""
+    """True where the mean speed of the last third of the time carries a block to the limit within the steps left.
+
+    Parameters
+    ----------
+    path, used, limit, left : displacement [m] and unbalanced force [-] at each check; steps so far; [m]; steps
+    """
     part = len(path) // 3
     return part >= 3 and path[-1][0] + (path[-1][0] - path[-1 - part][0]) * left * 3.0 / used > limit

@@ -44,7 +44,12 @@ def _real_masses(assembly: Assembly) -> tuple[Array, Array]:
 
 
 def _at_rest(mass: Array, inertia: Array, held: Flags) -> RigidBodies:
-    """Bodies in their reference position."""
+    """Bodies in their reference position.
+
+    Parameters
+    ----------
+    mass, inertia, held : [kg], [kg m2] and held degrees of freedom, shapes (n,), (n, 3, 3), (n, 6)
+    """
     n = len(mass)
     zero, quat = np.zeros((n, 3)), np.zeros((n, 4))
     quat[:, 0] = 1.0

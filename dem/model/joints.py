@@ -124,6 +124,10 @@ def chosen_points(assembly: Assembly, grid: Grid | None, contact_model: str | No
     """Contact points and model that are asked for, else those that the joints need.
 
     A section that crushes bears -13 to +11 % on the lattice of the default, on points that crowd towards the edges 1 %.
+
+    Parameters
+    ----------
+    grid, contact_model : what is asked for, None for what the joints need
     """
     crushes = bool(np.isfinite(assembly.arrays.compressive_strength).any())
     if contact_model is None:
@@ -181,6 +185,10 @@ def make_joints(
 ) -> tuple[Points, Joints, NDArray[np.int64], Array, tuple[str, ...]]:
     """Kernel arrays of the joints in the reference position.
 
+    Parameters
+    ----------
+    dead : wrench per block [N, N m], shape (n, 6), for the stiffness of joints that have none
+
     Returns
     -------
     points, joints
@@ -216,6 +224,10 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
     """Law rows of the kernel for all interfaces, shape (k, LAW_SIZE), and what a user should know about them.
 
     Tension counts up to ft where ft > c / tan(phi) too, unlike in limit analysis, which cuts it at the cone's apex.
+
+    Parameters
+    ----------
+    dead : wrench per block [N, N m], shape (n, 6), for the stiffness of joints that have none
     """
     kinds = [i.kind for i in assembly.interfaces]
     laws = [i.joint for i in assembly.interfaces]

@@ -81,7 +81,15 @@ def _edges_of(faces: Sequence[tuple[int, ...]]) -> Index:
 
 
 def _bent(vertices: Array, faces: Sequence[tuple[int, ...]], edges: Index) -> Flags:
-    """Edges of solids of one topology that are none inside a plane, as triangulation leaves them, shape (k, e)."""
+    """Edges at which two faces meet at an angle, of k solids of one topology, shape (k, e).
+
+    The others lie inside a plane, as triangulation leaves them.
+
+    Parameters
+    ----------
+    vertices, faces : shape (k, v, 3) [m], and the vertices of each face
+    edges : both vertices and both faces of every edge, shape (e, 4)
+    """
     normal = np.empty((len(vertices), len(faces), 3))
     for f, face in enumerate(faces):
         x = vertices[:, list(face)] - vertices[:, :1]  # products of map coordinates would leave nothing of a face

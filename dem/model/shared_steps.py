@@ -31,6 +31,7 @@ def shared_advance(state: State, acting: Acting, scheme: Scheme, drifts: bool | 
         bodies = bodies._replace(contact=np.empty((parts * n, 6)))
 
     def go(mine: int, end: int, total: Array) -> None:
+        """Step as the thread whose parts are ``mine`` to ``end``, with its own ``total`` of the accumulated scalars."""
         team = Team(mine, end, parts, sums, gate)
         kernels.advance(
             state.points, state.joints, bodies, total, acting, scheme, team, drifts, state.modes, state.space,
@@ -46,10 +47,18 @@ def shared_advance(state: State, acting: Acting, scheme: Scheme, drifts: bool | 
 
 
 def _by_two(go: Callable[[int, int, Array], None], total: Array, gate: Index) -> None:
-    """Both parts at once; an error of either ends both before the first step."""
+    """Run both parts at once; an error of either ends both before the first step.
+
+    Parameters
+    ----------
+    go : steps of the parts from one number to another, with accumulated scalars of their own
+    total : the accumulated scalars that count, those of the first part
+    gate : where the threads meet, see :func:`dem.kernels.team.meet`
+    """
     failed: list[BaseException] = []
 
     def second() -> None:
+        """The second part, whose error is kept for the first thread."""
         try:
             go(1, 2, total.copy())
         except BaseException as error:

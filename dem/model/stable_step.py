@@ -1,4 +1,8 @@
-"""Stable time step, and the masses that let every block settle at the same pace."""
+"""Stable time step, and the masses that let every block settle at the same pace.
+
+``stiffness`` is that of every block in its axes, shape (n, 6 + k, 6 + k), ``mass`` [kg] has shape (n,) and ``inertia``
+[kg m2] (n, 3, 3). ``safety`` is the fraction of the bound of the stable step ``dt`` [s] that is used.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,9 +101,13 @@ def springs_of_blocks(
 
 
 def largest_squares(stiffness: Array, mass: Array, inertia: Array, others: Array | None = None) -> Array:
-    """Largest w^2 of M^-1 K of every block [1/s2], shape (n,).
+    """Largest w^2 of M^-1 K of every block alone [1/s2], shape (n,).
 
     M is made of its mass, its inertia tensor and the masses of its shapes, shapes (n,), (n, 3, 3) and (n, k).
+
+    Parameters
+    ----------
+    others : masses of its k shapes; None for rigid blocks
     """
     value, axes = np.linalg.eigh(inertia)
     scale = np.zeros_like(stiffness)
@@ -149,6 +157,10 @@ def stable_step(
     It is infinite where no motion has a stiffness.
 
     ``top`` is half of w_max^2 that other motions have, as of blocks that deform.
+
+    Parameters
+    ----------
+    free : blocks that may move, shape (n,)
     """
     rows = np.flatnonzero(free & (np.trace(stiffness, axis1=1, axis2=2) > 0.0))
     top = float(largest_squares(stiffness[rows], mass[rows], inertia[rows]).max(initial=top))

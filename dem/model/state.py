@@ -130,7 +130,7 @@ class State:
         return State(**{f.name: twin(getattr(self, f.name)) for f in fields(self)})
 
     def part(self, rows: Index) -> State:
-        """This state with some joints alone, in the order given; their arrays are copies."""
+        """This state with the joints ``rows`` alone, in the order given; their arrays are copies."""
         j, count = self.joints, np.diff(self.joints.start)[rows]
         points = points_of(j, rows)
         joints: dict[str, Any] = {name: x[rows] for name, x in j._asdict().items() if name != "start"}
@@ -164,6 +164,10 @@ class State:
         """Inverse of :meth:`arrays`.
 
         ``path`` is named in errors.
+
+        Parameters
+        ----------
+        file : arrays by name
 
         Raises
         ------
@@ -295,7 +299,12 @@ class PointForces:
 
 
 def _check_widths(path: object, modes: BlockModes, joints: int, shapes: int) -> None:
-    """Refuse simply deformable blocks whose arrays are not as wide as kernels read them, which look at no width."""
+    """Refuse simply deformable blocks whose arrays are not as wide as kernels read them, which look at no width.
+
+    Parameters
+    ----------
+    joints, shapes : how many the kernels read
+    """
     for name, array in modes._asdict().items():
         wanted = (joints, shapes, 6) if name.startswith("side") else (len(modes.value), shapes)
         if array.shape != wanted:

@@ -1,4 +1,8 @@
-"""Blocks that deform in modes: from their shapes to the arrays of the kernel, masses that keep the step, stresses."""
+"""Blocks that deform in modes: from their shapes to the arrays of the kernel, masses that keep the step, stresses.
+
+``dt`` is the step [s], ``safety`` the fraction of the stable step that it is [-]; ``mass`` [kg] and ``inertia`` [kg m2]
+have shapes (n,) and (n, 3, 3).
+"""
 
 from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
@@ -27,6 +31,11 @@ def plane_of(
     assembly: Assembly, loads: Loads, blocks: str, stress: str, driven: np.ndarray | None = None
 ) -> Plane | None:
     """Plane that a run needs for the state of stress asked for, None in space.
+
+    Parameters
+    ----------
+    blocks, stress : kind of blocks and state of stress by name
+    driven : degrees of freedom that a drive moves, shape (n, 6)
 
     Raises
     ------
@@ -96,7 +105,12 @@ class StrainShapes:
         return bool(self.normal.any())
 
     def displacement(self, block: Index, arm: Array) -> Array:
-        """Displacement of every shape of blocks at arms from their centroids [m], (p,) and (p, 3), shape (p, 3, m)."""
+        """Displacement of every shape at places in blocks, shape (p, 3, m).
+
+        Parameters
+        ----------
+        block, arm : number of the block, and place from its centroid [m], shapes (p,) and (p, 3)
+        """
         out = np.zeros((len(block), 3, self.reach.shape[1]))
         for i in np.unique(block):
             if self.coefficients[i].any():
@@ -250,10 +264,14 @@ def coupled_of(shapes: StrainShapes, points: Points, joints: Joints, moves: Flag
 def scale_masses_of_modes(
     mass: Array, inertia: Array, modes: BlockModes, coupled: Array, dt: float, safety: float
 ) -> None:
-    """Scaled masses of the modes, and of the blocks as far as modes make them faster, written to the arrays given.
+    """Write scaled masses of the modes, and of the blocks as far as modes make them faster, to the arrays given.
 
     A mode of the coordinates of :meth:`Start.modes` has K_mode + 2 K_joints = 1 and so a mass dt^2 / (4 safety^2);
     what rigid motions and modes share is met by a factor on all masses of the block.
+
+    Parameters
+    ----------
+    coupled : stiffness of :func:`coupled_of`
     """
     allowed = 4.0 * safety**2 / dt**2
     modes.mass[:] = 1.0 / allowed
@@ -289,6 +307,11 @@ def add_modal_mass(
     """Add mass to blocks that joints found later made too stiff for the step.
 
     Returns every block's factor, (n,).
+
+    Parameters
+    ----------
+    mass, inv_mass, inv_inertia : of the blocks, changed, shapes (n,), (n,) and (n, 3, 3)
+    coupled : stiffness of :func:`coupled_of`
     """
     allowed = 4.0 * safety**2 / dt**2
     rows, squares = _squares_of(mass, np.asarray(np.linalg.inv(inv_inertia), float), modes, coupled)
@@ -299,6 +322,7 @@ def add_modal_mass(
     inv_inertia /= factor[:, None, None]
     modes.mass[:] *= factor[:, None]
     modes.inv_mass[:] /= factor[:, None]
+    # momentum stays
     modes.rate[:] /= factor[:, None]
     return factor
 
@@ -307,6 +331,10 @@ def _squares_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) 
     """Blocks that deform, and the largest w^2 of M^-1 (2 K_joints + K_modes) of each [1/s2].
 
     It is a bound of the assembly's.
+
+    Parameters
+    ----------
+    coupled : stiffness of :func:`coupled_of`
     """
     rows = np.flatnonzero(modes.inv_mass.any(axis=1))
     whole, k = 2.0 * coupled[rows], np.arange(6, coupled.shape[1])

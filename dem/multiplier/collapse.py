@@ -230,7 +230,12 @@ def _same(found: Search, again: Search) -> bool:
 
 
 def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
-    """Farthest that a load in equilibrium moved a block, over what counts as collapse [-]."""
+    """Farthest that a load in equilibrium moved a block, over what counts as collapse [-].
+
+    Parameters
+    ----------
+    moved_limit : displacement that counts as collapse, over the smallest edge [-]
+    """
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED):
         return 0.0
     moved = max((v.moved for load, v in found.record if load and v.outcome == EQUILIBRIUM), default=0.0)
@@ -250,7 +255,12 @@ def _far_notes(assembly: Assembly, found: Search, contacts: str) -> list[str]:
 
 
 def _sway_notes(assembly: Assembly, found: Search, moved_limit: float) -> list[str]:
-    """Notes where a load in equilibrium moved blocks far, by soft joints or by bonds that yield."""
+    """Notes where a load in equilibrium moved blocks far, by soft joints or by bonds that yield.
+
+    Parameters
+    ----------
+    moved_limit : displacement that counts as collapse, over the smallest edge [-]
+    """
     share, edge = _swayed(assembly, found, moved_limit), smallest_edge(assembly)
     yielded, joint = bond_yielded(assembly, found.state)
     if yielded >= MOVED * edge or (share > 0.5 and yielded >= PLASTIC * MOVED * edge):
@@ -314,7 +324,12 @@ def _unbalanced(assembly: Assembly, loads: Loads, found: Search) -> float:
 
 
 def _range(found: Search, interval: tuple[float, float] | None, budget: Mapping[str, Mapping[str, Any]]) -> Range:
-    """The interval of an answer, and what widened it."""
+    """The interval of an answer, and what widened it.
+
+    Parameters
+    ----------
+    interval, budget : as of :func:`_interval` and :func:`_budget`
+    """
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or interval is None:
         return Range()
     known = {name: np.isfinite(row["change"]) for name, row in budget.items()}
@@ -327,6 +342,10 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced
 
     A repeat knows its own multiplier only to its own bracket, twice as wide as the search's: what it may lie below or
     above the bracket found counts, and not the distance of the two largest loads that stood.
+
+    Parameters
+    ----------
+    unbalanced : what forces that are still unbalanced may carry, as a multiplier [-]
     """
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED, Status.NOT_CONVERGED) or not np.isfinite(found.stable):
         return None
@@ -361,6 +380,7 @@ def _unit(assembly: Assembly, loads: Loads) -> float:
 
 
 def _doubled(grid: Grid) -> Grid:
+    """A grid with twice as many points along either axis, or at half the spacing [m]."""
     if isinstance(grid, int | float):
         return 0.5 * grid
     if isinstance(grid, Mapping):

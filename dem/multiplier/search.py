@@ -69,6 +69,7 @@ def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Cont
     holds hangs on how deep its weight has driven it.
     """
     def held(state: State, evenly: int) -> LoadVerdict:
+        """The dead load held on a state, after coming on over ``evenly`` steps."""
         return hold(
             assembly, state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
             limit=2.5 * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges,
@@ -172,6 +173,12 @@ class _Bracket:
     """
 
     def __init__(self, settled: float, through: Sequence[float], c: Controls, up_to: float) -> None:
+        """Begin at a load that stood.
+
+        Parameters
+        ----------
+        settled, through, up_to : multipliers [-]: the one that stood, those to try first, and the largest to try
+        """
         self.stable, self.refused, self.moving, self.refused_from = settled, np.inf, np.inf, 0.0
         self.queue = [x for x in through if x > settled]
         self.step, self.last = (c.tolerance * self.queue[-1], self.queue[-1]) if self.queue else (c.first, settled)
@@ -203,6 +210,10 @@ class _Bracket:
 
         One above a refused load shows that the latter was refused for the stride that led to it: the bracket opens
         again.
+
+        Parameters
+        ----------
+        new, record : multiplier that was held [-], and all that were tried, with what came of them
         """
         if new >= self.refused:
             # reopen the bracket: up to the next refused load, or upwards again

@@ -322,6 +322,11 @@ def _stopped(
 
     Against a ratio of reactions this judges every block by its own load and motion: a stone of a thousandth of the
     weight does not show in the reactions, and a wall that slides shows tan(phi) before and after.
+
+    Parameters
+    ----------
+    settled, runs : at rest under dead load; tables that turned, each slower than the one before
+    last_tangent, tolerance : largest tangent of the tilt, and width of the bracket [-]
     """
     controls = Controls(
         tolerance, max_steps=60_000, moved_limit=0.02, equilibrium=1e-4, damping=LOADING, unit=1.0, first=0.05,
@@ -345,6 +350,10 @@ def _read(history: History, begun: float, d: Array, weight: float) -> Readings:
     """Readings of a turning table since a step: angles, reactions over the weight, their ratio.
 
     ``d`` is the downhill direction, a unit vector.
+
+    Parameters
+    ----------
+    begun, weight : step at which the table began to turn; weight of the free blocks [N]
     """
     total = history.reaction[:, :, :3].sum(axis=1)
     vertical, horizontal = total[:, 2] / weight, -(total @ d) / weight
@@ -363,7 +372,12 @@ def _reached(ratio: Array, multiplier: float) -> int:
 
 
 def _peak(ratio: Array) -> float:
-    """Largest running median of Rh / Rv."""
+    """Largest running median of Rh / Rv over a few samples: one sample of noise is no peak.
+
+    Parameters
+    ----------
+    ratio : of every sample [-], NaN where the wall has left the table
+    """
     known = ratio[np.isfinite(ratio)]
     if len(known) < _WINDOW:
         return float(known.max(initial=0.0))

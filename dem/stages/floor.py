@@ -27,6 +27,10 @@ class Floor:
         """Find up and the level of the floor, that of the lowest corner of the supports.
 
         Where a block hangs below that, the floor lies so deep that only what falls out of the structure meets it.
+
+        Parameters
+        ----------
+        dead : wrench per block [N, N m], shape (n, 6), whose sum points down
         """
         self.assembly, self.reach = assembly, reaches(assembly)
         total = dead[~assembly.fixed, :3].sum(axis=0)

@@ -310,6 +310,10 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         """Sample and interface at which an opening [m] is first reached.
 
         Only joints of ``kind`` count where one is given. The result is None if it never is.
+
+        Returns
+        -------
+        sample, interface : numbers
         """
         kept = [k for k, i in enumerate(self.assembly.interfaces) if kind is None or i.kind == kind]
         with np.errstate(invalid="ignore"):

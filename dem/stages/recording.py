@@ -109,7 +109,14 @@ class Recorder:
         self.worked = float((applied + support).max(initial=0.0))
 
     def table(self, start: Array, part: Array, stage: Stage) -> Array:
-        """Factors of the cases at the given parts of a stage, shape (steps, 5)."""
+        """Factors of the cases at the given parts of a stage, shape (steps, 5).
+
+        Their columns are those of :attr:`dem.model.state.State.factors`.
+
+        Parameters
+        ----------
+        start, part : factors at the stage's beginning, shape (5,), and parts of it from 0 to 1, shape (steps,)
+        """
         out = np.tile(start, (len(part), 1))
         if isinstance(stage, Ramp):
             out[:, 2] = start[2] + part * (stage.to - start[2])
@@ -149,7 +156,12 @@ class Recorder:
             )
 
     def note_motion_after_ramp(self, ramp: Stage, shift: Array) -> None:
-        """Say how far blocks moved on since a place [m] while loads were held to which a ramp had led."""
+        """Say how far blocks moved on since a place [m] while loads were held to which a ramp had led.
+
+        Parameters
+        ----------
+        shift : of every block when the ramp ended, shape (n, 3)
+        """
         if self.state.mode == DYNAMIC or not isinstance(ramp, Ramp | Tilt):
             return
         moved = float(np.linalg.norm(self.state.bodies.shift, axis=1).max())
@@ -162,7 +174,12 @@ class Recorder:
             )
 
     def fallen(self, shift: Array) -> bool:
-        """Whether a block has fallen since a place [m], by more than the structure is large; noted."""
+        """Whether a block has fallen since a place [m], by more than the structure is large; noted.
+
+        Parameters
+        ----------
+        shift : of every block at that time, shape (n, 3)
+        """
         gone = np.linalg.norm(self.state.bodies.shift - shift, axis=1)
         block, size = int(gone.argmax()), float(np.linalg.norm(np.ptp(self.assembly.arrays.corners, axis=0)))
         if gone[block] <= FALLEN * size:
@@ -174,7 +191,12 @@ class Recorder:
         return True
 
     def hold_landed(self, held: Flags) -> bool:
-        """Hold the blocks that have landed since the last call and note them; True where there are any."""
+        """Hold the blocks that have landed since the last call and note them; True where there are any.
+
+        Parameters
+        ----------
+        held : freedoms that stay held when the stage ends, shape (n, 6), changed in place
+        """
         met = self.floor.hold_landed(self.state, held)
         self.notes += [
             f"block {self.assembly.blocks[k].name!r} fell to the floor, the lowest corner of the supports, at "
@@ -224,7 +246,7 @@ class Recorder:
         return max(1, steps)
 
     def look(self, steps: int) -> None:
-        """Search for contacts when it is time to, once blocks have moved beyond small displacement."""
+        """Search for contacts when it is time to, ``steps`` after the last call."""
         if self.every is None:
             return
         w = self.watch
@@ -264,6 +286,7 @@ class Recorder:
             self._detect()
 
     def _detect(self, *, sharp: bool = False) -> None:
+        """Search for contacts now, of sharp corners only where ``sharp``; and set when the next search is due."""
         notes, soonest = redetect(self.assembly, self.state, Pieces.of(self.assembly), margin=self.margin, sharp=sharp)
         self.notes += notes
         if not sharp:

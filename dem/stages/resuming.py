@@ -106,7 +106,12 @@ def part_file(checkpoint: str | Path | None, name: str) -> Path | None:
 
 
 def stage_as_text(value: Any) -> str:
-    """A stage, or a part of one, with all its values as text; equal stages have equal text."""
+    """A stage, or a part of one, with all its values as text; equal stages have equal text.
+
+    Parameters
+    ----------
+    value : a stage, or a number, text, array, mapping or sequence in it
+    """
     if is_dataclass(value) and not isinstance(value, type):
         parts = ", ".join(f"{f.name}={stage_as_text(getattr(value, f.name))}" for f in fields(value))
         return f"{type(value).__name__}({parts})"

@@ -105,7 +105,12 @@ def simulate(
 def _gone(
     run: StageRun, *, progress: Progress | None, checkpoint: str | Path | None, every: int
 ) -> History:
-    """History of a run that has been stepped to its end; one with a store ends with a checkpoint there."""
+    """History of a run that has been stepped to its end; one with a store ends with a checkpoint there.
+
+    Parameters
+    ----------
+    every : steps between two checkpoints
+    """
     store = run.rec.store
     if store is None:
         status = go(run, progress=progress, checkpoint=checkpoint, checkpoint_every=every)

@@ -138,7 +138,12 @@ class StageRun:
             self._open(self.at.stage + 1, None)
 
     def _open(self, number: int, at: Position | None) -> None:
-        """Begin a stage, or go on in it where ``at`` says; one without length pauses at once."""
+        """Begin a stage, or go on in it where ``at`` says; one without length pauses at once.
+
+        Parameters
+        ----------
+        number : of the stage, from 0
+        """
         if number and at is None:
             self._close()
         rec, state, stage = self.rec, self.rec.state, self.rec.stages[number]
@@ -275,7 +280,12 @@ class StageRun:
         return np.concatenate([speeds, np.tile(descent, (count, 1))], axis=1) if descent else speeds
 
     def _ends(self, sampled: Mapping[str, float]) -> bool:
-        """Whether the stage ends before its length is over: it has settled, or a block has moved too far."""
+        """Whether the stage ends before its length is over: it has settled, or a block has moved too far.
+
+        Parameters
+        ----------
+        sampled : columns of the sample just recorded
+        """
         rec, at, stage = self.rec, self.at, self.stage
         over = False
         if isinstance(stage, Settle):
@@ -304,6 +314,12 @@ class _Jack:
     """A servo at work: block, wanted push [N], and its row in :attr:`Position.servo`: what it has learnt."""
 
     def __init__(self, assembly: Assembly, state: State, block: int | str, servo: Servo, learnt: Array) -> None:
+        """Jack on a block, with what it has learnt before.
+
+        Parameters
+        ----------
+        learnt : gain over stiffness [m/N] and summed error [N], changed as it learns, shape (2,)
+        """
         self.block, self.force, self.gain = assembly.block_index(block), servo.force, servo.gain
         stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks, ties=state.ties)[self.block, 2, 2]
         if not stiffness > 0.0:

@@ -103,6 +103,10 @@ class StoredSamples(Samples):
     def read(cls, folder: str | Path, count: int) -> StoredSamples:
         """Those of a folder that was written before.
 
+        Parameters
+        ----------
+        count : samples that were recorded
+
         Raises
         ------
         InputError

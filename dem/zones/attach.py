@@ -28,6 +28,10 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
     grid : as in the rigid DEM, at its places and with its areas; None puts points no
         further apart than the zones' edges, with tributary areas by halves: what zones under a uniform stress ask for
 
+    Returns
+    -------
+    contacts, interface : the points, and the number of the interface of every row of the law
+
     Raises
     ------
     InputError
@@ -82,7 +86,7 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
 
 
 def _check_plane(assembly: Assembly, k: int) -> None:
-    """Refuse a joint that faces y: zoned blocks are for walls in x-z."""
+    """Refuse interface number k where it faces y: zoned blocks are for walls in x-z."""
     i = assembly.interfaces[k]
     if abs(i.normal[1]) > 1e-6:
         raise InputError(

@@ -53,7 +53,12 @@ def shape_gradients(local: Array) -> Array:
 
 
 def strain_rows(gradient: Array) -> Array:
-    """Strain rows xx, zz, 2 xz of displacements whose gradients are given, (2, k) to (3, 2 k)."""
+    """Rows of strain xx, zz, 2 xz for the displacements of k nodes, shape (3, 2 k).
+
+    Parameters
+    ----------
+    gradient : of the shape of every node along x and z [1/m], shape (2, k)
+    """
     out = np.zeros((3, 2 * gradient.shape[1]))
     out[0, 0::2], out[1, 1::2] = gradient
     out[2, 0::2], out[2, 1::2] = gradient[1], gradient[0]

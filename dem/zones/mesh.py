@@ -63,7 +63,12 @@ class ZoneMesh:
 
 
 def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
-    """Outline in x-z, counter-clockwise, shape (k, 2), and thickness [m] of a block that is a convex prism along y.
+    """Outline in x-z and thickness of block ``number``, a convex prism along y.
+
+    Returns
+    -------
+    outline : counter-clockwise [m], shape (k, 2)
+    thickness : [m]
 
     Raises
     ------
@@ -94,7 +99,8 @@ def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
 
 
 def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -> ZoneMesh:
-    """Cut the blocks that have a material and are neither held nor ``stiff`` into zones no larger than a size [m].
+    """Cut the blocks that have a material and are neither held nor ``stiff`` into zones no larger than ``zone_size``
+    [m].
 
     A quadrilateral block is cut by lines that join points at equal parts of opposite sides; another convex one first
     into quadrilaterals from its centroid to the middles of its sides.
@@ -199,7 +205,16 @@ def _cut(outline: Array, edges: Array, size: float) -> tuple[Array, Index, list[
 
 
 def _patch(corners: Array, n: int, m: int) -> tuple[Array, Index]:
-    """Nodes and zones of a quadrilateral in n by m, row by row from its first side."""
+    """Nodes and zones of a quadrilateral cut into n by m, row by row from its first side.
+
+    Parameters
+    ----------
+    corners : counter-clockwise [m], shape (4, 2)
+
+    Returns
+    -------
+    nodes, cells : [m], shape ((n + 1) (m + 1), 2), and four nodes of every zone, shape (n m, 4)
+    """
     s, t = np.meshgrid(np.linspace(0.0, 1.0, n + 1), np.linspace(0.0, 1.0, m + 1))
     weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)
     first = (np.arange(m)[:, None] * (n + 1) + np.arange(n)).ravel()

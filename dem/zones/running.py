@@ -43,6 +43,10 @@ class Reading(NamedTuple):
 def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: bool = False) -> None:
     """Advance by a number of steps under the loads and drives as they are.
 
+    Parameters
+    ----------
+    damping, drifts : local damping [-], and whether it is combined damping for parts that move on steadily
+
     Raises
     ------
     UnstableError
@@ -133,6 +137,10 @@ def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_
     """Bring the loads on and run until the unbalance stays below a tolerance; False if it does not.
 
     Loads come in twenty parts over two of the slowest swings, at most a quarter of the steps.
+
+    Parameters
+    ----------
+    tolerance, max_steps : unbalanced over acting force [-], and steps in all
     """
     nodes, block = model.nodes.load.copy(), model.rigid.load.copy()
     part = int(np.clip(2.0 * slowest_period(model), 400, max_steps // 4)) // RAMP
@@ -157,7 +165,12 @@ def drive(model: ZonedModel, velocity: Array, held: Flags) -> None:
 
 
 def energy_error(model: ZonedModel, at_start: float = 0.0) -> float:
-    """Work of loads and supports less what is stored, lost and in motion, over that work [-]."""
+    """Work of loads and supports less what is stored, lost and in motion, over that work [-].
+
+    Parameters
+    ----------
+    at_start : elastic energy before the first step [J]
+    """
     total = model.total
     work = total[Z_APPLIED] + total[Z_SUPPORT]
     rest = total[Z_LOST].sum() + total[Z_KINETIC] + read(model).energy - at_start

@@ -154,7 +154,12 @@ def stable_masses(k: sparse.csr_matrix, nodes: int) -> Array:
 
 
 def largest_eigenvalue(k: sparse.csr_matrix, mass: Array) -> float:
-    """Largest eigenvalue of M^-1 K for a diagonal M [1/s2], not below the exact one by more than 1e-3 of it."""
+    """Largest eigenvalue of M^-1 K for a diagonal M [1/s2], not below the exact one by more than 1e-3 of it.
+
+    Parameters
+    ----------
+    k, mass : stiffness [N/m] and the diagonal of M [kg], shapes (n, n) and (n,)
+    """
     root = sparse.diags(1.0 / np.sqrt(mass))
     scaled = (root @ k @ root).tocsr()
     if k.shape[0] < 60:

@@ -1,4 +1,7 @@
-"""Arches of voussoirs: circular by radius and embrace or by span and rise, pointed, or between two given curves."""
+"""Arches of voussoirs: circular by radius and embrace or by span and rise, pointed, or between two given curves.
+
+``inner`` and ``outer`` are the ends of the joints on intrados and extrados, in x-z from left to right [m], (n + 1, 2).
+"""
 
 from __future__ import annotations
 
@@ -142,6 +145,10 @@ def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tupl
     """Joint ends of two arcs whose centres lie on the springing line; the crown joint is vertical.
 
     Returned are points of intrados and extrados from left to right [m], shape (n + 1, 2), and what the recipe keeps.
+
+    Parameters
+    ----------
+    span, rise, thickness, voussoirs : of the centre line [m], [m], [m] and their even number
     """
     half = span / 2.0
     if voussoirs % 2:
@@ -170,7 +177,12 @@ def _erect(
     inner: np.ndarray, outer: np.ndarray, held: float, recipe: dict, *, width: float, joint: Joint, density: float,
     joints: Mapping | None, tolerance: float | None, piers: tuple[float | None, float | None, int] = (None, None, 1),
 ) -> Assembly:
-    """Assembly of voussoirs between points of two curves, on piers where asked for; held blocks are ``held`` thick."""
+    """Assembly of voussoirs between points of two curves, on piers where asked for; held blocks are ``held`` thick.
+
+    Parameters
+    ----------
+    width, density, tolerance : along y [m], [kg/m3], and of contacts [m]
+    """
     wide = positive("width", width)
     positive("density", density)
     number = len(inner) - 1
@@ -202,7 +214,13 @@ def _add_piers(
     site: Site, inner: np.ndarray, outer: np.ndarray, width: float, height: float, pier_width: float | None,
     courses: int, held: float,
 ) -> None:
-    """Courses of two piers below the springings, and the base that holds them."""
+    """Courses of two piers below the springings, and the base that holds them.
+
+    Parameters
+    ----------
+    width, height, pier_width : along y, of the piers, and along x [m], that of the joint where None
+    held : thickness of the base [m]
+    """
     joint = abs(outer[0, 0] - inner[0, 0])
     level = max(abs(outer[0, 1] - inner[0, 1]), abs(outer[-1, 1] - inner[-1, 1]), abs(inner[0, 1] - inner[-1, 1]))
     if level > 1e-9 * joint:

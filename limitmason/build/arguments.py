@@ -9,7 +9,7 @@ from limitmason.errors import InputError
 
 
 def unit_size(unit: object, parts: int = 3) -> tuple[float, ...]:
-    """Return (length, height, thickness) of a unit [m], or say which of the three is wrong."""
+    """Return the first ``parts`` of (length, height, thickness) of a unit [m], or say which of them is wrong."""
     names = ("length", "height", "thickness")[:parts]
     try:
         sizes: tuple[Any, ...] = tuple(unit)  # type: ignore[arg-type]

@@ -4,6 +4,8 @@ A run is laid in two courses that alternate. The *leading* course covers the who
 to the outer face. The *lapping* course is derived from it, unit by unit, so that its head joints fall over the units
 below and never over their joints; at a corner it stops against the crossing wall, whose units pass through in that
 course. Positions u [m] run along the wall from 0 to its length.
+
+``length`` is that of the run that is laid [m]; a ``Piece`` begins and ends at distances from the run's start.
 """
 
 from __future__ import annotations
@@ -72,6 +74,10 @@ def make_bond(
 
     Running bond lays stretchers in `leaves` leaves, so the wall is `leaves` unit thicknesses thick; header, English and
     Flemish bond make a wall one unit length thick.
+
+    Parameters
+    ----------
+    min_piece : length below which no piece is laid [m]
 
     Raises
     ------
@@ -199,9 +205,13 @@ def smallest_overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> floa
 
 
 def _place(length: float, sizes: list[tuple[float, bool]], senses: list[int]) -> Leading:
-    """Turn lengths into positions.
+    """Turn the lengths of pieces into positions in a run of a length [m].
 
     The last piece ends exactly at the end of the run.
+
+    Parameters
+    ----------
+    sizes, senses : length [m] of every piece and whether it is a header; as of :func:`_symmetric`
     """
     pieces, position = [], 0.0
     for index, (size, header) in enumerate(sizes):
@@ -271,6 +281,11 @@ def _symmetric(
 
     Returned are the units, and in which sense each is laid: 1 from the start, -1 from the end, 0 in the very middle. No
     cut unit is shorter than half a unit, so that a lapping joint over its middle keeps a quarter on both sides.
+
+    Parameters
+    ----------
+    first, last : pieces laid at the corners, length [m] and whether each is a header
+    length : between them [m]
     """
     middle = _fill_flemish(bond, length) if bond.name == "flemish" else _fill(bond, length)
     sizes = [*first, *middle, *last]
@@ -289,7 +304,7 @@ def _symmetric(
 
 
 def _fill(bond: Bond, length: float) -> list[tuple[float, bool]]:
-    """Whole units around one or two cut ones.
+    """Pieces that fill a length [m]: whole units around one or two cut ones; their lengths [m] and whether headers.
 
     A rest shorter than half a unit is not laid by itself: with one whole unit it makes two equal pieces.
     """
@@ -349,7 +364,7 @@ def _fill_flemish(bond: Bond, length: float) -> list[tuple[float, bool]]:
 
 
 def _lapping_joints(bond: Bond, length: float, ends: Ends, leading: Leading) -> list[float]:
-    """Head joints of the lapping course over every piece of the leading one, increasing."""
+    """Head joints of the lapping course over every piece of the leading one, increasing, in a run of a length [m]."""
     joints: list[float] = []
     for piece, sense in zip(leading.pieces, leading.senses, strict=True):
         size = piece.end - piece.start
@@ -370,6 +385,11 @@ def _offsets(bond: Bond, size: float, header: bool, *, clipped: bool, centred: b
     English bond laps a stretcher at its quarters, over the middles of headers half as long. Shorter than three quarters
     of it, two joints would stand too close. Flemish bond centres a header on a stretcher. Shorter than 1.75 headers,
     too little would be left beside it.
+
+    Parameters
+    ----------
+    size : length of the piece [m]
+    clipped, centred : whether the wall's free end has cut it, and whether it lies in the very middle
     """
     if bond.name == "english":
         whole = bond.pitch if clipped else size
@@ -393,6 +413,10 @@ def _closer_second(bond: Bond, cuts: list[float], below: list[float]) -> list[fl
     """Swap a closer at the free start of a course with the unit behind it, so that the wall ends in a whole header.
 
     Left alone where the moved joint would come too near a joint of the course below.
+
+    Parameters
+    ----------
+    cuts, below : ends of the pieces of the course, and head joints of the course below [m]
     """
     if len(cuts) < 3 or cuts[1] - cuts[0] >= bond.header_width - bond.tolerance:
         return cuts
@@ -405,7 +429,7 @@ def _closer_second(bond: Bond, cuts: list[float], below: list[float]) -> list[fl
 
 
 def _is_header(bond: Bond, size: float) -> bool:
-    """Whether a piece of the lapping course goes through the wall as one unit."""
+    """Whether a piece of the lapping course, ``size`` [m] long, goes through the wall as one unit."""
     if bond.name in ("header", "english"):
         return True
     if bond.name == "flemish":

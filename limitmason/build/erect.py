@@ -32,7 +32,12 @@ class Site:
         self, name: str, solid: Solid | list[Solid], *, axis: tuple[float, float, float] | None = None,
         density: float | None = None, fixed: bool = False,
     ) -> None:
-        """Put one block on the site."""
+        """Put one block on the site.
+
+        Parameters
+        ----------
+        axis, density : of the unit's length; the site's own where None [kg/m3]
+        """
         self.names.append(name)
         self.solids.append(solid)
         self.axes.append(axis)
@@ -46,6 +51,10 @@ class Site:
         """Put one box on the site.
 
         `axis` 0, 1 or 2 for x, y or z.
+
+        Parameters
+        ----------
+        density : the site's own where None [kg/m3]
         """
         direction = None if axis is None else _AXES[axis]
         self.add(name, box(*corners), axis=direction, density=density, fixed=fixed)
@@ -53,7 +62,7 @@ class Site:
     def assembly(
         self, joint: Joint, recipe: dict, *, joints: Mapping | None = None, tolerance: float | None = None
     ) -> Assembly:
-        """Return the assembly of everything on the site."""
+        """Return the assembly of everything on the site; ``tolerance`` is that of contacts [m]."""
         return Assembly.from_polyhedra(
             self.solids, density=self.densities, joint=joint, fixed=self.fixed, names=self.names, axes=self.axes,
             joints=None if joints is None else dict(joints), recipe=recipe, tolerance=tolerance,
@@ -67,6 +76,10 @@ def add_ground(
     """Where ``base`` is "slab", add the held block "base" under the footprint (x0, x1, y0, y1) [m].
 
     Its top is at z = 0. It is one course thick and stands out by half a unit unless stated.
+
+    Parameters
+    ----------
+    unit : (length, height, ...) of a unit [m]
     """
     choice("base", base, BASES)
     margin = unit[0] / 2.0 if base_margin is None else float(base_margin)

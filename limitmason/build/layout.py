@@ -115,7 +115,12 @@ def layout(
 def _course(
     row: Sequence[float], number: int, size: tuple[float, float, float]
 ) -> tuple[list[Unit], tuple[Piece, ...]]:
-    """Units of a row and the pieces of it that are solid."""
+    """Units of a row and the pieces of it that are solid.
+
+    Parameters
+    ----------
+    row, number, size : widths in unit lengths, negative for gaps; its number from below; (length, height, depth) [m]
+    """
     length, height, depth = size
     units, solid = [], []
     # the running sum is taken in block lengths, so that joints meant to be in line are in line to the last bit
@@ -131,7 +136,7 @@ def _course(
 
 
 def _read(row: Row, number: int) -> list[float]:
-    """Widths of a row, a negative one for a gap [m]; refuses what holds no block."""
+    """Widths of row ``number``, a negative one for a gap, in unit lengths; refuses what holds no block."""
     try:
         tokens = [float(token) for token in row.split()] if isinstance(row, str) else list(row)
     except (TypeError, ValueError):
@@ -145,16 +150,22 @@ def _read(row: Row, number: int) -> list[float]:
 
 
 def _overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> float:
-    """Smallest overlap of two rows at head joints proper: the edges of openings stand in line on purpose."""
+    """Smallest overlap [m] of two rows at head joints proper: the edges of openings stand in line on purpose."""
     joints = []
     for row in (lower, upper):
+        # a head joint is where one piece begins and another ends
         ends = {round(p.end, 12) for p in row}
         joints.append({round(p.start, 12) for p in row} & ends)
     return min((abs(a - b) for a in joints[0] for b in joints[1]), default=float("inf"))
 
 
 def _openings(rows: Sequence[Sequence[float]], length: float, height: float) -> list[dict]:
-    """Gaps with a block on both sides, those that share a range of courses joined into one bounding rectangle [m]."""
+    """Gaps with a block on both sides, as bounding rectangles [m]; those that share a range of courses are one.
+
+    Parameters
+    ----------
+    rows, length, height : widths in unit lengths, negative for gaps; and of a unit [m]
+    """
     open_now: list[list[float]] = []
     found: list[list[float]] = []
     for number, row in enumerate(rows):

@@ -153,6 +153,10 @@ def cut_openings(
     """Cut the openings and their lintels out of the facade's units.
 
     A piece shorter than `min_piece` [m] joins the unit beside it in its course, if there is one.
+
+    Parameters
+    ----------
+    thickness : of the facade [m]
     """
     holes: list[Box] = []
     for opening in openings:
@@ -177,7 +181,7 @@ def cut_openings(
 
 
 def _soldiers(where: str, band: Box, width: float) -> int:
-    """Number of units on end that fill a band without a gap."""
+    """Number of units on end, each ``width`` [m] wide, that fill a band without a gap."""
     span = band[1][0] - band[0][0]
     number = round(span / width)
     if number < 1 or abs(span - number * width) > 1e-6 * width:
@@ -200,7 +204,12 @@ def _opening(given: Opening | Mapping, where: str) -> Opening:
 
 
 def _snap(field: str, z: float, levels: Sequence[float]) -> float:
-    """Return the bed joint at z, or z itself if it is well inside a course."""
+    """Return the bed joint at height z [m], or z itself if it is well inside a course.
+
+    Parameters
+    ----------
+    levels : of the bed joints, from the foot to the top [m]
+    """
     for course in range(len(levels) - 1):
         low, high = levels[course], levels[course + 1]
         if low - 1e-9 <= z <= high + 1e-9:
@@ -219,7 +228,12 @@ def _snap(field: str, z: float, levels: Sequence[float]) -> float:
 def _check_neighbours(
     where: str, here: Placed, placed: Sequence[Placed], occupied: Sequence[tuple[str, float, float]]
 ) -> None:
-    """Refuse an opening whose lintel cuts into a wall or into another opening."""
+    """Refuse an opening whose lintel cuts into a wall or into another opening.
+
+    Parameters
+    ----------
+    occupied : walls that stand in the way: name, from x and to x [m]
+    """
     x0, x1 = here.reach
     for name, low, high in occupied:
         if x0 < high - 1e-9 and x1 > low + 1e-9:

@@ -196,7 +196,13 @@ def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Ass
 def _cut_edge(
     assembly: Assembly, interface: Interface, polygon: Array, inward: Array, at: Array, depth: float
 ) -> Array:
-    """The polygon without a strip of some depth along one of its edges."""
+    """The polygon without a strip of some depth along one of its edges.
+
+    Parameters
+    ----------
+    inward, at : unit vector across the edge into the polygon, and a point of the edge [m]
+    depth : of the strip [m]
+    """
     distance = (polygon - at) @ inward - depth
     out = []
     for k in range(len(polygon)):

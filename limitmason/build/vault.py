@@ -1,4 +1,7 @@
-"""Barrel and groin vaults of voussoirs laid in courses: the arch of a section, drawn out along its axis."""
+"""Barrel and groin vaults of voussoirs laid in courses: the arch of a section, drawn out along its axis.
+
+``outlines`` of voussoirs and the ``feet`` they stand on are in x-z [m], shapes (n, 4, 2) and (4, 2).
+"""
 
 from __future__ import annotations
 
@@ -109,6 +112,12 @@ def vault(
 
 
 def _barrel(site: Site, outlines: Array, feet: list[Array], length: float, unit: float) -> None:
+    """Add a barrel of courses along y, with a held block behind each springing.
+
+    Parameters
+    ----------
+    length, unit : along y, of the vault and of a stone [m]
+    """
     for side, foot in zip(("left", "right"), feet, strict=True):
         site.add(f"base-{side}", prism(foot, 0.0, length), fixed=True)
     for k, outline in enumerate(outlines):
@@ -117,7 +126,12 @@ def _barrel(site: Site, outlines: Array, feet: list[Array], length: float, unit:
 
 
 def _groin(site: Site, outlines: Array, feet: list[Array], half_bay: float, unit: float) -> None:
-    """Four webs: that of the barrel along +y between its groins, and its turns by 90 degrees."""
+    """Four webs: that of the barrel along +y between its groins, and its turns by 90 degrees.
+
+    Parameters
+    ----------
+    half_bay, unit : half the vault's side, and length of a stone [m]
+    """
     slack = 1e-9 * half_bay
     for turn in range(4):
         for k, foot in enumerate(feet):
@@ -135,7 +149,12 @@ def _groin(site: Site, outlines: Array, feet: list[Array], half_bay: float, unit
 
 
 def _pieces(start: float, end: float, unit: float, *, half: bool, least: float) -> list[tuple[float, float]]:
-    """Pieces of a course, the first half a unit long or whole, the last at least `least` long [m]."""
+    """Pieces of a course, the first half a unit long or whole, the last at least `least` long [m].
+
+    Parameters
+    ----------
+    start, end, unit : of the course, and length of a stone [m]
+    """
     cuts, at = [start], start + (0.5 if half else 1.0) * unit
     while at < end - least + 1e-9 * unit:
         cuts.append(at)
@@ -144,7 +163,12 @@ def _pieces(start: float, end: float, unit: float, *, half: bool, least: float) 
 
 
 def _mitred(piece: Solid, slack: float) -> Solid:
-    """What of a piece lies in y >= |x|."""
+    """What of a piece lies in y >= |x|.
+
+    Parameters
+    ----------
+    slack : distance from the cut at which a vertex lies on it [m]
+    """
     for side in (1.0, -1.0):
         kept, _, _ = split_solid(piece, np.zeros(3), np.array([side, -1.0, 0.0]) / math.sqrt(2.0), slack)
         if kept is None:
@@ -154,7 +178,7 @@ def _mitred(piece: Solid, slack: float) -> Solid:
 
 
 def _turned(solid: Solid, quarters: int) -> Solid:
-    """A solid turned about the z axis by right angles, exactly."""
+    """A solid turned about the z axis by so many ``quarters`` of a turn, exactly."""
     vertices = solid.vertices
     for _ in range(quarters):
         vertices = np.column_stack([-vertices[:, 1], vertices[:, 0], vertices[:, 2]])

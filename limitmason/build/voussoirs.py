@@ -1,4 +1,7 @@
-"""Voussoirs of a circular arch in its plane: joint ends, springings, and whether every one is convex."""
+"""Voussoirs of a circular arch in its plane: joint ends, springings, and whether every one is convex.
+
+``inner`` and ``outer`` are the ends of the joints on intrados and extrados, in x-z from left to right [m], (n + 1, 2).
+"""
 
 from __future__ import annotations
 
@@ -42,6 +45,7 @@ def circular_joints(radius: float, angle: float, thickness: float, voussoirs: in
     radius : of the centre line [m]
     angle : of embrace [rad]
     thickness : radial [m]
+    voussoirs : their number n
     """
     if thickness >= 2.0 * radius:
         raise InputError(f"thickness {thickness:g} m leaves no intrados at a centre-line radius of {radius:g} m")
@@ -72,7 +76,12 @@ def snapped(curve: np.ndarray, thickness: float) -> np.ndarray:
 
 
 def springing(inner: np.ndarray, outer: np.ndarray, depth: float, *, left: bool) -> np.ndarray:
-    """Outline of the held block behind a springing joint: it projects a quarter of the joint on both sides."""
+    """Outline of the held block behind a springing joint: it projects a quarter of the joint on both sides.
+
+    Parameters
+    ----------
+    inner, outer, depth : ends of the joint in x-z [m], shape (2,), and thickness of the block behind it [m]
+    """
     along = outer - inner
     size = float(np.linalg.norm(along))
     along = along / size

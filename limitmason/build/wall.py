@@ -195,7 +195,13 @@ def _laid(
     runs: Sequence[StraightWall], bond: Bond, levels: list[float], ragged: bool | tuple[bool, bool], start_half: bool,
     header_every: tuple[int, int] | None,
 ) -> tuple[list[list[list[Unit]]], float]:
-    """Units of every run, course by course, and the smallest overlap of successive courses [m]."""
+    """Units of every run, course by course, and the smallest overlap of successive courses [m].
+
+    Parameters
+    ----------
+    levels, ragged : heights of the bed joints [m], and whether either end is left without cut units
+    header_every : every how many courses and positions a header ties the leaves; None for no headers
+    """
     by_run, overlap = [], float("inf")
     for run in runs:
         # a return of another thickness is laid in the same units
@@ -207,6 +213,7 @@ def _laid(
 
 
 def _with_unit_cracks(site: Site, built: Assembly, cracks: object, shortest: float) -> Assembly:
+    """The wall with potential cracks in its units, of the law ``cracks``; none shorter than ``shortest`` [m]."""
     if not isinstance(cracks, Joint):
         raise InputError(f"unit_cracks must be the law of the cracks, a Joint, got {cracks!r}")
     may_crack = [n for n in site.names if n.startswith(("facade", "return")) and n not in site.fixed]
@@ -214,6 +221,7 @@ def _with_unit_cracks(site: Site, built: Assembly, cracks: object, shortest: flo
 
 
 def _add_lintels(site: Site, placed: Sequence[Placed], density: float | None) -> None:
+    """Add the lintels of openings, or the units on end above them; ``density`` is the lintels' [kg/m3]."""
     lintels = [opening.lintel for opening in placed if opening.lintel is not None and not opening.soldiers]
     for index, lintel in enumerate(lintels):
         site.add_box(f"lintel-{index + 1}", lintel, axis=0, density=density)
@@ -262,7 +270,12 @@ def _bounds(runs: Sequence[StraightWall]) -> tuple[float, float, float, float]:
 def _add_beams(
     site: Site, runs: Sequence[StraightWall], top: float, given: float | None, over: str, density: float | None
 ) -> None:
-    """A beam on the runs that ``over`` names: the facade, the returns, or all, the rear wall included."""
+    """A beam on the runs that ``over`` names: the facade, the returns, or all, the rear wall included.
+
+    Parameters
+    ----------
+    top, given, density : level of the top of the wall, height of the beams or None [m], and [kg/m3]
+    """
     if given is None:
         if over != "facade":
             raise InputError("beam_over is given but top_beam is not")
@@ -285,7 +298,12 @@ def _add_beams(
 def _add_spreader(
     site: Site, runs: Sequence[StraightWall], top: float, given: object, top_beam: object, density: float | None
 ) -> None:
-    """Add the block that spreads the load on a straight wall, in the middle of its top."""
+    """Add the block that spreads the load on a straight wall, in the middle of its top.
+
+    Parameters
+    ----------
+    top, given, density : level of the top of the wall [m], (length, height) or None [m], and [kg/m3]
+    """
     if given is None:
         return
     if len(runs) > 1 or top_beam is not None:

@@ -257,7 +257,14 @@ def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming
 def _framed(
     assembly: Assembly, points: ContactPoints, kn: Array, ks: Array, misfit: Array | None, firm: Index | None
 ) -> tuple[ContactPoints, PathContacts]:
-    """Points and first contacts with frames carried by the firmer block, as they are in the DEM without ``firm``."""
+    """Points and first contacts with frames carried by the firmer block; without ``firm`` by block a, as in the DEM.
+
+    Parameters
+    ----------
+    kn, ks : stiffness of every interface [Pa/m]
+    misfit : what joints have to close of every point, as of :func:`first_contacts`; None for none
+    firm : rank of every block, shape (n,)
+    """
     law, softens = interface_law(assembly.arrays, convex=False), softening_by_plastic_slip(assembly, kn, ks)
     first = first_contacts(points, law, kn, ks, misfit, softens)
     if firm is None:
@@ -282,7 +289,13 @@ def _point_warnings(
 
 
 def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, int] | None) -> tuple[float, float]:
-    """Mean weight [N] and median size [m] of the blocks that move freely."""
+    """Mean weight [N] and median size [m] of the blocks that move freely.
+
+    Parameters
+    ----------
+    free : degrees of freedom, shape (n, d)
+    moving : block and axis of a support that moves, which does not count
+    """
     mine: Flags = np.asarray(free.any(axis=1))
     if moving is not None:
         mine[moving[0]] = False
@@ -306,6 +319,11 @@ def _equations(
     """Equations of a structure.
 
     It is a function of the module and no closure, so that a curve can be sent to other processes.
+
+    Parameters
+    ----------
+    plane, bent : None in space; None for rigid blocks
+    given : options of :class:`System`
     """
     p = s.points
     return System(
@@ -318,6 +336,10 @@ def _as_one(assembly: Assembly, loads: Loads, control: Any) -> tuple[Assembly, L
     """The model in which moving supports are one block, with its loads and control.
 
     Joints of the group to the ground are dropped. Where no group of supports moves, all three stay as they are.
+
+    Parameters
+    ----------
+    control : as of :func:`limitmason.pushover`: "live", or a block or group of supports and an axis
     """
     if isinstance(control, str):
         return assembly, loads, control
@@ -339,6 +361,10 @@ def _with_moving_support(
 
     The support is freed along the axis. Its live load there is the total dead load. Without a support that moves, model
     and loads stay as they are and the third value is None.
+
+    Parameters
+    ----------
+    control, to : as of :func:`limitmason.pushover`
     """
     if isinstance(control, str) or len(control) != 2 or control[1] not in _AXES:
         return assembly, loads, None
@@ -366,6 +392,12 @@ def _control(assembly: Assembly, control: Any, basis: Array, free: NDArray, live
     """Row of the control displacement, (n, d), and the live loads' work per control displacement at first [N].
 
     The work is negative where they push against the axis.
+
+    Parameters
+    ----------
+    control : as of :func:`limitmason.pushover`
+    basis, free : wrenches of the degrees of freedom, shape (6, d), and which of them are free, (n, d)
+    live : live load on them [N, N m], shape (n, d)
     """
     forces = np.where(np.abs(basis[:3]).max(axis=0) > 0.5, live, 0.0)
     total = float(np.linalg.norm(forces, axis=1).sum())

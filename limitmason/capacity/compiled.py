@@ -2,6 +2,10 @@
 
 Each does what the function of its name in :mod:`limitmason.capacity.kinematics`, ``point_law`` or ``system`` does on
 whole arrays, point by point, for blocks that do not deform and joints that do not soften.
+
+Arrays are of m points with c force components, normal first. ``block_a`` and ``block_b`` are their blocks, (m,),
+``arm_a`` and ``arm_b`` their arms from the centroids [m], (m, 3), ``directions`` those of the components, (m, c, 3),
+``force`` the components [N], (m, c). ``basis`` has the wrenches of the d degrees of freedom, (6, d).
 """
 
 import numpy as np
@@ -21,6 +25,13 @@ def contact(
 
     Per point: offset (m, 3) from a's place to b's in the reference pose, arms from the centroids [m], reference
     directions (m, c, 3). ``turn`` is the rotation matrix less one, so that small turns keep their digits.
+
+    Parameters
+    ----------
+    offset : from a's place to b's in the reference pose [m], shape (m, 3)
+    reference, shift, turn : directions, (m, c, 3); displacement [m] and rotation less one of every block, which keeps
+        digits
+    displacement, directions, place_a, place_b : written: of b against a [m], directions now, arms to b's point now [m]
     """
     gap = np.empty(3)
     for m in range(len(block_a)):
@@ -64,7 +75,13 @@ def point_wrenches(directions: Array, arm_a: Array, arm_b: Array, basis: Array, 
 
 @njit(cache=True, error_model="numpy")
 def block_wrenches(block_a: Index, block_b: Index, wrenches: Array, force: Array, out: Array) -> None:
-    """Add the point forces to the degrees of freedom of their blocks."""
+    """Add the forces of all points to the degrees of freedom of their blocks.
+
+    Parameters
+    ----------
+    wrenches : of :func:`point_wrenches`
+    out : [N, N m], added to, shape (n, d)
+    """
     for m in range(len(block_a)):
         for c in range(force.shape[1]):
             for j in range(out.shape[1]):
@@ -88,6 +105,10 @@ def returned(
     strength : tan(phi), tan(psi), cohesion, tension and crushing strength
     tangent : written unless it is empty, shape (m, c, c) or (0, c, c)
     floor : share of the elastic stiffness left in the tangent
+    kn, ks : [Pa/m], shape (m,)
+    old_slip, old_lift : plastic slip and opening before the step [m], shapes (m, c - 1) and (m,)
+    displacement : of b against a [m], shape (m, c)
+    stress, slip, lift : written: compression positive [Pa], (m, c); plastic slip and opening [m]
     """
     tan_phi, tan_psi, cohesion, tension, crushing = strength
     c = displacement.shape[1]
@@ -147,7 +168,16 @@ def elements(
     area: Array, wrenches: Array, tangent: Array, directions: Array, arm_a: Array, arm_b: Array, force: Array,
     starts: Index, basis: Array, out: Array,
 ) -> None:
-    """Write the derivative of the wrenches by the motions of every run of points, of their stiffness and geometry."""
+    """Write the derivative of the wrenches on the two blocks of every run of points by the blocks' motions.
+
+    It has a part of the points' stiffness and one of the geometry, as forces turn with the blocks.
+
+    Parameters
+    ----------
+    area, tangent, wrenches : of every point: [m2], derivative of the stress (m, c, c), and :func:`point_wrenches`
+    starts : first point of every run, shape (k,)
+    out : written, shape (k, 2 d, 2 d)
+    """
     c, d = force.shape[1], basis.shape[1]
     stiff, full, half = np.empty((c, 2 * d)), np.zeros((12, 12)), np.empty((12, 2 * d))
     p = np.zeros((12, 2 * d))

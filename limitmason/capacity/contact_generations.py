@@ -210,8 +210,14 @@ class Generations:
         return np.nan_to_num(told, nan=np.inf).tolist()
 
     def _tangent(self, node: Node, before: Node | None, move: float) -> tuple[float, float]:
-        """Slope of the multiplier [1/m] and speed of all blocks [-] over the control displacement."""
+        """Slope of the multiplier [1/m] and speed of all blocks [-] over the control displacement.
+
+        Parameters
+        ----------
+        move : control displacement over which the tangent is taken [m]
+        """
         since = None if before is None else before.pose
+        # poses are the same objects where the same sample is asked for again
         for pose, other, slope, speed in self.tangents:
             if pose is node.pose and other is since:
                 return slope, speed

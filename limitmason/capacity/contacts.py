@@ -49,6 +49,10 @@ def points_of_path(
 ) -> tuple[ContactPoints, tuple[str, ...]]:
     """The contact points that are asked for, else those that the joints need, see :func:`limitmason.pushover`.
 
+    Parameters
+    ----------
+    contact_model, grid, initial : as of :func:`limitmason.pushover`
+
     Returns
     -------
     points, and warnings where they are fewer than the joints need
@@ -157,7 +161,7 @@ class PathContacts(ReadOnly):
         return Softening(self.rest, self.by_opening, self.by_slip) if self.softens else None
 
     def at(self, rows: Index | Flags) -> "PathContacts":
-        """Some of the points."""
+        """Some of the points, by number or by flag."""
         chosen: dict[str, Any] = {}
         for f in fields(self):
             column = getattr(self, f.name)
@@ -208,7 +212,7 @@ def first_contacts(
 
 
 def turned_over(c: PathContacts, rows: Flags) -> PathContacts:
-    """Points of which some have their frame carried by the other block.
+    """Points of which those of ``rows``, shape (m,), have their frame carried by the other block.
 
     Force components keep their sign, as direction and blocks change together.
     """

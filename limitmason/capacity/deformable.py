@@ -85,6 +85,10 @@ def lumped(assembly: Assembly, stiffness: float | tuple[float, float] | None) ->
 def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str | None) -> tuple[Plane | None, str]:
     """Plane in which a path is followed, None in space, and the state of stress of its blocks.
 
+    Parameters
+    ----------
+    blocks, stress : kind of blocks and state of stress by name; None for what the model allows
+
     Raises
     ------
     InputError

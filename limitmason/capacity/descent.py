@@ -106,6 +106,7 @@ def _lowest(
     law, old : law whose friction is frozen, and the history it returns from
     now : state at the start
     motion, done : in own units, shape (order,): that of the full step, and what came before it under the viscosity
+    multiplier, viscosity : of the live load [-]; eta in own units
     """
     apart, (work, longer) = now.contact.displacement, system.relative(now, motion)
     load = system.applied(multiplier) - viscosity * done
@@ -115,6 +116,7 @@ def _lowest(
     area, tied = system.bodies.area[:, None], len(longer) > 0
 
     def slope(share: float) -> float:
+        """Derivative of the potential at a share of the motion, over the share."""
         force = returned_stress(law, old, apart + share * work) * area
         pulls = tension(system.ties, now.pulled.elongation + share * longer, old.stretched)[0] if tied else longer
         own = (float(pulls @ longer) - float((force * work).sum())) / (system.weight * system.length)

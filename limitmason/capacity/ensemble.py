@@ -187,6 +187,7 @@ def _planes(assembly: Assembly, points: ContactPoints, rng: np.random.Generator)
 
 
 def _spread(values: Array) -> Spread:
+    """Median, 5 and 95 % quantiles of the values that are finite, and how many these are."""
     known = values[np.isfinite(values)]
     if not len(known):
         return Spread(float("nan"), float("nan"), float("nan"), 0)

@@ -65,7 +65,13 @@ def of_forces(points: ContactPoints, state: Prediction, kn: Array, ks: Array) ->
 
 
 def begun_with(system: System, state: Prediction, to: float | None, ratio: float, steps: Steps) -> list[Node]:
-    """The node in the reference pose at the state's multiplier, and one along its mechanism where it is found."""
+    """The node in the reference pose at the state's multiplier, and one along its mechanism where it is found.
+
+    Parameters
+    ----------
+    to, ratio : control displacement to reach [m], None for the sense of the load; work of the live load per control
+        displacement [N]
+    """
     rest = system.at_rest()
     old = system.virgin()
     solved = newton.solve(system, rest, state.collapse_multiplier, old, 0.0)

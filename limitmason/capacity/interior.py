@@ -175,7 +175,13 @@ class _Points:
         return np.einsum("mij,mj->mi", a.tangent, lacks), slid, given
 
     def step(self, x: Inner, a: _Linear, freed: tuple[Array, Array, Array], displaced: Array) -> Inner:
-        """The step of the points that goes with displacements, (m, c)."""
+        """The step of the points that goes with displacements, (m, c).
+
+        Parameters
+        ----------
+        freed : of :meth:`freed`
+        displaced : displacement of the points by the step [m], shape (m, c)
+        """
         force = freed[0] - np.einsum("mij,mj->mi", a.tangent, displaced)
         normal = force[:, 0]
         cone = np.column_stack([self.strength.tan_phi * normal - a.cone, force[:, 1:]])
@@ -265,7 +271,7 @@ def _arrow(x: Array) -> Array:
 
 
 def _inverse(x: Array) -> Array:
-    """Inverse of :func:`_arrow`."""
+    """Inverse of :func:`_arrow`, the arrow matrices of vectors x, shape (m, c), inside their cones."""
     first, rest = x[:, 0], x[:, 1:]
     inside = _inside(x)
     a = np.empty((*x.shape, x.shape[1]))

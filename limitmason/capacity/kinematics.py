@@ -160,7 +160,7 @@ def point_wrenches(bodies: ContactGeometry, at: Contact) -> Array:
 
 
 def _moments(arm: Array, directions: Array) -> Array:
-    """Vector products of the arms, (m, 3), with directions, (m, c, 3); ``numpy.cross`` takes as long to move axes."""
+    """Vector products of arms, (m, 3), with directions, (m, c, 3): ``numpy.cross`` takes as long to move axes."""
     u, v, w = arm.T[:, :, None]
     x, y, z = (directions[:, :, i] for i in range(3))
     out = np.empty_like(directions)
@@ -169,7 +169,12 @@ def _moments(arm: Array, directions: Array) -> Array:
 
 
 def block_wrenches(bodies: ContactGeometry, wrenches: Array, force: Array) -> Array:
-    """Sum of the point forces [N], (m, c), on the blocks' degrees of freedom [N, N m], shape (n, d)."""
+    """Sum of the point forces [N], (m, c), on the blocks' degrees of freedom [N, N m], shape (n, d).
+
+    Parameters
+    ----------
+    wrenches : of unit forces on the two blocks of every point, shape (m, c, 2, d)
+    """
     n, d = bodies.free.shape
     out = np.zeros((n, d))
     if bodies.large:

@@ -38,6 +38,7 @@ def passed(load: Array, way: Array, lacks: Array, size: float, doubled: float = 
     tops = np.maximum.accumulate(load)
 
     def lasts(at: float, top: float) -> bool:
+        """Whether the largest load so far, ``top``, has lasted to the displacement ``at`` [m]."""
         # the load has not risen by LEVEL over as much displacement again, or hardly over a long way
         if top <= 0.0:
             return False
@@ -58,7 +59,12 @@ def passed(load: Array, way: Array, lacks: Array, size: float, doubled: float = 
 
 
 def first_limit_point(load: Array, way: Array, lacks: Array, size: float) -> int | None:
-    """The sample that :func:`passed` finds, or that of the largest load where it is higher than the last."""
+    """The sample that :func:`passed` finds, or that of the largest load where it is higher than the last.
+
+    Parameters
+    ----------
+    load, way, lacks, size : as of :func:`passed`
+    """
     if (found := passed(load, way, lacks, size)) is not None:
         return found
     highest = int(np.argmax(load))

@@ -147,7 +147,12 @@ def _variants(
 def _sheared(
     assembly: Assembly, loads: Loads, settings: Mapping[str, Any], factor: float
 ) -> tuple[Assembly, dict[str, Any]]:
-    """The model and settings with shear stiffnesses times a factor."""
+    """The model and settings with all shear stiffnesses times a factor.
+
+    Parameters
+    ----------
+    settings : options of :func:`limitmason.pushover`, of which "stiffness" goes before the joints' own
+    """
     given = settings.get("stiffness")
     if given is not None:
         pair = np.broadcast_to(np.asarray(given, dtype=float), (2,))

@@ -54,6 +54,7 @@ def solve(
     viscosity, origin : eta of a viscous force against the motion, own units, and the motion made since the start of the
         step when Newton begins; none by default
     shares : of a step that are tried until the unbalance falls; ``FULL`` takes steps as they come
+    iterations : most of them
     """
     prescribed = "multiplier" if target is None else "control"
     done = np.zeros(system.order) if origin is None else origin.copy()

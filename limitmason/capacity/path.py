@@ -74,6 +74,7 @@ class _Path(JudgedPath):
             return self._stopped(self.nodes[-1], "it was interrupted; go on with start=", PathEnd.INTERRUPTED)
 
     def _stepped(self) -> PathEnd:
+        """Step until the path ends, or stop after as many tries as are allowed."""
         for _ in range(self.steps.most):
             verdict = self._step()
             if isinstance(verdict, PathEnd):
@@ -152,7 +153,12 @@ class _Path(JudgedPath):
         )
 
     def _beyond(self, system: System, last: Node, left: float) -> tuple[Node | None, float]:
-        """Where a block that has lost a support comes to rest: there may be nothing near. Also how far that is [m]."""
+        """The state at which a block that has lost a support comes to rest, and how far that is [m]; None without one.
+
+        Parameters
+        ----------
+        left : control displacement to the end of the path [m]
+        """
         for share in _BEYOND:
             move = min(left, share * system.size)
             new = stepping.jump(system, last, last.control + self.sense * move, self.ratio)

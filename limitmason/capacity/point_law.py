@@ -143,7 +143,12 @@ def return_map(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) 
 
 
 def returned_stress(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> Array:
-    """Stress of :func:`return_map` alone [Pa], (m, c), by a law that does not soften."""
+    """Stress of :func:`return_map` alone [Pa], (m, c), by a law that does not soften.
+
+    Parameters
+    ----------
+    displacement : of b against a at every point [m], shape (m, c)
+    """
     if len(law.kn) >= LARGE:
         return _compiled(law, old, displacement, np.empty((0, 0, 0))).stress
     tried = _elastic_predictor(law, old, displacement)
@@ -151,7 +156,13 @@ def returned_stress(law: ElastoplasticLaw, old: PlasticHistory, displacement: Ar
 
 
 def _compiled(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array, tangent: Array) -> Returned:
-    """The return of a law that does not soften; its tangent is left empty where none is given to be written."""
+    """Compiled :func:`return_map` by a law that does not soften.
+
+    Parameters
+    ----------
+    displacement : of b against a at every point [m], shape (m, c)
+    tangent : written, shape (m, c, c), or left alone where it is empty
+    """
     from limitmason.capacity import compiled
 
     stress, slip, lift = np.empty(displacement.shape), np.empty(old.slip.shape), np.empty(old.lift.shape)
@@ -199,7 +210,12 @@ def _elastic_predictor(law: ElastoplasticLaw, old: PlasticHistory, displacement:
 
 
 def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> tuple[_PlasticCorrector, Array]:
-    """The return at the least damage that asks for no more damage, and that damage, (m,)."""
+    """The return at the least damage that asks for no more damage, and that damage, (m,).
+
+    Parameters
+    ----------
+    displacement : of b against a at every point [m], shape (m, c)
+    """
     before, tried = np.asarray(old.damage), _elastic_predictor(law, old, displacement)
     damage = before
     for _ in range(40):
@@ -335,6 +351,10 @@ def softening_by_plastic_slip(assembly: Assembly, kn: Array, ks: Array) -> Softe
 
     A joint that has lost all of its opening's or its slip's energy is at damage 1. The slip is the plastic one:
     1 / rate_slip = 2 GfII / (c - c_r).
+
+    Parameters
+    ----------
+    kn, ks : stiffness of every interface [Pa/m]
     """
     joints = [i.joint for i in assembly.interfaces]
     if not any(j.softens for j in joints):
@@ -342,4 +362,5 @@ def softening_by_plastic_slip(assembly: Assembly, kn: Array, ks: Array) -> Softe
     found = softening(joints, kn, ks)
     lost, slip = assembly.arrays.cohesion - found.rest.cohesion, found.by_slip
     gradual = (slip > 0.0) & (slip < SUDDEN)
+    # at damage 1: the slip past the peak, and the elastic slip lost / ks that has unloaded meanwhile
     return found._replace(by_slip=np.where(gradual, 1.0 / (1.0 / np.where(gradual, slip, 1.0) + lost / ks), slip))

@@ -205,7 +205,7 @@ class PushoverCurve(Curve):
         return block_system(s.assembly, points, stiffness[:, : p.components], label, warnings, plane, shapes, blocks)
 
     def mechanism(self, step: int) -> Mechanism | None:
-        """Motion from a sample to the next, scaled as a collapse mechanism.
+        """Motion from sample ``step`` to the next, scaled as a collapse mechanism.
 
         For the last sample it is the motion that led to it.
 
@@ -225,7 +225,7 @@ class PushoverCurve(Curve):
         return scaled_mechanism(s.assembly, s.loads, twists, place, interface)
 
     def resultants(self, step: int) -> Resultants:
-        """Joint forces of a sample, in the joints' frames: those of the reference pose.
+        """Joint forces of sample ``step``, in the joints' frames: those of the reference pose.
 
         Ties follow the joints.
 
@@ -259,7 +259,7 @@ class PushoverCurve(Curve):
         )
 
     def stability(self, step: int) -> SampleStability:
-        """Whether a sample would stand under its load alone, or is held by the control.
+        """Whether sample ``step`` would stand under its load alone, or is held by the control.
 
         By the sign of the determinant of the tangent (sliding points slide on, open ones stay open) against that of
         sample 0, which is taken as stable: an even number of modes lost at once is not seen.

@@ -23,6 +23,12 @@ def begin(
 ) -> tuple[Generations, list[Node], Pose]:
     """The generations to go on with, the first node, and the pose under dead load from which displacements count.
 
+    Parameters
+    ----------
+    held, ratio : control displacement that is kept [m], None where it is free; work of the live load per control
+        displacement [N]
+    say : told of what is done
+
     Raises
     ------
     InputError

@@ -64,7 +64,12 @@ class Node(NamedTuple):
 
 
 def node_of(system: System, solved: newton.Solved, jump: bool = False, programs: int = 0) -> Node:
-    """The node of a solved step: its history is committed here."""
+    """The node of a solved step, whose history is committed here.
+
+    Parameters
+    ----------
+    jump, programs : whether no states led to it, and how many programs were solved for it
+    """
     s = solved.state
     return Node(
         s.pose, s.returned.history, solved.multiplier, system.controlled(s.pose), s.force, jump, programs,
@@ -225,6 +230,9 @@ def quieted(
     Parameters
     ----------
     commit : the history that is kept of a sub-step, from the one before and its state; as it came by default
+    target, multiplier : as of :func:`limitmason.capacity.newton.solve`
+    normal : forces at which the programs' friction is frozen at first [N]; None for those of the pose
+    ratio, eta : work of the live load per control displacement [N], and the first viscosity in own units
     """
     total, begin = 0, pose.shift
     for _ in range(60):
@@ -258,7 +266,12 @@ def quieted(
 
 
 def handed_over(toward: float, nodes: Sequence[Node]) -> Array:
-    """What the load lacks at every node by contacts found anew, and has not regained [-]: no fall of the structure."""
+    """What the load lacks at every node by contacts found anew, and has not regained [-]: no fall of the structure.
+
+    Parameters
+    ----------
+    toward : sign of the load in the sense in which it is pushed
+    """
     lacks = [0.0]
     for before, node in pairwise(nodes):
         regained = max(0.0, toward * (node.multiplier - before.multiplier))

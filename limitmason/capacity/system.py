@@ -107,6 +107,10 @@ class System:
         """Where every entry goes in the bordered matrix.
 
         In the order of :meth:`tangent`: elements, diagonal, column of the live load, row of the control, corner.
+
+        Parameters
+        ----------
+        dofs : unknown of every row of every element, -1 for held ones, shape (k, size)
         """
         k, size, order = len(dofs), dofs.shape[1], self.order
         rows = np.broadcast_to(dofs[:, :, None], (k, size, size)).ravel()
@@ -141,7 +145,13 @@ class System:
         return Evaluated(pose, at, wrenches, returned, force, pulled, rest)
 
     def unbalanced(self, pose: Pose, wrenches: Array, force: Array, pulled: Pulled, multiplier: float) -> Array:
-        """What loads, point forces [N], (m, c), ties and springs leave over on the free motions, own units."""
+        """What loads, point forces [N], (m, c), ties and springs leave over on the free motions, own units.
+
+        Parameters
+        ----------
+        wrenches, force : as of :func:`block_wrenches`
+        multiplier : of the live load [-]
+        """
         total = block_wrenches(self.bodies, wrenches, force) + self.dead + multiplier * self.live
         for side, block in enumerate((self.ties.block_a, self.ties.block_b)):
             np.add.at(total, block, pulled.tension[:, None] * pulled.wrenches[:, side])
@@ -245,7 +255,7 @@ class System:
         return int(signs)
 
     def tangent(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> sparse.csc_matrix:
-        """The matrix of :meth:`bordered`."""
+        """The matrix of :meth:`bordered`, with an eta of viscous force in own units, one or of every unknown."""
         element = self._deforming_elements(at) if self.bodies.deforming else self._elements(at)
         if len(self.ties.length):
             element = np.concatenate([element, stiffness(at.pulled, self.bodies.basis[:6])])
@@ -328,7 +338,12 @@ class System:
         return self._columns(pulled.wrenches, self.tie_ends)
 
     def _columns(self, wrenches: Array, ends: Index) -> sparse.csc_matrix:
-        """Wrenches on two blocks each, (k, 2, d), at rows ``ends``, -1 for held, as columns in own units."""
+        """Wrenches on two blocks each, (k, 2, d), at rows ``ends``, -1 for held, as columns in own units.
+
+        Parameters
+        ----------
+        wrenches : in own axes [N, N m], shape (k, 2, d)
+        """
         values = wrenches * self.row_scale * self.weight
         columns = np.broadcast_to(np.arange(len(values))[:, None, None], values.shape)
         keep = ends >= 0

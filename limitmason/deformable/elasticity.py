@@ -43,7 +43,7 @@ class Elasticity(ReadOnly):
 
     @classmethod
     def of(cls, young_modulus: float, poisson_ratio: float, state: str, normal: ArrayLike | None = None) -> Elasticity:
-        """Elasticity of a material with E [Pa] and nu [-].
+        """Elasticity of a material with E = ``young_modulus`` [Pa] and nu = ``poisson_ratio`` [-].
 
         Parameters
         ----------

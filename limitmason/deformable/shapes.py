@@ -114,7 +114,12 @@ class Polynomials:
     """
 
     def __init__(self, block: Block, elasticity: Elasticity, degree: int) -> None:
-        """Lay out axes, products and a quadrature that is exact for their squares."""
+        """Lay out axes, products and a quadrature that is exact for their squares.
+
+        Parameters
+        ----------
+        degree : largest sum of powers
+        """
         if len(block.parts) != 1:
             raise InputError(
                 f"block {block.name!r} is not convex ({len(block.parts)} pieces): the shapes are those of one convex "
@@ -139,7 +144,12 @@ class Polynomials:
         self.gram = self.value.T @ (self.weight[:, None] * self.value)
 
     def body(self, coefficients: Array, names: tuple[str, ...]) -> Body:
-        """A body with shapes of these coefficients, with its stiffness and mass by quadrature."""
+        """A body with shapes of these coefficients, with its stiffness and mass by quadrature.
+
+        Parameters
+        ----------
+        coefficients, names : of every shape in the products, shape (k, 3, e), and in words
+        """
         none = np.zeros((0, 0))
         out = Body(
             centroid=self.block.centroid, axes=self.axes, half=self.half, powers=self.powers, coefficients=coefficients,
@@ -206,7 +216,7 @@ def block_axes(solid: Solid, normal: Array | None) -> Array:
 
 
 def _longest(vectors: Array) -> tuple[Array, Index]:
-    """Unit vector along the longest, and which these are.
+    """Unit vector along the longest of vectors (n, 3), and their numbers; the mean of equally long ones.
 
     Between equally long ones, as of a voussoir's two beds.
     """
@@ -239,7 +249,12 @@ def volume_points(solid: Solid, centre: Array, order: int = 4) -> tuple[Array, A
 
 
 def products(x: Array, powers: Index) -> tuple[Array, Array]:
-    """Products of Legendre polynomials and their gradient at scaled coordinates (m, 3), shapes (m, e), (m, e, 3)."""
+    """Products of Legendre polynomials at scaled coordinates x (m, 3), shape (m, e), and their gradient, (m, e, 3).
+
+    Parameters
+    ----------
+    powers : degree along every axis of each product, shape (e, 3)
+    """
     most = int(powers.max())
     one = legendre.legvander(x, most)  # (m, 3, most + 1)
     derivative = np.zeros_like(one)

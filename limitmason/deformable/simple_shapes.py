@@ -74,6 +74,10 @@ def _shapes(elasticity: Elasticity, x: Array) -> tuple[tuple[str, ...], list[Arr
 
     They are the displacements of the strains and stresses that :func:`simply_deformable_block` names. Axis i is along,
     j across and k the third in space; their coordinates are a, b and c.
+
+    Parameters
+    ----------
+    x : places from the centroid in the block's axes [m], shape (m, 3)
     """
     letters, nu = "xyz", elasticity.contraction
     used = (0, 2) if elasticity.plane else (0, 1, 2)
@@ -90,7 +94,7 @@ def _shapes(elasticity: Elasticity, x: Array) -> tuple[tuple[str, ...], list[Arr
     for i, j in permutations(used, 2):
         a, b = x[:, i], x[:, j]
         c = np.zeros(len(x)) if elasticity.plane else x[:, 3 - i - j]
-        third = {} if elasticity.plane else {3 - i - j: -nu * b * c}
+        third = {} if elasticity.plane else {3 - i - j: -nu * b * c}  # axes 0, 1 and 2 add up to 3
         # eps_ii = b with eps_jj = eps_kk = -nu b: nothing but sigma_ii
         add(f"bend {letters[i]}{letters[j]}", {i: a * b, j: -0.5 * (a**2 + nu * b**2 - nu * c**2), **third})
         # eps_ii = a b: a moment that grows along i, and the section warps by the parabola of shear that makes it grow
@@ -101,6 +105,7 @@ def _shapes(elasticity: Elasticity, x: Array) -> tuple[tuple[str, ...], list[Arr
     if elasticity.plane:
         for i, j in permutations(used, 2):
             a, b = x[:, i], x[:, j]
+            # eps_ii = a: sigma_ii grows along i, and the shear sigma_ij = -(sigma_ii / a) b balances it
             add(f"pull {letters[i]}", {i: 0.5 * (a**2 - (2.0 + nu) * b**2), j: -nu * a * b})
     else:
         for i in used:

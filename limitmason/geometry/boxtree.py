@@ -51,7 +51,7 @@ def overlapping_pairs(low: Array, high: Array) -> tuple[Index, Index]:
 
 
 def _morton(points: Array) -> NDArray[np.uint64]:
-    """Morton code of every point, its three coordinates bit by bit in turn: near codes are near places."""
+    """Morton code of every point (n, 3): its coordinates bit by bit in turn, so that near codes are near places."""
     span = max(float(np.ptp(points, axis=0).max()), 1e-300)
     cell = ((points - points.min(axis=0)) / span * (2**20 - 1)).astype(np.uint64)
     code = np.zeros(len(points), np.uint64)

@@ -65,11 +65,16 @@ def drop_redundant_vertices(polygons: Array, counts: Index, slack: Array) -> tup
     """Padded polygons without repeated vertices, nor vertices nearer than their ``slack`` [m] to the line past them.
 
     Clipping along a shared edge leaves such vertices, one rounding error apart.
+
+    Parameters
+    ----------
+    polygons, counts : padded by the last vertex [m], shape (m, K, 2), and vertices of each, shape (m,)
     """
     points, count = polygons, counts.copy()
     slots = np.arange(points.shape[1])
 
     def keep_only(keep: Flags) -> tuple[Array, Index]:
+        """The vertices to keep at the front of every row, padded by the last one, and how many they are."""
         order = np.argsort(~keep, axis=1, kind="stable")
         kept = keep.sum(axis=1)
         fill = np.minimum(slots, np.maximum(kept - 1, 0)[:, None])

@@ -240,7 +240,12 @@ def judged(found: Candidates, rules: ContactRules, *, times: float = 1.0) -> Ind
 
 
 def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, limit: Array) -> Flags:
-    """Wedges of a small angle that touch somewhere, if not here then on another piece of the same two faces."""
+    """Wedges of a small angle that touch somewhere, if not here then on another piece of the same two faces.
+
+    Parameters
+    ----------
+    low, high, limit : least and largest gap of every pair, and the gap that counts as contact [m], shape (m,)
+    """
     pairs = found.pairs
     near = np.maximum(found.reach, limit)
     out = (pairs.angle_deg <= rules.wedge_deg) & (high > limit) & (high <= near)
@@ -297,7 +302,13 @@ def _centroid(polygon: Array) -> Array:
 
 
 def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: Index) -> Flags:
-    """Whether a solid of a third owner holds each point [m], shape (m, 3)."""
+    """Whether the solid of a third owner holds each point, shape (m,).
+
+    Parameters
+    ----------
+    points, a, b : [m], shape (m, 3), and the two owners that do not count, shape (m,)
+    owner : of every solid
+    """
     if not len(points):
         return np.zeros(0, dtype=bool)
     low = np.array([s.vertices.min(axis=0) for s in solids])
@@ -355,7 +366,13 @@ def _merge_patches(
     a: Index, b: Index, polygons: list[Array], normals: Array, areas: Array, tolerance: Array, overlaps: list,
     doubts: list[DoubtfulContact],
 ) -> ContactPatches:
-    """Join coplanar patches of one block pair when together they fill their convex hull (faces cut into triangles)."""
+    """Join coplanar patches of one block pair when together they fill their convex hull (faces cut into triangles).
+
+    Parameters
+    ----------
+    a, b, polygons, normals, areas, tolerance : of every patch: owners, corners [m], unit normal, [m2], [m]
+    overlaps, doubts : passed on
+    """
     if not len(a):
         return ContactPatches(a, b, [], np.empty((0, 3)), overlaps, doubts)
     # two patches of one pair of blocks are joined at a time until no two fill their hull
@@ -389,10 +406,14 @@ def _hull_if_filled(one: _Patch, other: _Patch) -> _Patch | None:
 
 
 def _hull(points: Array, slack: float) -> list[int]:
-    """Convex hull, counter-clockwise, without vertices closer than ``slack`` to the line through their neighbours."""
+    """Convex hull of points (n, 2) as their numbers, counter-clockwise.
+
+    It has no vertices closer than ``slack`` [m] to the line through their neighbours.
+    """
     order = np.lexsort((points[:, 1], points[:, 0]))
 
     def half(sequence: Index) -> list[int]:
+        """Lower half of the hull, from points in order along x."""
         chain: list[int] = []
         for i in sequence:
             while len(chain) >= 2:

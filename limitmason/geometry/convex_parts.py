@@ -1,4 +1,7 @@
-"""Closed polyhedra that are not convex, divided into convex parts by the planes of their own faces."""
+"""Closed polyhedra that are not convex, divided into convex parts by the planes of their own faces.
+
+``slack`` is the distance up to which corners are one, and a corner lies in a plane [m].
+"""
 
 from __future__ import annotations
 
@@ -124,7 +127,12 @@ class _Face:
     """A plane face: a point and the unit normal of its plane, and convex pieces of it [m]."""
 
     def __init__(self, corners: Array, slack: float) -> None:
-        """Cut a face into convex pieces and triangles; a sliver has none."""
+        """Cut a face into convex pieces and triangles; a sliver has none.
+
+        Parameters
+        ----------
+        corners : [m], shape (n, 3)
+        """
         self.normal, self.point = face_plane(corners)[0], corners.mean(axis=0)
         self.pieces: list[Array] = []
         self.triangles: list[Array] = []
@@ -144,13 +152,21 @@ class _Face:
 def _divided(
     cell: Solid, within: list[tuple[int, Array]], faces: Sequence[_Face], slack: float
 ) -> list[tuple[Solid, list[tuple[int, Array]]]]:
-    """Two cells on both sides of the plane of a face: one that cuts few others, of these the largest area."""
+    """Two cells on both sides of the plane of a face, each with the faces within it.
+
+    It is the plane that cuts fewest other faces, of these that of the largest area.
+
+    Parameters
+    ----------
+    within : numbers of faces and pieces of them [m], shape (n, 3)
+    """
     numbers = sorted({k for k, _ in within})
     normals = np.array([faces[k].normal for k in numbers])
     points = np.concatenate([p for _, p in within])
     first = np.cumsum([0, *(len(p) for _, p in within[:-1])])
     offsets = np.array([faces[k].point @ faces[k].normal for k in numbers])
     height = points @ normals.T - offsets
+    # a face whose corners lie on both sides of a plane is cut by it
     cuts = (np.minimum.reduceat(height, first) < -slack) & (np.maximum.reduceat(height, first) > slack)
     # a face may come as triangles, and two faces may lie in one plane: their areas count together
     along = normals @ normals.T
@@ -200,7 +216,12 @@ def _joined(parts: list[Solid], slack: float) -> list[Solid]:
 def _unions(
     parts: dict[int, Solid], pairs: list[tuple[int, int]], slack: float
 ) -> dict[tuple[int, int], tuple[float, Solid]]:
-    """Pairs of parts with a convex union: area of the face they share [m2], and the union."""
+    """Pairs of parts with a convex union: area of the face they share [m2], and the union.
+
+    Parameters
+    ----------
+    pairs : numbers of parts to try
+    """
     out = {}
     for i, j in pairs:
         area = _common_face(parts[i], parts[j], slack)
@@ -211,7 +232,7 @@ def _unions(
 
 
 def _common_face(a: Solid, b: Solid, slack: float) -> float:
-    """Area of a face of one part whose corners are those of a face of the other [m2], or zero where there is none."""
+    """Area of a face that two parts share corner by corner [m2]; zero without one."""
     for f in a.faces:
         for g in b.faces:
             if len(f) != len(g):
@@ -250,7 +271,10 @@ def _refuse_several_bodies(parts: list[Solid], slack: float) -> None:
 
 
 def _touch(a: Solid, b: Solid, slack: float) -> bool:
-    """Whether two parts that do not overlap share part of a face: planes of a in which b begins, clipped by both."""
+    """Whether two parts that do not overlap share part of a face.
+
+    Planes of a in which b begins are clipped by both.
+    """
     for f in a.faces:
         n, d = face_plane(a.vertices[list(f)])
         if abs(float((b.vertices @ n).min()) - d) > 10.0 * slack:
@@ -267,7 +291,12 @@ def _touch(a: Solid, b: Solid, slack: float) -> bool:
 
 
 def _snapped(part: Solid, corners: Array, slack: float) -> Solid:
-    """The part with every vertex that repeats a corner of the whole exactly there."""
+    """The part with every vertex that repeats a corner of the whole exactly there.
+
+    Parameters
+    ----------
+    corners : of the whole [m], shape (n, 3)
+    """
     apart = np.linalg.norm(part.vertices[:, None] - corners[None], axis=2)
     nearest = apart.argmin(axis=1)
     near = apart.min(axis=1) <= 10.0 * slack

@@ -126,7 +126,18 @@ def all_faces(solids: Sequence[Solid]) -> tuple[Faces, Index]:
 def _face_pairs(
     faces: Faces, start: Index, p: Index, q: Index, reach: Array, facing: float
 ) -> tuple[Index, Index, Index]:
-    """Faces of every pair of solids with opposite normals whose boxes are within reach, and the pair they are of."""
+    """Faces of every pair of solids with opposite normals whose boxes are within reach, and the pair they are of.
+
+    Parameters
+    ----------
+    start : row of each solid's first face, and the total, shape (solids + 1,)
+    p, q, reach : solids of every pair, and the gap up to which they are near [m], shape (k,)
+    facing : cosine between outward normals below which faces look at each other [-]
+
+    Returns
+    -------
+    f, g, pair : rows of the two faces, and of the pair, shape (m,)
+    """
     # every face of p beside every face of q: row ``local`` of a pair is face local // n_q of p and local % n_q of q
     n_p, n_q = start[p + 1] - start[p], start[q + 1] - start[q]
     pair = np.repeat(np.arange(len(p)), n_p * n_q)

@@ -99,7 +99,16 @@ def grown(
 
 
 def _planes(points: Array) -> tuple[Array, Array]:
-    """Normals and offsets of the faces of a hull, large facets first, normals nearly alike made one."""
+    """Planes of the faces of a hull, large facets first, those nearly alike made one.
+
+    Parameters
+    ----------
+    points : [m], shape (n, 3)
+
+    Returns
+    -------
+    normals, offsets : unit vectors, shape (k, 3), and [m], shape (k,)
+    """
     try:
         hull = ConvexHull(points)
     except Exception:  # scipy's own error tells of its options, not of stones
@@ -120,7 +129,12 @@ def _planes(points: Array) -> tuple[Array, Array]:
 
 
 def _inside(normals: Array, offsets: Array, points: Array, margin: float = 0.0) -> Solid:
-    """What lies below all planes, of a box that is by a margin and the size of the points larger than they are."""
+    """What lies below all planes, in a box that is larger than the points by their size and a margin [m].
+
+    Parameters
+    ----------
+    normals, offsets : of the planes, unit vectors, shape (k, 3), and [m], shape (k,)
+    """
     slack = 1e-9 * float(np.ptp(points, axis=0).max())
     solid = below_planes(zip(normals, offsets, strict=True), points, slack, margin=margin)
     if solid is None:
@@ -129,9 +143,13 @@ def _inside(normals: Array, offsets: Array, points: Array, margin: float = 0.0) 
 
 
 def _between(i: int, j: int, solids: Sequence[Solid], *, held: bool) -> Gap:
-    """The plane that parts two convex solids.
+    """The plane that parts two convex solids: a face of the second where that is ``held`` and keeps its shape.
 
     A face of the second one where that keeps its shape.
+
+    Parameters
+    ----------
+    i, j : numbers of the solids
     """
     a, b = solids[i].vertices, solids[j].vertices
     if held:

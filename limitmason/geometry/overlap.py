@@ -1,4 +1,7 @@
-"""Convex bodies near each other: how deep they overlap, and where they touch along an edge or at a corner alone."""
+"""Convex bodies near each other: how deep they overlap, and where they touch along an edge or at a corner alone.
+
+``start`` is the row of each solid's first face, and p and q are the two solids of every pair.
+"""
 
 from collections.abc import Sequence
 
@@ -11,7 +14,12 @@ from limitmason.geometry.polyhedron import Solid
 
 
 def near_pairs(solids: Sequence[Solid], owner: Index, reach: Array) -> tuple[Index, Index]:
-    """Pairs of solids of different owners whose boxes are within the smaller reach of the two owners [m]."""
+    """Pairs of solids of different owners whose boxes are within the smaller reach of the two owners [m].
+
+    Parameters
+    ----------
+    owner, reach : of every solid; of every owner [m]
+    """
     low = np.array([s.vertices.min(axis=0) for s in solids])
     high = np.array([s.vertices.max(axis=0) for s in solids])
     half = 0.5 * reach[owner][:, None]
@@ -82,7 +90,12 @@ def touching_edges(
 
 
 def _shared_points(solids: Sequence[Solid], faces: Faces, start: Index, i: int, j: int, slack: float) -> Array:
-    """Points common to two touching pieces: corners of each within the other, and of edges where they enter it."""
+    """Points common to two touching pieces: corners of each within the other, and of edges where they enter it.
+
+    Parameters
+    ----------
+    i, j, slack : the two pieces, and the distance up to which they touch [m]
+    """
     out = []
     for one, other in ((i, j), (j, i)):
         rows = slice(start[other], start[other + 1])

@@ -41,7 +41,12 @@ def polygon_area_centroid(polygon: ArrayLike) -> tuple[float, Array]:
 
 
 def axes_in_plane(corners: Array, normal: Array) -> Array:
-    """Unit axes in the plane of a polygon as columns, the first along its first side, shape (3, 2)."""
+    """Unit axes in the plane of a polygon as columns, the first along its first side, shape (3, 2).
+
+    Parameters
+    ----------
+    corners, normal : [m], shape (n, 3), and unit normal
+    """
     along = corners[1] - corners[0]
     along = along - (along @ normal) * normal
     along /= np.linalg.norm(along)
@@ -91,7 +96,7 @@ def clean_outline(outline: ArrayLike, tolerance: float) -> Array:
 
 
 def _crossing_edges(p: Array) -> tuple[int, int] | None:
-    """Numbers of two edges that cross, or None."""
+    """Numbers of two edges of a closed outline p (n, 2) that cross, or None."""
     n = len(p)
     a, b = p, np.roll(p, -1, axis=0)
     i, j = np.triu_indices(n, 2)
@@ -143,6 +148,7 @@ def _turn(a: Array, b: Array, c: Array) -> float:
 
 
 def _is_convex(p: Array, indices: Iterable[int]) -> bool:
+    """Whether the corners ``indices`` of p (n, 2), in this order, make a convex polygon; straight corners count."""
     q = p[list(indices)]
     e = np.roll(q, -1, axis=0) - q
     f = np.roll(e, -1, axis=0)
@@ -151,7 +157,7 @@ def _is_convex(p: Array, indices: Iterable[int]) -> bool:
 
 
 def _ears(p: Array) -> list[tuple[int, int, int]]:
-    """Triangles of a simple polygon, counter-clockwise, by cutting off its ears."""
+    """Triangles of a simple polygon p (n, 2), counter-clockwise, by cutting off its ears; numbers of corners."""
     remaining = list(range(len(p)))
     triangles = []
     while len(remaining) > 3:
@@ -181,7 +187,12 @@ def _ears(p: Array) -> list[tuple[int, int, int]]:
 
 
 def _join(p: Array, first: list[int], second: list[int]) -> list[int] | None:
-    """Two rings of corners joined along a common edge, if the result is convex."""
+    """Two rings of corners joined along a common edge, if the result is convex.
+
+    Parameters
+    ----------
+    p, first, second : corners [m], shape (n, 2), and numbers of both rings, counter-clockwise
+    """
     for k, a in enumerate(first):
         b = first[(k + 1) % len(first)]
         for m, c in enumerate(second):

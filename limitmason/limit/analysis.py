@@ -108,6 +108,7 @@ def limit_analysis(
         settings |= {"torsion_limit": torsion_limit, "solver": solver}
 
     def solve(part: Assembly) -> Prediction:
+        """Prediction of a part of the structure, or of all of it."""
         problem = make_problem(part, loads, **model)
         if flow_rule == "associative":
             return _associative(problem, model, settings)
@@ -123,6 +124,10 @@ def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, An
     """Prediction of a problem by the associative law.
 
     With crushing on a grid it says what half the points would have given.
+
+    Parameters
+    ----------
+    model, settings : options of :func:`make_problem` and of :func:`limitmason.limit.associative.analyse`
     """
     prediction, _ = analyse(problem, **settings)
     if problem.crushing_points.any() and np.isfinite(prediction.collapse_multiplier):
@@ -138,6 +143,10 @@ def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[st
     """Non-associative prediction.
 
     It counts as solved only when its certificate accepts it.
+
+    Parameters
+    ----------
+    settings, options : of :func:`analyse`, and those of the search beside them
     """
     from limitmason.limit.nonassociative.analysis import solve_nonassociative
 

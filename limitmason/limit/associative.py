@@ -107,7 +107,12 @@ def analyse(
 def _first_certified(
     problem: Problem, solver: str, *, torsion: float, tolerance: float, check_dead_load: bool, verbose: bool
 ) -> tuple[Prediction, float]:
-    """The first answer that its certificate accepts, or else the best, and the seconds spent in solvers."""
+    """The first answer that its certificate accepts, or else the best, and the seconds spent in solvers.
+
+    Parameters
+    ----------
+    torsion, tolerance : torsional strength of uniform pressure over the limit, 0 for none; of the solver [-]
+    """
     best: Prediction | None = None
     spent, tried, unknown = 0.0, [], False
     for scaled, name in _attempts(problem, "clarabel" if torsion else solver):
@@ -173,7 +178,7 @@ def _falls(prediction: Prediction) -> bool:
 
 
 def _rank(prediction: Prediction) -> tuple[int, float]:
-    """Accepted or proven answers first, then the nearer to acceptance the better."""
+    """What sorts answers: accepted or proven ones first (0, 1, 2, 3), then the nearer to acceptance the better."""
     c = prediction.certificate
     if prediction.status in (Status.SOLVED, Status.ALMOST_SOLVED) and c is not None:
         numerical = replace(c, gap=c.gap - c.discretisation, discretisation=0.0)
@@ -204,6 +209,11 @@ def _dead_load_checked(
     Parameters
     ----------
     problem, scaled, cones : the problem, the scaling of it that the solution is of, and the joint law in that scaling
+    check : whether it is asked for; else only an answer that says "falls" is checked
+
+    Returns
+    -------
+    solution, stands, velocity, seconds : ``stands`` None where it is not known, ``velocity`` None unless it falls
     """
     if not check and solution.status != Status.CANNOT_STAND:
         return solution, None, None, 0.0
@@ -260,7 +270,12 @@ def _finer(problem: Problem, prediction: Prediction) -> Cells | None:
 
 
 def carry(problem: Problem) -> tuple[Resultants | None, Prediction | None]:
-    """Forces that carry the dead load alone; or None, and the proof that it falls where there is one."""
+    """Forces that carry the dead load alone; or None, and the proof that it falls where there is one.
+
+    Returns
+    -------
+    forces, falling : one of them None, or both where neither was found
+    """
     for _ in range(REFINEMENTS + 1):
         cells = None
         for scaled in (balanced(problem), problem):
@@ -305,7 +320,13 @@ def prediction_from(
     problem: Problem, solution: Solution, torsion: bool, details: dict, tolerance: float, stands: bool | None,
     falling: Array | None,
 ) -> tuple[Prediction, float]:
-    """Unscaled, certified prediction from a scaled solution, and the seconds that the certificate's programs took."""
+    """Unscaled, certified prediction from a scaled solution, and the seconds that the certificate's programs took.
+
+    Parameters
+    ----------
+    torsion, stands : whether a torsion limit holds, and whether the dead load alone is carried, None where not known
+    falling, tolerance : scaled motion by which the dead load falls; of the solver [-]
+    """
     assembly, loads, points = problem.assembly, problem.loads, problem.points
     provenance = {
         "flow_rule": "associative",

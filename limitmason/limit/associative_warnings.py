@@ -53,7 +53,7 @@ def warnings_of(problem: Problem, prediction: Prediction, confinement: float, to
 
 
 def self_stress(confinement: float) -> list[str]:
-    """A warning where the largest joint force over the total load [-] is large, else nothing."""
+    """A warning where ``confinement``, the largest joint force over the total load [-], is large, else nothing."""
     if not confinement > CONFINEMENT_WARNING:
         return []
     return [

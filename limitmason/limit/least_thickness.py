@@ -57,6 +57,7 @@ def minimum_thickness(
         raise InputError(f"between must be a small and a larger thickness [m], got {between!r}")
 
     def margin(thickness: float) -> Margin:
+        """Margin of the structure of a thickness [m] under its dead load."""
         assembly = instance("build", build(thickness), Assembly)
         refuse("associative", assembly)
         case = instance("loads", loads(assembly), Loads)

@@ -240,7 +240,16 @@ class _Support:
     def __call__(
         self, direction: Array, within: Array | None
     ) -> tuple[str, Array, Resultants | None, HalfPlane | None]:
-        """Largest multipliers in a direction: status, multipliers, certified forces, half-plane of the mechanism."""
+        """Largest multipliers in a direction.
+
+        Parameters
+        ----------
+        direction, within : of the multipliers, and their largest sizes or None, shape (k,) [-]
+
+        Returns
+        -------
+        status, multipliers, forces, half_plane : forces None without a certificate, half_plane None without a proof
+        """
         self.solved += 1
         status = ""
         for p in (self.problem, balanced(self.problem)):
@@ -260,7 +269,12 @@ class _Support:
         raise NotConverged(f"the program of direction {direction.round(4).tolist()} ended {status!r} without forces")
 
     def certified(self, p: Problem, y: Array, scaled: Array) -> Resultants | None:
-        """Forces that carry the multipliers by their own certificate, or None."""
+        """Forces that carry multipliers y, shape (k,), by their own certificate, or None.
+
+        Parameters
+        ----------
+        scaled : forces of the scaled problem p
+        """
         loads = Loads(self.dead.dead, np.tensordot(y, self.live, 1))
         forces = p.resultants(p.forces(scaled))
         if not self.dead.dead.any():
@@ -275,6 +289,10 @@ class _Support:
         It is None where the motion proves nothing.
 
         A motion on which no load works has a normal of zeros: a negative offset then proves that the set is empty.
+
+        Parameters
+        ----------
+        velocity : dual of the equilibrium rows of p
         """
         twists = np.where(self.assembly.held, 0.0, p.twists(velocity))
         rate = np.tensordot(self.live, twists, 2)
@@ -303,6 +321,10 @@ def _closed(
     It asks ``support`` for the farthest point and half-plane along directions from the inner set to corners of the
     outer one. It ends when the gap over the size is at most ``tolerance``, no direction is new, or more than ``most``
     programs would be needed.
+
+    Parameters
+    ----------
+    names, within : of the loads, and the largest sizes of their multipliers, shape (k,), or None [-]
     """
     k = len(names)
     axes = [sign * np.eye(k)[i] for i in range(k) for sign in (1.0, -1.0)]
@@ -356,7 +378,12 @@ def _closed(
 
 
 def _outer_corners(planes: list[HalfPlane], inner: Array, extent: Array) -> Array:
-    """Corners of the outer set in multipliers over ``extent``, shape (m, k)."""
+    """Corners of the outer set in multipliers over ``extent``, shape (m, k).
+
+    Parameters
+    ----------
+    inner, extent : points of the inner set, shape (n, k), and its size along every axis, shape (k,) [-]
+    """
     normal = np.array([p.normal for p in planes]) * extent
     length = np.linalg.norm(normal, axis=1)
     offset = np.array([p.offset for p in planes]) / length
@@ -393,7 +420,12 @@ def _extreme(points: Array, extent: Array) -> list[int]:
 
 
 def _needed(count: int, made_of: Callable[[int, list[int]], bool]) -> list[int]:
-    """Numbers of those that are not made of the rest, taken out one by one."""
+    """Those of ``count`` things that the others do not make, taken out one by one.
+
+    Parameters
+    ----------
+    made_of : whether one is made of a list of others
+    """
     kept = list(range(count))
     for i in range(count):
         rest = [j for j in kept if j != i]

@@ -52,8 +52,9 @@ def standing_margin(assembly: Assembly, loads: Loads, **model: Any) -> Margin:
 
 
 def _pressed_evenly(problem: Problem) -> Array:
-    """Wrenches on the blocks of an even pressure in all joints, no more than they bear [N, N m], shape (n, 6)."""
+    """Wrench of an even pressure in all joint faces on every block [N, N m], shape (n, 6), below what joints bear."""
     p, x = problem.points, problem.assembly.arrays
+    # links after the interfaces are ties, which bear no pressure
     faces = p.interface < len(problem.assembly.interfaces)
     pressure = SHARE_OF_LOAD * total_load(problem.assembly, problem.loads) / x.area.sum()
     # well below crushing, so that these forces are admissible in every joint
@@ -109,7 +110,14 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
 
 
 def _close_in(margin: Callable[[float], Margin], at: float, ends: dict[bool, float], step: float) -> None:
-    """Bring both ends as near as can be proven to a value at which neither forces nor a motion is found."""
+    """Bring both ends as near as can be proven to a value at which neither forces nor a motion is found.
+
+    Parameters
+    ----------
+    margin, at : of a value, and the value at which neither is found
+    ends : value at which it stands and at which it falls, changed
+    step : first distance from ``at`` that is tried, then four times as far
+    """
     for stands in (True, False):
         far = ends[stands]
         for k in range(12):

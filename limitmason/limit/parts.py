@@ -97,7 +97,12 @@ def _of_part(prediction: Prediction, part: int, rows: tuple) -> Prediction:
 
 
 def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | None, value: float) -> Prediction:
-    """Prediction of a whole of which one part carries no dead load, or none at the governing multiplier."""
+    """Prediction of a whole of which one part carries no dead load, or none at the governing multiplier.
+
+    Parameters
+    ----------
+    first, part, rows, value : answer of any part, number of the one that falls, what is said of all parts, multiplier
+    """
     name = rows[part]["blocks"][0]
     if falling is None:
         reason = f"no forces were found that hold the part with block {name!r} in equilibrium, nor a proof of its fall"
@@ -121,6 +126,10 @@ def _carrying(
     """Forces in a part at a multiplier that it carries, or None.
 
     The second value is the motion by which the part falls, if that is known.
+
+    Parameters
+    ----------
+    own, model : answer of the part alone, and options of :func:`make_problem`
     """
     top = own.collapse_multiplier if own is not None else np.inf
     if own is not None and own.resultants is not None and abs(top - multiplier) <= SAME * max(abs(top), 1e-12):
@@ -138,7 +147,7 @@ def _carrying(
 
 
 def _weighted_sum(assembly: Assembly, shares: list[tuple[float, Resultants]]) -> Resultants:
-    """Sum of forces, each times its share.
+    """Sum of joint forces, each times its share [-].
 
     Forces at different points keep a share of the area as well.
     """
@@ -174,7 +183,12 @@ def _joined(assembly: Assembly, forces: list[Resultants]) -> Resultants:
 def _whole(
     assembly: Assembly, loads: Loads, first: Prediction, lead: int, rows: tuple, forces: list[Resultants]
 ) -> Prediction:
-    """The governing part's prediction with the forces of all parts, certified as a whole."""
+    """The governing part's prediction with the forces of all parts, certified as a whole.
+
+    Parameters
+    ----------
+    first, lead, rows, forces : answer of the governing part, its number, what is said of all parts, forces of each
+    """
     resultants = _joined(assembly, forces)
     mechanism = first.mechanism
     if mechanism is not None:

@@ -85,6 +85,7 @@ def settlement_analysis(
 
 
 def _motion_of(direction: str | SupportMotion) -> SupportMotion:
+    """The motion of a support, given as such or by the name of a direction."""
     if isinstance(direction, str) and direction in _DIRECTIONS:
         return SupportMotion(tuple(_DIRECTIONS[direction]))
     if not isinstance(direction, SupportMotion):
@@ -99,6 +100,10 @@ def least_reaction(
     """Answer of :func:`settlement_analysis` as far as one program gives it, and the reaction that counts as zero [N].
 
     ``stands_without`` is right only for a least reaction that is not below zero.
+
+    Parameters
+    ----------
+    options : of :func:`limitmason.limit.limit_analysis`
     """
     named = f"along {direction}" if isinstance(direction, str) else "by the given motion"
     direction = _motion_of(direction)
@@ -178,7 +183,7 @@ def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, i
 
 
 def released(assembly: Assembly, moved: list[int], freed: tuple[int, ...]) -> Assembly:
-    """The assembly with a support free in some ways.
+    """The assembly with ``moved``, the blocks of a support, joined and free in some ways.
 
     The first block of a group owns the joints and ties of all.
 

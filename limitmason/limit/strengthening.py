@@ -155,6 +155,7 @@ def strengthen(
         return sorted(found, key=lambda pair: pair[0])
 
     def values(names: Sequence[str]) -> tuple[float, ...]:
+        """Multipliers of all load cases with the ties of these names, least first."""
         key = frozenset(names)
         if key not in known:
             known[key] = tuple(value for value, _ in solved(names))
@@ -242,7 +243,12 @@ def _fewest(
 
 
 def _better(new: tuple[float, ...], old: tuple[float, ...], least: float) -> bool:
-    """Whether the smallest multiplier that differs has grown."""
+    """Whether the smallest multiplier that differs has grown.
+
+    Parameters
+    ----------
+    new, old, least : multipliers, least first, and the least relative growth that counts [-]
+    """
     for a, b in zip(new, old, strict=True):
         if a == b:
             continue

@@ -126,6 +126,7 @@ def thrust(
 
 
 def _joint(assembly: Assembly, name: str) -> int:
+    """Number of the joint of a name."""
     if name not in assembly.joint_names:
         near = [n for n in assembly.joint_names if str(name).partition("|")[0] in n.split("|")][:3]
         raise InputError(f"cut: there is no joint {name!r}" + (f"; did you mean {', '.join(near)}?" if near else ""))
@@ -136,6 +137,10 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
     """Answer with the greatest force against d through a cut: each joint bears on a plate without weight.
 
     The plate passes any wrench on to the block behind it; the sum of these along d is what is multiplied.
+
+    Parameters
+    ----------
+    joints, d, options : numbers of the joints that are cut, a unit vector, options of the limit analysis
     """
     n, m = assembly.n_blocks, len(joints)
     behind = [assembly.interfaces[k].block_b for k in joints]
@@ -151,6 +156,13 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
     unit[3:] = float(np.ptp(assembly.centroids, axis=0).max())
 
     def pairs(wrenches: Array) -> Array:
+        """Loads on all blocks and plates from scaled wrenches on the plates: equal and opposite on the block behind
+        each.
+
+        Parameters
+        ----------
+        wrenches : shape (..., m, 6) [-]
+        """
         out = np.zeros((*wrenches.shape[:-2], n + m, 6))
         for j, b in enumerate(behind):
             out[..., n + j, :] += total * wrenches[..., j, :] * unit

@@ -26,6 +26,7 @@ def with_torsion_limit(
     ----------
     solution : without the limit, scaled
     reduction : the torsional strength is that of uniform pressure over this number [-]
+    tolerance : of the solver [-]
 
     Returns
     -------

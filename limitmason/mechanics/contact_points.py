@@ -258,7 +258,12 @@ def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> In
 
 
 def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
-    """Quadrilaterals renumbered so that their first edge runs along the unit, the second across the thickness."""
+    """Quadrilaterals renumbered so that their first edge runs along the unit, the second across the thickness.
+
+    Parameters
+    ----------
+    rows, corners : interfaces, and their corners [m], shapes (m,) and (m, 4, 3)
+    """
     x = assembly.arrays
     e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1]
     one, two = np.linalg.norm(e1, axis=1), np.linalg.norm(e2, axis=1)
@@ -305,12 +310,18 @@ def _squares_turned(assembly: Assembly, pair: Index, e1: Array, e2: Array) -> Fl
 
 
 def _extent(assembly: Assembly, blocks: Index, axis: Array) -> Array:
-    """Length of blocks along a unit vector of each [m], shape (m,)."""
+    """Length of blocks along a unit vector of each [m], shape (m,).
+
+    Parameters
+    ----------
+    blocks, axis : of each row, shapes (m,) and (m, 3)
+    """
     vertices, start = assembly.vertices
     count = np.diff(start)[blocks]
     first = np.concatenate([[0], np.cumsum(count)])[:-1].astype(np.intp)
     if not len(first):
         return np.zeros(0)
+    # all vertices of these blocks, block after block
     rows = np.arange(int(count.sum())) + np.repeat(start[blocks] - first, count)
     height = np.einsum("ij,ij->i", vertices[rows], np.repeat(axis, count, axis=0))
     return np.asarray(np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first))

@@ -85,7 +85,7 @@ def joint_stiffness(
 
 
 def missing_stiffness(count: int, of: int, standard: float) -> str:
-    """What to say of joints that name no stiffness and take the default [Pa/m]."""
+    """What to say of ``count`` joints, of so many, that name no stiffness and take the ``standard`` one [Pa/m]."""
     return (
         f"{count} of {of} joints name no stiffness: kn = ks = {standard:.3g} Pa/m is used, chosen so that the foot "
         f"shortens by {SETTLEMENT:g} of a block under the dead load; it is not a material property"

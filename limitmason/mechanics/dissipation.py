@@ -1,4 +1,7 @@
-"""Power that the joints of a mechanism dissipate under the associative law, point by point and over whole faces."""
+"""Power that the joints of a mechanism dissipate under the associative law, point by point and over whole faces.
+
+``twists`` are those of every block [m/s, rad/s], shape (n, 6).
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,12 @@ from limitmason.model.assembly import Assembly
 
 
 def point_rates(assembly: Assembly, twists: Array, position: Array, interface: NDArray) -> tuple[Array, Array]:
-    """Opening [m/s], shape (m,), and sliding of b relative to a in global axes, shape (m, 3), at contact points."""
+    """Opening [m/s], shape (m,), and sliding of b relative to a in global axes, shape (m, 3), at contact points.
+
+    Parameters
+    ----------
+    position, interface : of the points [m], shapes (m, 3) and (m,)
+    """
     x = assembly.links
     a, b = x.block_a[interface], x.block_b[interface]
 
@@ -35,7 +43,12 @@ def along_tangents(assembly: Assembly, faces: NDArray, vectors: Array) -> Array:
 
 
 def face_slip(assembly: Assembly, twists: Array, faces: NDArray) -> tuple[Array, Array]:
-    """How whole faces slide: slip of their centroids along the tangents [m/s], (m, 2), and spin about the normal."""
+    """How whole faces slide: slip of their centroids along the tangents [m/s], (m, 2), and spin about the normal.
+
+    Parameters
+    ----------
+    faces : numbers of the interfaces, shape (m,)
+    """
     x = assembly.links
     _, at_centre = point_rates(assembly, twists, x.centre[faces], faces)
     spin = ((twists[x.block_b[faces], 3:] - twists[x.block_a[faces], 3:]) * x.normal[faces]).sum(axis=1)
@@ -137,6 +150,10 @@ class Dissipation:
         """Power of cohesion where it is, spread over its faces, less that at the contact points [W].
 
         The part that tension explains, N_t e_n, is left out: e_n is linear, and the points keep area and centroid.
+
+        Parameters
+        ----------
+        sliding : of every point [m/s], shape (m, 3)
         """
         if not len(self._faces):
             return 0.0

@@ -105,8 +105,11 @@ def adds_model_notes(
     """
 
     def stating(method: Callable[..., Prediction]) -> Callable[..., Prediction]:
+        """The method, whose predictions then carry the notes."""
+
         @wraps(method)
         def stated(assembly: Assembly, loads: Loads, *arguments: Any, **options: Any) -> Prediction:
+            """The method's prediction with what its model is, what to cite and what the contacts warn of."""
             found = method(assembly, loads, *arguments, **options)
             warnings = (*found.warnings, *assembly.contact_warnings)
             found = replace(found, references=cites(found), warnings=warnings)
@@ -157,7 +160,13 @@ def lost_in_failure(assembly: Assembly, lengths: Array | None = None) -> tuple[s
 
 
 def _joint_loses(joint: Joint, length: float | None) -> str:
-    """What a joint loses where it fails, and over which energy; empty where it loses nothing."""
+    """What a joint loses where it fails, and over which energy; empty where it loses nothing.
+
+    Parameters
+    ----------
+    length : slip and opening over which joints without fracture energies soften [m]; None where the theory never
+        softens
+    """
     peak, rest = peak_law([joint], convex=False), residual_law([joint], convex=False)
     names = ("c", "ft", "tan(phi)")
     values = [[float(getattr(law, f)[0]) for law in (peak, rest)] for f in ("cohesion", "tension", "tan_phi")]

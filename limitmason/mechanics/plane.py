@@ -138,7 +138,12 @@ def _planes(assembly: Assembly, loads: Loads, driven: Array | None) -> Iterator[
 
 
 def _in_plane(driven: Array | None) -> Array:
-    """Unit vectors of a plane that holds these twists: along their translations and across their axes, shape (m, 3)."""
+    """Unit vectors of a plane that holds these twists: along their translations and across their axes, shape (m, 3).
+
+    Parameters
+    ----------
+    driven : twists that are prescribed, shape (k, 6); None for none
+    """
     twists = np.zeros((0, 6)) if driven is None else np.asarray(driven, dtype=float)
     rows = np.concatenate([twists[:, :3], *(np.cross(twists[:, 3:], axis) for axis in np.eye(3))])
     size = np.linalg.norm(rows, axis=1)
@@ -147,6 +152,12 @@ def _in_plane(driven: Array | None) -> Array:
 
 
 def _supports_fit(held: Flags, p: Array) -> bool:
+    """Whether what partly held blocks are held against is the same in the plane of the model's p.
+
+    Parameters
+    ----------
+    held, p : freedoms of every block, shape (n, 6), and the normal of the plane
+    """
     partial = held[held.any(axis=1) & ~held.all(axis=1)]
     if not len(partial):
         return True

@@ -77,6 +77,10 @@ def lobatto_points(n: int) -> tuple[Array, Array]:
     """Gauss-Lobatto points on 0 .. 1 and their weights times 1 - s and s, as :func:`edge_points`.
 
     Their ends bear 1 / (n (n - 1)) of a face: what a section crushes or breaks by at its edge is told in few points.
+
+    Returns
+    -------
+    s, share : shape (n,), and shape (2, n)
     """
     inner = Legendre.basis(n - 1).deriv().roots().real if n > 2 else np.zeros(0)
     x = np.concatenate([[-1.0], np.sort(0.5 * (inner - inner[::-1])), [1.0]])
@@ -123,6 +127,15 @@ def fan_points(corners: Array, n: int, normal: Array, rule: Rule) -> tuple[Array
 
     Every triangle from the centroid to a side is mapped from the unit square, s from the centroid outwards and t along
     the side; its ratio of areas grows as s, so that the centroid itself counts for nothing in exact weights.
+
+    Parameters
+    ----------
+    corners, normal : of m polygons of k corners [m], shapes (m, k, 3) and (m, 3)
+    n : points between the centroid and a corner, both counted
+
+    Returns
+    -------
+    points, areas : [m], shape (m, p, 3), and [m2], shape (m, p)
     """
     m, centre = len(corners), _centroids(corners, normal)
     s, share = rule(n)
@@ -150,6 +163,10 @@ def plane_points(
     """Points along each interface on the plane of symmetry, and their areas [m2].
 
     Points (m, n, 3), ends included; each stands for a strip across the whole joint.
+
+    Parameters
+    ----------
+    corners, rows : of the interfaces [m], shape (m, k, 3), and their numbers, shape (m,)
     """
     tangent = np.cross(plane.normal, x.normal[rows])
     s = np.einsum("mki,mi->mk", corners - x.centre[rows][:, None], tangent)

@@ -75,7 +75,7 @@ def part_labels(assembly: Assembly, free: Flags | None = None) -> Index:
 
 
 def _chains(assembly: Assembly, counts: Flags) -> Index:
-    """Number of the chain of blocks that each block is in, joined by the links that count, shape (n_blocks,)."""
+    """Number of the chain of blocks that each block is in, joined by the links that ``counts``, shape (n_blocks,)."""
     x, n = assembly.links, assembly.n_blocks
     edges = (np.ones(counts.sum()), (x.block_a[counts], x.block_b[counts]))
     _, label = connected_components(coo_array(edges, shape=(n, n)), directed=False)
@@ -132,7 +132,12 @@ def load_on_blocks(assembly: Assembly, loads: Loads, multiplier: float) -> Array
 
 
 def largest_on_blocks(assembly: Assembly, interface: Index, size: Array) -> Array:
-    """Largest joint force on every block, shape (n_blocks,), from sizes of contact forces at interfaces, shape (m,)."""
+    """Largest joint force on every block [N], shape (n_blocks,).
+
+    Parameters
+    ----------
+    interface, size : of every contact force [N], shape (m,)
+    """
     x, largest = assembly.links, np.zeros(assembly.n_blocks)
     joint = np.bincount(interface, size, len(x.area))
     for block in (x.block_a, x.block_b):
@@ -152,7 +157,12 @@ def block_measures(assembly: Assembly, loads: Loads, resultants: Resultants, mul
 
 
 def joint_measures(assembly: Assembly, resultants: Resultants, blocks: Array) -> Array:
-    """Force by which the joint law is judged, per interface [N]: its own force, or the load of the lighter block."""
+    """Force by which the joint law is judged, per interface [N]: its own force, or the load of the lighter block.
+
+    Parameters
+    ----------
+    blocks : what :func:`block_measures` says of every block [N]
+    """
     x = assembly.links
     force = np.linalg.norm(resultants.point_force, axis=1)
     joint = np.bincount(resultants.point_interface, force, len(x.area))

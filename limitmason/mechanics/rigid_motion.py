@@ -1,4 +1,7 @@
-"""Rigid motions of blocks: velocities, finite motions from rates, and which joints open or slide."""
+"""Rigid motions of blocks: velocities, finite motions from rates, and which joints open or slide.
+
+``twists`` are those of every block [m/s, rad/s], shape (n, 6).
+"""
 
 from __future__ import annotations
 
@@ -92,7 +95,7 @@ def largest_jumps(assembly: Assembly, jump: Array, normal: Array) -> tuple[Array
 
 
 def largest_rates(assembly: Assembly, twists: Array) -> Array:
-    """Largest speed of any vertex of each block, shape (n_blocks,)."""
+    """Largest speed of any vertex of each block [m/s], shape (n_blocks,), from their twists (n_blocks, 6)."""
     points, start = assembly.vertices
     owner = np.repeat(np.arange(assembly.n_blocks), np.diff(start))
     speed = np.linalg.norm(velocity(assembly.centroids, twists, owner, points), axis=1)
@@ -135,7 +138,7 @@ def free_bounds(assembly: Assembly) -> Array:
 
 
 def joint_rates(assembly: Assembly, twists: Array) -> tuple[Array, Array]:
-    """Largest opening and sliding rate at the corners of every interface, shape (k,) each."""
+    """Largest opening and sliding rate [m/s] at the corners of every interface, shape (k,) each, from twists (n, 6)."""
     x = assembly.arrays
     owner = x.corner_owner
     a, b = (velocity(x.centroid, twists, block[owner], x.corners) for block in (x.block_a, x.block_b))

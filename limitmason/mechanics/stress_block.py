@@ -35,7 +35,9 @@ class StressBlock(NamedTuple):
         return (n1 + n2) ** 2 / (2.0 * self.capacity) - np.minimum(n1, n2)
 
     def power(self, lift: Array) -> Array:
-        """Power that sections dissipate where their ends open by g (j, 2): max of -(g1 N1 + g2 N2) [W], shape (j,)."""
+        """Power [W] that sections dissipate where their ends open by ``lift`` [m/s], (j, 2): max of -(g1 N1 + g2 N2),
+        (j,).
+        """
         low, high = lift.min(axis=1), lift.max(axis=1)
         spread = np.maximum(high - low, 1e-300)
         n = self.capacity * (np.clip(-low, 0.0, spread) / spread)

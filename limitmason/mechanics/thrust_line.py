@@ -56,7 +56,12 @@ def thrust_lines(model: Assembly, forces: JointForces) -> list[ThrustLine]:
 
 
 def _in_order(group: set[int], around: dict[int, list[Pair]], fixed: Flags) -> list[Pair]:
-    """Pairs of blocks along a chain, from a support or a free end, or none for a closed ring."""
+    """Pairs of blocks along a chain, from a support or a free end, or none for a closed ring.
+
+    Parameters
+    ----------
+    group, around, fixed : blocks of the chain, pairs that each block is in, and which blocks of all are fixed
+    """
 
     def held(pair: Pair) -> bool:
         return bool(fixed[pair[0]] or fixed[pair[1]])

@@ -51,6 +51,10 @@ def face_arrays(polygons: list[Array], normal: Array) -> tuple[Array, Array, Arr
 
     Shapes are (k, 3) for tangents and centroids [m], (k,) for areas [m2]; corners of all faces follow each other [m],
     and those of face i are rows start[i] to start[i + 1].
+
+    Parameters
+    ----------
+    polygons, normal : corners of every face [m], and its unit normal, shape (k, 3)
     """
     k = len(polygons)
     count = np.array([len(p) for p in polygons], dtype=np.intp)
@@ -83,6 +87,7 @@ def with_ties(
     ----------
     ends : points on a and on b [m], shape (t, 2, 3)
     strength, stiffness : [N], [N/m], shape (t,)
+    block_a, block_b : of every tie, shape (t,)
     """
     normal = ends[:, 0] - ends[:, 1]
     normal = normal / np.linalg.norm(normal, axis=1)[:, None]

@@ -88,7 +88,12 @@ def backfill_wrenches(
 
 
 def _integrals(polygon: Array, depth: Array, origin: Array) -> tuple[float, Array]:
-    """Integrals of a linear depth and of (x - origin) times it over a plane polygon [m3, m4]."""
+    """Integrals of a linear depth and of (x - origin) times it over a plane polygon [m3, m4].
+
+    Parameters
+    ----------
+    polygon, depth, origin : corners, depth at each, and a place [m], shapes (n, 3), (n,) and (3,)
+    """
     total, first = 0.0, np.zeros(3)
     x = polygon - origin
     for i in range(1, len(polygon) - 1):

@@ -55,6 +55,7 @@ class Block(ReadOnly):
 
     @cached_property
     def _properties(self) -> tuple[float, Array, Array]:
+        """Volume [m3], centroid [m] and moments of inertia per density about it [m5]."""
         part = mass_properties(self.parts)
         volume = float(part.volume.sum())
         centroid = (part.volume[:, None] * part.centroid).sum(axis=0) / volume

@@ -102,7 +102,9 @@ class Blockwork(ReadOnly):
 
     @cached_property
     def _mass_properties(self) -> tuple[Array, Array, Array]:
-        """Volume, centroid and inertia of every block from those of its parts."""
+        """Volume [m3], centroid [m] and inertia per density [m5] of every block, from its parts; (n,), (n, 3), (n, 3,
+        3).
+        """
         pieces = [part for block in self.blocks for part in block.parts]
         owner = np.repeat(np.arange(self.n_blocks), [len(b.parts) for b in self.blocks])
         part = mass_properties(pieces)

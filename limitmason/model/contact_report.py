@@ -189,7 +189,12 @@ class ContactReport(ReadOnly):
 
 
 def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: float | None) -> ContactReport:
-    """Report on the contacts of an assembly, see ``Assembly.contact_report``."""
+    """Report on the contacts of an assembly, see ``Assembly.contact_report``.
+
+    Parameters
+    ----------
+    distance, angle_deg : gap [m] and angle up to which near misses are listed; None for the rules' own
+    """
     if distance is not None:
         positive("distance", distance, "m")
     if angle_deg is not None and not 0.0 < angle_deg < 90.0:
@@ -325,6 +330,7 @@ def _snapped(gap: Iterable[float], exact: float) -> tuple[float, float]:
 
 
 def _named(doubts: Iterable[DoubtfulContact], names: list[str], exact: float) -> tuple[NearMiss, ...]:
+    """Doubts with names for blocks, nearest first; gaps below ``exact`` [m] are zero."""
     rows = [
         NearMiss(names[d.a], names[d.b], d.kind, _snapped(d.gap, exact), d.angle_deg, d.area, d.place, d.polygons)
         for d in doubts
@@ -337,6 +343,7 @@ def _place(place: Array) -> str:
 
 
 def _rows(title: str, rows: list[str], *, shown: int = _SHOWN) -> list[str]:
+    """A titled list in words, of at most ``shown`` rows."""
     if not rows:
         return []
     more = [f"  ... and {len(rows) - shown} more"] if len(rows) > shown else []
@@ -344,6 +351,7 @@ def _rows(title: str, rows: list[str], *, shown: int = _SHOWN) -> list[str]:
 
 
 def _doubt_rows(title: str, rows: tuple[NearMiss, ...], *, shown: int = _SHOWN) -> list[str]:
+    """A titled list of near misses in words, of at most ``shown`` rows."""
     return _rows(title, [
         f"{d.a} | {d.b} | {d.kind} | gap {1e3 * d.gap[0]:.2g} to {1e3 * d.gap[1]:.2g} mm, {d.angle_deg:.2g} degrees, "
         f"{d.area:.3g} m2 | {_place(d.place)}" for d in rows

@@ -118,6 +118,7 @@ def detect(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRules, fl
     Parameters
     ----------
     flatness : largest distance of a vertex from its face's plane [m]
+    blocks, pieces, rules : the blocks, their convex pieces, and what counts as a contact
     """
     check_solids(pieces.solids, [blocks[i].name for i in pieces.owner], flatness)
     distances = contact_distances(pieces.widths, rules)
@@ -127,7 +128,12 @@ def detect(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRules, fl
 
 
 def _check_pieces(blocks: Sequence[Block], pieces: BlockPieces, distances: Array) -> None:
-    """Pieces of one block may touch but not overlap: their volumes are added up."""
+    """Pieces of one block may touch but not overlap: their volumes are added up.
+
+    Parameters
+    ----------
+    distances : up to which faces of every block touch [m], shape (n_blocks,)
+    """
     owner = pieces.owner
     rows = np.flatnonzero(np.bincount(owner)[owner] > 1)
     if not len(rows):
@@ -142,7 +148,12 @@ def _check_pieces(blocks: Sequence[Block], pieces: BlockPieces, distances: Array
 
 
 def overlap_text(found: ContactPatches, blocks: Sequence[Block], widths: Array, rules: ContactRules) -> str:
-    """Words on blocks that overlap: the worst pair, its depth, and what to do."""
+    """Words on blocks that overlap: the worst pair, its depth, and what to do.
+
+    Parameters
+    ----------
+    widths : least thickness of every block [m], shape (n_blocks,)
+    """
     i, j, depth = max(found.overlaps, key=lambda o: o[2])
     more = f" ({len(found.overlaps)} overlapping pairs in all)" if len(found.overlaps) > 1 else ""
     distances = contact_distances(widths, rules)
@@ -168,7 +179,12 @@ def loose_blocks(assembly: Blockwork) -> Index:
 
 
 def floating_text(assembly: Blockwork, loose: Index) -> str:
-    """Words on blocks without a chain of contacts to a support, with the nearest miss."""
+    """Words on blocks without a chain of contacts to a support, with the nearest miss.
+
+    Parameters
+    ----------
+    loose : numbers of these blocks
+    """
     near = [d for d in assembly.doubts if d.kind not in KEPT and (d.a in loose or d.b in loose)]
     first = int(loose[0])
     about = min(near, key=lambda d: (first not in (d.a, d.b), d.gap[0], d.angle_deg), default=None)
@@ -235,6 +251,10 @@ def near_misses(
     Faces that touch at too large an angle count only where their blocks have no other contact, the most nearly parallel
     ones of each pair: beside a contact they are the next side of a rounded stone. So do faces that touch over less than
     the least width of a contact, unless that width was given: then leaving them out was asked for.
+
+    Parameters
+    ----------
+    present, slack : interfaces by pair of blocks, and what :func:`joined` allows beside them [m]
     """
     turned: dict[tuple[int, int], DoubtfulContact] = {}
     for d in doubts:
@@ -270,7 +290,12 @@ def warn_of_doubts(assembly: Blockwork, kept: Sequence[DoubtfulContact], missed:
 def moved_doubts(
     doubts: Iterable[DoubtfulContact], matrix: Array, translation: Array, scale: float
 ) -> tuple[DoubtfulContact, ...]:
-    """Doubts of an assembly that was turned, mirrored or scaled."""
+    """Doubts of an assembly that was turned, mirrored or scaled, x' = matrix x + translation.
+
+    Parameters
+    ----------
+    scale : lengths after over before [-]
+    """
     return tuple(
         d._replace(
             gap=(scale * d.gap[0], scale * d.gap[1]), area=scale**2 * d.area, width=scale * d.width,

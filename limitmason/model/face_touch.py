@@ -84,6 +84,10 @@ def _face_under(faces: Faces, rows: slice, polygon: Array, normal: Array) -> int
 
     The nearest of those that look its way within 45 degrees and are no farther than half its size. Alignment decides
     between faces as near as each other. How far the middle lies beside a face is told by the face's box.
+
+    Parameters
+    ----------
+    rows, polygon, normal : faces of the block, corners [m], shape (n, 3), and outward normal that is looked for
     """
     aligned = faces.normal[rows] @ normal
     away = np.abs(polygon @ faces.normal[rows].T - faces.offset[rows]).max(axis=0)
@@ -98,7 +102,12 @@ def _face_under(faces: Faces, rows: slice, polygon: Array, normal: Array) -> int
 
 
 def _inner_faces(assembly: Blockwork, pieces: BlockPieces, faces: Faces, start: Index) -> Flags:
-    """Faces of convex pieces that are mostly cuts between pieces of one block."""
+    """Faces of convex pieces that are mostly cuts between pieces of one block.
+
+    Parameters
+    ----------
+    start : first face of every piece, shape (pieces + 1,)
+    """
     out = np.zeros(len(faces.normal), dtype=bool)
     owner = pieces.owner
     several = np.flatnonzero(np.bincount(owner)[owner] > 1)

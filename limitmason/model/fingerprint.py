@@ -54,6 +54,7 @@ class Fingerprint(ReadOnly):
         ----------
         held : degrees of freedom, shape (n, 6)
         ends : blocks of every tie, -1 for the ground, shape (t, 2)
+        tolerance : of contacts [m]
         """
         out: dict[str, Table] = {
             "block: name": np.array([b.name for b in blocks], dtype=str),
@@ -128,7 +129,12 @@ class Fingerprint(ReadOnly):
         return ""
 
     def _named(self, of: str, k: int) -> str:
-        """A block, joint or tie in words."""
+        """Row k of the blocks, joints or ties in words.
+
+        Parameters
+        ----------
+        of : "block", "joint", "tie" or "model"
+        """
         names = self.arrays["block: name"]
         if of == "block":
             return f"block {str(names[k])!r}"
@@ -189,6 +195,10 @@ def _columns(
     """A column for every field of a law or material, its label left out.
 
     NaN stands for None, and choices are given by their number.
+
+    Parameters
+    ----------
+    prefix, rows, without : of the columns' names, the law or material of every row, and fields that are left out
     """
     out = {}
     distinct = {id(row): row for row in rows}
@@ -237,6 +247,7 @@ def _said(value: Any) -> str:
 
 
 def _digest(*parts: Table) -> str:
+    """Hash of arrays by shape, type and value."""
     made = hashlib.sha256()
     for part in parts:
         plain = part + 0.0 if part.dtype.kind == "f" else part  # -0.0 is 0.0

@@ -33,7 +33,12 @@ def read_densities(density: Any, names: Sequence[str]) -> list[float]:
 
 
 def read_pieces(solid: Any, name: str) -> tuple[Solid, ...]:
-    """Convex pieces of one block, whatever of the allowed forms it came in."""
+    """Convex pieces of one block, whatever of the allowed forms it came in.
+
+    Parameters
+    ----------
+    solid : a solid, (vertices, faces), or a list of these
+    """
     try:
         if isinstance(solid, Solid):
             items = [solid]
@@ -79,7 +84,7 @@ def read_direction(name: str, value: Any) -> np.ndarray:
 
 
 def read_fixed(fixed: Any) -> tuple[int | str, ...]:
-    """Names or numbers of held blocks.
+    """Names or numbers of held blocks, as a user gives them.
 
     A single one is an error that says how to write it.
     """

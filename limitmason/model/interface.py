@@ -58,7 +58,7 @@ def interface_kind(normal: Array, held_a: bool, held_b: bool) -> str:
 
 
 def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array | None:
-    """Polygon of an interface with its edges moved inwards [m].
+    """Polygon of an interface with its edges moved inwards by ``inset`` [m].
 
     Edges that face ``keep`` stay. The result is None if nothing is left of the polygon.
     """

@@ -79,6 +79,12 @@ def warn_of_tie(tie: Any, label: str) -> None:
 
 
 def _warn_of_angle(law: Any, label: str, remedy: str = "") -> None:
+    """Warn of a friction angle like radians.
+
+    Parameters
+    ----------
+    law, label, remedy : joint law or material, its name, and what to do where the angle is meant
+    """
     angle = law.friction_angle_deg
     if angle is not None and 0.0 < angle < _ANGLE_LIKE_RADIANS:
         as_degrees = f"{np.degrees(angle):.3g} degrees"
@@ -86,6 +92,12 @@ def _warn_of_angle(law: Any, label: str, remedy: str = "") -> None:
 
 
 def _warn_of_strengths(law: Any, label: str, *further: str) -> None:
+    """Warn of strengths like MPa.
+
+    Parameters
+    ----------
+    law, label, further : joint law or material, its name, and fields beside cohesion and tensile strength
+    """
     for field in ("cohesion", "tensile_strength", *further):
         value = getattr(law, field)
         if value is not None and _STRESS_LIKE_MPA[0] <= value < _STRESS_LIKE_MPA[1]:
@@ -132,7 +144,12 @@ def warn_of_tolerance(distance: float, names: Sequence[str], widths: Array) -> N
 
 
 def warn_of_point(name: str, at: Array, bounds: Array) -> None:
-    """A point load that acts outside the box of its block [m]."""
+    """Warn of a point load at a place outside the box of its block.
+
+    Parameters
+    ----------
+    at, bounds : place, and two opposite corners of the box [m], shapes (3,) and (2, 3)
+    """
     outside = float(np.maximum(np.maximum(bounds[0] - at, at - bounds[1]), 0.0).max())
     if outside > 1e-3 * float(np.ptp(bounds, axis=0).max()):
         place = ", ".join(f"{x:.4g}" for x in at)

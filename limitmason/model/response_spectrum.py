@@ -68,6 +68,11 @@ class ResponseSpectrum(Displayed, Tabular, ReadOnly):
     ) -> ResponseSpectrum:
         """The spectrum of one component, linear between samples; the oscillators swing on after the record.
 
+        Parameters
+        ----------
+        acceleration, sample_step : [m/s2], shape (n,), and time between samples [s]
+        periods, damping : [s], some by default; part of the critical one [-]
+
         Raises
         ------
         InputError

@@ -207,7 +207,7 @@ class Drive(Stage):
             raise InputError(f"Drive: calm must be positive, and the length be given in steps, got {self.calm!r}")
 
     def twists(self, assembly: Assembly) -> tuple[Array, Flags]:
-        """Travel per block, shape (n, 6), and the degrees of freedom it holds."""
+        """Travel per block [m, rad], shape (n, 6), and the degrees of freedom that the drive holds."""
         travel = np.zeros((assembly.n_blocks, 6))
         held = np.zeros((assembly.n_blocks, 6), dtype=bool)
         for block, moves in self.displacement.items():

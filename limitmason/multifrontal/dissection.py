@@ -78,6 +78,7 @@ def _best_cut(position: Array, owner: Index, other: Index) -> tuple[Flags, Flags
     Parameters
     ----------
     owner, other : both ends of every edge
+    position : of the nodes [m], shape (n, d)
     """
     n, best, chosen = len(position), np.inf, None
     for x in position.T:
@@ -107,6 +108,10 @@ def elimination_tree(graph: sparse.csr_array, fronts: list[Index]) -> Tree:
 
     The boundary is what a front's own nodes and its children touch of nodes that are eliminated later. The parent is
     the front that eliminates the first of these.
+
+    Parameters
+    ----------
+    graph, fronts : which nodes touch, (n, n), and the nodes that every front eliminates, in that order
     """
     start, neighbour = graph.indptr, graph.indices
     order = np.concatenate(fronts)

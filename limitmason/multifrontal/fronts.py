@@ -34,7 +34,12 @@ class Fronts:
     """
 
     def __init__(self, tree: Tree, width: Index) -> None:
-        """Lay out sizes, boundaries and storage."""
+        """Lay out sizes, boundaries and storage.
+
+        Parameters
+        ----------
+        width : unknowns of every node, in order of elimination, shape (n,)
+        """
         node_start = np.concatenate([[0], np.cumsum(width)])
         end = node_start[np.cumsum([len(f) for f in tree.fronts])]
         self.first = np.concatenate([[0], end[:-1]])

@@ -13,7 +13,7 @@ FAST = {"reassoc", "contract", "arcp", "nsz"}
 
 @njit(cache=True)
 def extend_add(f11: Array, f21: Array, f22: Array, update: Array, place: Index) -> None:
-    """Add the lower half of a child's ``update`` to its parent's front.
+    """Add the lower half of a child's ``update`` to its parent's front, of blocks f11, f21 and f22.
 
     ``place`` ascends.
     """
@@ -36,7 +36,7 @@ def extend_add(f11: Array, f21: Array, f22: Array, update: Array, place: Index) 
 def substitute(
     x: Array, first: Index, owned: Index, edge_start: Index, edge: Index, store_start: Index, store: Array
 ) -> None:
-    """Solve L L^T x = x in place for the rows of ``x``, shape (right-hand sides, n).
+    """Solve L L^T x = x in place for the rows of ``x``, shape (right-hand sides, n); front k begins at store_start[k].
 
     Front k owns the unknowns first[k] : first[k] + owned[k] and touches edge[edge_start[k] : edge_start[k + 1]];
     ``store`` holds its diagonal block and below it the block of the edge, both by columns. Four columns at a time are

@@ -77,6 +77,9 @@ class _Met(NamedTuple):
 def _met(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _Met:
     """Where the lines of two sides meet as seen along the normal of the first side's face.
 
+    A row of the result has the shares of both sides at which they meet [-], the gap there [m], how far that is inside
+    both sides [m], negative outside and without end where they are parallel, and unit vectors along both.
+
     Parameters
     ----------
     p, q : corners at which the sides begin, rows of ``shapes``
@@ -93,6 +96,7 @@ def _met(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _Met:
     both = area(u, v)
     clear = np.abs(both) > _PARALLEL * long_u * long_v
     both = np.where(clear, both, 1.0)
+    # Cramer's rule in the plane of the face, where area is the product across it
     s, t = area(apart, v) / both, area(apart, u) / both
     gap = np.einsum("ij,ij->i", n, apart + t[:, None] * v - s[:, None] * u)
     inside = np.minimum(np.minimum(s, 1.0 - s) * long_u, np.minimum(t, 1.0 - t) * long_v)
@@ -106,6 +110,7 @@ def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> 
     Parameters
     ----------
     depth : as of :func:`limitmason.capacity.contact_search.faces.together`
+    inside : least distance from the ends of both sides [m]
     """
     one, two = near_blocks(shapes, pose, depth)
     f, g = facing(shapes, pose, np.minimum(one, two), np.maximum(one, two))
@@ -180,11 +185,17 @@ def _sides(shapes: Shapes, number: Index) -> tuple[Index, Index]:
 
 
 def gap_at(shapes: Shapes, near: Near, pose: Pose) -> Array:
-    """Gaps in another pose of corners at faces, and of sides that cross [m]."""
+    """Gaps [m] in another pose of corners at faces, and of sides that cross, shape (m,).
+
+    Parameters
+    ----------
+    near, pose : what is near, as found in some pose, and the pose in which its gaps are asked for
+    """
     gap, _ = beside(shapes, pose, near.place, near.owner, near.face)
     crosses = is_crossing(shapes, near)
     if crosses.any():
         gap[crosses] = _met(shapes, pose, *_sides(shapes, near.corner[crosses])).gap
+    # joints that do not quite fit begin open by more than their geometry says
     return gap + shapes.apart(near.face, near.owner)
 
 

@@ -101,7 +101,12 @@ class Shapes(NamedTuple):
         return np.minimum(one, other) * self.assembly.n_blocks + np.maximum(one, other)
 
     def apart(self, face: Index, owner: Index) -> Array:
-        """By how much faces and corners of other blocks are farther apart than their geometry says [m]."""
+        """By how much faces and corners of other blocks are farther apart than their geometry says [m].
+
+        Parameters
+        ----------
+        face, owner : number of the face, and of the block whose corner it is, shape (m,)
+        """
         if not len(self.open):
             return np.zeros(len(face))
         pair = self.pair(self.face_block[face], owner)
@@ -237,13 +242,19 @@ def _area_vector(x: Array) -> Array:
 def _inset(
     assembly: Assembly, contacts: PathContacts, outlines: list[tuple[int, Array, Array]], plane: Plane | None
 ) -> float:
-    """How far the contacts of the model are pulled in from the ends of the faces [m]: the median over its joints."""
+    """How far the contacts of the model are pulled in from the ends of the faces [m]: the median over its joints.
+
+    Parameters
+    ----------
+    outlines : block, corners [m], shape (k, 3), and outward normal of every face
+    """
     if plane is None:
         return 0.0
     found = []
     faces: dict[int, list[tuple[Array, Array]]] = {}
     for b, points, n in outlines:
         faces.setdefault(b, []).append((points, n))
+    # the first and the last point of every joint stand at its ends
     first = np.flatnonzero(np.diff(contacts.interface, prepend=-2))
     last = np.append(first[1:], contacts.count) - 1
     for i in np.concatenate([first, last]):
@@ -374,20 +385,26 @@ def near_blocks(shapes: Shapes, pose: Pose, depth: float = 0.0) -> tuple[Index, 
 
 
 def products(first: Index, of: Index, second: Index, on: Index) -> tuple[Index, Index]:
-    """Numbers of everything of one block beside everything of another, for many pairs of blocks, without a loop.
+    """All pairs of a thing of one block and a thing of another, for many pairs of blocks at once.
+
+    Things are corners or faces, say; they stand in a row, block after block.
 
     Parameters
     ----------
     first, second : where the things of each block begin in their row, and the end: corners, say, and faces; (n + 1,)
     of, on : blocks of the pairs, shape (p,)
+    first, second : row in which the things of every block begin, and the end, shape (n + 1,)
+    of, on : the two blocks of every pair, shape (p,)
 
     Returns
     -------
     tuple
         Numbers in the first and in the second row: every thing of of[0] with every thing of on[0], then of the next.
+    one, other : rows of the two things of every pair: those of of[0] and on[0] first
     """
     nc, nf = np.diff(first)[of], np.diff(second)[on]
     total = nc * nf
+    # pair of blocks, and number within it, of every pair of things: one * nf + other
     pair = np.repeat(np.arange(len(of)), total)
     k = np.arange(total.sum()) - np.repeat(np.cumsum(total) - total, total)
     return first[of][pair] + k // np.maximum(nf[pair], 1), second[on][pair] + k % np.maximum(nf[pair], 1)
@@ -404,6 +421,8 @@ def beside(shapes: Shapes, pose: Pose, place: Array, owner: Index, face: Index) 
     Parameters
     ----------
     place : of the points in the reference pose [m], shape (m, 3)
+    face : number of the face of every point, shape (m,)
+    owner : block of every point, shape (m,)
     """
     x, base = shapes.assembly.centroids, shapes.face_block[face]
     local = shapes.placed(pose, owner, place) - x[base] - pose.shift[base]

@@ -171,10 +171,13 @@ def found_anew(
 
 
 def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: Flags, gap: Array) -> Near:
-    """Move points that have left their face back to its sides.
+    """The place on its face's side for every point that has left the face.
 
     They get the places of their own block that are there now. What that block no longer reaches of the joint is left
     out.
+
+    It is given as a corner near the face, with the place of its own block that is there now. Points that go beyond the
+    joint's outline are left out.
 
     Parameters
     ----------
@@ -184,10 +187,12 @@ def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: Flags, gap: Arr
     i = np.flatnonzero(rows)
     a, b, face = c.block_a[i], c.block_b[i], c.face[i]
     assembly, x = shapes.assembly, shapes.assembly.centroids
+    # place of the point seen from block a's centroid, now; ``turn`` is a rotation less one
     arm = c.place_b[i] - x[b]
     apart = x[b] + pose.shift[b] + arm + np.einsum("mij,mj->mi", pose.turn[b], arm) - x[a] - pose.shift[a]
     # where the point of b is now, in the reference pose of a
     local = x[a] + apart + np.einsum("mji,mj->mi", pose.turn[a], apart)
+    # how far it is beyond every side, negative
     off = np.minimum(np.einsum("mki,mi->mk", shapes.side[face], local) - shapes.reach[face], 0.0)
     # sides are padded by repetition: each counts once
     turns = np.diff(shapes.side[face], axis=1).any(axis=2)
@@ -202,7 +207,12 @@ def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: Flags, gap: Arr
 
 
 def _within(polygon: Array, point: Array, slack: float) -> bool:
-    """Whether a point in the plane of a convex polygon lies inside, or outside by no more than a length [m]."""
+    """Whether a point in the plane of a convex polygon lies inside, or outside by no more than ``slack`` [m].
+
+    Parameters
+    ----------
+    polygon, point : corners, either way round, and place [m], shapes (k, 3) and (3,)
+    """
     edge, arm = np.roll(polygon, -1, axis=0) - polygon, point - polygon
     turns = np.cross(edge, arm)
     total = turns.sum(axis=0)
@@ -216,6 +226,10 @@ def landed(shapes: Shapes, c: PathContacts, before: Pose, now: Pose, travel: flo
     Parameters
     ----------
     travel : the farthest that a point of a block moved between both poses [m]
+
+    Returns
+    -------
+    before, now : gaps [m], shape (k,) each
     """
     near = candidate_contacts(shapes, now, before, 2.0 * travel, inside=shapes.step, space=c.components == 3)
     gap = gap_at(shapes, near, before)
@@ -299,6 +313,7 @@ def _made(old: Before, near: Near, row: int, others: list[NewPoint], share: Arra
     ----------
     others : points made before it
     share : what it takes over of every point, in space, shape (m,); in plane it takes all of the nearest
+    row : of ``near``, the corner or crossing that becomes a point
     """
     shapes, c, pose, gone = old.shapes, old.c, old.pose, old.gone
     face, b, place = int(near.face[row]), int(near.owner[row]), near.place[row]
@@ -370,7 +385,13 @@ def _made(old: Before, near: Near, row: int, others: list[NewPoint], share: Arra
 
 
 def _taken_over(old: Before, rows: Index, share: Array, a: int, b: int) -> tuple[Array, float]:
-    """Force on block b of what a point between a and b takes over, in space, and its pressure [N]."""
+    """Force on block b of what a point between a and b takes over, in space, and its pressure [N].
+
+    Parameters
+    ----------
+    rows, share : old points, and the part that is taken over of every old point [-], shapes (k,) and (m,)
+    a, b : the two blocks
+    """
     onto, pressed = np.zeros(3), 0.0
     for g in rows:
         force = share[g] * old.force[g] @ old.directions(int(g))
@@ -384,6 +405,11 @@ def _frame(old: Before, row: int, rotation: Array, normal: Array) -> Array:
 
     They are in the reference axes of the block that carries the frame, shape (c, 3). Slip is kept along them, so that
     they must not swing round.
+
+    Parameters
+    ----------
+    row : of the old point that gives the tangents
+    rotation, normal : of the block that carries the frame, shape (3, 3), and of its face in the reference pose, (3,)
     """
     if old.c.components == 2:
         # as in the reference pose: the tangent is the normal turned in the plane

@@ -123,6 +123,7 @@ class BlockCholesky:
         self.shifts = 0
 
         def assembled(k: int) -> Front:
+            """Front k from its own points: the lower triangle of owned, of mixed and of passed unknowns."""
             n, m, points = int(self.fronts.owned[k]), len(self.fronts.edges[k]), self._front_points[k]
             f11, f21, f22 = np.zeros((n, n), order="F"), np.zeros((m, n), order="F"), np.zeros((m, m), order="F")
             if len(points):
@@ -135,7 +136,7 @@ class BlockCholesky:
         self.fronts.eliminate(self._store, assembled, pivoted)
 
     def _dense_cholesky(self, matrix: Array, shift: float) -> Array:
-        """Lower Cholesky factor of a front, with ``shift`` added to its diagonal.
+        """Lower Cholesky factor of a front's ``matrix``, with ``shift`` added to its diagonal.
 
         A front that rounding has made indefinite is tried again with a larger diagonal; ``shifts`` counts how often.
         """

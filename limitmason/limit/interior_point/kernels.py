@@ -139,6 +139,10 @@ def inverse_roots(axis: Array, size: Array, stiffness: Array) -> tuple[Array, Ar
 
     Returns root (m, c, c) with root root^T = H^-1, turn = root^T W (m, c, c), lever = root^T e_0 (m, c).
     root = W^-1 (1 - (1 - b) d d^T) with d along W^-1 e_0 and b = (1 + stiffness |W^-1 e_0|^2)^-1/2.
+
+    Parameters
+    ----------
+    axis, size, stiffness : W as of :func:`nesterov_todd`, and the added stiffness, shapes (m, c), (m,) and (m,)
     """
     m, c = axis.shape
     root, turn, lever = np.empty((m, c, c)), np.empty((m, c, c)), np.empty((m, c))

@@ -64,7 +64,9 @@ class Iterate(NamedTuple):
     z: Array  # (k,)
 
     def moved(self, by: "Iterate", primal: float, dual: float) -> "Iterate":
-        """This iterate after a step of separate lengths."""
+        """This iterate after a step ``by``, of lengths ``primal`` and ``dual`` for the forces and for the
+        velocities.
+        """
         return Iterate(
             self.x + primal * by.x, self.multiplier + primal * by.multiplier, self.slack + primal * by.slack,
             self.y + dual * by.y, self.s + dual * by.s, self.z + dual * by.z,
@@ -192,7 +194,12 @@ class NewtonSystem:
         return Iterate(dx, dl, bounded - rest.bounds, dy, ds, dz)
 
     def _bordered(self, right: Array, rate: float) -> tuple[Array, float]:
-        """Solution of [M live; live^T 0][y; l] = [right; rate], refined against M as a product of its parts."""
+        """Solution of [M live; live^T 0][y; l] = [right; rate], refined against M as a product of its parts.
+
+        Returns
+        -------
+        y, multiplier : shape (r,), and l
+        """
         p, live = self.program, self.program.live
         y, multiplier = np.zeros(len(right)), 0.0
         enough = REFINED * (float(np.abs(right).max()) + abs(rate))
@@ -222,7 +229,12 @@ class NewtonSystem:
         return kernels.scaled(self._axis, self._size, x, inverse)
 
     def products(self, target: float, d: Iterate | None = None) -> tuple[Array, Array]:
-        """Changes of the products that lead to ``target``, less the second-order term of a direction (Mehrotra)."""
+        """Changes of the products that lead to ``target``, less the second-order term of a direction (Mehrotra).
+
+        Returns
+        -------
+        cone, bound : shapes (m, c) and (k,)
+        """
         cone, bound = -cone_product(self._image, self._image), target - self.it.slack * self.it.z
         cone[:, 0] += target
         if d is None:
@@ -241,6 +253,10 @@ class NewtonSystem:
         wanted : products of cones and of bounds that the direction aims at
         d, primal, dual : that direction, and the step lengths of the trial point
         target : product of every pair on the central path
+
+        Returns
+        -------
+        cone, bound : shapes (m, c) and (k,)
         """
         trial = self.it.moved(d, primal, dual)
 

@@ -178,6 +178,12 @@ class _Measures(NamedTuple):
 
 
 def _measures(program: ConeProgram, it: Iterate, rest: Residuals) -> _Measures:
+    """Largest residuals over the program's size, complementarity, and the kinematic multiplier of an iterate.
+
+    Parameters
+    ----------
+    rest : residuals of the iterate
+    """
     primal = max(np.abs(rest.equilibrium).max(), np.abs(rest.bounds).max(initial=0.0)) / program.size
     dual = max(np.abs(rest.rates).max(), abs(rest.live_rate))
     kinematic = -float(program.right @ it.y + program.bound_level @ it.z)
@@ -192,6 +198,10 @@ def _iterate(
 
     Of several iterates that nearly solve the program the one of least merit is kept: residuals of equilibrium count 100
     times the complementarity, as they cannot be repaired later.
+
+    Parameters
+    ----------
+    tolerance, max_iterations : [-], and most iterations
 
     Returns
     -------
@@ -258,7 +268,12 @@ def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool
 
 
 def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate, float, float] | None:
-    """Direction and step lengths of one iteration, or None when no step of use is left."""
+    """Direction and step lengths of one iteration, or None when no step of use is left.
+
+    Parameters
+    ----------
+    rest : residuals at the iterate of ``newton``
+    """
     it = newton.it
     gap = it.complementarity
     predictor = newton.direction(rest, *newton.products(0.0))

@@ -7,6 +7,8 @@ The power of slack against rate,
 is linear in the forces for fixed velocities. For fixed N' its least value over the velocities is the dual of the cone
 program with slope tan(psi) and constant c' + (tan(phi) - tan(psi)) N'. Zero gap is an exact state. In plane linear
 programs do better (``polish``); this is the way in 3-D and where those find nothing.
+
+``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
 """
 
 import time
@@ -49,6 +51,7 @@ def alternate(
     theta : weight of the multiplier; above zero that is pushed down at the expense of the law, the last state returned
     tolerance : violation of the true law at which to stop
     deadline : reading of ``time.perf_counter`` after which no further round begins
+    steps : most rounds of two programs
     """
     law, best, least, history, merit = programs.law, None, np.inf, [], np.inf
     velocity = state.velocity
@@ -111,10 +114,12 @@ def lower(
     state : exact within ``tolerance``
     thetas : weights of the multiplier, tried in turn
     deadline : reading of ``time.perf_counter`` after which nothing further is tried
+    steps : most rounds of a push
     """
     best, complied = state, None
 
     def keep(found: ForceState | None) -> None:
+        """Take a state that is lower and exact for the best."""
         nonlocal best
         lowered = found is not None and found.multiplier < best.multiplier - LOWER
         if lowered and exact(found, programs.law, tolerance):

@@ -1,4 +1,7 @@
-"""Non-associative limit analysis, any 0 <= psi <= phi: the smallest admissible multiplier, proven or found."""
+"""Non-associative limit analysis, any 0 <= psi <= phi: the smallest admissible multiplier, proven or found.
+
+``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
+"""
 
 import time
 from collections.abc import Callable
@@ -184,10 +187,15 @@ def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[T
 
     A search sees scaled multipliers and begins anew in the mirrored order. The user is told multipliers of the live
     load, and the lowest over both orders.
+
+    Parameters
+    ----------
+    scale : multiplier over scaled multiplier [-]
     """
     lowest = float("nan")
 
     def tell(trial: Trial) -> None:
+        """Tell of one trial."""
         nonlocal lowest
         trial = trial.times(scale)
         lowest = float(np.fmin(lowest, trial.best))
@@ -228,6 +236,10 @@ def _at_small_dilatancy(
     It is NaN when none is found.
 
     Where the multiplier itself is proven this one must be too: a search that ends high would feign a jump.
+
+    Parameters
+    ----------
+    accuracy, limits : violation that counts as none [-]; bounds on velocities for a proof, shape (n,), or None
     """
     little = law._replace(tan_psi=np.where(law.tan_psi == 0, SMALL_DILATANCY * law.tan_phi, law.tan_psi))
     normal = np.maximum(state.force[:: law.components], 0.0)

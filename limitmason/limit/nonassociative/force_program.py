@@ -1,6 +1,8 @@
 """Cone programs over the forces that equilibrium and a joint law admit: what the searches solve again and again.
 
 Clarabel keeps its set-up from solve to solve: only the objective or the right-hand side may change.
+
+``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
 """
 
 import time
@@ -50,6 +52,7 @@ class ForceProgram:
         opening, sliding, closing : points that bear nothing, lie on their cone, bear their crushing force, each (m,)
         direction : of slip at points that slide, unit vectors, shape (m, c - 1); the shear acts against it
         deadline : of ``time.perf_counter``
+        tolerance : of the solver [-]
         """
         m, c = len(law.tan_phi), law.components
         self.law, self.deadline, n = law, deadline, c * m
@@ -89,7 +92,7 @@ class ForceProgram:
         self._solver: clarabel.DefaultSolver | None = None
 
     def _constant(self, constant: Array) -> None:
-        """Set r of the points that are not held sliding."""
+        """Set r, the ``constant`` of the cone, of the points that are not held sliding."""
         if self.law.components == 2:
             self._bound[self._cones :] = np.tile(constant, 2)
         else:
@@ -117,6 +120,10 @@ class ForceProgram:
 
         ``theta`` is the price of the multiplier, ``weight`` that of every force component, shape (c m,). A theta of 1
         looks for the smallest multiplier, -1 for the largest.
+
+        Returns
+        -------
+        multiplier, force : shape (c m,)
         """
         self._objective = np.zeros(len(self._objective))
         self._objective[-1] = theta
@@ -146,7 +153,13 @@ class ForceProgram:
 
 
 def slope_rows(slope: Array, components: int, columns: int) -> sparse.csr_array:
-    """Rows slope N' -+ T of plane points (upper signs first), or (slope N', T1, T2) per point in 3-D."""
+    """Rows slope N' -+ T of plane points (upper signs first), or (slope N', T1, T2) per point in 3-D.
+
+    Parameters
+    ----------
+    slope : of every point [-], shape (m,)
+    components, columns : c, and columns of the rows, of which the first c m are the forces'
+    """
     m = len(slope)
     i = np.arange(m)
     normal = components * i

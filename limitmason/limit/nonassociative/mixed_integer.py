@@ -57,7 +57,12 @@ def make_model(
     cost: Array, matrix: sparse.sparray, row_low: Array, row_high: Array, low: Array, high: Array, *,
     integer: Array | None = None, maximise: bool = False,
 ) -> highspy.Highs:
-    """HiGHS model of row_low <= matrix x <= row_high, low <= x <= high."""
+    """HiGHS model of row_low <= matrix x <= row_high, low <= x <= high.
+
+    Parameters
+    ----------
+    cost, integer, maximise : objective, and columns that are whole numbers, of every column; else it is minimised
+    """
     model = _SilentHighs()
     model.setOptionValue("output_flag", False)  # where an older one enables no callbacks
     # not threads=1: HiGHS has one scheduler a process, and fails where its number of threads is not the one set before
@@ -81,7 +86,7 @@ def make_model(
 
 
 def _maxima(model: highspy.Highs, rows: Array, *, smallest: bool = False) -> Array:
-    """Largest, or smallest, value of every row over a model's polyhedron.
+    """Largest, or smallest, value of every one of ``rows`` (k, n) over a model's polyhedron, shape (k,).
 
     A value is infinite where there is none.
     """
@@ -116,6 +121,13 @@ class BoundedProgram:
     """
 
     def __init__(self, programs: PlanePrograms, low: float, high: float, velocity: Array, force: float) -> None:
+        """Bound every slack and rate of the law, which its binaries need.
+
+        Parameters
+        ----------
+        low, high : between which the scaled multiplier is sought
+        velocity, force : bounds: of every velocity, scaled, shape (n,), and of joint forces over the total load [-]
+        """
         self.programs, self.low, self.high = programs, low, high
         self.group, self.first = sliding_groups(programs)
         g, m = len(self.first), programs.m
@@ -301,7 +313,12 @@ class BoundedProgram:
         )
 
     def _exact(self, x: Array, at: dict[str, slice], largest: bool) -> ForceState | None:
-        """Exact state on the alternatives that the program chose, or near the one it holds."""
+        """Exact state on the alternatives that the program chose, or near the one it holds.
+
+        Parameters
+        ----------
+        x, at, largest : solution of the program, its columns by name, and whether the largest multiplier is sought
+        """
         found = self._on_alternatives(x, at, largest)
         if found is not None or largest:
             return found
@@ -313,6 +330,10 @@ class BoundedProgram:
         """State with the same open and sliding points as a point of the program, None without one.
 
         Velocities first, in which only these points open or slide; then forces, whose slack is zero where they do.
+
+        Parameters
+        ----------
+        x, at, largest : as of :meth:`_exact`
         """
         p = self.programs
         chosen = [np.round(x[at[name]]) > 0.5 for name in ("open", "slide+", "slide-")]

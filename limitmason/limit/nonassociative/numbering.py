@@ -121,7 +121,7 @@ def _keys(coordinates: Array, size: float) -> list[Index]:
 
 
 def _ranks(values: Array, tolerance: float) -> Index:
-    """Rank of every value among the distinct ones.
+    """Rank of every one of ``values`` (n,) among the distinct ones.
 
     Values closer than the tolerance to the next share a rank.
     """
@@ -138,7 +138,7 @@ def _first_sign(vectors: Array) -> Array:
 
 
 def _rounded(values: Array) -> Array:
-    """Values to ``DIGITS`` binary digits.
+    """``values`` to :data:`DIGITS` binary digits.
 
     What is that small beside the largest is zero.
     """

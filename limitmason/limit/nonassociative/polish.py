@@ -6,6 +6,8 @@ In plane the law of a point is four complementary pairs of linear expressions,
 
 with R = c' + tan(phi) N', e_t = z- - z+ and e_n = tan(psi) (z+ + z-) + p - k. Forces and velocities each fill a
 polyhedron; only the products couple them. Arrays of shape (4, m) hold the pairs in this order.
+
+``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
 """
 
 import time

@@ -1,4 +1,7 @@
-"""Search for the smallest admissible multiplier in an order read off the geometry, and its proof on small problems."""
+"""Search for the smallest admissible multiplier in an order read off the geometry, and its proof on small problems.
+
+``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
+"""
 
 import time
 from typing import Any
@@ -164,7 +167,10 @@ def _in_order_of_geometry(
 
 
 def _starting_forces(law: JointLaw, deadline: float) -> tuple[Array, ForceState | None]:
-    """Normal forces N' of the associative state, or equal ones where that has no bound, and the state."""
+    """Normal forces N' [N] to start from, shape (m,), and the associative state that they are of.
+
+    They are equal ones, and the state None, where that has no bound.
+    """
     _, state = ForceProgram(law, slope=law.tan_phi, tolerance=1e-10, deadline=deadline).largest(law.cohesion)
     if state is None:
         return np.full(len(law.tan_phi), law.total / len(law.tan_phi)), None

@@ -2,6 +2,8 @@
 
 The multiplier is not unique for psi < phi. Every candidate is polished and checked against the true law before it
 counts, so that the smallest one found is admissible; that nothing lies below it is not proven.
+
+``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
 """
 
 import time
@@ -109,6 +111,12 @@ class Polisher:
         self, law: JointLaw, accuracy: float, *, descents: int = 0, random: np.random.Generator | None = None,
         deadline: float = np.inf,
     ) -> None:
+        """Prepare the programs of a joint law.
+
+        Parameters
+        ----------
+        accuracy, descents : violation that counts as none [-]; disturbed descents of every state, in plane
+        """
         self.law, self.accuracy, self.descents, self.random, self.deadline = law, accuracy, descents, random, deadline
         self.cones = ConePrograms(law, deadline)
         self.plane = PlanePrograms(law) if law.components == 2 else None
@@ -132,7 +140,7 @@ class Polisher:
         return lowered if exact(lowered, self.law, self.accuracy) else found
 
     def push(self, state: ForceState, theta: float, deadline: float = np.inf) -> ForceState | None:
-        """Exact state reached after giving the multiplier a weight against the law."""
+        """Exact state reached after giving the multiplier a weight ``theta`` against the law [-]."""
         if self.plane is None:
             return lower(self.cones, state, thetas=(theta,), tolerance=self.accuracy, deadline=deadline)
         pushed = alternate_plane(self.plane, state, theta=theta, steps=15, deadline=deadline)
@@ -181,7 +189,12 @@ def search_smallest(
     first: SchemeRun | None = None
 
     def keep(strategy: str, candidate: ForceState | None, run: SchemeRun | None, since: float) -> None:
-        """Record a candidate; keep the lowest that meets the law, and the nearest else."""
+        """Record a candidate; keep the lowest that meets the law, and the nearest else.
+
+        Parameters
+        ----------
+        since : reading of ``time.perf_counter`` at which the work for it began
+        """
         nonlocal best, nearest, least
         off = np.inf if candidate is None else violation(law, candidate).worst
         good = candidate if off <= accuracy else None
@@ -200,7 +213,9 @@ def search_smallest(
             progress(trial)
 
     def attempt(strategy: str, normal: Array, variant: SchemeSettings, *, push: bool) -> None:
-        """Run the sequential scheme, make its end exact and, in space, push it down."""
+        """Run the sequential scheme from normal forces [N], shape (m,), make its end exact and, in space, push it
+        down.
+        """
         nonlocal first
         since = time.perf_counter()
         run = run_sequence(law, normal, variant, deadline=deadline)
@@ -260,6 +275,14 @@ def _random_start(
 
     Noise of 0.7 in the logarithm, and 4 times the mean force, spread over what forces in a wall differ by. The added 1
     or 2 % lets joints without force take part.
+
+    Parameters
+    ----------
+    good, k : normal forces of the best state so far [N], shape (m,), and number of the start
+
+    Returns
+    -------
+    name, normal : what it is, and normal forces [N], shape (m,), or None without any
     """
     m = len(good)
     kind = k % 4

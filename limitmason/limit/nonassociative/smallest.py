@@ -55,7 +55,12 @@ class Extreme(NamedTuple):
 
 
 def velocity_limits(problem: Problem, velocity_bound: float = 1.0) -> Array:
-    """Bound of every scaled velocity: rotations times the distance of the block's farthest contact point."""
+    """Bound of every scaled velocity: rotations times the distance of the block's farthest contact point.
+
+    Parameters
+    ----------
+    velocity_bound : largest velocity of a contact point by a translation or a turn, over the mean live velocity [-]
+    """
     points = problem.points
     reach = np.zeros(problem.assembly.n_blocks)
     for block in (points.block_a, points.block_b):

@@ -94,7 +94,7 @@ class Problem(NamedTuple):
         return self.force_scale * np.einsum("mc,mci->mi", f, self.points.directions)
 
     def twists(self, dual: Array) -> Array:
-        """Twists of all blocks, shape (n_blocks, 6).
+        """Twists of all blocks, shape (n_blocks, 6), from the duals of the equilibrium rows, shape (r,).
 
         They are made from the duals of the equilibrium rows.
         """
@@ -140,7 +140,12 @@ class Problem(NamedTuple):
         return scaled_mechanism(self.assembly, loads, self.twists(dual), self.points.position, self.points.interface)
 
     def proven_by(self, loads: Loads, twists: Array, candidates: tuple[Array, ...] = ()) -> Kinematics:
-        """What a motion alone proves of loads, see :func:`limitmason.mechanics.certificate.kinematic_multiplier`."""
+        """What a motion alone proves of loads, see :func:`limitmason.mechanics.certificate.kinematic_multiplier`.
+
+        Parameters
+        ----------
+        twists, candidates : the motion, and others that may repair it, shape (n_blocks, 6) each
+        """
         none = self.resultants(np.zeros((self.points.count, 3)))
         motion = Mechanism(twists, np.zeros(0), np.zeros((0, 2)))
         trial = Prediction("", np.nan, Bound(BoundKind.NONE), Status.SOLVED, motion, none, **self.contact_facts)

@@ -114,6 +114,10 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     A frictionless trial with the normal forces of nearly horizontal joints (a small quadratic program) settles most
     walls; the full cone program decides the rest. Forces count that leave every block in equilibrium by its own load;
     where none do, the program's dual is a motion in which the dead load does more work than the joints can dissipate.
+
+    Parameters
+    ----------
+    tolerance : of the solver [-]
     """
     start = time.perf_counter()
     c, points = problem.components, problem.points
@@ -164,7 +168,12 @@ def _without_rounding(problem: Problem, force: Array, own: Array) -> Array:
 
 
 def _balances(problem: Problem, force: Array, load: Array, own: Array) -> bool:
-    """Whether forces carry a load on every block, measured by the block's ``own`` load over ``force_scale``."""
+    """Whether scaled ``force`` carries ``load`` on every block.
+
+    Parameters
+    ----------
+    load, own : on every equilibrium row, scaled, shape (r,); own load of every block over ``force_scale``, shape (n,)
+    """
     block = row_blocks(problem)
     size = np.linalg.norm(force.reshape(-1, problem.components), axis=1) * problem.point_scale
     largest = largest_on_blocks(problem.assembly, problem.points.interface, size)
@@ -177,6 +186,10 @@ def in_balance(problem: Problem, force: Array, multiplier: float) -> Array:
 
     A solver leaves a block that is light beside what it passes on out of balance by rounding of the latter. Forces that
     balance, and those that no change by 1e-6 of themselves balances, come back as they are.
+
+    Parameters
+    ----------
+    force, multiplier : scaled, shape (c m,), and scaled multiplier
     """
     load = problem.dead + multiplier * problem.live
     own = block_norms(problem, problem.dead) + abs(multiplier) * block_norms(problem, problem.live)
