@@ -106,6 +106,33 @@ def get_method(name: str, flow_rule: str | None = None) -> Method:
     return found if isinstance(found, Method) else Method(name, found, look=Look(name))
 
 
+def options_by_method(
+    methods: Sequence[str], options: Mapping[str, Mapping[str, Any]] | None
+) -> dict[str, dict[str, Any]]:
+    """Options of every method out of a mapping by their names, with hyphens or underscores.
+
+    Raises
+    ------
+    InputError
+        For no methods, an unknown one, options that are no mapping, and those of a method that is not asked for.
+    TypeError
+        For an option that a method does not take.
+    """
+    if not methods:
+        raise InputError(f"methods: name at least one, for example {', '.join(COMPARED_METHODS)}")
+    options, out = options or {}, {}
+    for method in methods:
+        given = options.get(method.replace("-", "_"), options.get(method, {}))
+        if not isinstance(given, Mapping):
+            raise InputError(f"options of {method!r} must be a mapping, got {given!r}")
+        get_method(method).check_options(given)
+        out[method] = dict(given)
+    unused = sorted(set(options) - {m.replace("-", "_") for m in methods} - set(methods))
+    if unused:
+        raise InputError(f"options are given for {unused[0]!r}, which is not among the methods {', '.join(methods)}")
+    return out
+
+
 @of_model
 def predict(assembly: Assembly, loads: Loads, method: str = LIMIT, **options: Any) -> Prediction:
     """Collapse multiplier by a method given by name.

@@ -13,6 +13,7 @@ from typing import Any
 from limitmason.causes import faces, joints, loads, measurement, shape
 from limitmason.causes.cause import Cause, Extension
 from limitmason.causes.declare import Declared
+from limitmason.checks import choice
 from limitmason.errors import InputError
 from limitmason.methods import LIMIT, METHODS, MODES, get_method
 from limitmason.model import Assembly
@@ -186,9 +187,17 @@ def each_joint(
     assembly : whose joints they are
     bounds : least and largest part of its stiffness that a joint may have [-]
     kinds : of the joints: "bed", "head", "base"
+
+    Raises
+    ------
+    InputError
+        For an unknown kind.
     """
+    kinds = (kinds,) if isinstance(kinds, str) else tuple(kinds)
+    for kind in kinds:
+        choice("kinds", kind, sorted({*joints.KINDS, *(i.kind for i in assembly.interfaces)}))
     names = [b.name for b in assembly.blocks]
-    pairs = [(names[i.block_a], names[i.block_b]) for i in assembly.interfaces if i.kind in tuple(kinds)]
+    pairs = [(names[i.block_a], names[i.block_b]) for i in assembly.interfaces if i.kind in kinds]
     return [joints.joint_stiffness(bounds, joint=pair) for pair in dict.fromkeys(pairs)]
 
 

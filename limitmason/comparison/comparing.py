@@ -22,7 +22,7 @@ from limitmason.display.text_table import aligned, markdown
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import Quantity
 from limitmason.limit.range.proven_range import proven_range
-from limitmason.methods import COMPARED_METHODS, NON_ASSOCIATIVE, get_method
+from limitmason.methods import COMPARED_METHODS, NON_ASSOCIATIVE, get_method, options_by_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
@@ -223,9 +223,7 @@ def compare(
     of this package: that of another version is refused.
     """
     methods = (methods,) if isinstance(methods, str) else tuple(methods)
-    if not methods:
-        raise InputError(f"methods: name at least one, for example {', '.join(COMPARED_METHODS)}")
-    settings = _settings(methods, options)
+    settings = {m: {**get_method(m).stated, **own} for m, own in options_by_method(methods, options).items()}
     if proven is not None and not any(get_method(m).theorem == "admissible" for m in methods):
         raise InputError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")
     test = measured_range(measured)
@@ -267,23 +265,6 @@ def _taken_over(method: str, settings: Mapping[str, Mapping[str, Any]], rows: Se
         for row in rows:
             if row.method == other and row.prediction is not None and same and name not in settings[method]:
                 out[name] = row.prediction
-    return out
-
-
-def _settings(methods: Sequence[str], options: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Options of every method: those it states, then those given."""
-    out: dict[str, dict[str, Any]] = {}
-    for method in methods:
-        given = options.get(method.replace("-", "_"), options.get(method, {}))
-        if not isinstance(given, Mapping):
-            raise InputError(f"options of {method!r} must be a mapping, got {given!r}")
-        chosen = get_method(method)
-        chosen.check_options(given)
-        out[method] = {**chosen.stated, **given}
-    names = {m.replace("-", "_") for m in methods} | set(methods)
-    unused = sorted(set(options) - names)
-    if unused:
-        raise InputError(f"options are given for {unused[0]!r}, which is not among the methods {', '.join(methods)}")
     return out
 
 

@@ -7,6 +7,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from limitmason.checks import choice
 from limitmason.comparison.rows import NAN, Row
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import abridged, aligned
@@ -40,7 +41,7 @@ def run(
     flow_rule : limit analysis only. None: published values with the flow rule they were computed with, measured ones
         with the associative rule. Given: measured values with this rule, and only the published ones computed with it
     kinds : which values to compare with, out of "measured", "published", "recomputed"
-    quantities : only these
+    quantities : only these, of those that the experiment has
     spread : also predict over all combinations of the experiment's ``open_options`` and report the range
     settings : passed to the method
 
@@ -53,14 +54,14 @@ def run(
     Raises
     ------
     InputError
-        For unknown kinds, and a flow rule with a method that has none.
+        For unknown kinds, quantities that the experiment does not have, and a flow rule with a method that has none.
     """
     kinds = (kinds,) if isinstance(kinds, str) else tuple(kinds)
     if unknown := [k for k in kinds if k not in KINDS]:
         raise InputError(f"kinds: there is no {unknown[0]!r}; known are {', '.join(KINDS)}")
     if flow_rule is not None and method != "limit":
         raise InputError(f"flow_rule is an option of limit analysis; method {method!r} takes that of the joints")
-    wanted = None if quantities is None else set(quantities)
+    wanted = _quantities(quantities, [test])
     solved: dict[tuple, Row] = {}
 
     def solve(options: Mapping[str, Any], direction: str, rule: str) -> Row:
@@ -74,7 +75,7 @@ def run(
     combinations = _combinations(test) if spread else []
     rows = []
     for target in test.targets:
-        if target.kind not in kinds or (wanted is not None and target.quantity not in wanted):
+        if target.kind not in kinds or target.quantity not in wanted:
             continue
         rule = _flow_rule(target, method, flow_rule)
         if rule is None:
@@ -89,6 +90,15 @@ def run(
             quantity=target.quantity, kind=test.standing(target), flow_rule=rule, options=dict(target.options),
         ))
     return tuple(rows)
+
+
+def _quantities(asked: Iterable[str] | None, tests: Iterable[Experiment]) -> set[str]:
+    """Quantities to compare out of those that one of the tests has, all by default."""
+    known = dict.fromkeys(t.quantity for test in tests for t in test.targets)
+    wanted = list(known) if asked is None else [asked] if isinstance(asked, str) else list(asked)
+    for name in wanted:
+        choice("quantities", name, known)
+    return set(wanted)
 
 
 def _flow_rule(target: TargetValue, method: str, asked: str | None) -> str | None:
@@ -124,6 +134,7 @@ def table(
     *,
     source: str | Sequence[str] | None = None,
     method: str = "limit",
+    quantities: Iterable[str] | None = None,
     with_model: bool | None = True,
     progress: Callable[[str], object] | None = None,
     **arguments: Any,
@@ -135,6 +146,7 @@ def table(
     cases : the experiments; by default all packaged ones with an assembly
     source : only this source, or these
     method, arguments : as in :func:`run`
+    quantities : only these, of those that one of the experiments has
     with_model : as in ``all_cases``
     progress : called with a line before each experiment
     """
@@ -144,12 +156,13 @@ def table(
     elif source is not None:
         raise InputError("give either cases or source")
     cases = list(cases)
+    wanted = _quantities(quantities, cases)
     rows: list[Row] = []
     for k, case in enumerate(cases, 1):
         reached((k - 1) / len(cases), case.specimen, share=1.0 / len(cases))
         if progress is not None:
             progress(f"[{k}/{len(cases)}] {case.source.name}/{case.specimen}")
-        rows += run(case, method, **arguments)
+        rows += run(case, method, quantities=wanted & {t.quantity for t in case.targets}, **arguments)
     return tuple(rows)
 
 

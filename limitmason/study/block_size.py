@@ -11,7 +11,7 @@ import numpy as np
 from limitmason.build.wall import wall
 from limitmason.checks import choice, positive
 from limitmason.errors import InputError
-from limitmason.methods import ASSOCIATIVE, MECHANISMS, get_method
+from limitmason.methods import ASSOCIATIVE, MECHANISMS, get_method, options_by_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.study.sweep import RunOptions, sweep
@@ -73,7 +73,8 @@ def block_size_study(
     Raises
     ------
     InputError
-        For an unknown ``vary``, a size that does not fit the height, and methods given beside sizes by method.
+        For an unknown ``vary`` or method, a size that does not fit the height, methods given beside sizes by method,
+        and options of methods not asked for.
 
     Notes
     -----
@@ -93,13 +94,11 @@ def block_size_study(
         raise InputError("give the reference unit=(length, height, thickness) with a building function")
     by_method = _sizes_by_method(sizes, methods)
     methods = tuple(by_method)
-    for method in methods:
-        get_method(method)
+    chosen = options_by_method(methods, options)
     by_method[MONOLITH] = sorted({s for own in by_method.values() for s in own})
     jobs = [{"vary": vary, "method": m, "size": s} for m, own in by_method.items() for s in own]
     for size in by_method[MONOLITH]:
         scaled_unit(unit, size, vary)
-    chosen = {m: dict((options or {}).get(m, {})) for m in methods}
     chosen[MONOLITH] = {"include": _PIECES}
     key = ("block size", build, unit, jobs, chosen)
     table = sweep(
@@ -124,7 +123,8 @@ def _sizes_by_method(
         if methods is not None:
             raise InputError("sizes are given by method: leave methods out")
         return {m: [float(s) for s in own] for m, own in sizes.items()}
-    return {m: [float(s) for s in sizes] for m in methods or (ASSOCIATIVE,)}
+    methods = (methods,) if isinstance(methods, str) else methods
+    return {m: [float(s) for s in sizes] for m in ((ASSOCIATIVE,) if methods is None else methods)}
 
 
 def _wall(arguments: Mapping[str, Any], direction: tuple[float, float, float], unit: Unit) -> tuple[Assembly, Loads]:

@@ -10,7 +10,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from limitmason.errors import InputError
-from limitmason.methods import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, get_method
+from limitmason.methods import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, get_method, options_by_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
@@ -46,7 +46,7 @@ def dilatancy_study(
     Parameters
     ----------
     shares : psi / phi [-]; 0 and 1 are needed for the ratios
-    methods : "non-associative", "dem", or other names
+    methods : "non-associative", "dem", or others that read psi
     options : settings by method
     runs : executor, workers, store and progress of :func:`limitmason.study.sweep`
 
@@ -58,16 +58,20 @@ def dilatancy_study(
     Raises
     ------
     InputError
-        For shares outside 0 to 1 and unknown methods.
+        For shares outside 0 to 1, unknown methods, those that do not read psi, and options of methods not asked for.
 
     Notes
     -----
     At psi = 0 the ratio is that of Table 5 of Godio, Stefanou, Sab 2017, the change at psi = phi that of their Figs 12
     and 15. Between 0 and phi the limit analysis finds the smallest admissible multiplier: it may stay below the DEM.
     """
-    for method in methods:
-        get_method(method)
-    chosen = {m: dict((options or {}).get(m, {})) for m in methods}
+    methods = (methods,) if isinstance(methods, str) else tuple(methods)
+    chosen = options_by_method(methods, options)
+    if blind := [m for m in methods if not get_method(m).feels("dilatancy")]:
+        raise InputError(
+            f"methods: {blind[0]!r} does not read psi, its multiplier is the same at every share; name others, such as "
+            f"{NON_ASSOCIATIVE!r}; at psi = phi that is the associative one"
+        )
     phi = max((i.joint.friction_angle_deg for i in assembly.interfaces), default=0.0)
     for share in shares:
         with_dilatancy(assembly, share)

@@ -98,6 +98,8 @@ def test_stiffness_of_joints_one_joint_and_units_is_multiplied_and_what_has_none
     base, _ = extend("joint stiffness", 2.0, (made, loads), kinds=("base",))
     assert {(i.kind == "base", i.joint.shear_stiffness) for i in base.interfaces} == {(True, 8e8), (False, 4e8)}
     loose = catalogue.each_joint(made, bounds=(0.1, 1.0))
+    with pytest.raises(lm.errors.InputError, match="kinds must be one of 'base', 'bed', 'head', got 'beds'"):
+        catalogue.each_joint(made, kinds="beds")
     assert len(loose) == len(made.interfaces)
     assert loose[3].name == f"loose joint {made.joint_names[3]}"
     one, _ = loose[3].apply(0.1, made, loads)

@@ -11,6 +11,7 @@ import pytest
 
 from limitmason import comparison, experiments
 from limitmason.comparison import specimen
+from limitmason.errors import InputError
 from limitmason.experiments import Quantity, record, registry
 from limitmason.limit import limit_analysis
 from limitmason.model.assembly import Assembly
@@ -392,6 +393,8 @@ def test_asked_flow_rule_leaves_out_what_was_computed_with_another():
     assert associative == {"associative", "HybriDFEM associative"}
     assert quantities(flow_rule="associative", quantities=["associative"]) == {"associative"}
     assert quantities(flow_rule="associative", kinds="measured") == set()
+    with pytest.raises(InputError, match="quantities must be one of .* got 'peak'"):
+        quantities(quantities=["associative", "peak"])
 
 
 def test_text_table_has_one_aligned_line_per_row():

@@ -18,6 +18,7 @@ DRAWS = {
     "friction_coefficient": study.Random(study.normal(0.65, 0.1)),
     "cohesion": study.Random(study.lognormal(500.0, 0.5), per="interface"),
 }
+BRICKS = {"length": 0.4, "height": 0.4, "unit": (0.2, 0.1, 0.1), "joint": lm.Joint(40.0)}
 
 
 def make_wall(courses=3, **options):
@@ -207,6 +208,12 @@ def test_sobol_gives_all_variance_to_what_the_multiplier_depends_on():
     (lambda: study.sweep(square, []), "no points"),
     (lambda: study.dilatancy_study(*make_wall(), (0.0, 1.1)), "psi / phi"),
     (lambda: study.dilatancy_study(*make_wall(), methods=("fem",)), "unknown method"),
+    (lambda: study.dilatancy_study(*make_wall(), methods=("limit",)), "'limit' does not read psi"),
+    (lambda: study.dilatancy_study(*make_wall(), methods="mechanisms"), "'mechanisms' does not read psi"),
+    (lambda: study.dilatancy_study(*make_wall(), methods=()), "name at least one"),
+    (lambda: study.dilatancy_study(*make_wall(), methods="dem", options={"limit": {}}), "'limit', which is not among"),
+    (lambda: study.block_size_study(BRICKS, methods=()), "name at least one"),
+    (lambda: study.block_size_study(BRICKS, options={"dem": {}}), "'dem', which is not among"),
     (lambda: study.contact_point_study(*make_wall(), (1, 2)), "at least 2"),
     (lambda: scaled_unit((1, 1, 1), 1.0, "height"), "vary"),
 ])
@@ -265,8 +272,7 @@ def test_more_contact_points_take_the_torsion_of_the_dem_to_uniform_pressure_but
 
 
 def test_block_size_in_plane_keeps_the_slenderness_and_whole_block_moves_it():
-    arguments = {"length": 0.4, "height": 0.4, "unit": (0.2, 0.1, 0.1), "joint": lm.Joint(40.0)}
-    flat, whole = (study.block_size_study(arguments, (0.5, 1.0, 2.0), vary=v) for v in ("in plane", "whole block"))
+    flat, whole = (study.block_size_study(BRICKS, (0.5, 1.0, 2.0), vary=v) for v in ("in plane", "whole block"))
     # a straight wall overturns in one piece at t / H, whatever its blocks
     for size, value in zip(flat["size"], flat["multiplier"], strict=True):
         assert value == pytest.approx(0.1 / 0.4, abs=1e-6), size
