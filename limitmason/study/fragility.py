@@ -49,12 +49,12 @@ class Fragility(ReadOnly):
 
     def probability(self, at: ArrayLike) -> Array:
         """Probability of failure at intensities [-], of their shape."""
-        u = np.log(np.asarray(at, dtype=float))
+        u = _logarithm(at)
         return np.asarray(stats.norm.cdf(self.coefficients[0] + self.coefficients[1] * u))
 
     def band(self, at: ArrayLike) -> tuple[Array, Array]:
         """Interval of the probability of failure at each intensity by itself [-], low and high."""
-        u = np.log(np.asarray(at, dtype=float))
+        u = _logarithm(at)
         c = self.covariance
         probit = self.coefficients[0] + self.coefficients[1] * u
         wide = _quantile(self.level) * np.sqrt(c[0, 0] + 2.0 * c[0, 1] * u + c[1, 1] * u**2)
@@ -107,6 +107,10 @@ def fragility(table: Table, intensity: str, failed: str, *, level: float = 0.9) 
     u, fell = np.log(x[kept]), y[kept] > 0.0
     if fell.all() or not fell.any():
         raise InputError(f"{int(fell.sum())} of {len(fell)} runs failed: a curve needs some of both")
+    if not np.ptp(u) > 0.0:
+        raise InputError(f"all runs have {intensity} = {np.exp(u[0]):.4g}: a curve needs several intensities")
+    if u[fell].max() <= u[~fell].min():
+        raise InputError(f"{failed} grows rarer with {intensity}: that is no intensity of this failure")
     # runs that separate at one intensity: the likelihood grows without end as the dispersion goes to zero
     if u[fell].min() >= u[~fell].max():
         raise NotConverged(
@@ -129,6 +133,13 @@ def fragility(table: Table, intensity: str, failed: str, *, level: float = 0.9) 
     )
 
 
+def _logarithm(at: ArrayLike) -> Array:
+    intensity = numbers("intensities", at)
+    if not (intensity > 0.0).all():
+        raise InputError(f"intensities must be positive, got {intensity.min():g}")
+    return np.asarray(np.log(intensity))
+
+
 def _quantile(level: float) -> float:
     return float(stats.norm.ppf(0.5 * (1.0 + level)))
 
@@ -141,7 +152,9 @@ def _probit(u: Array, fell: Array) -> tuple[Array, Array]:
     u : logarithm of the intensity of every run, shape (n,)
     fell : whether the structure fell, shape (n,)
     """
-    rows = np.column_stack([np.ones(len(u)), u - u.mean()])
+    # in standard units both coefficients are near 1 and nearly independent: steps are short, no digits are lost
+    centre, spread = u.mean(), u.std()
+    rows = np.column_stack([np.ones(len(u)), (u - centre) / spread])
     now = np.array([stats.norm.ppf(fell.mean()), 0.0])
     for _ in range(ROUNDS):
         probit = np.clip(rows @ now, -30.0, 30.0)
@@ -149,12 +162,11 @@ def _probit(u: Array, fell: Array) -> tuple[Array, Array]:
         # d ln L / d probit of those that fell and those that stood
         up, down = np.exp(log_density - stats.norm.logcdf(probit)), np.exp(log_density - stats.norm.logsf(probit))
         information = (rows * (up * down)[:, None]).T @ rows
-        # about the mean of u both coefficients are nearly independent: no digits are lost
         step = np.linalg.solve(information, rows.T @ np.where(fell, up, -down))
         # a step of more than 2 standard deviations would leave where the likelihood is known
         now = now + step * min(1.0, 2.0 / float(np.abs(step).max() + 1e-300))
         if np.abs(step).max() <= 1e-12 * (1.0 + np.abs(now).max()):
-            back = np.array([[1.0, -u.mean()], [0.0, 1.0]])
+            back = np.array([[1.0, -centre / spread], [0.0, 1.0 / spread]])
             return back @ now, back @ np.linalg.inv(information) @ back.T
     raise NotConverged("the likelihood of the fragility curve was not maximised: its runs hardly overlap")
 

@@ -107,7 +107,7 @@ def monte_carlo(
     if stop is not None and scheme != "random":
         raise InputError('a stopping rule needs scheme="random": a Latin hypercube is one whole')
     choice("scheme", scheme, SCHEMES)
-    samples = count("samples", samples)
+    samples, seed = count("samples", samples), count("seed", seed, 0)
     shares = latin_hypercube(len(names), samples, seed) if scheme == SCHEMES[0] else _independent(names, samples, seed)
     points = [{"sample": k, "shares": dict(zip(names, shares[k].tolist(), strict=True))} for k in range(samples)]
     drawn = RandomInputs(joints, blocks, ties, parameters, seed)
@@ -208,7 +208,8 @@ def _variables(
             raise InputError(f"parameter {name!r} has the name of a {where[:-1]} property: draw it in {where}")
     once = [n for n in draws.BOUNDS if n in joints and joints[n].per == "assembly"]
     once += [n for n in draws.BLOCK_BOUNDS if n in blocks and blocks[n].per == "assembly"]
-    return [*once, *parameters], joints, parameters
+    # sorted: mappings that are equal have equal columns of a hypercube
+    return [*once, *sorted(parameters)], joints, parameters
 
 
 def _independent(names: Sequence[str], samples: int, seed: int) -> Array:
@@ -325,7 +326,7 @@ def sobol(
         raise InputError("Sobol indices are for values drawn per assembly; a field of values has no single index")
     if samples < 2 or samples & (samples - 1):
         raise InputError(f"samples must be a power of two, got {samples!r}")
-    d = len(names)
+    d, seed = len(names), count("seed", seed, 0)
     both = qmc.Sobol(d=2 * d, seed=np.random.default_rng(seed)).random(samples)
     a, b = both[:, :d], both[:, d:]
     # Saltelli's scheme: sample A with one column at a time taken from B

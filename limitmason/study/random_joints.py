@@ -11,7 +11,7 @@ import numpy as np
 from scipy import stats
 
 from limitmason.arrays import Array
-from limitmason.checks import choice, positive
+from limitmason.checks import choice, finite, positive
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -31,6 +31,9 @@ BOUNDS: dict[str, tuple[float, float]] = {
     "normal_stiffness": (1e-300, math.inf),
     "shear_stiffness": (1e-300, math.inf),
 }
+
+ANGLES = {"friction_angle_deg": "friction_coefficient", "dilatancy_angle_deg": "dilatancy_ratio"}
+"""Angles by which joints keep a property, and the other name under which it is drawn."""
 
 # the same of blocks; what is not a property of the block itself is one of its material
 BLOCK_BOUNDS: dict[str, tuple[float, float]] = {
@@ -54,6 +57,8 @@ def normal(mean: float, variation: float) -> Any:
 
     ``scipy.stats.norm``.
     """
+    if finite("mean", mean) == 0.0:
+        raise InputError("normal: a mean of 0 has no coefficient of variation; give scipy.stats.norm(0.0, deviation)")
     return stats.norm(loc=mean, scale=abs(mean) * positive("variation", variation))
 
 
@@ -84,8 +89,8 @@ class Random:
     ----------
     distribution : frozen distribution of ``scipy.stats``, or :func:`normal`, :func:`lognormal`, :func:`uniform`
     per : one value per "assembly" (non-spatial), per "kind" of joint, or per "interface" or "block" (spatial)
-    correlation_length : of the values at interfaces or blocks [m], correlation exp(-distance / length) of centres; 0
-        for independent ones
+    correlation_length : of the values at interfaces or blocks [m], correlation of normal scores
+        exp(-distance / length) of centres; 0 for independent ones
     low, high : further bounds within the physical ones; the distribution is truncated there, not clipped
 
     Raises
@@ -103,7 +108,8 @@ class Random:
     def __post_init__(self) -> None:
         """Check every field."""
         choice("per", self.per, PER)
-        if not (hasattr(self.distribution, "ppf") and hasattr(self.distribution, "cdf")):
+        frozen = not isinstance(self.distribution, stats.rv_continuous | stats.rv_discrete)
+        if not (frozen and hasattr(self.distribution, "ppf") and hasattr(self.distribution, "cdf")):
             raise InputError(f"distribution must be a frozen one of scipy.stats, got {self.distribution!r}")
         if not self.high > self.low:
             raise InputError(f"high = {self.high} must exceed low = {self.low}")
@@ -117,7 +123,7 @@ class Random:
         F^-1(F(low) + u (F(high) - F(low))).
         """
         low, high = max(self.low, bounds[0]), min(self.high, bounds[1])
-        below, above = float(self.distribution.cdf(low)), float(self.distribution.cdf(high))
+        below, above = self._ends(low, high)
         if not above > below:
             raise InputError(f"the distribution has no probability between {low:g} and {high:g}")
         out = self.distribution.ppf(below + np.asarray(share, dtype=float) * (above - below))
@@ -126,7 +132,12 @@ class Random:
     def cut(self, bounds: tuple[float, float]) -> float:
         """Probability that the bounds take from the distribution [-]."""
         low, high = max(self.low, bounds[0]), min(self.high, bounds[1])
-        return 1.0 - float(self.distribution.cdf(high) - self.distribution.cdf(low))
+        below, above = self._ends(low, high)
+        return 1.0 - (above - below)
+
+    def _ends(self, low: float, high: float) -> tuple[float, float]:
+        """Probability below the lower bound and up to the upper one: a bound that is itself a value is within."""
+        return float(self.distribution.cdf(np.nextafter(low, -np.inf))), float(self.distribution.cdf(high))
 
 
 def check_joint_draws(joints: Mapping[str, Random]) -> None:
@@ -137,9 +148,9 @@ def check_joint_draws(joints: Mapping[str, Random]) -> None:
             raise InputError(f"joint property {name!r} needs a Random(...), got {random!r}")
         if random.per == "block":
             raise InputError(f"joint property {name!r} has no value per block: use per='interface'")
-    for pair in (("friction_coefficient", "friction_angle_deg"), ("dilatancy_angle_deg", "dilatancy_ratio")):
-        if set(pair) <= set(joints):
-            raise InputError(f"{pair[0]!r} and {pair[1]!r} are the same property: draw one of them")
+    for angle, other in ANGLES.items():
+        if {angle, other} <= set(joints):
+            raise InputError(f"{angle!r} and {other!r} are the same property: draw one of them")
 
 
 def check_block_draws(blocks: Mapping[str, Random]) -> None:
@@ -156,17 +167,24 @@ def check_links(links: Mapping[str, str], joints: Mapping[str, Random]) -> Linke
     Raises
     ------
     InputError
-        For what is no property of a joint, drawn and linked at once, or linked to nothing that a joint has.
+        For what is no property of a joint, drawn and linked at once, or linked to nothing that a joint has, and for a
+        dilatancy angle that is drawn or needed before its linked friction angle is known.
     """
     ties = LinkedFormulas(links)
     for name in ties.formulas:
         if name not in BOUNDS or name in ("friction_coefficient", "dilatancy_ratio"):
             raise InputError(f"links give properties of joints, got {name!r}")
-    drawn = set(joints) | ({"friction_angle_deg"} if "friction_coefficient" in joints else set())
+    drawn = set(joints) | {angle for angle, other in ANGLES.items() if other in joints}
     if twice := sorted(drawn & set(ties.formulas)):
         raise InputError(f"{twice[0]!r} is drawn and linked: leave one of them out")
     if unknown := sorted(ties.needs - (set(BOUNDS) - {"dilatancy_ratio"})):
         raise InputError(f"a link needs {unknown[0]!r}, which is no property of a joint")
+    if "friction_angle_deg" not in ties.formulas:
+        return ties
+    if "dilatancy_angle_deg" in joints or "dilatancy_angle_deg" in ties.needs:
+        raise InputError("friction_angle_deg is linked: draw dilatancy_ratio, and need friction_angle_deg in its links")
+    if "friction_coefficient" in ties.needs:
+        return LinkedFormulas({**links, "friction_coefficient": "tan(radians(friction_angle_deg))"})
     return ties
 
 
@@ -238,11 +256,8 @@ def draw_joints(
         for name, found in linked.items():
             values[name] = found
             record |= {name: float(found[0])} if np.ptp(found) == 0.0 else _mean_and_deviation(name, found)
-    changed = [
-        replace(i, joint=_changed(i.joint, {n: float(v[k]) for n, v in values.items()}))
-        for k, i in enumerate(assembly.interfaces)
-    ]
-    return assembly.with_interfaces(changed), record
+    joints_of = zip(assembly.interfaces, _joints(assembly, values), strict=True)
+    return assembly.with_interfaces([replace(i, joint=joint) for i, joint in joints_of]), record
 
 
 def _smallest_friction_deg(assembly: Assembly, values: Mapping[str, Array]) -> float:
@@ -264,17 +279,11 @@ def _mean_and_deviation(name: str, values: Array) -> dict[str, float]:
 def _linked(assembly: Assembly, values: Mapping[str, Array], links: LinkedFormulas) -> dict[str, Array]:
     """Linked properties of every interface, each within its physical bounds, shape (k,).
 
-    A formula may need properties that are not drawn: these are the joints' own.
+    A formula may need properties that are not drawn: these are those of the joints with what is drawn.
     """
-    known = dict(values)
-    if "friction_coefficient" in known:
-        known["friction_angle_deg"] = np.degrees(np.arctan(known["friction_coefficient"]))
+    known, joints = dict(values), _joints(assembly, values)
     for name in links.needs - set(known):
-        own = [
-            i.joint.tan_phi if name == "friction_coefficient" else getattr(i.joint, name) for i in assembly.interfaces
-        ]
-        if name == "friction_coefficient" and "friction_angle_deg" in values:
-            own = list(np.tan(np.radians(values["friction_angle_deg"])))
+        own = [j.tan_phi if name == "friction_coefficient" else getattr(j, name) for j in joints]
         if any(v is None for v in own):
             raise InputError(f"a link needs {name!r}, which the joints do not have")
         known[name] = np.array(own, dtype=float)
@@ -287,7 +296,16 @@ def _linked(assembly: Assembly, values: Mapping[str, Array], links: LinkedFormul
             worst = float(column[np.argmax(np.maximum(low - column, column - high))])
             raise InputError(f"the link of {name!r} gives {worst:.4g}, which no joint may have")
         out[name] = column
+    if "dilatancy_angle_deg" in out:
+        friction = [j.friction_angle_deg for j in _joints(assembly, {**values, **out})]
+        if (out["dilatancy_angle_deg"] > friction).any():
+            raise InputError("the link of 'dilatancy_angle_deg' gives more than the friction angle of a joint")
     return out
+
+
+def _joints(assembly: Assembly, values: Mapping[str, Array]) -> list[Joint]:
+    """Joint of every interface with drawn or linked properties."""
+    return [_changed(i.joint, {n: float(v[k]) for n, v in values.items()}) for k, i in enumerate(assembly.interfaces)]
 
 
 def _shares(

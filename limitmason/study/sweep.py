@@ -70,7 +70,7 @@ def sweep(
     Raises
     ------
     InputError
-        For no points, points with different names, a store of another study.
+        For no points, points with different names, a result with the name of a parameter, a store of another study.
     Exception
         What ``function`` raises; the rows finished before are in the store.
     """
@@ -108,7 +108,10 @@ def sweep(
 
 
 def _row(points: Sequence[Mapping[str, Any]], number: int, result: Any) -> dict[str, Any]:
-    return {**_shown(points[number]), **as_row(result)}
+    shown, row = _shown(points[number]), as_row(result)
+    if isinstance(result, Mapping) and (lost := [k for k in shown if k in row and row[k] != shown[k]]):
+        raise InputError(f"the function returns {lost[0]!r}, which is the name of a parameter: call it otherwise")
+    return {**shown, **row}
 
 
 def _table(rows: Mapping[int, Mapping[str, Any]], end: int, units: Mapping[str, str] | None) -> Table:

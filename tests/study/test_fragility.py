@@ -65,6 +65,17 @@ def test_units_of_the_intensity_do_not_matter():
     assert other.dispersion_interval == pytest.approx(one.dispersion_interval, rel=1e-7)
 
 
+@pytest.mark.parametrize("power", [0.001, 0.02, 50.0])
+def test_a_power_of_the_intensity_takes_median_and_dispersion_along(power):
+    # ln(x^p) = p ln(x): runs of hardly different intensities give the same curve on another axis
+    rows = drawn(3, 120)
+    one = fragility(rows, "pga", "fell")
+    other = fragility(table(rows["pga"] ** power, rows["fell"]), "pga", "fell")
+    assert other.median == pytest.approx(one.median**power, rel=1e-9)
+    assert other.dispersion == pytest.approx(power * one.dispersion, rel=1e-7)
+    assert other.dispersion_interval == pytest.approx([power * v for v in one.dispersion_interval], rel=1e-7)
+
+
 def test_what_gives_no_curve_says_why():
     with pytest.raises(InputError, match="0 of 2 runs failed"):
         fragility(table([1.0, 2.0], [False, False]), "pga", "fell")
@@ -72,6 +83,12 @@ def test_what_gives_no_curve_says_why():
         fragility(table([1.0, 2.0, 3.0, 4.0], [False, False, True, True]), "pga", "fell")
     with pytest.raises(InputError, match="grows rarer"):
         fragility(table([1.0, 2.0, 3.0, 4.0], [True, False, True, False]), "pga", "fell")
+    with pytest.raises(InputError, match="grows rarer"):
+        fragility(table([1.0, 2.0, 3.0, 4.0], [True, True, False, False]), "pga", "fell")
+    with pytest.raises(InputError, match="all runs have pga = 2"):
+        fragility(table([2.0, 2.0, 2.0], [True, False, True]), "pga", "fell")
+    with pytest.raises(InputError, match="intensities must be positive, got -1"):
+        fragility(drawn(3, 120), "pga", "fell").probability([1.0, -1.0])
     with pytest.raises(InputError, match="'pga' must be positive"):
         fragility(table([0.0, 2.0], [True, False]), "pga", "fell")
     # rows without an answer do not count, and are counted

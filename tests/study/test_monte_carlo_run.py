@@ -25,6 +25,7 @@ PAPER = {
     "normal_stiffness": (13.5e9, 0.15), "friction_angle_deg": (30.0, 0.058), "cohesion": (0.046e6, 0.15),
     "tensile_strength": (0.040e6, 0.20),
 }
+SHARE = study.Random(study.uniform(0.2, 0.8))
 LINKED = {
     "shear_stiffness": "normal_stiffness / 2.32",
     "cohesion": "2 * tensile_strength * tan(radians(friction_angle_deg))",
@@ -302,6 +303,62 @@ def test_draws_that_change_nothing_are_told():
         assert any("every multiplier is 0.57735: it does not hang on what was" in n for n in table.notes) is told
 
 
+@pytest.mark.parametrize(
+    ("drawn", "links"),
+    [
+        ("dilatancy_ratio", {"cohesion": "1e5 * tan(radians(dilatancy_angle_deg))"}),
+        ("friction_angle_deg", {"cohesion": "1e5 * tan(radians(dilatancy_angle_deg))"}),  # psi comes down to phi
+        ("friction_angle_deg", {"cohesion": "1e5 * friction_coefficient"}),
+        ("friction_coefficient", {"cohesion": "1e5 * tan(radians(friction_angle_deg))"}),
+        (
+            "tensile_strength",
+            {"friction_angle_deg": "20 + tensile_strength / 1e4", "cohesion": "1e5 * friction_coefficient"},
+        ),
+    ],
+)
+def test_links_read_the_angles_that_the_joints_come_to_have(drawn, links):
+    joint = lm.Joint(friction_angle_deg=35.0, dilatancy_angle_deg=12.0, cohesion=1e5, tensile_strength=5e4)
+    assembly, loads = stack(2)
+    model = assembly.with_joints(lambda _: joint), loads
+
+    def run(assembly, loads):
+        of = assembly.interfaces[0].joint
+        return {"c": of.cohesion, "phi": of.friction_angle_deg, "psi": of.dilatancy_angle_deg}
+
+    ranges = {"friction_angle_deg": (5.0, 9.0), "tensile_strength": (1e4, 9e4)}
+    low, high = ranges.get(drawn, (0.1, 0.9))
+    table = study.monte_carlo(
+        model, 5, run=run, joints={drawn: study.Random(study.uniform(low, high))}, links=links
+    )
+    angle = table["psi" if "dilatancy" in links["cohesion"] else "phi"]
+    assert table["c"] == pytest.approx(1e5 * np.tan(np.radians(angle)), rel=1e-9)
+    assert np.ptp(angle) > 1.0
+
+
+def test_a_discrete_distribution_keeps_a_value_at_its_bound():
+    # glued or not: half of the joints have the value 0, which is the bound of a cohesion
+    glued = study.Random(stats.bernoulli(0.5), per="interface")
+    table = study.monte_carlo(stack(40), 5, run=lambda a, p: {"n": 1}, joints={"friction_coefficient": glued})
+    share = table["friction_coefficient mean"].mean()
+    assert share == pytest.approx(0.5, abs=4.0 * 0.5 / np.sqrt(200))
+    assert table.notes == ()
+
+
+def test_equal_mappings_of_parameters_give_equal_tables():
+    def build(width, height):
+        joint = lm.Joint(friction_angle_deg=30.0)
+        wall = lm.build.wall(length=width, courses=1, unit=(width, height, 0.2), joint=joint)
+        return wall, lm.Loads.weight(wall)
+
+    draws = {"width": study.Random(study.uniform(0.2, 0.4)), "height": study.Random(study.uniform(0.1, 0.2))}
+    one, other = (
+        study.monte_carlo(build, 4, run=lambda a, p: {"n": 1}, parameters=p)
+        for p in (draws, dict(reversed(draws.items())))
+    )
+    assert (one["width"] == other["width"]).all()
+    assert (one["height"] == other["height"]).all()
+
+
 def test_formulas_follow_each_other():
     ties = LinkedFormulas({"c": "2 * b", "b": "-a ** 2 + sqrt(a)"})
     assert ties({"a": 4.0}) == {"a": 4.0, "b": -14.0, "c": -28.0}
@@ -320,6 +377,11 @@ def test_formulas_follow_each_other():
         ({"blocks": {"colour": study.Random(study.normal(1.0, 0.1))}}, "block property must be one of"),
         ({"blocks": {"density": study.Random(study.normal(1.0, 0.1), per="interface")}}, "per block"),
         ({"run": lambda a, p: {"tensile_strength": 1.0}}, "name of a drawn value"),
+        ({"seed": -1}, "seed must be a whole number of at least 0"),
+        ({"seed": None}, "seed must be a finite number"),
+        ({"joints": {"dilatancy_ratio": SHARE}, "links": {"dilatancy_angle_deg": "3"}}, "drawn and linked"),
+        ({"joints": {"dilatancy_angle_deg": SHARE}, "links": {"friction_angle_deg": "30"}}, "draw dilatancy_ratio"),
+        ({"links": {"dilatancy_angle_deg": "80"}}, "more than the friction angle"),
     ],
 )
 def test_wrong_input_is_named(given, message):
