@@ -142,13 +142,14 @@ def check_causes(causes: Iterable[Cause], nuisance: Iterable[str] = ()) -> tuple
     InputError
         For an empty list, a name used twice, or a parameter that is also a nuisance input.
     """
-    causes = tuple(causes)
+    causes = (causes,) if isinstance(causes, Cause) else tuple(causes)
     if not causes:
         raise InputError("the list of causes is empty: a verdict is conditional on a list")
     names: list[str] = []
     for cause in causes:
         if not isinstance(cause, Cause):
-            raise TypeError(f"a cause must be a Cause, got {type(cause).__name__}")
+            called = getattr(cause, "__name__", "")
+            raise TypeError(f"a cause must be a Cause, such as causes.{called or 'gain'}(), got {called or cause!r}")
         if cause.name in names:
             raise InputError(f"the name {cause.name!r} is used by two causes")
         if cause.apply is None and cause.parameter in tuple(nuisance):

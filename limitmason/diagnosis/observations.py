@@ -212,6 +212,8 @@ class Rows:
         of = []
         for o in chosen:
             number = names.get(o.specimen, o.specimen)
+            if called.count(o.specimen) > 1:
+                raise InputError(f"{o._called}: {called.count(o.specimen)} specimens are called so: name them apart")
             if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < len(specimens):
                 known = ", ".join(names) or "none has a name"
                 raise InputError(f"{o._called}: no such specimen; known: {known}, or 0 to {len(specimens) - 1}")
@@ -276,7 +278,7 @@ class Rows:
         bad = np.flatnonzero(~(np.isfinite(out) & (~self.log | (out > 0))))
         if len(bad):
             where = f"specimen {self.of[bad[0]]}"
-            raise InputError(f"measured values must be positive and finite; {where} has {out[bad[0]]!r}")
+            raise InputError(f"measured values must be positive and finite; {where} has {out[bad[0]]:g}")
         return replace(self, values=frozen(out))
 
     def on(self, count: int) -> Rows:

@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from limitmason.causes.cause import Cause
+from limitmason.checks import instance
 from limitmason.diagnosis.from_table import About, TableStudy
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.noise import Measured, Noise
@@ -66,6 +67,7 @@ class Statement(ReadOnly):
         ``made`` holds the tables of a variant to share; new ones are made where it is None.
         """
         specimens = tuple(self.specimens)
+        instance("noise", self.noise, Noise, "Noise(0.05) for 5 %")
         rows = rows_of(self.measured, self.rows, specimens)
         noise, n = self.noise, len(rows)
         if rows.scatter is not None:

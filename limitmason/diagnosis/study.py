@@ -27,6 +27,7 @@ from limitmason.diagnosis.suggest import suggest
 from limitmason.diagnosis.tables import ASSUMED_NOISE, PoolGrids
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
+from limitmason.study.run_fingerprint import fingerprint
 
 FAR_OFF = 20.0  # measured over predicted, or the reverse, beyond which a unit is asked about
 
@@ -166,6 +167,7 @@ class Study(Statement):
         judge = self.judge(causes, rule)
         design = judge.design
         self._say_if_far_off()
+        self._say_if_copied()
         reached(None, "verdict")
         chances = Draws.make([seed, self.n], self.n, design.inputs, design.noise, draws)
         y = design.whiten(self.measured)
@@ -190,6 +192,25 @@ class Study(Statement):
             if mine.any() and abs(ratio := float(np.median(apart[mine]))) > np.log(FAR_OFF):
                 warnings.warn(f"{quantity}: measured is {np.exp(ratio):.3g} times predicted; are both in one unit?",
                               stacklevel=4)
+
+    def _say_if_copied(self) -> None:
+        """Warn of specimens that are equal in all that is recorded and measured: a row that was copied, as a rule."""
+        assert self.measured is not None, "a verdict has measured values"
+        read: dict[int, list[tuple[str, float]]] = {}
+        for number, quantity, value, log in zip(
+            self.rows.of.tolist(), self.rows.quantities, self.measured.tolist(), self.rows.log, strict=True
+        ):
+            if log:
+                read.setdefault(number, []).append((quantity, value))
+        known: dict[str, int] = {}
+        pairs = [
+            (first, number) for number, values in read.items() if isinstance(self.specimens[number], Mapping)
+            and (first := known.setdefault(fingerprint(self.specimens[number], sorted(values)), number)) != number
+        ]
+        if pairs:
+            warnings.warn(f"{len(pairs)} of {len(read)} specimens equal another in all that is recorded and measured, "
+                          f"first {pairs[0][1]} and {pairs[0][0]} (from 0); a copied row counts as a test of its own",
+                          stacklevel=4)
 
     def log_likelihood(self, sizes: Mapping[Cause, float] | Sequence[float], z: Iterable[float] = ()) -> float:
         """Log-likelihood of the measured values with causes at given sizes.

@@ -6,6 +6,7 @@ import numpy as np
 
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.inference.discrepancy import CONSTANT, DRIFT, TOGETHER
+from limitmason.diagnosis.inference.gain import told_error
 from limitmason.diagnosis.inference.verdict import Identification
 from limitmason.diagnosis.outliers import carried_by_outliers, outlier_words
 from limitmason.diagnosis.result import Findings
@@ -153,10 +154,10 @@ def by_kind_words(diagnosis: Findings) -> list[str]:
 
 def meaning(diagnosis: Findings) -> list[str]:
     """The verdict in plain sentences: what follows from it and what to do."""
-    before = 100.0 * float(np.sqrt(np.mean(diagnosis.residuals["baseline"] ** 2)))
+    before = told_error(float(np.sqrt(np.mean(diagnosis.residuals["baseline"] ** 2))))
     if diagnosis.kind == "none":
         return [
-            f"The simulation misses the measured values by {before:.1f} % (root mean square); noise and the measured "
+            f"The simulation misses the measured values by {before} (root mean square); noise and the measured "
             "inputs account for that.",
             *what_is_unstated(diagnosis),
             "No extension of the model is called for. How large each listed cause could be and stay unseen is given "
@@ -167,8 +168,8 @@ def meaning(diagnosis: Findings) -> list[str]:
     return _explanation(diagnosis, before)
 
 
-def _alarm_without_cause(diagnosis: Findings, before: float) -> list[str]:
-    """More scatter than is stated, or a misfit that nothing on the list removes; ``before`` is the misfit [%]."""
+def _alarm_without_cause(diagnosis: Findings, before: str) -> list[str]:
+    """More scatter than is stated, or a misfit that nothing on the list removes; ``before`` is the misfit."""
     carried = outlier_words(diagnosis) if carried_by_outliers(diagnosis) else []
     if diagnosis.kind == "scatter":
         sd = 100.0 * float(np.sqrt(diagnosis.verdict.null.loss[0] / diagnosis.n) * np.mean(diagnosis.design.scale))
@@ -199,18 +200,18 @@ def _alarm_without_cause(diagnosis: Findings, before: float) -> list[str]:
     if told := [" and ".join(n) for n in diagnosis.verdict.withdrawn]:
         found = (f". {'; '.join(told)} is not rejected on all data together, but predicts groups left out worse than "
                  "the baseline does, and is not named")
-    misses = f"The simulation misses the measured values by {before:.1f} %, more than noise allows{found}.{where}"
+    misses = f"The simulation misses the measured values by {before}, more than noise allows{found}.{where}"
     return [misses, *carried, *by_kind_words(diagnosis), "The list lacks the cause: extend it and judge again."]
 
 
-def _explanation(diagnosis: Findings, before: float) -> list[str]:
-    """What the kept explanations make of the misfit ``before`` [%], and what they rest on."""
+def _explanation(diagnosis: Findings, before: str) -> list[str]:
+    """What the kept explanations make of the misfit ``before``, and what they rest on."""
     kind, by_name, gain = diagnosis.kind, diagnosis.by_name, diagnosis.gain
     assert gain is not None, "an explanation is kept"
     sizes = [f"{n} = {by_name[n].show(e.size)}" for n, e in diagnosis.estimates.items() if n in gain.names]
     out = [
-        f"With {' and '.join(sizes)} the model misses the measured values by {100 * gain.error_after:.1f} % instead of "
-        f"{before:.1f} %, and specimens left out of the fit by {100 * gain.error_left_out:.1f} %."
+        f"With {' and '.join(sizes)} the model misses the measured values by {told_error(gain.error_after)} instead of "
+        f"{before}, and specimens left out of the fit by {told_error(gain.error_left_out)}."
     ]
     if kind == "either":
         out.append(

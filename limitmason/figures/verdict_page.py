@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from limitmason.diagnosis import verdict_text as said
+from limitmason.diagnosis.inference.gain import told_error
 from limitmason.diagnosis.rehearse import OUTCOMES, Rehearsal
 from limitmason.diagnosis.report import check_lines
 from limitmason.figures.diagnosis_panels import diagnosis as diagnosis_figure
@@ -92,8 +93,8 @@ def _gains(result: Any) -> str:
         gain = result.gains[names]
         by_group = "no groups given" if gain.leave_group_out is None else str(gain.leave_group_out)
         rows.append(("kept" if names == result.kept[0] else "", [
-            " and ".join(result.sized(names)), (f"{100 * gain.error_before:.1f} %",),
-            (f"{100 * gain.error_after:.1f} %",), (f"{100 * gain.error_left_out:.1f} %",),
+            " and ".join(result.sized(names)), (told_error(gain.error_before),),
+            (told_error(gain.error_after),), (told_error(gain.error_left_out),),
             (str(gain.leave_one_out),), (by_group,), (str(gain.selected),),
         ]))
     header = ["extension, size [95 % interval]", "error before", "after", "specimens left out",

@@ -21,7 +21,9 @@ from diagnosis_models import (
     study,
 )
 
-from limitmason.diagnosis import Cause, Diagnosis, Noise, Study, binomial_interval
+from limitmason import causes
+from limitmason.diagnosis import Cause, Diagnosis, Noise, Observation, Study, binomial_interval
+from limitmason.errors import InputError
 
 
 def test_contract_of_the_issue():
@@ -83,6 +85,61 @@ def test_more_scatter_than_stated_is_no_cause():
     kinds = [study(data(seed=s, sd=0.10)).diagnose(CAUSES).kind for s in range(12)]
     assert kinds.count("scatter") >= 8
     assert kinds.count("cause") <= 1
+
+
+def test_a_list_that_no_specimen_feels_is_no_cause_and_a_wrong_unit_is_told_as_a_factor():
+    def simulate(specimen, unheard=0.0):
+        return {"peak": specimen["width"], "stiffness": 2.0 * specimen["width"]}
+
+    rng, stacks = np.random.default_rng(4), [{"width": 1.0 + 0.1 * i} for i in range(8)]
+    rows = [
+        Observation(i, q, v * np.exp(0.2 * rng.standard_normal()), 0.02)
+        for i, s in enumerate(stacks) for q, v in simulate(s).items()
+    ]
+    unfelt = Cause("unheard", "unheard", 0.0, (-1.0, 1.0))
+    with pytest.warns(UserWarning, match="changes no prediction"):
+        assert Study(stacks, simulate, rows).diagnose([unfelt]).kind in ("scatter", "unexplained")
+    # every value in newtons for kilonewtons
+    wrong = [dataclasses.replace(row, value=1000.0 * row.value) for row in rows]
+    with pytest.warns(UserWarning, match="are both in one unit"):
+        told = Study(stacks, simulate, wrong).diagnose([unfelt]).report()
+    factor = float(told.split("a factor of ")[1].split(",")[0])
+    assert factor == pytest.approx(1000.0, rel=0.25)
+
+
+def test_what_was_copied_or_named_twice_is_told():
+    stacks = [{"specimen": f"s{i}", "width": 1.0 + 0.1 * i} for i in range(6)]
+    values = [s["width"] * v for s, v in zip(stacks, (1.02, 0.97, 1.01, 0.99, 1.03, 0.98), strict=True)]
+
+    def simulate(specimen, gain=1.0):
+        return gain * specimen["width"]
+
+    gain = Cause("gain", "gain", 1.0, (0.5, 2.0))
+    with pytest.warns(UserWarning, match="6 of 12 specimens equal another .*first 6 and 0"):
+        Study(stacks * 2, simulate, values * 2, Noise(0.03)).diagnose([gain])
+    with pytest.raises(InputError, match="2 specimens are called so"):
+        Study([*stacks, stacks[0]], simulate, [Observation("s0", "peak", 1.0, 0.03)] * 2)
+    with pytest.raises(InputError, match="noise must be a Noise"):
+        Study(stacks, simulate, values, 0.03)
+    for wrong in (["gain"], [causes.gain]):
+        with pytest.raises(TypeError, match=r"such as causes.gain\(\)"):
+            Study(stacks, simulate, values, Noise(0.03)).diagnose(wrong)
+
+
+@pytest.mark.parametrize("noise", [Noise.unknown(), Noise(1e-9)])
+def test_values_without_any_error_end_in_a_verdict(noise):
+    # an effect a thousand million times the noise, and none at all
+    stacks = [{"width": 1.0 + 0.1 * i, "height": 2.0 - 0.1 * (i % 3)} for i in range(8)]
+
+    def simulate(specimen, push=0.0):
+        return specimen["width"] + push * specimen["height"]
+
+    listed = [Cause("push", "push", 0.0, (0.0, 1.0)), causes.gain()]
+    exact = Study(stacks, simulate, [simulate(s) for s in stacks], noise)
+    assert exact.diagnose(listed).kind == "none"
+    pushed = exact.replace(measured=[simulate(s, 0.3) for s in stacks]).diagnose(listed)
+    assert pushed.kind in ("unexplained", "behaves like")
+    assert "gain" not in pushed.causes
 
 
 def test_two_causes_are_found_together_and_the_additive_table_agrees_with_the_true_pair():

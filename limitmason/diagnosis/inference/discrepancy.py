@@ -57,10 +57,10 @@ class Discrepancy:
         parts, prices = [np.zeros((self.n, 0))], []
         for factor in self.factors:
             a = np.hstack([factor, slopes])
-            inner = np.eye(a.shape[1]) + a.T @ a
-            parts.append(solve_triangular(np.linalg.cholesky(inner), a.T, lower=True).T)
-            r = factor.shape[1]
-            prices.append(float(np.log(np.diag(np.linalg.cholesky(inner[:r, :r]))).sum()))
+            # R'R = I + A'A, with no square of an effect that is many times the noise
+            root = np.linalg.qr(np.vstack([np.eye(a.shape[1]), a]), mode="r")
+            parts.append(solve_triangular(root, a.T, trans=1).T)
+            prices.append(float(np.log(np.abs(np.diag(root)[: factor.shape[1]])).sum()))
         self.prices = np.array(prices)  # log det(S) / 2, shape (m,)
         self._stack = np.concatenate(parts, axis=1)  # B of all, side by side
         self._starts = np.cumsum([p.shape[1] for p in parts])

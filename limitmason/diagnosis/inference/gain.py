@@ -8,6 +8,11 @@ import numpy as np
 from limitmason.diagnosis.inference.design import Design, Names
 
 
+def told_error(error: float) -> str:
+    """A root mean square of logarithms in words: per cent, or a factor beyond 2."""
+    return f"{100.0 * error:.1f} %" if error < np.log(2.0) else f"a factor of {np.exp(error):.3g}"
+
+
 @dataclass(frozen=True)
 class Score:
     """Log predictive score of an extension minus that of the baseline, summed over values left out.
@@ -53,8 +58,8 @@ class Gain:
 
     def __str__(self) -> str:
         text = (
-            f"error {100 * self.error_before:.1f} % before, {100 * self.error_after:.1f} % after, "
-            f"{100 * self.error_left_out:.1f} % left out; log score left out {self.leave_one_out}"
+            f"error {told_error(self.error_before)} before, {told_error(self.error_after)} after, "
+            f"{told_error(self.error_left_out)} left out; log score left out {self.leave_one_out}"
         )
         if self.leave_group_out is not None:
             text += f", by group {self.leave_group_out}"

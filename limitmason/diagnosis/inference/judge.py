@@ -230,6 +230,8 @@ class Judge:
         if not design.like.quadratic:
             return verdict
         rivals, data = self.rivals(), design.turned(y)[None]
+        if not rivals.by_specimen.along:  # no listed cause is felt
+            return verdict
         # 1. the baseline fitted to the data: each kind of data scatters as its residuals do, and as stated at least
         fit = design.fits([()], data, residuals=True)[0]
         spread = np.ones(design.n)
