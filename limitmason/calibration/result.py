@@ -394,5 +394,6 @@ def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum],
             out.append(f"{name} lies on its bound")
     dof = objective.n - len(scale)
     if objective.known and best.chi2 > stats.chi2.ppf(0.99, max(dof, 1)):
-        out.append(f"the targets are missed by more than their scatter (misfit {best.chi2:.3g}): ask fit.diagnose")
+        out.append(f"the targets are missed by more than their scatter (misfit {best.chi2:.3g}), so that the intervals "
+                   "hold the true values less often than they say: ask fit.diagnose")
     return tuple(out)

@@ -39,7 +39,7 @@ class Runs:
     Raises
     ------
     InputError
-        For a parameter that no model takes.
+        For a parameter that no model takes, or one that a model needs and nothing gives.
     """
 
     def __init__(
@@ -57,6 +57,8 @@ class Runs:
         if idle:
             every = sorted({n for m in self.models for n in keywords(m) or ()})
             raise InputError(f"no model takes the parameter {idle[0]!r}; they take: {', '.join(every) or 'none'}")
+        if bare := [n for m in self.models for n in _required(m) if n not in given]:
+            raise InputError(f"the model needs {bare[0]!r}: give Parameter({bare[0]!r}, start, (low, high)), or a tie")
         self.executor, self.workers, self.progress = executor, workers, progress
         self.calls, self.told, self.seconds, self.stage, self.best, self.left = 0, 0, 0.0, "", "", 0
         self.memo = Memo(store, key, kind=dict)
@@ -133,6 +135,17 @@ def keywords(model: Model) -> tuple[str, ...] | None:
     if any(p.kind is p.VAR_KEYWORD for p in signature):
         return None
     return tuple(p.name for p in signature if p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD))
+
+
+def _required(model: Model) -> list[str]:
+    """Names that a model must be given, as far as its signature tells."""
+    if getattr(model, "parameters", None) is not None:
+        return []
+    try:
+        signature = inspect.signature(model).parameters.values()
+    except (TypeError, ValueError):
+        return []
+    return [p.name for p in signature if p.default is p.empty and p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD)]
 
 
 def taken(model: Model, given: Sequence[str]) -> tuple[str, ...]:

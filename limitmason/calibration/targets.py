@@ -37,7 +37,8 @@ class Target:
     Raises
     ------
     InputError
-        For values that are not finite, a ratio to a value that is not positive, a scatter that is not positive.
+        For values that are not finite, a ratio to a value that is not positive, a scatter that is not positive, or a
+        relative one of 1 and more.
     """
 
     value: float | Sequence[float]
@@ -56,7 +57,7 @@ class Target:
             raise InputError(
                 f"a target of {self.value!r} is not positive: give its scatter in its own unit, absolute=True"
             )
-        _check_scatter(self.scatter)
+        _check_scatter(self.scatter, self.absolute)
         if np.ndim(self.value):
             object.__setattr__(self, "value", tuple(values.tolist()))
 
@@ -207,6 +208,8 @@ def entries_of(test: str, name: str, target: Any) -> list[Entry]:
         target = Target(*target)
     elif isinstance(target, Real) and not isinstance(target, bool):
         target = Target(float(target))
+    if isinstance(target, list | np.ndarray):
+        raise InputError(f"target {name!r} of several numbers: write Target(values, 0.05), 0.05 for 5 % of each")
     if not isinstance(target, Target):
         raise InputError(f"target {name!r} must be a Target, a CurveTarget, a Curve or a number, got {target!r}")
     values = target.value if isinstance(target.value, tuple) else (float(target.value),)  # type: ignore[arg-type]
@@ -272,6 +275,13 @@ def outputs_of(result: Any) -> Mapping[str, Any]:
     return {"value": result}
 
 
-def _check_scatter(scatter: float | None) -> None:
-    if scatter is not None and not (math.isfinite(scatter) and scatter > 0.0):
+def _check_scatter(scatter: float | None, absolute: bool = False) -> None:
+    if scatter is None:
+        return
+    if not (math.isfinite(scatter) and scatter > 0.0):
         raise InputError(f"a scatter must be positive, 0.05 is 5 %; got {scatter!r}")
+    if scatter >= 1.0 and not absolute:
+        raise InputError(
+            f"a scatter is relative, 0.05 is 5 %; got {scatter!r}, {100.0 * scatter:g} %: in the unit of the value "
+            "it is Target(value, scatter, absolute=True)"
+        )

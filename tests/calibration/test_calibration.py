@@ -375,6 +375,9 @@ def test_residuals_that_the_model_cannot_explain_are_explained():
         ({"targets": {"a": 1.0, "b": 2.0}}, "without a scatter"),
         ({"targets": {"a": (-1.0, 0.1)}}, "not positive"),
         ({"parameters": [Parameter("x", 1.0, (0.1, 9.0)), Parameter("w", 1.0, (0.1, 9.0))]}, "no model takes"),
+        ({"parameters": [Parameter("x", 1.0, (0.1, 9.0))]}, "the model needs 'y': give Parameter\\('y'"),
+        ({"targets": {"a": [6.3, 1.4]}}, r"write Target\(values, 0.05\)"),
+        ({"targets": {"a": (6.3, 5)}}, "5, 500 %: in the unit of the value it is .*absolute=True"),
         ({"parameters": []}, "nothing to fit"),
         ({"leave_out": "geometry"}, "leave_out"),
         ({"model": "panel"}, "function of the parameters"),
@@ -387,6 +390,14 @@ def test_wrong_input_is_named(changes, message):
              "parameters": [Parameter("x", 1.0, (0.1, 9.0)), Parameter("y", 1.0, (0.1, 9.0))], **changes}
     with pytest.raises(lm.errors.InputError, match=message):
         calibrate(**given)
+
+
+def test_intervals_about_a_model_that_misses_its_targets_say_that_they_are_too_narrow():
+    # a scatter stated ten times too small: of 95 % intervals some 15 % hold the truth
+    fit = calibrate(power_law, {"a": (6.3, 0.005), "b": (1.4, 0.005)}, [Parameter("x", 1.0, (0.1, 2.0)),
+                                                                        Parameter("y", 1.0, (0.9, 1.1))], level=None)
+    assert fit.misfit > 100.0
+    assert "the intervals hold the true values less often than they say" in str(fit)
 
 
 def test_model_that_never_answers_says_why():
