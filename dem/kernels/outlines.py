@@ -69,9 +69,13 @@ def convex_hull(x: Array, y: Array, corners: Index) -> int:
     """
     n = len(x)
     order = np.empty(n, np.int64)
+    # points of a column differ by rounding, and in a sort by that the lowest, a corner, comes second and is left out
+    same = 1e-9 * extent(x, n)
     for k in range(n):
         at = k
-        while at > 0 and (x[k] < x[order[at - 1]] or (x[k] == x[order[at - 1]] and y[k] < y[order[at - 1]])):
+        while at > 0 and (
+            x[k] < x[order[at - 1]] - same or (x[k] <= x[order[at - 1]] + same and y[k] < y[order[at - 1]])
+        ):
             order[at] = order[at - 1]
             at -= 1
         order[at] = k

@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from walls import on_slab
 
 import dem
 import limitmason as lm
+from dem.kernels.outlines import convex_hull
 from dem.model.edge_points import follow_edges
 from dem.model.initial_state import initial_state
 from limitmason.geometry import box, prism
@@ -63,6 +66,49 @@ def test_equal_blocks_bear_on_what_they_share():
     assert (at.min(axis=0)[:2], at.max(axis=0)[:2]) == (pytest.approx((0.1, 0.0)), pytest.approx((1.0, 0.96)))
 
 
+def test_corners_of_a_lattice_are_its_outline_whatever_rounding_adds():
+    s, t = (v.ravel() for v in np.meshgrid(np.linspace(-0.3, 0.3, 8), np.linspace(-0.1, 0.1, 4)))
+    rng, corners = np.random.default_rng(3), np.empty(len(s) + 2, dtype=np.int64)
+    for _ in range(50):
+        noise = 1e-16 * rng.integers(-1, 2, (2, len(s)))
+        assert convex_hull(s + noise[0], t + noise[1], corners) == 4
+        assert set(corners[:4]) == {0, 7, 24, 31}
+
+
+def test_equal_blocks_bear_on_what_they_share_however_they_are_turned():
+    pair = lm.Assembly.from_polyhedra(
+        [box((0, 0, -1), (1, 0.5, 0)), box((0, 0, 0), (1, 0.5, 1))], joint=RIGID, fixed=[0]
+    )
+    slip, places = np.array([0.1, -0.04, 0.0]), []
+    for turn in (np.eye(3), *Rotation.random(12, random_state=1).as_matrix()):
+        copy = pair.transformed(turn)
+        state = initial_state(copy, lm.Loads.weight(copy), contact_points=(8, 4))
+        state.bodies.shift[1] = turn @ slip
+        follow_edges(copy, state)
+        places.append(state.measured(copy).position @ turn)
+    assert places == pytest.approx(np.broadcast_to(places[0], np.shape(places)), abs=1e-12)
+
+
+def test_an_l_of_stones_falls_at_one_load_however_it_is_turned():
+    # rounding took a corner off the outline of a joint in two of seven copies: .360 there and .339 elsewhere
+    a, b, c = 0.2062994333, 0.4125874936, 0.8452428799
+    stones = [
+        ((0, 0, 0), (c, a, 0.3)),
+        ((0, a, 0), (a, c, 0.3)),
+        ((0, 0, 0.3), (b, a, 0.6)),
+        ((b, 0, 0.3), (c, a, 0.6)),
+        ((0, a, 0.3), (a, c, 0.6)),
+    ]
+    wall = on_slab(stones, joint=lm.Joint(29.504961741, normal_stiffness=7.33e8, shear_stiffness=6.02e8))
+    along, found = np.array([-0.20833, -0.97806, 0.0]), []
+    for turn in (np.eye(3), *Rotation.random(3, random_state=4).as_matrix()):
+        copy = wall.transformed(turn)
+        still = np.zeros((copy.n_blocks, 3))
+        dead, live = (np.hstack([copy.weights[:, None] * (turn @ w), still]) for w in ((0.0, 0.0, -1.0), along))
+        found.append(dem.collapse(copy, lm.Loads(dead, live), error_budget=()).collapse_multiplier)
+    assert found == pytest.approx(4 * [found[0]], rel=5e-3)
+
+
 def test_a_joint_that_sticks_keeps_its_points_to_the_last_bit():
     pair = lm.Assembly.from_polyhedra([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1))], joint=RIGID, fixed=[0])
     state = initial_state(pair, lm.Loads.horizontal(pair, (1, 0, 0)))
@@ -97,7 +143,8 @@ def test_a_hook_that_is_pushed_off_its_posts_follows_the_exact_branch():
     angle = np.linspace(0.0, 0.2, 401)
     c, s, mu = np.cos(angle), np.sin(angle), np.tan(np.deg2rad(2.0))
     inner = np.array([1.5, 0.95])[:, None] + [
-        -0.5 * np.cos(2 * angle) + 0.05 * np.sin(2 * angle), 0.5 * np.sin(2 * angle) + 0.05 * np.cos(2 * angle)
+        -0.5 * np.cos(2 * angle) + 0.05 * np.sin(2 * angle),
+        0.5 * np.sin(2 * angle) + 0.05 * np.cos(2 * angle),
     ]
     centroid = inner + 0.25 * np.array([c + s, c - s])
     load = []
