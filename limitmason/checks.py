@@ -41,7 +41,13 @@ def not_negative(name: str, value: object) -> float:
 
 
 def law_number(name: str, value: Any, *, endless: bool = False, signed: bool = False) -> None:
-    """Refuse what is no number of a law or a material: not finite or below zero, unless it may be."""
+    """Refuse what is no number of a law or a material: not finite or below zero, unless it may be.
+
+    Parameters
+    ----------
+    name, value : what it is called, and what was given
+    endless, signed : whether it may be infinite, and negative
+    """
     single = isinstance(value, (int, float)) or (hasattr(value, "__float__") and getattr(value, "size", 1) == 1)
     if isinstance(value, bool) or not single:
         raise InputError(f"{name} must be a number, got {value!r}")

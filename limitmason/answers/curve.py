@@ -189,7 +189,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         return (high - low) * top.load / (ends[1] - ends[0])
 
     def _crossing(self, load: float, last: int) -> float:
-        """Displacement at which the load is first reached, up to a sample."""
+        """Displacement at which a load is first reached, up to sample ``last``."""
         reached = np.flatnonzero(self._sense * (self.load[: last + 1] - load) >= 0.0)
         k = int(reached[0])
         if k == 0:
@@ -249,6 +249,10 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         """This curve in other units.
 
         Values are multiplied by the factors given [new unit / old unit].
+
+        Parameters
+        ----------
+        displacement, load : factors on the values [new unit / old unit]
         """
         return replace(
             self, displacement=self.displacement * displacement, load=self.load * load,

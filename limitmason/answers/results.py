@@ -137,7 +137,12 @@ NO_TILT = "no tilt angle because"
 
 
 def flags(moved: Mapping[str, Array], joints: Sequence[str], least: float) -> dict[str, float]:
-    """1 for the largest movement of every joint where it exceeds the least, else 0, by name of movement and joint."""
+    """1 for the largest movement of every joint where it exceeds the least, else 0, by name of movement and joint.
+
+    Parameters
+    ----------
+    moved, joints, least : movement of every joint by name, shape (k,) [m]; names; least movement that counts [m]
+    """
     largest = np.max(list(moved.values()), axis=0)
     return {
         f"{name} {joint}": float(size == top > least)
@@ -361,6 +366,7 @@ class Prediction(Displayed, Citable, ReadOnly):
         return "\n".join(lines)
 
     def _certificate_rows(self) -> list[str]:
+        """The certificate in words, with the reaction of a support that gives way in place of multipliers."""
         rows = str(self.certificate).splitlines()
         if self.reaction is None or math.isnan(self.reaction.by_forces):
             return rows

@@ -128,7 +128,13 @@ def _group(
     target: str, home: Any, table: dict[str, tuple[str, dict[str, Any]]], before: tuple[str, ...] = (),
     after: tuple[str, ...] = (), *, whole: bool = False,
 ) -> dict[str, Call]:
-    """Calls of one home by name, from their titles and what their forms begin with."""
+    """Calls of one home by name, from their titles and what their forms begin with.
+
+    Parameters
+    ----------
+    target, home, table : name of the home in a script, the module, and title and first fields of every call
+    before, after : arguments that the script gives besides
+    """
     return {
         name: Call(f"{target}.{name}", title, _fields(getattr(home, name), start, whole=whole), before, after)
         for name, (title, start) in table.items()
@@ -152,6 +158,10 @@ def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool 
     """Fields of a function: those to begin with in their order, then all others that a form can hold.
 
     With ``whole`` there are no others.
+
+    Parameters
+    ----------
+    start : values of the fields to begin with, by name
     """
     made = getattr(function, "__init__", function) if inspect.isclass(function) else function
     parameters = inspect.signature(made).parameters

@@ -183,12 +183,14 @@ class Jobs:
         self.cancel()
 
     def _end_unless_seen(self) -> None:
+        """Cancel what runs where no page is open any more."""
         with self._changed:
             seen = self._pages > 0
         if not seen:
             self.cancel()
 
     def _give(self, job: Computation) -> None:
+        """Hand a job to the worker, which is started where there is none."""
         self.warm()
         job.state, self._now = "running", job
         assert self._pipe is not None

@@ -2,6 +2,9 @@
 
 A session is what the page sends: ``{"joint": VALUES, "structure": {"kind", "values", ...}, "loads": {"kind", "values",
 "more": [...]}, "analysis": {"kind", "values"}}``, where VALUES are texts by name of an argument.
+
+``session`` is what the page holds as JSON, and ``tree`` a part of it; ``values`` are what was typed into fields, by
+name.
 """
 
 from __future__ import annotations
@@ -137,7 +140,12 @@ def _model(session: Mapping[str, Any], folder: Folder) -> list[ScriptLine]:
 
 
 def _experiment(structure: Mapping[str, Any], values: Mapping[str, Any]) -> list[ScriptLine]:
-    """Lines that load a packaged experiment with its options."""
+    """Lines that load a packaged experiment with its options.
+
+    Parameters
+    ----------
+    structure : source and specimen
+    """
     at, specimen = _word(structure, "source"), _word(structure, "specimen")
     if at not in registry.sources() or specimen not in registry.specimens(at):
         raise InputError(f"there is no packaged experiment {at}/{specimen}")
@@ -188,6 +196,10 @@ def literal(value: Any, kind: str) -> str:
     """Source of what was typed into a field.
 
     What is no number stays a text, so that the call itself says what is wrong with it.
+
+    Parameters
+    ----------
+    value, kind : what was typed, and the kind of field
     """
     if kind == "tick":
         return repr(bool(value))
@@ -221,6 +233,7 @@ def _quoted(text: str) -> str:
 
 
 def _known(part: str, name: str) -> Call:
+    """The call of a name among those of a part."""
     group = calls()[part]
     if name not in group:
         raise InputError(f"{part}: {name!r} is none of {', '.join(group)}")
@@ -228,6 +241,7 @@ def _known(part: str, name: str) -> Call:
 
 
 def _of(tree: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    """The object under a key, empty where there is none."""
     value = tree.get(key, {})
     if not isinstance(value, dict):
         raise InputError(f"{key} must be an object, got {value!r}")
@@ -235,6 +249,7 @@ def _of(tree: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 
 def _rows(tree: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
+    """The list of objects under a key, empty where there is none."""
     value = tree.get(key, [])
     if not isinstance(value, list) or not all(isinstance(v, dict) for v in value):
         raise InputError(f"{key} must be a list of objects, got {value!r}")
@@ -242,6 +257,7 @@ def _rows(tree: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
 
 
 def _word(tree: Mapping[str, Any], key: str) -> str:
+    """The text under a key, empty where there is none."""
     value = tree.get(key, "")
     if not isinstance(value, str):
         raise InputError(f"{key} must be a text, got {value!r}")

@@ -194,6 +194,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._json({"job": job.number})
 
     def _forms(self) -> dict[str, Any]:
+        """All forms, packaged experiments and files, as the page asks for them when it opens."""
         parts = {part: {name: c.as_json() for name, c in group.items()} for part, group in forms.calls().items()}
         cases = {at: list(registry.specimens(at)) for at in registry.sources()}
         return {"calls": parts, "experiments": cases, "files": self.server.folder.names(), "version": VERSION,
@@ -235,6 +236,7 @@ class _Handler(BaseHTTPRequestHandler):
                    attachment=name if download else None)
 
     def _file(self, job: Computation, name: str) -> bytes:
+        """A file that a job has made, by its name."""
         if name == "session.py":
             return source(job.done_lines()).encode()
         data = job.result.get("files", {}).get(name)
@@ -243,7 +245,7 @@ class _Handler(BaseHTTPRequestHandler):
         return bytes(data)
 
     def _body(self, most: int) -> bytes:
-        """What a request brings, refused by its announced size before any of it is read."""
+        """What a request brings, refused by its announced size, above ``most`` bytes, before any of it is read."""
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or len(length) > 15:
             raise Refused(411, "the length is missing")
@@ -264,7 +266,12 @@ class _Handler(BaseHTTPRequestHandler):
     def _head(
         self, status: int, kind: str, length: int | None, policy: str = _OWN, attachment: str | None = None
     ) -> None:
-        """Send the head of an answer, with the headers that keep other sites from using it."""
+        """Send the head of an answer, with the headers that keep other sites from using it.
+
+        Parameters
+        ----------
+        status, kind, length : code of the answer, media type, and bytes, None where not known
+        """
         self.send_response(status)
         text = kind.startswith("text/") or kind == "application/json"
         self.send_header("Content-Type", f"{kind}; charset=utf-8" if text else kind)

@@ -160,7 +160,7 @@ def _plain(value: float) -> float | None:
 
 
 def _written(line: str, names: dict[str, Any], folder: str) -> dict[str, bytes]:
-    """Run a line that writes files, and take them: they stay in no folder."""
+    """Run a line that writes files, with ``names`` at hand, and take them: they stay in no folder."""
     with tempfile.TemporaryDirectory(prefix=".limitmason-", dir=folder) as place:
         os.chdir(place)
         try:
@@ -171,6 +171,7 @@ def _written(line: str, names: dict[str, Any], folder: str) -> dict[str, bytes]:
 
 
 def _words(error: BaseException) -> str:
+    """An error in the words that the page shows."""
     if isinstance(error, ImportError):
         return f"{error}; all that the application opens: pip install 'limitmason[app]'"
     if isinstance(error, MemoryError):

@@ -134,6 +134,10 @@ def _fitted(
     """The best of all runs, slopes there, every minimum, and intervals if a level is given.
 
     A run for an interval may lie lower than the best so far: the search then goes on from it, ``AGAIN`` times at most.
+
+    Returns
+    -------
+    best, slopes, minima, ends : ``ends`` has shape (p, 2)
     """
     best, guess, minima = searched(objective, effort)
     objective.refuse_lost(best)  # before the intervals, which take most of the runs
@@ -153,7 +157,12 @@ def _fitted(
 def _asked(
     model: Model | Mapping[str, Model], targets: Mapping[str, Any]
 ) -> tuple[list[Model], tuple[Entry, ...], tuple[int, ...], list[dict[str, Any]]]:
-    """Models, entries, model of each entry, and the curves aimed at by model, all checked."""
+    """Models, entries, model of each entry, and the curves aimed at by model, all checked.
+
+    Parameters
+    ----------
+    targets : measured values by name, or by test and name
+    """
     if not isinstance(targets, Mapping) or not targets:
         raise InputError(f"targets must be a mapping of what was measured by name, got {targets!r}")
     several = all(isinstance(t, Mapping) for t in targets.values())
@@ -188,7 +197,12 @@ def _asked(
 
 
 def _scatter_known(entries: Sequence[Entry], unknowns: int) -> bool:
-    """Whether the scatter of all entries is given; none may be given alone."""
+    """Whether the scatter of all entries is given; none may be given alone.
+
+    Parameters
+    ----------
+    unknowns : number of parameters
+    """
     stated = [e.scatter is not None for e in entries]
     for e in entries:
         if e.scatter is not None and e.scatter < 1e-12 * (1.0 if e.relative else abs(e.measured)):

@@ -59,6 +59,14 @@ class Information(ReadOnly):
 
         Principal moves are the right singular vectors of the slopes per resolution, U S V^T. A move of one unit changes
         the residuals by its singular value s, so that its deviation is sqrt(variance) / s.
+
+        Parameters
+        ----------
+        slopes : of the residuals, shape (n, p); the fit's own by default
+
+        Returns
+        -------
+        size, moves : shape (p,), and one move a row
         """
         p = len(self.scale)
         # rows of zeros: with fewer data than parameters the moves that no datum sees are vectors too
@@ -69,6 +77,7 @@ class Information(ReadOnly):
             return np.where(size > floor, np.sqrt(self.variance) / np.maximum(size, 1e-300), inf), moves
 
     def _deviation(self, slopes: Array) -> Array:
+        """Standard deviation of every parameter by slopes (n, p), infinite where a hidden move changes it."""
         size, moves = self._parts(slopes)
         blind = np.isinf(size)
         known = (np.where(blind, 0.0, size)[:, None] * moves) ** 2

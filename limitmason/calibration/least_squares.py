@@ -3,6 +3,8 @@
 Slopes are taken over moves that change the residuals by about one standard deviation. A kink, a flat or a jump within
 this distance is seen; what is smaller does not matter to the answer. See Cartis, Fiala, Marteau and Roberts (2019),
 Improving the flexibility and robustness of model-based derivative-free optimization solvers, doi 10.1145/3338517.
+
+``x`` is a vector of p parameters and ``r`` the n residuals there, ``slopes`` and ``guess`` their derivative, (n, p).
 """
 
 from __future__ import annotations
@@ -95,7 +97,12 @@ def secants(objective: Objective, x: Array, r: Array, moves: Array, axes: Sequen
 
 
 def one_deviation(objective: Objective, x: Array, slopes: Array, most: Array, best: Minimum) -> Array:
-    """Move of every parameter that changes the residuals by one standard deviation, within limits, shape (p,)."""
+    """Move of every parameter that changes the residuals by one standard deviation, within limits, shape (p,).
+
+    Parameters
+    ----------
+    most : largest move of every parameter, shape (p,)
+    """
     width = objective.scale.high - objective.scale.low
     least = 1e-7 * np.maximum(np.abs(x), 1e-6 * width)
     with np.errstate(divide="ignore"):
@@ -159,7 +166,7 @@ def descend(
 
 
 def _boxed(j: Array, r: Array, low: Array, high: Array) -> Array:
-    """Least squares of r + j d within a box."""
+    """Least squares of r + j d within a box low <= d <= high, shape (p,)."""
     free = high - low > 1e-12
     d = np.clip(np.zeros(len(low)), low, high)
     if free.any():

@@ -79,7 +79,12 @@ class Objective(ReadOnly):
         return float(stats.f.ppf(level, 1, self.n - len(self.scale))) * self.variance(best)
 
     def only(self, kept: Flags) -> Objective:
-        """The objective of some of the entries, at the points tried so far."""
+        """The objective of some of the entries, at the points tried so far.
+
+        Parameters
+        ----------
+        kept : which entries, shape (n,)
+        """
         at = np.flatnonzero(kept)
         part = replace(
             self, entries=tuple(self.entries[k] for k in at), model_of=tuple(self.model_of[k] for k in at),
@@ -89,14 +94,19 @@ class Objective(ReadOnly):
         return part
 
     def predicted(self, points: Sequence[Array]) -> Array:
-        """Predictions of all entries at several vectors, shape (k, n), or NaN where there is none."""
+        """Predictions of all entries at several vectors of parameters, shape (k, n), or NaN where there is none.
+
+        Parameters
+        ----------
+        points : vectors, shape (p,) each
+        """
         models = sorted(set(self.model_of))
         found = self.runs([self.scale.values(x) for x in points], models)
         at = [models.index(m) for m in self.model_of]
         return np.array([[row[m][p] for m, p in zip(at, self.place_of, strict=True)] for row in found])
 
     def residuals(self, points: Sequence[Array]) -> Array:
-        """Misfits in standard deviations, shape (k, n).
+        """Misfits in standard deviations at several ``points``, vectors of parameters (p,), shape (k, n).
 
         ``LOST`` where the model gives no number.
         """

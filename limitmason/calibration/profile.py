@@ -113,7 +113,12 @@ def _outermost(objective: Objective, best: Minimum, limit: float, axis: int, sig
 
 
 def _nearby(objective: Objective, at: Minimum, guess: Array, slopes: Slopes) -> Array:
-    """Slopes at a point, from those elsewhere and what the nearest points tried have shown."""
+    """Slopes at a point, from those elsewhere and what the nearest points tried have shown.
+
+    Parameters
+    ----------
+    guess : slopes elsewhere, shape (n, p)
+    """
     width = objective.scale.high - objective.scale.low
     # a point much closer than a deviation shows the rounding of the model
     least = 0.01 * np.maximum(slopes.up, slopes.down)

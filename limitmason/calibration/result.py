@@ -338,6 +338,7 @@ class _Simulated:
         self, models: tuple[Model, ...], readings: tuple[Any, ...], at: Mapping[str, float], ties: Any,
         given: tuple[str, ...],
     ) -> None:
+        """Keep the models, what is read of each, and the parameters at the fit."""
         self.models, self.readings, self.at, self.ties, self.given = models, readings, at, ties, given
 
     def __call__(self, specimen: Mapping[str, Any], **changed: float) -> float:
@@ -355,7 +356,12 @@ class _Simulated:
 
 
 def _numbers(model: Model, parameters: Mapping[str, float]) -> dict[str, float]:
-    """Every number that a model returns, by name: of a curve its peak and stiffness."""
+    """Every number that a model returns, by name: of a curve its peak and stiffness.
+
+    Parameters
+    ----------
+    parameters : of the model, by name
+    """
     out: dict[str, float] = {}
     for name, found in outputs_of(model(**parameters)).items():
         if isinstance(found, Curve):

@@ -47,7 +47,13 @@ class Runs:
         names: Sequence[str], ties: LinkedFormulas, *, executor: Any, workers: int, store: str | Path | None, key: str,
         progress: Progress | None,
     ) -> None:
-        """Check that every parameter reaches a model, and open the store of runs."""
+        """Check that every parameter reaches a model, and open the store of runs.
+
+        Parameters
+        ----------
+        readings, aimed : what is read of every model, and curves that it is held against, by name
+        executor, workers : as of :func:`limitmason.study.workers.run_points`
+        """
         self.models, self.readings, self.aimed, self.ties = tuple(models), tuple(readings), tuple(aimed), ties
         self.names = tuple(names)
         given = (*self.names, *ties.formulas)
@@ -95,6 +101,7 @@ class Runs:
         return (m, *self._taken(m, point).values())
 
     def _run(self, missing: Mapping[tuple[int | float, ...], dict[str, Any]]) -> None:
+        """Run what is missing, parameters by key, and keep it; the clock and the bar go on."""
         clock, before = time.perf_counter(), self.calls
         for _ in self.memo.map(_one, missing, executor=self.executor, workers=self.workers):
             self.calls += 1
@@ -113,7 +120,12 @@ class Runs:
 def _one(
     model: Model, readings: Sequence[OutputValue], aimed: Mapping[str, Any], parameters: Mapping[str, float]
 ) -> dict[str, Any]:
-    """Values that one model gives at one point, or NaN and the reason why it refuses."""
+    """Values that one model gives at one point, or NaN and the reason why it refuses.
+
+    Parameters
+    ----------
+    aimed, parameters : curves that it is held against, and its arguments, by name
+    """
     try:
         outputs = outputs_of(model(**parameters))
     except (NotApplicable, NotConverged) as refused:

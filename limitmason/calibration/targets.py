@@ -250,6 +250,10 @@ def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
 def check_units(target: Any, found: Any, name: str) -> None:
     """Refuse a computed curve in other units than the measured one.
 
+    Parameters
+    ----------
+    target, found, name : what was measured, what was computed, and what it is called
+
     Raises
     ------
     InputError

@@ -92,6 +92,7 @@ def stress_dependent_friction(
     ----------
     reference_stress : stress at which the friction of the model was measured [Pa]; 0.1 MPa is assumed
     least_stress : lower stresses count as this share of the reference [-]
+    exponent : size of the cause, 0 for a friction that does not fall [-]
     """
     stress = np.maximum(dead_load_stress(assembly, loads), least_stress * reference_stress)
     factors = [(sigma / reference_stress) ** -exponent for sigma in stress.tolist()]
@@ -200,6 +201,7 @@ def wear(rate: float, assembly: Assembly, loads: Loads, specimen: Any = None, *,
     Parameters
     ----------
     order : name under which every specimen holds the number of its test, 1 for the first
+    rate : size of the cause, per test [-]
     """
     if specimen is None:
         raise InputError("wear depends on the test: give specimen={'" + order + "': number of the test}")
@@ -224,6 +226,7 @@ def joint_softness(size: float, assembly: Assembly, loads: Loads, *, shear_ratio
     added = size * MM_PER_MPA
 
     def softer(joint: Joint) -> Joint:
+        """The joint in series with the added compliance."""
         kn, ks = joint.normal_stiffness, joint.shear_stiffness
         ks = kn if ks is None else ks
         kn, ks = (1.0 / ((1.0 / k if k else 0.0) + more) for k, more in ((kn, added), (ks, added / shear_ratio)))
@@ -254,6 +257,8 @@ def bond_strength(factor: float, assembly: Assembly, loads: Loads) -> Model:
     """Mortar that holds more or less.
 
     Cohesion and tensile strength of all joints times the size [-], residual values too.
+
+    ``factor`` is that size.
     """
     if not any(i.joint.cohesion or i.joint.tensile_strength for i in assembly.interfaces):
         raise NotApplicable("no joint has a cohesion or a tensile strength: there is no bond to change")
@@ -295,6 +300,7 @@ def joint_stiffness(
     ----------
     kinds : "bed", "head", "base"; ("base",) is a softer or stiffer foundation
     joint : names of the two blocks of the one joint that it is about, see :func:`each_joint`
+    factor : size of the cause [-]
     """
 
     def stiffer(law: Joint) -> Joint:
@@ -336,6 +342,8 @@ def fracture_energy(factor: float, assembly: Assembly, loads: Loads) -> Model:
     """Joints that soften faster or slower.
 
     Fracture energies in tension and shear times the size [-].
+
+    ``factor`` is that size.
     """
 
     def tougher(joint: Joint) -> Joint:
@@ -357,6 +365,8 @@ def strength_kept(share: float, assembly: Assembly, loads: Loads) -> Model:
     """Joints that lose less: residual c and ft raised by the size [-] of what is lost.
 
     Friction stays as it is.
+
+    ``share`` is that size.
     """
 
     def kept(joint: Joint) -> Joint:

@@ -50,6 +50,7 @@ def overload_magnitude(factor: float, assembly: Assembly, loads: Loads, *, inert
     ----------
     inertial : the overload is a mass that is tilted or shaken with the structure, so that its live load (beyond the
         blocks' own weight) changes with it
+    factor : size of the cause [-]
     """
     extra = overload_of(assembly, loads)
     live = np.array(loads.live)
@@ -62,6 +63,7 @@ def overload_magnitude(factor: float, assembly: Assembly, loads: Loads, *, inert
 
 
 def _turned_in(*, plane: str) -> Mapping[str, str]:
+    """Name, parameter and physics of the cause for a plane in which the load turns."""
     choice("plane", plane, ("vertical", "horizontal"))
     name, parameter = ("inclined load", "rise_deg") if plane == "vertical" else ("skewed load", "skew_deg")
     physics = f"the live load is turned by size in the {plane} plane"

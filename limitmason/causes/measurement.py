@@ -118,6 +118,7 @@ def control_point(
     Parameters
     ----------
     height : name under which every specimen holds that of the model's point [m]
+    prediction, specimen, quantity : what is read of a specimen, and what it is
 
     Raises
     ------
@@ -147,6 +148,7 @@ def rig_compliance(
     Parameters
     ----------
     peak : name under which specimens hold the force F at their peak, where a drift at the peak was measured
+    prediction, specimen, quantity : what is read of a specimen, and what it is
     """
     if quantity == "stiffness":
         return prediction / (1.0 + size * prediction)

@@ -47,6 +47,7 @@ def out_of_plumb(size: float, assembly: Assembly, loads: Loads, *, direction: Di
 
 
 def _along(*, axes: str) -> Mapping[str, str]:
+    """Name and parameter of the cause for some axes; for all three those declared."""
     if not axes or set(axes) - set("xyz"):
         raise InputError(f"axes must be letters out of 'xyz', got {axes!r}")
     if set(axes) == set("xyz"):

@@ -20,6 +20,10 @@ def turned(wrench: Array, rotation: Array) -> Array:
 
     The point is taken as that of the line of action nearest the block's centroid, which is exact for forces at the
     centroid.
+
+    Parameters
+    ----------
+    wrench, rotation : [N, N m], shape (n, 6), and rotation matrix, shape (3, 3)
     """
     force, moment = wrench[:, :3], wrench[:, 3:]
     arm = _arm(force, moment)

@@ -42,7 +42,12 @@ def command(
     commands: argparse._SubParsersAction, name: str, run: Callable[[argparse.Namespace], int], *,
     target: str | None = None, **told: Any,
 ) -> argparse.ArgumentParser:
-    """A command, what runs it, and its TARGET where it has one, of which "" tells nothing more."""
+    """A command, what runs it, and its TARGET where it has one, of which "" tells nothing more.
+
+    Parameters
+    ----------
+    told : help and description
+    """
     parser = commands.add_parser(name, **told)
     parser.set_defaults(run=run)
     if target is not None:

@@ -144,7 +144,12 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _in_short(record: Mapping[str, Any]) -> list[str]:
-    """Three lines at most: the verdict, what it rests on, and what would settle it, which says more than its name."""
+    """Three lines at most: the verdict, what it rests on, and what would settle it, which says more than its name.
+
+    Parameters
+    ----------
+    record : of a diagnosis, as of its JSON
+    """
     first, *others = record["in words"] or [""]
     settles = next((line for line in others if line.startswith("What would")), others[0] if others else "")
     headline = record["headline"]
@@ -278,6 +283,7 @@ def _noise(text: str | None) -> float | str | None:
 
 
 def _input(text: str) -> tuple[str, Any]:
+    """Name and measured value of an input, from NAME=VALUE,SD."""
     name, _, rest = text.partition("=")
     try:
         value, sd = (float(v) for v in rest.split(","))

@@ -73,6 +73,7 @@ def _predict(options: argparse.Namespace) -> int:
 
 
 def _list(options: argparse.Namespace) -> int:
+    """Print the packaged experiments, or the specimens of one."""
     for source in [options.source] if options.source else lm.experiments.sources():
         names = lm.experiments.specimens(source)
         case = lm.experiments.load(source, names[0])
@@ -118,6 +119,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _cases(options: argparse.Namespace) -> Sequence:
+    """The specimens that are asked for."""
     if options.all:
         return lm.experiments.all_cases(with_model=True)
     source, _, one = options.source.partition("/")

@@ -110,7 +110,12 @@ def _view(options: argparse.Namespace) -> int:
 
 def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | None, title: str, *, view: str = "auto",
          dpi: int = 200) -> None:
-    """Draw an assembly, the mechanism or the forces of a prediction to a file, and say so."""
+    """Draw an assembly, the mechanism or the forces of a prediction to a file, and say so.
+
+    Parameters
+    ----------
+    kind, dpi : "assembly", "mechanism" or forces, and dots per inch
+    """
     if kind == "assembly":
         figure = lm.figures.assembly(assembly, title=title, view=view)
     elif prediction is None or (prediction.mechanism is None and prediction.resultants is None):

@@ -253,6 +253,7 @@ def bodies_of(assembly: Assembly, twists: Array, tolerance: float = 1e-4) -> lis
     Parameters
     ----------
     tolerance : difference of two fields over the largest velocity [-]
+    twists : of every block, up to a common factor, shape (n, 6)
     """
     c, turn = assembly.centroids, twists[:, 3:]
     middle = c.mean(axis=0)
@@ -329,6 +330,10 @@ def _reached(spectrum: Spectrum, excess: Callable[[Spectrum], float]) -> float:
     """Least acceleration of the ground over g at which a demand is what is there, or infinite from 2 g on.
 
     On soil D the peak ag S falls between two accelerations, so that there may be three. A record's demand has one.
+
+    Parameters
+    ----------
+    excess : of demand over capacity by a spectrum, negative where it holds
     """
     trials = np.linspace(1e-9, LARGEST_AG, 2 if isinstance(spectrum, RecordSpectrum) else 401)
     for low, high in pairwise(map(float, trials)):
@@ -338,7 +343,12 @@ def _reached(spectrum: Spectrum, excess: Callable[[Spectrum], float]) -> float:
 
 
 def _zero(along: Array, alpha: Array) -> float:
-    """Displacement behind the peak at which the curve comes down to zero, between two samples."""
+    """Displacement behind the peak at which the curve comes down to zero, between two samples.
+
+    Parameters
+    ----------
+    along, alpha : displacement [m] and multiplier [-] of every sample, shape (n,)
+    """
     # a curve of elastic joints begins at zero too
     peak = int(np.argmax(alpha))
     below = peak + np.flatnonzero(alpha[peak:] <= 0.0)
@@ -351,7 +361,12 @@ def _zero(along: Array, alpha: Array) -> float:
 
 
 def _lost_at(along: Array, alpha: Array, d0: float) -> int | None:
-    """Sample from which more than half of the capacity is lost at once, over a hundredth of d0 at most."""
+    """Sample from which more than half of the capacity is lost at once, over a hundredth of d0 at most.
+
+    Parameters
+    ----------
+    along, alpha, d0 : displacement [m] and multiplier [-] of every sample, (n,), and displacement at zero capacity [m]
+    """
     forward = np.maximum.accumulate(along)
     last = np.searchsorted(forward, forward + 0.01 * d0, side="right") - 1
     sudden = np.flatnonzero((alpha[last] < 0.5 * alpha) & (alpha > 0.01 * alpha.max()))
@@ -375,7 +390,12 @@ def _ag(spectrum: Spectrum) -> float:
 
 
 def _warnings(twists: Array, readings: Sequence[Capacity]) -> tuple[str, ...]:
-    """Where readings by bodies and by blocks differ, and where blocks turn about several axes."""
+    """Where readings by bodies and by blocks differ, and where blocks turn about several axes.
+
+    Parameters
+    ----------
+    twists : of every block, shape (n, 6)
+    """
     out = []
     bodies, stones = readings
     if abs(stones.mass_share / bodies.mass_share - 1.0) > 0.01:

@@ -79,7 +79,7 @@ class GroundSpectrum:
         return replace(self, ag=ag)
 
     def acceleration(self, period: float, damping: float = 0.05) -> float:
-        r"""Spectral acceleration Se(T) [m/s2].
+        r"""Spectral acceleration Se(T) at a period [s] and damping [-] [m/s2].
 
         .. math:: a_g S \eta F_0 \min(1, T_C / T, T_C T_D / T^2), \qquad T_D = 4 a_g / g + 1.6
         """
@@ -139,7 +139,7 @@ class FloorSpectrum:
         ]
 
     def acceleration(self, period: float, damping: float = 0.05) -> float:
-        """SeZ(T), not below Se(T) beyond the first period [m/s2]."""
+        """SeZ(T) at a period [s] and damping [-], not below Se(T) beyond the first period [m/s2]."""
         p = 1.1 * self.damping**-0.5 * damping_factor(damping)
         total = 0.0
         for t, peak in zip(self.periods, self.peaks(), strict=True):
@@ -150,7 +150,12 @@ class FloorSpectrum:
         return max(math.sqrt(total), own)
 
     def displacement(self, period: float, damping: float = 0.05) -> float:
-        """SeZ(T) (T / 2 pi)^2, beyond b T_1 not below SeZ(T_1) (b T_1 / 2 pi)^2, C8.7.1.12 [m]."""
+        """SeZ(T) (T / 2 pi)^2, beyond b T_1 not below SeZ(T_1) (b T_1 / 2 pi)^2, C8.7.1.12 [m].
+
+        Parameters
+        ----------
+        period, damping : [s], and a part of the critical one [-]
+        """
         first = max(self.periods)
         edge = 1.1 * first
         own = self.acceleration(period, damping) * (period / (2.0 * math.pi)) ** 2

@@ -258,7 +258,12 @@ def compare(
 
 
 def _taken_over(method: str, settings: Mapping[str, Mapping[str, Any]], rows: Sequence[Row]) -> dict[str, Prediction]:
-    """Predictions of methods before that one goes on from, where both have the same contact points."""
+    """Predictions of methods before that one goes on from, where both have the same contact points.
+
+    Parameters
+    ----------
+    settings, rows : options of every method, and answers so far
+    """
     out = {}
     for name, other in get_method(method).takes_over.items():
         same = all(settings[method].get(k) == settings.get(other, {}).get(k) for k in ("contact_model", "grid"))
@@ -288,6 +293,10 @@ def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str,
     """Row of one method: its prediction, its range, and a proven range where one is asked for.
 
     ``proven`` is the time for that proof [s], or None.
+
+    Parameters
+    ----------
+    settings : options of the method
     """
     chosen, begun = get_method(method), time.perf_counter()
     row = Row.attempted(method, lambda: chosen.predict(assembly, loads, **settings))

@@ -42,6 +42,7 @@ class Answers:
     """The rows of one question by what they mean: the associative, the smallest admissible, a mechanism, others."""
 
     def __init__(self, rows: Sequence[Row]) -> None:
+        """Sort the answers by what theory they are of."""
         self.rows = tuple(rows)
         self.asked = {get_method(r.method).theorem: r for r in reversed(self.rows)}
         solved = {get_method(r.method).theorem: r for r in reversed(self.rows) if r.solved}

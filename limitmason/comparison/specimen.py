@@ -65,6 +65,7 @@ def run(
     solved: dict[tuple, Row] = {}
 
     def solve(options: Mapping[str, Any], direction: str, rule: str) -> Row:
+        """Row of the specimen with options, in a direction and by a flow rule; each is made once."""
         key = (rule, direction, tuple(sorted(options.items())))
         if key not in solved:
             chosen = {**settings, "flow_rule": rule} if rule else settings
@@ -119,7 +120,12 @@ def _combinations(test: Experiment) -> list[dict[str, Any]]:
 def _solve(
     test: Experiment, options: Mapping[str, Any], direction: str, method: str, settings: Mapping[str, Any]
 ) -> Row:
-    """Row of one method for a test with options, or one that says there is no model."""
+    """Row of one method for a test with options, or one that says there is no model.
+
+    Parameters
+    ----------
+    options, settings : of the test's model, and of the method
+    """
     if not test.has_model:
         return Row(method, status=NO_MODEL)
     case = test.with_options(**options) if options else test

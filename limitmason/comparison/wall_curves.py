@@ -142,7 +142,12 @@ def coarseness(test: Experiment) -> int:
 
 
 def equilibrium_path(test: Experiment, to: float, tries: int) -> PushoverCurve:
-    """Path of equilibrium of a wall that its beam pushes to a drift [-]."""
+    """Path of equilibrium of a wall that its beam pushes to a drift [-].
+
+    Parameters
+    ----------
+    tries : most tries of a step
+    """
     return whole_pushover(
         test.assembly(), test.loads(), control=(BEAM, "x"), to=to * float(test.row["H"]), contact_model="lobatto",
         grid=POINTS, steps=Steps(most=tries, energy=LEFT_OVER),
@@ -201,7 +206,12 @@ def curve_by_dem(test: Experiment, to: float) -> WallCurve:
 
 
 def shares(wall: Assembly, moved: Sequence[np.ndarray]) -> dict[str, Any]:
-    """slid, slips, apart and past of every sample, by the motions of its blocks since the dead load."""
+    """slid, slips, apart and past of every sample, by the motions of its blocks since the dead load.
+
+    Parameters
+    ----------
+    moved : motion of the blocks at every sample, shape (n, 6)
+    """
     found = []
     for motion in moved:
         sideways, apart, past = motions(wall, motion)

@@ -146,6 +146,10 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
     The spread is the root of the sum of squares of changes of the logarithm, each by one standard deviation of an
     input.
     Seconds are processor time.
+
+    Parameters
+    ----------
+    options, spread : of the wall's model, and whether its spread is asked for
     """
     begun = time.process_time()
     test = registry.load(NAME, wall, **options)
@@ -200,6 +204,7 @@ def _by_blocks(test: Experiment) -> tuple[float, float, str]:
 
 
 def _without_dilatancy(test: Experiment) -> tuple[float, float, str]:
+    """Force [kN], over that of rocking, and mode, by the smallest non-associative multiplier that is found."""
     wall, loads = test.assembly(), test.loads()  # points: no exact stress block goes without dilatancy
     return _answer(test, limit_analysis(
         wall, loads, "non-associative", contact_model="grid", search="quick", time_limit=SEARCHED
@@ -207,6 +212,7 @@ def _without_dilatancy(test: Experiment) -> tuple[float, float, str]:
 
 
 def _answer(test: Experiment, found: Prediction) -> tuple[float, float, str]:
+    """Force [kN], over that of rocking, and mode of a prediction under a live load of 1 kN."""
     force = float(found.collapse_multiplier)
     if not np.isfinite(force) or found.mechanism is None:
         raise NotConverged(f"{test.name}: {found.status}")
@@ -214,6 +220,7 @@ def _answer(test: Experiment, found: Prediction) -> tuple[float, float, str]:
 
 
 def _by_curve(test: Experiment, by: str = "pushover") -> tuple[float, float, str]:
+    """Peak force [kN], 1.0 where the wall rocks, and mode, of a capacity curve."""
     found = wall_curve(test, by=by)
     if not found.force:
         raise NotConverged(f"{test.name}: {found.status}")

@@ -31,6 +31,7 @@ def features(specimen: Any, curve: Curve, *, load: float, displacement: float) -
     ----------
     load : relative standard deviation of a load [-]
     displacement : standard deviation of a displacement, in the curve's unit
+    specimen : key of the specimen, which the observations carry
 
     Raises
     ------
@@ -89,7 +90,9 @@ def points(
     """
 
     def read(curve: Curve, some: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Displacements, loads and relative errors of ``some`` points of a curve, evenly spaced."""
         x = np.linspace(0.0, curve.displacement.max(), some + 1)[1:]
+        # the slope carries an error of the displacement over to the load
         step = 0.25 * x[0]
         y, slope = curve.at(x), (curve.at(np.minimum(x + step, x[-1])) - curve.at(x - step)) / (2.0 * step)
         return x, y, np.hypot(load, slope * displacement / y)

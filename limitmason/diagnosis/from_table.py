@@ -221,6 +221,7 @@ class TableStudy:
         return None if group is None else list(self.data.column(group, "the groups"))
 
     def _notes(self) -> tuple[str, ...]:
+        """What a reader must be told of where the predictions come from."""
         if self.tabulated:
             column = self.simulate.column
             return (f"The predictions come from the column {column!r}: causes inside the model cannot be tried.",)
@@ -354,6 +355,7 @@ def version_of(simulate: Any) -> str:
 
 
 def _towards(column: str) -> Cause:
+    """Cause that moves the predictions towards those of another model, a column of the table."""
     return Cause(
         f"towards {column}", _keyword(column), 0.0, (0.0, 1.0), f"share of the way from the predictions to {column}",
         source="predictions of the two models in the data",

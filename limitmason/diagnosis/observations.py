@@ -120,7 +120,7 @@ class Observation:
 
     @property
     def compared(self) -> tuple[float, float | None]:
-        """Value and scatter as they are compared."""
+        """Value and scatter as they are compared: of what is seen or not, corrected for its chance to be misread."""
         if self.scatter is None or not self.seen:
             return self.value, self.scatter
         keep = 1.0 - 2.0 * self.scatter
@@ -138,6 +138,7 @@ class Observation:
         ----------
         frequency : its relative standard deviation [-]
         component : standard deviation of a component over the largest of its shape [-]
+        specimen : key of the specimen, which the rows carry
         """
         found = test.quantities.items()
         return [
@@ -282,7 +283,7 @@ class Rows:
         return replace(self, values=frozen(out))
 
     def on(self, count: int) -> Rows:
-        """The quantities of these rows, and those planned, on each of other specimens, nothing measured."""
+        """The quantities of these rows, and those planned, on each of ``count`` other specimens, nothing measured."""
         kinds = dict(zip(self.quantities, self.kinds, strict=True)) | {q: k for q, (k, _, _) in self.planned.items()}
         logs = self.needed | {q: log for q, (_, log, _) in self.planned.items()}
         return Rows(
@@ -294,6 +295,10 @@ class Rows:
         """Predictions on the scale on which they are compared: cut, logarithms or as they are.
 
         Rows run along the last axis.
+
+        Parameters
+        ----------
+        values, rows : predictions, rows last; numbers of these rows, all by default
         """
         rows = np.arange(len(self)) if rows is None else rows
         if self.low is not None and self.high is not None:
@@ -301,7 +306,7 @@ class Rows:
         return linked(values, self.log[rows])
 
     def spread_out(self, name: str, column: Sequence[Any], specimens: int) -> list[Any]:
-        """A column with one entry per row, from one per row or per specimen.
+        """A column with one entry per row, from one per row or per each of so many ``specimens``.
 
         Raises
         ------
@@ -392,6 +397,10 @@ def covariates_of(
     given: Iterable[str] | Mapping[str, Sequence[Any]], specimens: Sequence[Any], rows: Rows
 ) -> dict[str, list[Any]]:
     """Values of every covariate per row, read from the specimens by name or as they are given.
+
+    Parameters
+    ----------
+    rows : what is compared
 
     Raises
     ------

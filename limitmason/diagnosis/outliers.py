@@ -73,6 +73,10 @@ def _shared(columns: Mapping[str, Sequence[Any]], out: np.ndarray) -> str:
     """What those that stand out share, where chance would choose it in one of ``1 / SHARED`` studies at most.
 
     A label, or all values of a number on one side of those of most others. Empty where one specimen stands out.
+
+    Parameters
+    ----------
+    columns, out : covariates by name, one entry per row, and which rows stand out, shape (n,)
     """
     count, found = int(out.sum()), []
     asked = {k: v for k, v in columns.items() if k not in ("specimen", "quantity") and len({str(x) for x in v}) > 1}

@@ -59,7 +59,12 @@ def folder_arguments(
     inputs: Mapping[str, Measured] | None = None, shared: Sequence[str] | None = None,
     covariates: Sequence[str] | None = None, title: str | None = None, levels: int | None = None,
 ) -> dict[str, Any]:
-    """Arguments of ``Study`` from the files of a folder."""
+    """Arguments of ``Study`` from the files of a folder.
+
+    Parameters
+    ----------
+    model, levels : simulator, None where the folder holds predictions; sizes at which a cause is simulated
+    """
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(f"{folder} is no folder")
@@ -153,7 +158,12 @@ def _by_specimen(table: MeasuredTable, names: Sequence[str]) -> dict[str, list[d
 
 
 def _of_curves(file: Path, names: Sequence[str], stated: Mapping[str, Mapping[str, Any]]) -> list[Observation]:
-    """Features of the curves in a file, none where there is no file."""
+    """Features of the curves in a file, none where there is no file.
+
+    Parameters
+    ----------
+    names, stated : of the specimens, and what is said of every quantity, by name
+    """
     if not file.exists():
         return []
     table = read_measured(file)
@@ -174,6 +184,10 @@ def _of_sensors(
     """Components of the shapes in a file, whose modal tests join the specimens.
 
     There are none where there is no file.
+
+    Parameters
+    ----------
+    measured, stated : table of measured values, and what is said of every quantity, by name
     """
     if not file.exists():
         return []

@@ -22,7 +22,7 @@ NULL = "(none)"
 
 
 def binomial_interval(k: int, n: int, level: float = 0.95) -> tuple[float, float]:
-    """Clopper-Pearson interval of a proportion, k of n."""
+    """Clopper-Pearson interval of a proportion, k of n, at a level such as 0.95."""
     if n == 0:
         return 0.0, 1.0
     tail = 0.5 * (1.0 - level)

@@ -147,7 +147,7 @@ class Diagnosis(Findings):
         return lines
 
     def state_of(self, names: tuple[str, ...]) -> str:
-        """Whether an explanation was kept, why not, or that it needed no test."""
+        """Whether the explanation by causes of these names was kept, why not, or that it needed no test."""
         tested = self.verdict.tested[names]
         if tested.kept:
             return "kept"

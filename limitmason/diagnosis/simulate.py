@@ -77,6 +77,11 @@ class Collapse:
     ) -> tuple[Assembly, Loads, dict[str, Any]]:
         """Assembly, loads and options of the method, extended.
 
+        Parameters
+        ----------
+        specimen, parameters : what is built, and inputs of ``build`` or of the method by name
+        extend : edit of assembly and loads by the causes
+
         Raises
         ------
         TypeError
@@ -169,7 +174,12 @@ class Several:
         self, build: Build, answers: Mapping[str, str | Callable[[Assembly, Loads], float]],
         **options: Mapping[str, Any],
     ) -> None:
-        """Keep the builder, the method of each quantity, and the options of the methods."""
+        """Keep the builder, the method of each quantity, and the options of the methods.
+
+        Parameters
+        ----------
+        answers, options : method, or function, of each quantity, and options by method
+        """
         if not callable(build):
             raise InputError(f"build must be a function build(specimen) of assembly and loads, got {build!r}")
         if not isinstance(answers, Mapping):

@@ -77,6 +77,11 @@ class Simulator:
         """Begin without any simulation.
 
         What it knows is kept by specimen, parameters and causes, in memory and in the file.
+
+        Parameters
+        ----------
+        simulate, specimens : the user's function and what it is called with
+        n_jobs, needed, asked : processes; quantities by name and whether they must be positive; quantities by specimen
         """
         if not callable(simulate):
             raise TypeError(f"simulate must be a function simulate(specimen, **parameters), got {simulate!r}")
@@ -178,7 +183,12 @@ class Simulator:
         return out
 
     def _checked(self, job: Job, value: Any) -> Prediction:
-        """Count a call and refuse an answer that is no number, or lacks a quantity asked for."""
+        """Count a call and refuse an answer that is no number, or lacks a quantity asked for.
+
+        Parameters
+        ----------
+        value : what the user's function returned
+        """
         self.calls += 1
         if self.progress is not None:
             self.progress(self.calls)

@@ -255,7 +255,12 @@ class Statement(ReadOnly):
 
 
 def rows_of(measured: Any, rows: Any, specimens: Sequence[Any]) -> Rows:
-    """What is compared, from observations, from one value per row of rows known before, or one number per specimen."""
+    """What is compared, from observations, from one value per row of rows known before, or one number per specimen.
+
+    Parameters
+    ----------
+    measured, rows, specimens : observations, values or None; rows known before or None; what was tested
+    """
     if measured is not None and len(measured) and all(isinstance(o, Observation) for o in measured):
         return Rows.read(list(measured), specimens)
     if isinstance(rows, Rows):

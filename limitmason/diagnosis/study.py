@@ -336,7 +336,12 @@ class Study(Statement):
         self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, costs: Mapping[str, float] | None,
         diagnosis: Findings | None = None,
     ) -> NextTests:
-        """Specimens of a pool for a list of causes, or for what a diagnosis has left of it; see :meth:`plan`."""
+        """Specimens of a pool for a list of causes, or for what a diagnosis has left of it; see :meth:`plan`.
+
+        Parameters
+        ----------
+        k, costs : number of tests, and the cost of a test by quantity
+        """
         design = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None)
         there = PoolGrids(self.tables, pool, self.noise, causes, design.scale)
         return suggest(design, there, pool, k, diagnosis, self.about.costs if costs is None else costs)

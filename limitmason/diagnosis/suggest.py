@@ -69,7 +69,12 @@ def suggest(
 def _identify(
     design: Design, there: PoolGrids, pool: list[Any], k: int, diagnosis: Findings, price: np.ndarray
 ) -> plan.NextTests:
-    """Next tests by which one explanation most exceeds what covariates could do."""
+    """Next tests by which one explanation most exceeds what covariates could do.
+
+    Parameters
+    ----------
+    there, pool, k, price : tables of the pool, its specimens, number of tests, and cost of every row, shape (rows,)
+    """
     names = diagnosis.kept[0]
     fit = diagnosis.verdict.tested[names].fit
     own = design.own(names)
@@ -105,7 +110,12 @@ def _identify(
 
 
 def _tests(there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str, price: np.ndarray) -> plan.NextTests:
-    """Rows of a pool as specimens to be tested next, with quantities if several."""
+    """Rows of a pool as specimens to be tested next, with quantities if several.
+
+    Parameters
+    ----------
+    chosen, price : rows of the pool, and the cost of every row
+    """
     rows = there.rows
     indices = tuple(int(rows.of[i]) for i in chosen)
     several = chosen if rows.several else ()
@@ -122,7 +132,12 @@ Truth = tuple[np.ndarray, np.ndarray, np.ndarray]
 def _hypotheses(
     design: Design, there: Mapping[Names, Grid], diagnosis: Findings | None
 ) -> tuple[dict[Names, Truth], list[tuple[Names, Names]], str]:
-    """Explanations to be told apart: predictions, ordered pairs, and the reason."""
+    """Explanations to be told apart: predictions, ordered pairs, and the reason.
+
+    Returns
+    -------
+    truths, pairs, reason : predictions of every explanation; (true, rival); in words
+    """
     if diagnosis is not None and diagnosis.kind in ("cause", "behaves like", "either", "two"):
         verdict = diagnosis.verdict
         kept = [n for n, t in verdict.tested.items() if t.kept]
@@ -161,6 +176,10 @@ def _spread(covariate: str | None, pool: list[Any], k: int) -> plan.NextTests:
     """Next tests over the covariate with which the residuals vary: its ends and its middle.
 
     Without such a covariate they are any repeats, to measure the scatter.
+
+    Parameters
+    ----------
+    covariate, pool, k : with which the residuals vary, or None; specimens; number of tests
     """
     spaced = np.round(np.linspace(0, len(pool) - 1, k)).astype(int)
     if covariate is None:

@@ -74,6 +74,7 @@ class CauseTables:
         at = tuple(z) or (0.0,) * len(self.tabulator.free)
 
         def read(table: Tabulation, *size: float) -> np.ndarray:
+            """Predictions of a table at a size and the measured inputs, linear between nodes."""
             axes = (*table.sizes, *table.z)
             if not axes:
                 return table.values
@@ -195,6 +196,10 @@ class PoolGrids(dict):
 
         A row of the pool has no value yet: its noise is the mean of that of the tested specimens for the same quantity,
         or what is planned. Where the noise is unknown an assumed one places the nodes of the tables.
+
+        Parameters
+        ----------
+        scale : standard deviation of every tested row, shape (n,)
         """
         super().__init__()
         self.tested = tested
@@ -212,6 +217,7 @@ class PoolGrids(dict):
         return self[names]
 
     def _table(self, names: Names) -> Tabulation:
+        """Table of an explanation on the pool, at the levels of the tested specimens."""
         base = self.tables.base()
         if not names:
             return base

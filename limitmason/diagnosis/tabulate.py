@@ -52,7 +52,15 @@ class Tabulator:
         self, simulator: Simulator, rows: Rows, nuisance: Mapping[str, Measured], noise: np.ndarray, *,
         levels: int = 17, nuisance_levels: int | None = None, crossed: str = "full",
     ):
-        """Separate inputs with an error from exact ones, and place their levels."""
+        """Separate inputs with an error from exact ones, and place their levels.
+
+        Parameters
+        ----------
+        rows, noise : what is compared, and the standard deviation of every row, shape (n,)
+        levels, nuisance_levels : sizes at which a cause is simulated, and values of every input; by default as many as
+            pay
+        crossed : "full" for all sizes with all values of the inputs, "corners" for their ends alone
+        """
         choice("crossed", crossed, CROSSED)
         self.crossed = crossed
         self.simulator, self.rows = simulator, rows
@@ -72,7 +80,12 @@ class Tabulator:
         self.z_nodes = tuple(_through_zero(*r, m) for r, m in zip(reaches, counts, strict=True))
 
     def on(self, specimens: Sequence[Any], noise: np.ndarray) -> "Tabulator":
-        """This tabulation for other specimens, at the same values of the measured inputs."""
+        """This tabulation for other specimens, at the same values of the measured inputs.
+
+        Parameters
+        ----------
+        noise : standard deviation of every new row, shape (n,)
+        """
         count = len(self.z_levels[0]) if self.z_levels else None
         rows = self.rows.on(len(specimens))
         return Tabulator(
@@ -209,7 +222,9 @@ class Tabulator:
         return Tabulation(causes, sizes, z, values)
 
     def pair_error(self, table: Tabulation, at: tuple[float, ...], z: Sequence[float]) -> float:
-        """Largest error of an additive pair table at one point, in units of the noise: true pair minus table."""
+        """Largest error of an additive pair table at sizes ``at`` and inputs ``z``, in units of the noise: true minus
+        table.
+        """
         true = self.evaluate(table.causes, [(tuple(at), tuple(z))])[0]
         axes = (*table.sizes, *(a for a in table.z))
         shown = RegularGridInterpolator(axes, table.values)(np.array([[*at, *z]]))[0]
@@ -324,6 +339,7 @@ class Tabulator:
         return np.array(sorted(out))
 
     def _to_nodes(self, values: np.ndarray, first: int) -> np.ndarray:
+        """Values at the levels of the measured inputs, their axes from ``first`` on, carried over to the nodes."""
         for axis, (level, node) in enumerate(zip(self.z_levels, self.z_nodes, strict=True), start=first):
             if len(level) != len(node):
                 values = PchipInterpolator(level, values, axis=axis)(node)
@@ -331,7 +347,12 @@ class Tabulator:
 
 
 def _say_if_without_effect(change: np.ndarray, what: str, keyword: str, ends: Sequence[float]) -> None:
-    """Warn where no prediction changes by a bit: a simulator may take a keyword and do nothing with it."""
+    """Warn where no prediction changes by a bit: a simulator may take a keyword and do nothing with it.
+
+    Parameters
+    ----------
+    change, what, keyword, ends : of all predictions; in words; parameter that was changed; from where to where
+    """
     if not np.any(change):
         warnings.warn(
             f"{what} changes no prediction of any specimen from {ends[0]:g} to {ends[1]:g}: either simulate takes "
@@ -344,7 +365,13 @@ def transformed(
     cause: Cause, size: float, prediction: float, specimen: Any, index: int, quantity: str = "",
     must_be_positive: bool = True,
 ) -> float:
-    """A prediction as a measurement cause lets it be read."""
+    """A prediction as a measurement cause lets it be read.
+
+    Parameters
+    ----------
+    size, prediction : of the cause in its unit, and the prediction that is read
+    specimen, index : what was tested, and its number for errors
+    """
     assert cause.apply is not None, "a reading is transformed by its apply"
     try:
         read = {"quantity": quantity} if cause.reads_quantity else {}
@@ -357,7 +384,7 @@ def transformed(
 
 
 def _through_zero(low: float, high: float, count: int) -> np.ndarray:
-    """Values from low to high with 0 among them."""
+    """``count`` values from low to high with 0 among them."""
     if low == 0.0 or high == 0.0:
         return np.linspace(low, high, count)
     below = max(1, round((count - 1) * -low / (high - low)))
@@ -371,7 +398,12 @@ def _is_factor(cause: Cause) -> bool:
 
 
 def _curve(cause: Cause, sizes: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Values between sizes, along the logarithm of a factor."""
+    """Values between sizes, along the logarithm of a factor.
+
+    Parameters
+    ----------
+    values : at the sizes, shape (sizes, n)
+    """
     if not _is_factor(cause):
         return PchipInterpolator(sizes, values, axis=0)
     along = PchipInterpolator(np.log(sizes), values, axis=0)
@@ -379,7 +411,7 @@ def _curve(cause: Cause, sizes: np.ndarray, values: np.ndarray) -> Callable[[np.
 
 
 def _thin(nodes: np.ndarray, keep: float, each: int = PAIR_NODES) -> np.ndarray:
-    """Indices of at most ``each`` nodes on both sides of the one kept."""
+    """Numbers of at most ``each`` nodes on both sides of the node at ``keep``."""
     middle = int(np.argmin(np.abs(nodes - keep)))
     last = len(nodes) - 1
     below = np.round(np.linspace(0, middle, min(each, middle) + 1)).astype(int)

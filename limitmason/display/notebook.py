@@ -144,6 +144,7 @@ def _fields(shown: Any) -> dict[str, Any]:
 
 
 def _defaults(kind: Any) -> dict[str, Any]:
+    """Defaults of the fields of a class."""
     if hasattr(kind, "_field_defaults"):
         return dict(kind._field_defaults)
     made = dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()

@@ -102,6 +102,7 @@ class _Bar:
                 self.tqdm.close()
 
     def _keep_time(self) -> None:
+        """Draw the bar now and then where no step of the run does, in a thread of its own."""
         while not self.over.wait(_CLOCK):
             now = time.monotonic()
             if now - self.drawn >= _CLOCK:
@@ -109,6 +110,7 @@ class _Bar:
 
 
 def _tqdm(title: str, part: float, shape: str) -> Any:
+    """A bar of tqdm with a title, at a part that is done [-], laid out by ``shape``."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # tqdm says where a notebook has no widgets; it then draws in text
         from tqdm.auto import tqdm
@@ -235,6 +237,8 @@ def watched(title: str) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]:
     """
 
     def wrap(function: Callable[_P, _R]) -> Callable[_P, _R]:
+        """The function, whose runs are told as a task."""
+
         @wraps(function)
         def run(*arguments: _P.args, **options: _P.kwargs) -> _R:
             with task(title, shown=options.get("progress") is None):

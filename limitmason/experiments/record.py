@@ -293,6 +293,7 @@ class Experiment:
 
 
 def _lines(table: Mapping[str, Quantity | str]) -> list[str]:
+    """Quantities in words, one line each."""
     width = max(map(len, table), default=0)
     return [
         f"  {key:<{width}}  {value}" + (f"  ({value.note})" if isinstance(value, Quantity) and value.note else "")

@@ -1,4 +1,7 @@
-"""Assemblies drawn in space: parallel projection, faces shaded by their normal, hidden surfaces removed exactly."""
+"""Assemblies drawn in space: parallel projection, faces shaded by their normal, hidden surfaces removed exactly.
+
+``width`` is that of lines, in points; ``segments`` are pairs of ends on the page, shape (2, 2) each.
+"""
 
 from __future__ import annotations
 
@@ -73,12 +76,14 @@ class _Ink:
         self._add(Path(np.vstack([points, points[:1]]), closed=True), colour, colour, width)
 
     def strokes(self, segments: list[Array], colour: Any, width: float, *, dashed: bool = False) -> None:
+        """Add lines of one colour."""
         if segments:
             codes = [Path.MOVETO, Path.LINETO] * len(segments)
             dash = (0.0, (3.0, 2.0)) if dashed else "-"
             self._add(Path(np.concatenate(segments), codes), "none", colour, width, dash)
 
     def _add(self, path: Path, face: Any, edge: Any, width: float, dash: Any = "-") -> None:
+        """Add a path with its colours, width in points and dashes."""
         self.dash.append(dash)
         self.paths.append(path)
         self.face.append(face)
@@ -86,6 +91,7 @@ class _Ink:
         self.width.append(width)
 
     def collection(self, **options: Any) -> PathCollection:
+        """All paths as one collection, in the order in which they were added."""
         return PathCollection(
             self.paths, facecolors=self.face, edgecolors=self.edge, linewidths=self.width, linestyles=self.dash,
             capstyle="round", joinstyle="round", **options,
@@ -142,6 +148,7 @@ def draw_solids(
 
 
 def _edge_strokes(scene: SolidView, piece: int, visible: set[int]) -> list[Array]:
+    """Ends on the page of the edges of a piece that one of its visible faces has."""
     block = int(scene.owner[piece])
     edges: list[Edge] = [e for e in scene.edges[piece] if visible.intersection(e.faces)]
     if not edges:
@@ -198,6 +205,7 @@ def _shared_faces(assembly: Assembly) -> set[tuple[int, int]]:
 
 
 def _shaded(colour: str, normal: Array, view: Camera) -> tuple[float, float, float]:
+    """Red, green and blue of a colour on a face with a unit normal, lighter towards the light."""
     light = _LIGHT / np.linalg.norm(_LIGHT)
     lit = max(0.0, float(np.array([normal @ view.right, normal @ view.up, normal @ view.towards]) @ light))
     red, green, blue = (float(c) * (0.72 + 0.28 * lit) for c in to_rgb(colour))
@@ -270,6 +278,7 @@ class Layout:
 
 
 def _covered(scene: SolidView, low: Array, high: Array) -> bool:
+    """Whether the drawing covers a box on the page, given by two corners."""
     box = Bbox(np.array([low, high]))
     return any(
         Path(scene.view.project(solid.vertices[list(solid.faces[k])])).intersects_bbox(box, filled=True)

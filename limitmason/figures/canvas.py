@@ -55,6 +55,7 @@ class Canvas:
         view : one of ``VIEWS``
         twists : of the mechanism, shape (n, 6), which tell whether it stays in a plane
         motions : positions that must fit on the page; None is the reference
+        viewpoint_deg : azimuth and elevation of the camera; None for where the mechanism is seen best
         """
         self.model, self.plane = model, chosen_plane(model, view, twists)
         if self.plane is not None:
@@ -160,7 +161,9 @@ def resultant(model: Assembly, loads: Loads | None) -> tuple[Array, Array] | Non
 
 
 def chosen_plane(model: Assembly, view: str, twists: Array | None) -> Plane | None:
-    """Plane of the elevation that a view asks for, or None for a drawing in space."""
+    """Plane of the elevation that a view asks for, or None for a drawing in space; ``twists`` (n, 6) of a mechanism
+    count.
+    """
     choice("view", view, VIEWS)
     if view == "3d":
         return None
@@ -182,7 +185,10 @@ def _bounds(scene: SolidView, before: SolidView) -> Array:
 
 
 def _corner_they_move_to(model: Assembly, twists: Array) -> tuple[float, float]:
-    """Of four corners the one towards which the blocks move, weighted by their volume."""
+    """Azimuth and elevation [deg] of that of four corners towards which the blocks move, weighted by their volume.
+
+    ``twists`` are those of the mechanism, shape (n, 6).
+    """
     weight = model.volumes * np.linalg.norm(twists[:, :3], axis=1)
     mean = (weight[:, None] * twists[:, :3]).sum(axis=0)
     corners = [(azimuth, VIEWPOINT_DEG[1]) for azimuth in (-58.0, -122.0, 58.0, 122.0)]

@@ -183,7 +183,7 @@ def predicted_against_published(
 
 
 def _limits(rows: list[ComparedValue], log: bool) -> tuple[float, float]:
-    """Ends of both axes; linear ones begin at zero unless that would leave a third of them empty."""
+    """Low and high end of both axes; linear ones begin at zero unless that would leave a third of them empty."""
     values = np.array([r.published + r.predicted for r in rows])
     low, high = float(values.min()), float(values.max())
     if log:
@@ -216,6 +216,10 @@ def _label_points(
     """Names beside points: above the 1:1 line to the left, below it to the right, kept apart vertically.
 
     Points on the line go to the side of their group, so that two groups that agree do not write over each other.
+
+    Parameters
+    ----------
+    points, limits : text, x, y and side of every point, and the ends of both axes
     """
     low, high = (np.log(limits[0]), np.log(limits[1])) if log else limits
     row = 0.034 * (high - low)
@@ -239,7 +243,13 @@ def _label_points(
 
 
 def _summary(total: int, finite: list[ComparedValue], inside: np.ndarray, ratio: np.ndarray, band: float) -> str:
-    """Caption: how many values, how many within the band, and mean and variation of their ratio."""
+    """Caption: how many values, how many within the band, and mean and variation of their ratio.
+
+    Parameters
+    ----------
+    total, finite : how many values there are, and those that can be drawn
+    inside, ratio, band : whether each lies in the band, predicted over published, and half the band's width [-]
+    """
     parts = [f"{len(finite)} values"]
     if band > 0.0:
         parts.append(f"{int(inside.sum())} within ±{100 * band:g} %")

@@ -1,4 +1,7 @@
-"""The contact report as a drawing: joints that were made, faces that nearly touch, faces that touch nothing."""
+"""The contact report as a drawing: joints that were made, faces that nearly touch, faces that touch nothing.
+
+``width`` is that of lines, in points; ``axes`` project places in space on the page, shape (3, 2).
+"""
 
 from __future__ import annotations
 
@@ -88,12 +91,18 @@ def contact_report(
 def _lines(
     ax: Axes, polygons: list[Array], axes: Array, colour: str, width: float, gid: str, zorder: float, **look: Any
 ) -> None:
-    """Polygons seen edge on: their longest stretch on the page."""
+    """Polygons seen edge on: their longest stretch on the page.
+
+    Parameters
+    ----------
+    polygons : corners [m], shape (n, 3) each
+    """
     if not polygons:
         return
     segments = []
     for polygon in polygons:
         flat = polygon @ axes
+        # the two corners that lie farthest apart on the page
         apart = np.linalg.norm(flat[:, None] - flat[None], axis=2)
         i, j = np.unravel_index(int(apart.argmax()), apart.shape)
         segments.append(flat[[i, j]])
@@ -102,6 +111,7 @@ def _lines(
 
 
 def _areas(ax: Axes, polygons: list[Array], axes: Array, colour: str, alpha: float, gid: str) -> None:
+    """Polygons seen from the front, filled and half transparent by ``alpha``."""
     if polygons:
         flat = [p @ axes for p in polygons]
         ax.add_collection(PolyCollection(
@@ -110,6 +120,7 @@ def _areas(ax: Axes, polygons: list[Array], axes: Array, colour: str, alpha: flo
 
 
 def _loose(ax: Axes, drawing: elevation.Elevation, loose: Flags, width: float) -> None:
+    """Blocks that float, filled."""
     if loose.any():
         ax.add_collection(PathCollection(
             drawing.paths(np.flatnonzero(loose)), facecolors=style.pale(_MISS, 0.25), edgecolors=style.OUTLINE,
@@ -118,6 +129,7 @@ def _loose(ax: Axes, drawing: elevation.Elevation, loose: Flags, width: float) -
 
 
 def _points(ax: Axes, places: list[Array], axes: Array, marker: str, colour: str, gid: str) -> None:
+    """Open markers at places in space."""
     if places:
         x, z = (np.array(places) @ axes).T
         (line,) = ax.plot(x, z, marker, color=colour, markersize=4.5, markerfacecolor="none", markeredgewidth=1.1,
@@ -126,7 +138,12 @@ def _points(ax: Axes, places: list[Array], axes: Array, marker: str, colour: str
 
 
 def _label(page: style.Page, rows: list[tuple[NearMiss, str]], axes: Array) -> None:
-    """Gap and angle beside each, where no other label is: of eight places around the first that is free."""
+    """Gap and angle beside each, where no other label is: of eight places around the first that is free.
+
+    Parameters
+    ----------
+    rows : near misses with the colours of their labels
+    """
     ax, size = page.ax, 6.5
     taken: list[Array] = []
     middle = np.array([np.mean(ax.get_xlim()), np.mean(ax.get_ylim())])
@@ -158,6 +175,7 @@ def _gap(row: NearMiss) -> str:
 
 
 def _caption(report: ContactReport) -> str:
+    """What the report found, in one line."""
     return " · ".join([
         f"{len(report.contacts)} contacts of {report.n_blocks} blocks", f"tolerance {report.tolerance_text}",
         f"angle {report.rules.angle_deg:g}°",

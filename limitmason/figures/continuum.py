@@ -72,7 +72,12 @@ def solid_map(
 
 
 def _moved(model: Continuum, displacement: ArrayLike | None, scale: float | None) -> tuple[Array, str]:
-    """Places of the nodes as drawn, and what to say about them."""
+    """Places of the nodes as drawn, and what to say about them.
+
+    Parameters
+    ----------
+    scale : factor on the displacements; None for a largest of a fifteenth of the size
+    """
     nodes = model.mesh.nodes
     if displacement is None:
         if scale is not None:
@@ -88,6 +93,7 @@ def _moved(model: Continuum, displacement: ArrayLike | None, scale: float | None
 
 
 def _per_brick(model: Continuum, values: ArrayLike) -> Array:
+    """One value per brick; of several points the largest in size."""
     v = np.asarray(values, dtype=float)
     if v.ndim == 2:
         v = np.take_along_axis(v, np.abs(v).argmax(axis=1)[:, None], axis=1)[:, 0]
@@ -108,6 +114,10 @@ def _paint(
     """Paint the faces that look at the viewer, from behind, shaded and coloured by values.
 
     ``values`` has one number per brick; without them the faces have the colour of stone.
+
+    Parameters
+    ----------
+    places, width : of the nodes as drawn [m], shape (n, 3), and of edges in points
     """
     mesh = model.mesh
     faces = mesh.boundary_nodes  # corners around each face, counter-clockwise from outside

@@ -108,7 +108,7 @@ def sample_of(curve: Any, moment: str | int) -> int:
 
 
 def _index(curve: Any, moment: str | int, width: float) -> int | None:
-    """Sample of a moment, or None where it did not happen."""
+    """Sample of a moment of a curve, or None where it did not happen; a first crack is one of ``width`` [m]."""
     if not isinstance(moment, str) or moment in ("peak", "end"):
         return sample_of(curve, moment)
     if moment in ("first crack", "first failure"):
@@ -127,6 +127,10 @@ def _draw_joints(ax: Axes, view: elevation.Elevation, motion: RigidMotion, curve
     """Draw the joints that have failed, as wide as they have opened or slid.
 
     Those that moved by less than a thirtieth of the largest are grey and thin.
+
+    Parameters
+    ----------
+    curve, index : of a driven structure, and the sample
     """
     opening, slip = (np.nan_to_num(getattr(curve, n)[index]) for n in ("opening", "slip"))
     failed = np.nan_to_num(curve.failed[index]) > 0.0

@@ -156,7 +156,10 @@ def rigid_motion(model: Assembly, shift: Array, vector: Array, scale: float) -> 
 
 
 def cracked_joints(model: Assembly, motion: RigidMotion, crack: float | None) -> MovingJoints:
-    """Interfaces that have opened or slid by more than a length [m], by the larger of the two at their corners."""
+    """Interfaces that have opened or slid by more than ``crack`` [m], by the larger of the two at their corners.
+
+    None counts from a tenth of the largest movement on.
+    """
     opening, sliding = _joint_movements(model, motion)
     largest = np.maximum(opening, sliding)
     least = 0.1 * float(largest.max(initial=0.0)) if crack is None else float(crack)
@@ -165,7 +168,12 @@ def cracked_joints(model: Assembly, motion: RigidMotion, crack: float | None) ->
 
 
 def _joint_movements(model: Assembly, motion: RigidMotion) -> tuple[Array, Array]:
-    """Largest opening and sliding at the corners of every interface, seen from block a [m]."""
+    """Largest opening and sliding at the corners of every interface, seen from block a [m].
+
+    Returns
+    -------
+    opening, sliding : shape (k,)
+    """
     x = model.arrays
     owner = x.corner_owner
     jump = motion.moved(x.corners, x.block_b[owner]) - motion.moved(x.corners, x.block_a[owner])
@@ -215,6 +223,7 @@ def _checked(model: Assembly, shift: ArrayLike, quaternion: ArrayLike) -> tuple[
 
 
 def _writer(path: Path, fps: int) -> AbstractMovieWriter:
+    """What writes a film of ``fps`` pictures a second to a file of that name."""
     if path.suffix.lower() == ".gif":
         return PillowWriter(fps=fps)
     if not writers.is_available("ffmpeg"):

@@ -60,7 +60,7 @@ def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> 
 
 
 def write_causes(path: str | Path, answer: Any) -> None:
-    """Write the causes of a diagnosis as a CSV table, one row per cause and per kept pair."""
+    """Write the causes of a diagnosis, ``answer``, as a CSV table, one row per cause and per kept pair."""
     units = {
         "cause": "-", "acts on": "-", "unit of size": "-", "kept": "-", "size": "unit", "low": "unit", "high": "unit",
         "log-likelihood gain": "-", "p deficit": "-", "p trend": "-", "p scatter": "-",

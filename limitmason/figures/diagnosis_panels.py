@@ -1,4 +1,7 @@
-"""The picture of a diagnosis: residuals before and after, sizes of the causes, distances between them, the gain."""
+"""The picture of a diagnosis: residuals before and after, sizes of the causes, distances between them, the gain.
+
+``result`` is a diagnosis; places and lengths on a sheet are in inches, from its upper left corner.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +47,7 @@ class _Sheet:
         self._texts.append((self.figure.text(0, 0, text, **{"va": "top", **options}), x, y))
 
     def axes(self, x: float, y: float, width: float, height: float) -> Axes:
-        """Axes whose upper left corner lies at x, y [in]."""
+        """Axes ``width`` by ``height`` whose upper left corner lies at x, y."""
         ax = self.figure.add_axes((0, 0, 0.1, 0.1), label=f"axes {len(self._axes)}")
         self._axes.append((ax, (x, y, width, height)))
         ax.tick_params(labelsize=6.5, width=0.5, length=2.5, colors=style.FAINT)
@@ -184,7 +187,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
 
 
 def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
-    """What the panels of residuals show, and what is left out of them."""
+    """What the panels of residuals show, and what is left out of them; ``noise`` in per cent."""
     markers = kinds_note(result.design.kinds)
     parts = ["Points: specimens; line: trend along the covariate"]
     if markers:
@@ -286,9 +289,13 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
 
 
 def _unseen(cause: Any, seen: Sequence[float | None]) -> tuple[float, float]:
-    """Range of sizes about the baseline that would have stayed unseen.
+    """Range of sizes about the baseline of ``cause`` that would have stayed unseen.
 
     The bound where none is seen.
+
+    Parameters
+    ----------
+    seen : least size to either side that would have been seen; None where none within the bounds
     """
     low = high = cause.baseline
     for side, size in zip(cause.sides, seen, strict=True):
@@ -298,6 +305,7 @@ def _unseen(cause: Any, seen: Sequence[float | None]) -> tuple[float, float]:
 
 
 def _seen_text(cause: Any, seen: Sequence[float | None]) -> str:
+    """In words from which size on a cause would have been seen, see :func:`_unseen`."""
     if all(s is None for s in seen):
         return "never seen within its bounds"
     parts = [f"{s:.3g}" for s in seen if s is not None]

@@ -1,4 +1,7 @@
-"""Assemblies drawn in elevation: blocks as closed outlines, fixed ones hatched, joints as lines and opened gaps."""
+"""Assemblies drawn in elevation: blocks as closed outlines, fixed ones hatched, joints as lines and opened gaps.
+
+``width`` is that of lines, in points; ``moving`` are flags of the blocks, shape (n,), and ``motion`` moves them.
+"""
 
 from __future__ import annotations
 
@@ -44,6 +47,7 @@ def with_held(low: Array, high: Array, held: Array, share: float) -> Array:
     ----------
     held : ends of what is held
     share : of it is seen at most so much on every side, over the geometric mean of the drawing's sides [-]
+    low, high : ends of what moves, on the page [m], shape (2,)
     """
     reach = share * float(np.sqrt(np.prod(np.maximum(high - low, 1e-12))))
     return np.array([
@@ -73,7 +77,7 @@ class Elevation:
         return ("along the wall", "z")
 
     def paths(self, blocks: Index, motion: RigidMotion | None = None) -> list[Path]:
-        """Outline of each block, moved or not.
+        """Outline of each of ``blocks``, by number, moved or not.
 
         The loops of a block are one path.
         """

@@ -1,4 +1,7 @@
-"""Joint forces at collapse: resultants as segments at the centres of pressure, and lines of thrust."""
+"""Joint forces at collapse: resultants as segments at the centres of pressure, and lines of thrust.
+
+``axes`` project places in space on the page, shape (3, 2); ``thickest`` is the width of the largest force, in points.
+"""
 
 from __future__ import annotations
 
@@ -105,6 +108,10 @@ def _draw_segments(
     """One segment per interface through its centre of pressure, along the resultant.
 
     ``length`` is that of all segments [m], ``thickest`` the width of the largest force in points.
+
+    Parameters
+    ----------
+    rows : numbers of the interfaces
     """
     if not len(rows):
         return

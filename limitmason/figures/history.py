@@ -159,7 +159,10 @@ def _is_multiplier(curve: Any) -> bool:
 
 
 def _by_label(curves: Any) -> list[tuple[str, Any]]:
-    """Curves by the labels that a legend shows, from one curve, several, or a mapping."""
+    """Curves by the labels that a legend shows, of one curve, several, or a mapping.
+
+    ``curves`` is any of these.
+    """
     if isinstance(curves, Curve):
         return [(curves.label, curves)]
     if isinstance(curves, Mapping) and not hasattr(curves, "curve"):
@@ -170,7 +173,7 @@ def _by_label(curves: Any) -> list[tuple[str, Any]]:
 
 
 def _measured_curves(measured: Any) -> list[tuple[str, Any]]:
-    """Measured curves with their names in the legend."""
+    """Measured curves with their names in the legend; ``measured`` is a curve, several, or an experiment."""
     test = getattr(measured, "__self__", measured)
     if hasattr(test, "recipe"):
         try:
@@ -182,7 +185,7 @@ def _measured_curves(measured: Any) -> list[tuple[str, Any]]:
 
 
 def _measured_levels(measured: Any) -> list[tuple[str, float]]:
-    """Measured forces [kN] of an experiment that has no curve, by name."""
+    """Measured forces [kN] by name of an experiment, ``measured``, that has no curve."""
     test = getattr(measured, "__self__", measured)
     if not hasattr(test, "recipe") or _measured_curves(test):
         return []
@@ -225,7 +228,7 @@ def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> t
 
 
 def _driven(history: Any) -> int:
-    """The one block with a recorded reaction that is not wholly fixed in the assembly."""
+    """The one block with a recorded reaction in a ``history`` that is not wholly fixed in the assembly."""
     blocks = [int(i) for i in history.reaction_blocks if not history.assembly.fixed[int(i)]]
     if len(blocks) != 1:
         names = ", ".join(history.assembly.blocks[i].name for i in blocks) or "none"

@@ -56,7 +56,7 @@ def mode_shape(modes: Modes, number: int, *, reach: float = _REACH, title: str |
 
 
 def _drawn(modes: Modes, number: int, reach: float) -> Array:
-    """Motions of the blocks in one mode, the largest ``reach`` times the structure [m, rad]."""
+    """Motions of the blocks in mode ``number``, counted from 1, the largest ``reach`` times the structure [m, rad]."""
     instance("modes", modes, Modes, "of lm.modes")
     if not (isinstance(number, int | np.integer) and 1 <= number <= len(modes)):
         raise InputError(f"mode must lie between 1 and {len(modes)}, got {number!r}")

@@ -32,7 +32,7 @@ MANY = 400
 
 @singledispatch
 def plot(shown: Any, *which: Any, **options: Any) -> Figure:
-    """Figure of an object of this package.
+    """Figure of ``shown``, an object of this package.
 
     A record is drawn as its own ``diagram()`` says, and a tilting test by its angles: both stand above this package.
     """
@@ -75,7 +75,7 @@ for kind, draw in {
 
 
 def html(shown: Any) -> str:
-    """Picture of an object as an SVG element, or empty where there is none or it would take long."""
+    """Picture of ``shown`` as an SVG element, or empty where there is none or it would take long."""
     model = shown.structure if isinstance(shown, Prediction) else shown
     model = shown.system.carrier if isinstance(shown, Modes) else model
     if isinstance(model, Assembly) and model.n_blocks > MANY:

@@ -1,4 +1,8 @@
-"""What of a block is drawn: its outline in a plane, its edges in space, without the cuts between its convex pieces."""
+"""What of a block is drawn: its outline in a plane, its edges in space, without the cuts between its convex pieces.
+
+``tolerance`` is the distance up to which places are one [m]; ``normals`` and ``offsets`` are those of the faces of
+every piece, shapes (f, 3) and (f,).
+"""
 
 from __future__ import annotations
 
@@ -30,6 +34,10 @@ def wall_plane(assembly: Assembly, twists: Array | None = None) -> Plane | None:
     """The vertical plane in which a single-leaf structure is drawn in elevation, or None when it needs 3-D.
 
     Every free block is then a prism across the plane, all at one depth, and the mechanism, if given, moves in it.
+
+    Parameters
+    ----------
+    twists : of a mechanism, shape (n, 6)
     """
     x = assembly.arrays
     free = np.flatnonzero(~assembly.fixed)
@@ -66,7 +74,7 @@ def elevation_plane(normal: Array) -> Plane:
 
 
 def _one_leaf(assembly: Assembly, rows: Index, p: Array) -> bool:
-    """Whether blocks are prisms across the plane with normal ``p``, all at one depth."""
+    """Whether blocks ``rows`` are prisms across the plane with normal p, all at one depth."""
     low, high, off = [], [], []
     for i in rows:
         h = assembly.blocks[i].vertices @ p
@@ -123,6 +131,7 @@ def _front(part: Solid, plane: Plane) -> Array:
 
 
 def _labels(flat: Array, tolerance: float) -> Index:
+    """Number of the first of all points (n, 2) at the same place, for every point."""
     label = np.full(len(flat), -1, dtype=np.intp)
     for i in range(len(flat)):
         if label[i] < 0:
@@ -132,7 +141,12 @@ def _labels(flat: Array, tolerance: float) -> Index:
 
 
 def _through(flat: Array, label: Index, i: int, j: int, tolerance: float) -> list[int]:
-    """Labels along the edge i-j: its ends and every vertex of another piece that lies on it."""
+    """Labels along the edge i-j: its ends and every vertex of another piece that lies on it.
+
+    Parameters
+    ----------
+    flat, label : points on the page [m], shape (n, 2), and their numbers by :func:`_labels`
+    """
     edge = flat[j] - flat[i]
     length = np.linalg.norm(edge)
     if label[i] == label[j] or length <= tolerance:
@@ -201,7 +215,12 @@ def visible_edges(parts: Sequence[Solid], tolerance: float) -> list[list[Edge]]:
 def _stretches(
     a: Array, b: Array, own: int, normals: list[Array], offsets: list[Array], tolerance: float
 ) -> list[tuple[float, float]]:
-    """Parts of an edge between the faces of other pieces that cross it, as shares of its length."""
+    """Parts of an edge between the faces of other pieces that cross it, as shares of its length.
+
+    Parameters
+    ----------
+    a, b, own : ends of the edge [m], and number of the piece that it is of
+    """
     length = float(np.linalg.norm(b - a))
     cuts = [0.0, 1.0]
     for k, (n, o) in enumerate(zip(normals, offsets, strict=True)):
@@ -215,12 +234,18 @@ def _stretches(
 
 
 def _is_edge(middle: Array, along: Array, normals: list[Array], offsets: list[Array], tolerance: float) -> bool:
-    """Whether a block has an edge at a place: points around it are neither all inside nor half."""
+    """Whether a block has an edge at a place: points around it are neither all inside nor half.
+
+    Parameters
+    ----------
+    middle, along : place on the edge and vector along it [m]
+    """
     u = along / np.linalg.norm(along)
     v = np.cross(u, (1.0, 0.0, 0.0) if abs(u[0]) < 0.7 else (0.0, 1.0, 0.0))
     v /= np.linalg.norm(v)
     w = np.cross(u, v)
     angle = (np.arange(_AROUND) + 0.37) * 2.0 * np.pi / _AROUND
+    # a circle around the edge: all inside is solid, half of it is a flat face
     circle = middle + 20.0 * tolerance * (np.cos(angle)[:, None] * v + np.sin(angle)[:, None] * w)
     inside = np.zeros(_AROUND, dtype=bool)
     for n, o in zip(normals, offsets, strict=True):

@@ -39,7 +39,7 @@ VIEWPOINT_DEG = (-58.0, 22.0)
 
 
 def camera(azimuth_deg: float, elevation_deg: float) -> Camera:
-    """Camera that looks at the origin from a horizontal angle, counted from x towards y, and a height angle [deg]."""
+    """Camera that looks at the origin from ``azimuth_deg``, counted from x towards y, and ``elevation_deg``."""
     if not -90.0 < elevation_deg < 90.0:
         raise InputError(f"elevation_deg must be between -90 and 90, got {elevation_deg!r}")
     a, e = np.radians(azimuth_deg), np.radians(elevation_deg)
@@ -120,9 +120,11 @@ def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[I
     high = np.array([[*p.max(axis=0), 0.0] for p in page])
     i, j = overlapping_pairs(low, high)
     widest = max(len(s.vertices) for s in solids)
+    # padded by the first corner: extremes stay the same
     corners = np.array([s.vertices[[*range(len(s.vertices)), *[0] * (widest - len(s.vertices))]] for s in solids])
     size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
     front, overlap, sure = np.zeros(len(i), dtype=np.intp), np.zeros(len(i), dtype=bool), np.zeros(len(i))
+    # 20,000 pairs at a time: memory stays bounded
     for first in range(0, len(i), 20000):
         rows = slice(first, first + 20000)
         found = _which_in_front(i[rows], j[rows], corners, faces, view.towards, size)
@@ -136,6 +138,11 @@ def _which_in_front(
     """+1 where piece j may hide piece i, -1 where i may hide j, 0 where neither can.
 
     The second value says whether the two overlap, the third how much farther they overlap by the other verdict [m].
+
+    Parameters
+    ----------
+    i, j, corners : pieces of every pair, and corners of all pieces, padded [m], shape (n, v, 3)
+    towards, size : unit vector to the viewer, and extent of all pieces [m]
     """
     gap_i = np.einsum("mfk,mvk->mfv", faces.normal[i], corners[j]).min(axis=2) - faces.offset[i]
     gap_j = np.einsum("mfk,mvk->mfv", faces.normal[j], corners[i]).min(axis=2) - faces.offset[j]
@@ -166,6 +173,7 @@ def _sorted_by_depth(
     behind, before : pairs of pieces of which the second hides the first
     depth : of every piece towards the viewer
     sure : how certain each pair is [m]
+    n : number of pieces
     """
     graph = coo_matrix((np.ones(len(behind)), (behind, before)), shape=(n, n))
     cycle = connected_components(graph, directed=True, connection="strong")[1]

@@ -18,7 +18,12 @@ POINTER = style.VERMILION
 
 
 def ordered_covariates(result: Any, covariates: Mapping[str, Sequence]) -> list[str]:
-    """Covariates with the verdict's first, then by the strength of the baseline's trend along them."""
+    """Covariates with the verdict's first, then by the strength of the baseline's trend along them.
+
+    Parameters
+    ----------
+    result : the diagnosis
+    """
     residual = result.y[None, :]
     strength = {}
     for name, column in covariates.items():
@@ -95,7 +100,12 @@ def residual_panel(
 def _trend_lines(
     x: np.ndarray, values: np.ndarray, trend: str | None, *, numeric: bool
 ) -> Iterator[tuple[Sequence[float] | np.ndarray, Sequence[float] | np.ndarray]]:
-    """Lines of one trend: the mean of every label or of few levels, else a line or a bend."""
+    """Lines of one trend: the mean of every label or of few levels, else a line or a bend.
+
+    Parameters
+    ----------
+    x, values : of the covariate and of the residuals, shape (n,)
+    """
     levels = np.unique(x)
     if not numeric or (trend == "group" and len(levels) <= len(x) / 2):
         half = 0.03 * (float(np.ptp(x)) or 1.0) if numeric else 0.3
@@ -115,7 +125,7 @@ def kinds_note(kinds: Sequence[str]) -> str:
 
 
 def _ticks(levels: np.ndarray) -> np.ndarray:
-    """The values themselves where they are few and apart, else round numbers between them."""
+    """The ``levels`` themselves, increasing, where they are few and apart, else round numbers between them."""
     span = float(np.ptp(levels))
     if len(levels) <= 4 and (len(levels) == 1 or np.diff(levels).min() > 0.2 * span):
         return levels

@@ -69,7 +69,7 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
 
 
 def _finished(ax: Axes, own: bool, title: str | None, text: str, handles: list[Any]) -> Figure:
-    """The figure with its heading and legend, on its own page or in axes of the caller."""
+    """The figure with its heading and a legend of ``handles``, on its own page or in axes of the caller."""
     if own:
         style.frame(ax, None)
         return style.finished(style.figure_of(ax), title, text, handles)
@@ -80,7 +80,7 @@ def _finished(ax: Axes, own: bool, title: str | None, text: str, handles: list[A
 
 
 def _outline(corners: Array) -> Array:
-    """Corners of the outline of a set of points, in order.
+    """Those of ``corners`` (n, 2) on the outline of them all, in order.
 
     Of a set without area they are the two points that are farthest apart.
     """

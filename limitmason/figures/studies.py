@@ -40,7 +40,7 @@ def _known(method: Any) -> bool:
 
 
 def colours_of(methods: Iterable[Any]) -> dict[Any, str]:
-    """A colour for each method, its own where no other has it."""
+    """A colour for each of ``methods``, its own where no other has it."""
     out: dict[Any, str] = {}
     for method in sorted(dict.fromkeys(methods), key=lambda m: not _known(m)):
         own = (getattr(style, _look(method).colour),) if _known(method) else ()
@@ -231,7 +231,12 @@ def study_lines(
 
 
 def _line_look(method: Any, number: int, colour: str, second: int) -> dict[str, Any]:
-    """Look of a line: methods are told apart by colour and marker, groups of one method by fill and line."""
+    """Look of a line: methods are told apart by colour and marker, groups of one method by fill and line.
+
+    Parameters
+    ----------
+    number, second : of the line, and of its group among those of one method
+    """
     known = method is not None and _known(str(method))
     return {
         "color": colour, "marker": _look(str(method)).marker if known else style.MARKERS[number % 7], "markersize": 4.5,
@@ -259,7 +264,12 @@ def varied(table: Table, y: str = "multiplier") -> str:
 
 
 def _lines_by(rows: Sequence[Mapping[str, Any]], x: str, y: str) -> tuple[str, ...]:
-    """Columns that leave one value at every x of a line: the method, then those of few values that help most."""
+    """Columns that leave one value at every x of a line: the method, then those of few values that help most.
+
+    Parameters
+    ----------
+    rows, x, y : of the table, and the columns of both axes
+    """
     by = ["method"] if any(r.get("method") is not None for r in rows) else []
     others = [c for c in dict.fromkeys(k for r in rows for k in r) if c not in {x, y, *by, *_NO_PARAMETER}]
 
@@ -278,7 +288,12 @@ def _lines_by(rows: Sequence[Mapping[str, Any]], x: str, y: str) -> tuple[str, .
 
 
 def _group_name(by: Sequence[str], group: Sequence[Any]) -> str:
-    """Name of a line in the legend, from the columns that tell it apart: method, psi over phi, others."""
+    """Name of a line in the legend, from the columns that tell it apart: method, psi over phi, others.
+
+    Parameters
+    ----------
+    by, group : columns, and their values for the line
+    """
     parts = []
     for name, value in zip(by, group, strict=True):
         if name == "method":

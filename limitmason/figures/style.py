@@ -105,7 +105,7 @@ def needs_a_page(name: str) -> None:
 
 
 def enlarged(low: float, high: float) -> str:
-    """What to say of an axis that shows less than a tenth of its values, or empty where it shows more, or zero."""
+    """What to say of an axis from ``low`` to ``high`` that spans less than a tenth of its values, else empty."""
     top = max(abs(low), abs(high))
     if not top > 0.0 or low * high <= 0.0 or abs(high - low) >= 0.1 * top:
         return ""
@@ -248,7 +248,7 @@ class Page:
         return figure
 
     def _finish_axes(self, title: str | None, text: str | None, handles: list[Any]) -> None:
-        """Title and caption above, and legend below, the axes of the caller."""
+        """Title and caption above, and a legend of ``handles`` below, the axes of the caller."""
         ax = self.ax
         across = self.figure.get_size_inches()[0] * ax.get_position().width
         lines = textwrap.wrap(text, max(int(across / 0.0555), 24)) if text else []
@@ -265,7 +265,7 @@ class Page:
 
 
 def legend_shape(handles: list[Any], width: float) -> tuple[int, int]:
-    """Columns and rows of a legend that fits a width [in]."""
+    """Columns and rows of a legend of ``handles`` that fits a width [in]."""
     if not handles:
         return 0, 0
     entries = [0.45 + 0.06 * len(str(h.get_label())) for h in handles]
@@ -281,7 +281,7 @@ def legend_below(figure: Figure, handles: list[Any], columns: int) -> None:
 
 
 def paper(width: float, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
-    """A figure of one diagram and its axes, or those of the caller."""
+    """A figure of one diagram, ``width`` by ``height`` [in], and its axes, or those of the caller."""
     if ax is not None:
         return figure_of(ax), ax
     figure, axes = panels(width, height)
@@ -295,7 +295,7 @@ def panels(width: float, height: float, rows: int = 1, columns: int = 1) -> tupl
 
 
 def finished(figure: Figure, title: str | None, text: str | None, handles: list[Any]) -> Figure:
-    """A figure of :func:`panels`, higher by title and caption above and a legend below."""
+    """A figure of :func:`panels`, higher by title and caption above and a legend of ``handles`` below."""
     width, height = figure.get_size_inches()
     heading, (columns, rows) = Heading(title, text, width), legend_shape(handles, width)
     foot = 0.19 * rows + 0.06 if rows else 0.0
@@ -326,7 +326,10 @@ def frame(ax: Axes, title: str | None, caption: str = "") -> None:
 
 
 def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
-    """Equal axes labelled in metres, ticks kept sparse and sized explicitly (ticks are made after the style ends)."""
+    """Equal axes labelled in metres by two ``names``, ticks kept sparse and sized explicitly.
+
+    Ticks are made after the style ends.
+    """
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel(f"{names[0]} [m]", color=FAINT)
     ax.set_ylabel(f"{names[1]} [m]", color=FAINT)

@@ -19,7 +19,12 @@ HELD, YIELDS = style.GREEN, style.PURPLE
 
 
 def stretching(model: Assembly, twists: Array, threshold: float) -> Flags:
-    """Ties that a mechanism stretches by more than a fraction of its fastest vertex, shape (t,)."""
+    """Ties that a mechanism stretches by more than a fraction of its fastest vertex, shape (t,).
+
+    Parameters
+    ----------
+    twists, threshold : of the mechanism, shape (n, 6), and that fraction [-]
+    """
     rows = slice(len(model.interfaces), None)
     x = model.links
     ends = np.array([t.ends for t in model.ties]).reshape(-1, 2, 3)

@@ -113,6 +113,7 @@ def tilt_test(
 
 
 def _check(label: str, test: Any) -> None:
+    """Refuse what does not carry the readings of a tilting test."""
     missing = [name for name in _FIELDS if not hasattr(test, name)]
     if missing:
         raise InputError(f"tilting test {label!r} has no {missing[0]!r}; it must carry {', '.join(_FIELDS)}")
@@ -122,6 +123,7 @@ def _check(label: str, test: Any) -> None:
 
 
 def _bounds(measured: float | tuple[float, float] | None) -> tuple[float, float]:
+    """Least and largest measured angle [deg], NaN without any."""
     if measured is None:
         return math.nan, math.nan
     values = np.atleast_1d(np.asarray(measured, dtype=float))
@@ -131,7 +133,7 @@ def _bounds(measured: float | tuple[float, float] | None) -> tuple[float, float]
 
 
 def _band(left: Axes, right: Axes, low: float, high: float) -> None:
-    """The measured angle as rays on the left and a level on the right."""
+    """The measured angle, from ``low`` to ``high`` [deg], as rays on the left and a level on the right."""
     for angle in {low, high}:
         a = math.radians(angle)
         left.plot([0.0, math.cos(a)], [0.0, math.sin(a)], color=style.BLACK, linewidth=0.6, alpha=0.6, gid="measured")

@@ -1,4 +1,7 @@
-"""A diagnosis as one self-contained HTML page: verdict first, then what it means, what it rests on, what to do next."""
+"""A diagnosis as one self-contained HTML page: verdict first, then what it means, what it rests on, what to do next.
+
+``result`` is a diagnosis, of which every function writes a part as HTML.
+"""
 
 from __future__ import annotations
 

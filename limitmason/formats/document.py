@@ -119,7 +119,12 @@ class DocumentNode:
         return entries[0], entries[1]
 
     def read(self, hint: Any) -> Any:
-        """The value as the type of a field: text, number, flag, word of a closed set, texts, numbers, plain data."""
+        """The value as the type of a field: text, number, flag, word of a closed set, texts, numbers, plain data.
+
+        Parameters
+        ----------
+        hint : type of the field, such as ``float | None``
+        """
         if get_origin(hint) in (Union, UnionType):
             hint = next(h for h in get_args(hint) if h is not type(None))
         kind = get_origin(hint) or hint
@@ -158,7 +163,7 @@ class DocumentNode:
         return {k: reader(v) for k, v in given if (reader := readers[k]) is not None}
 
     def make(self, maker: Callable[..., Any], *given: Any, **values: Any) -> Any:
-        """What a class or function makes of values.
+        """What a class or function, ``maker``, makes of values.
 
         Its refusal names file and key.
         """
@@ -220,7 +225,7 @@ def read_document(path: str | Path, schema: str, version: int) -> DocumentNode:
 
 
 def write_document(path: str | Path, document: Mapping[str, Any]) -> None:
-    """Write plain data as JSON, one key a line and one entry of a list a line.
+    """Write plain data, ``document``, as JSON, one key a line and one entry of a list a line.
 
     Numbers keep every bit.
     """
@@ -255,6 +260,7 @@ def plain(value: Any, where: str, *, strict: bool = True) -> Any:
     ----------
     where : named in the error
     strict : refuse what JSON has no form for; otherwise its text is kept
+    value : anything that a field may hold
     """
     if isinstance(value, np.ndarray):
         value = value.tolist()
@@ -278,7 +284,7 @@ def plain(value: Any, where: str, *, strict: bool = True) -> Any:
 
 
 def restored(value: Any) -> Any:
-    """Plain data with "Infinity", "-Infinity" and "NaN" as numbers again."""
+    """``value``, plain data, with "Infinity", "-Infinity" and "NaN" as numbers again."""
     if isinstance(value, str):
         return _NOT_FINITE.get(value, value)
     if isinstance(value, dict):
@@ -289,6 +295,7 @@ def restored(value: Any) -> Any:
 
 
 def _shown(value: Any) -> str:
+    """A value in few words, for errors."""
     if isinstance(value, dict | list):
         return "a list" if isinstance(value, list) else "an object"
     text = json.dumps(value)

@@ -147,6 +147,10 @@ def _read(
     """Assembly of a drawing, and what was cleaned in its outlines or None.
 
     ``gap`` and ``mortar`` are widths of gaps that are closed [m], ``layers`` those that are read.
+
+    Parameters
+    ----------
+    thickness, density, scale, tolerance : [m], [kg/m3], metres per unit, and of contacts [m]
     """
     suffix = path.suffix.lower()
     if suffix not in DRAWINGS:
@@ -180,7 +184,12 @@ def _read(
 
 
 def outlines_of(path: Path, scale: float | None, gap: float | None, layers: str | Sequence[str] | None) -> Outlines:
-    """Outlines of a .dxf or .svg on some layers, by default on all but :data:`OPENINGS`."""
+    """Outlines of a .dxf or .svg on some layers, by default on all but :data:`OPENINGS`.
+
+    Parameters
+    ----------
+    scale, gap : metres per unit, by default what the file says; distance over which ends of lines meet [m]
+    """
     read_outlines = read_dxf if path.suffix.lower() == ".dxf" else read_svg
     ends: dict[str, Any] = {} if gap is None else {"gap": gap}
     outlines, names, on = read_outlines(path, scale=scale, layers=layers, **ends)

@@ -68,6 +68,10 @@ def _proposal(path: Path, given: dict[str, Any]) -> Proposal | None:
     """What makes the stones of a drawing meet: layers, mortar or gap, tried in turn.
 
     Gaps that are nearly all of one width are mortar, others are errors of drawing.
+
+    Parameters
+    ----------
+    given : options of the drawing so far
     """
     drawn = outlines_of(path, given.get("scale"), None, given.get("layers"))
     why: list[str] = []
@@ -104,7 +108,12 @@ def _proposal(path: Path, given: dict[str, Any]) -> Proposal | None:
 
 
 def _without_loose_layers(path: Path, given: dict[str, Any], drawn: Outlines, best: Proposal | None) -> Proposal | None:
-    """The proposal without the layers of which no outline is held: a pipe in an opening is no stone."""
+    """The proposal without the layers of which no outline is held: a pipe in an opening is no stone.
+
+    Parameters
+    ----------
+    given, drawn : options of the drawing so far, and its outlines
+    """
     if best is None or best.floating == 0:
         return best
     floating = set(_floating(path, given | best.options) or ())

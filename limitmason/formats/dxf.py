@@ -178,7 +178,13 @@ def _metres_per_unit(drawing: Any, path: str | Path) -> float:
 
 
 def _polyline(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) -> tuple[Array, bool]:
-    """Points x, z [m] of a polyline, and whether it is drawn as closed."""
+    """Points x, z [m] of a polyline, and whether it is drawn as closed.
+
+    Parameters
+    ----------
+    entity, ezpath : of ezdxf, and its module of paths
+    metres, flatness : metres per unit, and how far chords may leave an arc [m]
+    """
     kind = entity.dxftype()
     if kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline):
         raise InputError(f"{where}: a mesh is no outline; explode it or leave its layer out")
@@ -194,6 +200,7 @@ def _polyline(entity: Any, ezpath: Any, metres: float, flatness: float, where: s
 
 
 def _in_plane(points: Array, where: str) -> Array:
+    """Points x, y of a line, refused where it leaves the plane of the drawing."""
     points = points.reshape(-1, 3)
     size = float(np.ptp(points, axis=0).max(initial=0.0)) if len(points) else 0.0
     if len(points) and np.ptp(points[:, 2]) > 1e-6 * max(size, 1e-300):
@@ -207,6 +214,10 @@ def _with_arcs(corners: Array, closed: bool, flatness: float) -> Array:
     Arcs become chords of equal length.
 
     The library's own flattening goes through Bezier curves, which leave the arc by 3e-4 of its radius.
+
+    Parameters
+    ----------
+    corners, closed, flatness : x, y and bulge, shape (n, 3); of the line; how far chords may leave an arc, same unit
     """
     out = []
     for k, (x, y, bulge) in enumerate(corners):

@@ -3,6 +3,9 @@
 The distance from a convex outline is that of its mitred offsets, max_k (n_k . x - c_k) over its sides; negative inside.
 Where two of them are equal the stones meet: half-way between their sides, also where these are not parallel or overlap.
 A polygon of such parts has the least of their distances. Nearness divides the plane, so that stones cannot overlap.
+
+``rings`` are outlines x, z [m], shape (n, 2) each; ``shapely`` is the module, passed on as it is optional; ``reach`` is
+half of the widest joint and ``grid`` the size to which coordinates are rounded [m].
 """
 
 from __future__ import annotations
@@ -78,7 +81,12 @@ def grown(rings: Sequence[Array], names: Sequence[str], mortar: float, gap: floa
 
 
 def _bridged(whole: Any, stones: list[Any], reach: float, grid: float, shapely: Any) -> Any:
-    """The filled region with the joints in which near stones do not meet, and with small pockets."""
+    """The filled region with the joints in which near stones do not meet, and with small pockets.
+
+    Parameters
+    ----------
+    whole, stones : region filled so far, and outlines of the stones, shapely's
+    """
     more, tree = [], shapely.STRtree(stones)
     for i, j in tree.query(stones, predicate="dwithin", distance=2.0 * reach).T:
         if i < j and not whole.buffer(10.0 * grid).covers(shapely.shortest_line(stones[i], stones[j])):
@@ -135,6 +143,10 @@ def _nearer(a: list[_Sides], b: list[_Sides], bounds: tuple[float, ...], shapely
     """Region of a box that lies nearer to the parts a than to the parts b.
 
     Nearer to a convex part p than to q: for some side l of q, all sides k of p, n_k . x - c_k <= n_l . x - c_l.
+
+    Parameters
+    ----------
+    bounds : of the box, x and z least, then largest [m]
     """
     x0, y0, x1, y1 = bounds
     box = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
@@ -155,7 +167,12 @@ def _areas(found: Any, shapely: Any) -> Any:
 
 
 def _within_half_planes(polygon: Array, normals: Array, offsets: Array) -> Array | None:
-    """Part of a convex polygon in which all n . x <= c, or None where nothing is left."""
+    """Part of a convex polygon in which all n . x <= c, or None where nothing is left.
+
+    Parameters
+    ----------
+    normals, offsets : n and c, shapes (k, 2) and (k,)
+    """
     size = float(np.ptp(polygon, axis=0).max())
     left: Array | None = polygon
     for n, c in zip(normals, offsets, strict=True):

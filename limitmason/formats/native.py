@@ -153,7 +153,7 @@ def _tie(tie: Tie) -> dict[str, Any]:
 
 
 def _names(kind: str, laws: Iterable[Any]) -> dict[Any, str]:
-    """Laws or materials, each once, with names of their own."""
+    """Names for ``laws``, joint laws or materials, each once, none given twice."""
     out: dict[Any, str] = {}
     for law in dict.fromkeys(laws):
         base = law.name or f"{kind}-{len(out)}"
@@ -238,6 +238,7 @@ def read_json(path: str | Path) -> Model:
 
 
 def _check_units(node: DocumentNode) -> None:
+    """Refuse a file that says other units than those that are read."""
     units = node.get("units")
     if units is None:
         return

@@ -113,7 +113,12 @@ def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
 
 
 def _parsed(path: str | Path) -> tuple[list[list[float]], list[_ObjFace]]:
-    """Vertices, and faces with the object and group they are of."""
+    """Vertices, and faces with the object and group they are of.
+
+    Returns
+    -------
+    vertices, faces : x, y, z of each; corners, object and group
+    """
     vertices: list[list[float]] = []
     faces: list[_ObjFace] = []
     thing: str | None = None
@@ -161,7 +166,12 @@ def _vertex(text: str, where: str) -> list[float]:
 
 
 def _face(text: str, count: int, where: str) -> tuple[int, ...]:
-    """Corners of a face, numbered from 0: a file counts from 1, or back from its last vertex where it is negative."""
+    """Corners of a face, numbered from 0: a file counts from 1, or back from its last vertex where it is negative.
+
+    Parameters
+    ----------
+    count : vertices before this line
+    """
     out = []
     for word in text.split():
         try:
@@ -201,7 +211,7 @@ def _named(faces: list[_ObjFace], stem: str) -> Iterable[tuple[str, str, tuple[i
 
 
 def _solid(points: Array, faces: list[tuple[int, ...]]) -> Solid:
-    """A solid with its own numbering.
+    """A solid of ``faces``, corners by number of ``points`` (n, 3), with a numbering of its own.
 
     Corners at the same place become one.
     """

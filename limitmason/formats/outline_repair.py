@@ -1,4 +1,8 @@
-"""Traced outlines made to meet: gaps closed, doubled stones dropped, and every change told. Needs shapely."""
+"""Traced outlines made to meet: gaps closed, doubled stones dropped, and every change told. Needs shapely.
+
+``rings`` are outlines x, z [m], shape (n, 2) each, and ``gap`` the distance up to which they are meant to meet [m];
+``shapely`` is the module, passed on as it is optional.
+"""
 
 from __future__ import annotations
 
@@ -223,6 +227,10 @@ def _meet_edges(rings: list[Array], start: list[Array], gap: float, shapely: Any
     """Corners near another outline's edge and that edge's corners approach each other by halves.
 
     Halves make the result independent of the order of the outlines; the last pass only takes up what is left of them.
+
+    Parameters
+    ----------
+    start : outlines as they were drawn, from which corners stay within the gap
     """
     at, from_ = np.concatenate(rings), np.concatenate(start)
     count = [len(r) for r in rings]
@@ -300,7 +308,7 @@ def loops(lines: Sequence[ArrayLike], gap: float) -> tuple[list[Array], list[int
 
 
 def _straight(ring: Array) -> Array:
-    """Without the corners at which a side only meets other lines."""
+    """An outline ``ring`` without the corners at which a side only meets other lines."""
     before, after = np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0)
     a, b = ring - before, after - ring
     cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

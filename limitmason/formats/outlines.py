@@ -137,6 +137,10 @@ class DrawnOutlines:
         """Loops of the open lines of a layer that repeat no closed outline.
 
         What encloses nothing is told.
+
+        Parameters
+        ----------
+        gap, must_close : distance over which ends of lines meet [m], and kinds of lines that may not stay open
         """
         strokes = self.open[layer]
         if not strokes:

@@ -114,7 +114,7 @@ def _root(path: str | Path) -> ElementTree.Element:
 
 
 def _room(root: ElementTree.Element) -> tuple[float, float]:
-    """Size of the drawing in its units, as far as it says one."""
+    """Width and height of the drawing in its units; 100 by 100 where it says none."""
     box = re.findall(r"[^\s,]+", root.get("viewBox", ""))[2:] or [root.get("width", ""), root.get("height", "")]
     try:
         return float(box[0].removesuffix("px")), float(box[1].removesuffix("px"))
@@ -133,6 +133,10 @@ def _shapes(
     """Every visible shape below an element.
 
     ``room`` is the size of the drawing around it, in its units.
+
+    Parameters
+    ----------
+    matrix, depth : of the drawing's transforms so far, shape (3, 3), and how deep the element is nested
     """
     kind = _kind(element)
     style = (element.get("style") or "").replace(" ", "")
@@ -176,7 +180,7 @@ def _on_layers(shapes: list[_Shape], layers: str | Iterable[str] | None, path: s
 
 
 def _lines(shape: _Shape, flatness: float) -> Iterator[Line]:
-    """Lines of a shape in the units of the drawing."""
+    """Lines of a shape in the units of the drawing, chords no farther than ``flatness`` from a curve."""
     stretch = float(np.linalg.norm(shape.matrix[:2, :2], 2)) or 1.0
     lines = list(shape_lines(shape.element, shape.kind, flatness / stretch, shape.where))
     rings = [line.points for line in lines if line.closed]

@@ -46,6 +46,7 @@ def numbers_of(text: str, where: str) -> list[float]:
 
 
 def _number(text: str, where: str) -> float:
+    """A number of the file, refused where it is too large for a drawing."""
     value = float(text)
     if abs(value) > LARGEST:
         raise InputError(f"{where}: {text} is beyond {LARGEST:g} units")
@@ -217,6 +218,10 @@ def _chords(segment: Any, flatness: float) -> int:
 
     A chord over 1/n of the parameter of a Bezier curve is off by at most |B''| / (8 n^2), and |B''| by k (k - 1) times
     the largest second difference of the k + 1 handles.
+
+    Parameters
+    ----------
+    segment, flatness : of the library of paths, and that distance, in the units of the drawing
     """
     if type(segment).__name__ == "Arc":
         if segment.start == segment.end or 0.0 in (segment.radius.real, segment.radius.imag):

@@ -77,7 +77,12 @@ def write_model_template(path: str | Path, *, of: str = "wall") -> None:
 
 
 def _drawing(stones: Mapping[str, Sequence[Sequence[float]]]) -> str:
-    """Rectangles in millimetres, half the mortar off every side, the ground on a layer of its own."""
+    """An SVG of rectangles in millimetres, half the mortar off every side, the ground on a layer of its own.
+
+    Parameters
+    ----------
+    stones : corners of every stone by name [m], counter-clockwise from the lower left
+    """
     layers: dict[str, list[str]] = {"ground": [], "stones": []}
     for name, corners in stones.items():
         (left, low), (right, high) = corners[0], corners[2]

@@ -83,7 +83,12 @@ def write_vtu(
 
 
 def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -> _Piece:
-    """Grid, cell data and point data of the blocks, with velocities and a drawn mechanism."""
+    """Grid, cell data and point data of the blocks, with velocities and a drawn mechanism.
+
+    Parameters
+    ----------
+    twists, amplitude : of a mechanism, shape (n, 6), and the largest displacement of a vertex as drawn [m]
+    """
     pieces = [(i, part) for i, block in enumerate(assembly.blocks) for part in block.parts]
     owner = np.array([i for i, _ in pieces])
     counts = np.array([len(part.vertices) for _, part in pieces])
@@ -116,7 +121,12 @@ def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -
 
 
 def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array | None) -> _Piece:
-    """Grid and cell data of the joints, with openings, slips and forces."""
+    """Grid and cell data of the joints, with openings, slips and forces.
+
+    Parameters
+    ----------
+    twists : of a mechanism, shape (n, 6); None for none
+    """
     x = assembly.arrays
     k = len(assembly.interfaces)
     grid = _Grid(x.corners, np.arange(len(x.corners)), x.corner_start[1:], _POLYGON, None, None)
@@ -142,7 +152,12 @@ def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array
 def _write(
     path: Path, grid: _Grid, cells: dict[str, Array], points: dict[str, Array], encoding: str, names: Sequence[str]
 ) -> None:
-    """Write a grid with its data as a VTU file."""
+    """Write a grid with its data as a VTU file.
+
+    Parameters
+    ----------
+    cells, points : data of every cell and of every point, by name, with as many rows
+    """
     n = len(grid.offsets)
     out = [
         '<?xml version="1.0"?>',
@@ -171,7 +186,7 @@ def _write(
 
 
 def _array(name: str, values: Array, encoding: str) -> str:
-    """One array as a VTU element, as text or in base 64."""
+    """An array of ``values`` as a VTU element, as text or in base 64."""
     kind = "u1" if values.dtype == np.uint8 else "i8" if values.dtype.kind in "iu" else "f8"
     data = np.ascontiguousarray(values, dtype=f"<{kind}" if kind != "u1" else kind)
     if encoding == "ascii":

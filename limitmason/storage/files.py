@@ -101,6 +101,7 @@ def utf8(text: str, path: object) -> bytes:
 
 
 def _half_a_character(error: UnicodeEncodeError, path: object) -> InputError:
+    """The error of a text that cannot be written, naming what is wrong in it."""
     text = error.object[max(error.start - 20, 0) : error.end + 20]
     return InputError(
         f"{path} is not written: {text!r} holds half of a character (a lone surrogate), which no file keeps; rename "
@@ -167,6 +168,7 @@ def parsed_json(text: str, name: object) -> Any:
     """
 
     def mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        """An object of the file, refused where a key is given twice."""
         out = dict(pairs)
         if len(out) < len(pairs):
             keys = [key for key, _ in pairs]

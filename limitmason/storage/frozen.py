@@ -63,6 +63,8 @@ class ReadOnly:
 
 
 def _then_frozen(check: Callable[..., None]) -> Callable[..., None]:
+    """The check of a dataclass, after which its arrays may not be written."""
+
     @wraps(check)
     def both(self: Any, *given: Any) -> None:
         check(self, *given)

@@ -177,7 +177,12 @@ def force_factor(given: str, wanted: str, where: str) -> float:
 
 
 def _column(path: str, name: str, unit: str, lines: Sequence[int], cells: Sequence[str]) -> tuple:
-    """Values of a column: numbers, or words where most are no numbers and the unit is "-"."""
+    """Values of a column: numbers, or words where most are no numbers and the unit is "-".
+
+    Parameters
+    ----------
+    lines, cells : number of every line, for errors, and its text
+    """
     for line, cell in zip(lines, cells, strict=True):
         if not cell:
             raise InputError(f"{path}: row {line}, column {name!r} is blank; fill it, or leave the row or column out")
@@ -192,6 +197,7 @@ def _column(path: str, name: str, unit: str, lines: Sequence[int], cells: Sequen
 
 
 def _number(cell: str) -> float | None:
+    """A cell as a number, None where it is none; "nan" is one."""
     try:
         value = float(cell)
     except ValueError:

@@ -28,7 +28,7 @@ _PIECES = ("overturning", "sliding")
 
 
 def scaled_unit(unit: Unit, size: float, vary: str) -> Unit:
-    """Unit (length, height, thickness) [m] with its face, or all of it, scaled."""
+    """Unit (length, height, thickness) [m] with its face, or all of it, ``size`` times as large."""
     choice("vary", vary, (IN_PLANE, WHOLE))
     positive("size", size)
     length, height, thickness = unit
@@ -118,7 +118,12 @@ def block_size_study(
 def _sizes_by_method(
     sizes: Sequence[float] | Mapping[str, Sequence[float]], methods: Sequence[str] | None
 ) -> dict[str, list[float]]:
-    """Sizes of units of every method, given for each or for all."""
+    """Sizes of units of every method, given for each or for all.
+
+    Parameters
+    ----------
+    sizes : over the unit's own [-], for all methods or by method
+    """
     if isinstance(sizes, Mapping):
         if methods is not None:
             raise InputError("sizes are given by method: leave methods out")
@@ -135,7 +140,12 @@ def _wall(arguments: Mapping[str, Any], direction: tuple[float, float, float], u
 def _at_size(
     build: Build, unit: Unit, options: Mapping[str, Mapping[str, Any]], *, vary: str, method: str, size: float
 ) -> dict[str, Any]:
-    """Answer of one method for the wall of units of a size, as a row."""
+    """Answer of one method for the wall of units of a size, as a row.
+
+    Parameters
+    ----------
+    options, size : of each method by name; over the unit's own [-]
+    """
     scaled = scaled_unit(unit, size, vary)
     assembly, loads = build(scaled)
     found = get_method(MECHANISMS if method == MONOLITH else method).row(assembly, loads, options[method])
@@ -144,7 +154,12 @@ def _at_size(
 
 
 def _extrapolated(smallest: Mapping[str, Any], next_one: Mapping[str, Any]) -> dict[str, Any]:
-    """The row of size 0 on the straight line through the two smallest sizes."""
+    """The row of size 0 on the straight line through the two smallest sizes.
+
+    Parameters
+    ----------
+    smallest, next_one : rows of the two smallest sizes
+    """
     share = smallest["size"] / (next_one["size"] - smallest["size"])
     value = smallest["multiplier"] - share * (next_one["multiplier"] - smallest["multiplier"])
     return {

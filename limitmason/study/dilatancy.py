@@ -92,6 +92,7 @@ def dilatancy_study(
 def _at_dilatancy(
     assembly: Assembly, loads: Loads, options: Mapping[str, Mapping[str, Any]], *, method: str, share: float, psi: float
 ) -> dict[str, Any]:
+    """Row of a method with psi a ``share`` of phi; ``psi`` itself [deg] is a column of the table only."""
     del psi
     return get_method(method).row(with_dilatancy(assembly, share), loads, options[method])
 
@@ -146,7 +147,12 @@ def contact_point_study(
 def _at_points(
     assembly: Assembly, loads: Loads, along: int, options: Mapping[str, Any], *, method: str, share: float, points: int
 ) -> dict[str, Any]:
-    """Row of a method with so many points across a joint; ``share`` is psi over phi."""
+    """Row of a method with so many points across a joint; ``share`` is psi over phi.
+
+    Parameters
+    ----------
+    along, options : points along a joint, and of the method
+    """
     if method == ASSOCIATIVE:
         grid = {"contact_model": "grid", "grid": (along, points), "in_plane": False}
         return get_method(method).row(assembly, loads, grid)

@@ -172,7 +172,12 @@ def _probit(u: Array, fell: Array) -> tuple[Array, Array]:
 
 
 def _median_interval(coefficients: Array, covariance: Array, z: float) -> tuple[float, float]:
-    """Intensities at which |a + b u| stays within z standard errors: 0 and infinite where the slope is not told."""
+    """Intensities at which |a + b u| stays within z standard errors: 0 and infinite where the slope is not told.
+
+    Parameters
+    ----------
+    coefficients, covariance, z : a and b; shape (2, 2); number of standard errors
+    """
     (a, b), c = coefficients, covariance
     square, middle, rest = b * b - z * z * c[1, 1], a * b - z * z * c[0, 1], a * a - z * z * c[0, 0]
     if not square > 0.0:

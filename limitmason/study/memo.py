@@ -51,7 +51,12 @@ class Memo:
     """
 
     def __init__(self, path: str | Path | None, of: str = "", *, kind: type | tuple[type, ...] = object) -> None:
-        """Open a store of runs and read what it holds; no path keeps rows in memory alone."""
+        """Open a store of runs and read what it holds; no path keeps rows in memory alone.
+
+        Parameters
+        ----------
+        kind : of every row, for a check when it is read
+        """
         self.path = None if path is None else Path(path)
         self.of, self.kind = of, kind
         self.rows: dict[str, Any] = {}

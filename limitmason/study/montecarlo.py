@@ -189,7 +189,16 @@ def _variables(
     build: Any, joints: Mapping[str, Random] | None, parameters: Mapping[str, Random] | None,
     blocks: Mapping[str, Random],
 ) -> tuple[list[str], dict[str, Random], dict[str, Random]]:
-    """Names of what is drawn once per assembly, and both mappings checked."""
+    """Names of what is drawn once per assembly, and both mappings checked.
+
+    Parameters
+    ----------
+    build : pair of assembly and loads, or a function of the parameters that returns one
+
+    Returns
+    -------
+    once, joints, parameters : names of what is drawn once per assembly, and both mappings
+    """
     joints, parameters = dict(joints or {}), dict(parameters or {})
     if not callable(build):
         pair = build if isinstance(build, tuple | list) and len(build) == 2 else (None, None)
@@ -213,7 +222,10 @@ def _variables(
 
 
 def _independent(names: Sequence[str], samples: int, seed: int) -> Array:
-    """Shares of every name from random numbers of its own, keyed beyond those of the joint properties."""
+    """Shares of every name in every sample [-], shape (samples, names), from random numbers of its own.
+
+    They are keyed beyond those of the joint properties.
+    """
     out = np.zeros((samples, len(names)))
     for place, name in enumerate(names):
         word = zlib.crc32(name.encode())
@@ -226,7 +238,13 @@ def _sample(
     build: Any, run: Run, refusals: tuple[type[Exception], ...], drawn: RandomInputs, *, sample: int,
     shares: Mapping[str, float],
 ) -> dict[str, Any]:
-    """One sample: the model with its drawn numbers is built, run, and recorded, as is a refusal of the kinds named."""
+    """One sample: the model with its drawn numbers is built, run, and recorded, as is a refusal of the kinds named.
+
+    Parameters
+    ----------
+    build, run, refusals : model or function that makes it; what is asked of it; errors that count as an answer
+    shares : probability of every value drawn per assembly [-]
+    """
     given = {name: float(random.value(shares[name])) for name, random in drawn.parameters.items()}
     assembly, loads = build(**given) if callable(build) else build
     record: dict[str, float] = {}

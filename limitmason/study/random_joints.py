@@ -261,6 +261,7 @@ def draw_joints(
 
 
 def _smallest_friction_deg(assembly: Assembly, values: Mapping[str, Array]) -> float:
+    """Least friction angle of all joints [deg], as drawn, or else as the model has it."""
     if "friction_angle_deg" in values:
         return float(values["friction_angle_deg"].min())
     if "friction_coefficient" in values:
@@ -280,6 +281,10 @@ def _linked(assembly: Assembly, values: Mapping[str, Array], links: LinkedFormul
     """Linked properties of every interface, each within its physical bounds, shape (k,).
 
     A formula may need properties that are not drawn: these are those of the joints with what is drawn.
+
+    Parameters
+    ----------
+    values : of every drawn property by interface, shape (k,)
     """
     known, joints = dict(values), _joints(assembly, values)
     for name in links.needs - set(known):
@@ -337,7 +342,12 @@ def _shares(
 
 
 def _changed(joint: Joint, drawn: Mapping[str, float]) -> Joint:
-    """The joint with drawn properties; dilation is kept at most the friction."""
+    """The joint with drawn properties; dilation is kept at most the friction.
+
+    Parameters
+    ----------
+    drawn : values by name of the property
+    """
     own: dict[str, Any] = {k: v for k, v in drawn.items() if k not in ("friction_coefficient", "dilatancy_ratio")}
     if "friction_coefficient" in drawn:
         own["friction_angle_deg"] = math.degrees(math.atan(drawn["friction_coefficient"]))

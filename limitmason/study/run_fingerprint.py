@@ -62,6 +62,7 @@ def fingerprint_of_code(*parts: Any) -> str:
 
 
 def _fingerprint(parts: tuple[Any, ...], *, state: bool) -> str:
+    """Hash of the content of ``parts``; of functions with what they hold now, where ``state``."""
     digest = _Digest(state)
     for part in parts:
         digest.feed(part)

@@ -132,6 +132,7 @@ class Stop:
 
 
 def _numbers(table: Table, column: str) -> Array:
+    """A column of a table as numbers."""
     found = table[column]
     if found.dtype == object:
         raise InputError(f"column {column!r} holds no numbers")

@@ -55,6 +55,7 @@ def run_points(
     ----------
     executor : anything with ``submit``, or a dask client; None for processes of joblib
     workers : most processes, each with one thread for its linear algebra; 1 runs in this process, -1 is one per core
+    function : called with the keywords of every job
     """
     if executor is not None:
         yield from _on_executor(function, jobs, _as_executor(executor))
@@ -80,6 +81,7 @@ def run_points(
 
 
 def _call(function: Callable[..., Any], point: Mapping[str, Any]) -> Any:
+    """Result of one call, or the :class:`Unfinished` that it ended with."""
     try:
         with handed_on():
             return function(**point)
@@ -120,7 +122,12 @@ def _chunks(jobs: Sequence[Job], seconds: float, least: int) -> list[Sequence[Jo
 def _unpacked(
     executor: Any, function: Callable[..., Any], chunks: Sequence[Sequence[Job]], begun: Sequence[Future] = ()
 ) -> Iterator[tuple[int, Any]]:
-    """Results of chunks as they come, after those begun before; an error calls all else off."""
+    """Results of chunks as they come, after those begun before; an error calls all else off.
+
+    Parameters
+    ----------
+    executor, function, begun : where to run; what is called; chunks already under way
+    """
     futures = [*begun, *(executor.submit(_chunk, function, part) for part in chunks)]
     try:
         for future in as_completed(futures):
@@ -140,6 +147,7 @@ def _processes(workers: int) -> Any:
 
 
 def _as_executor(executor: Any) -> Any:
+    """What has a ``submit`` method; of a dask client the executor that it gives."""
     if hasattr(executor, "get_executor"):
         executor = executor.get_executor()  # a dask client in the form of the standard library
     if not hasattr(executor, "submit"):
@@ -148,7 +156,10 @@ def _as_executor(executor: Any) -> Any:
 
 
 def _on_executor(function: Callable[..., Any], jobs: Sequence[Job], executor: Any) -> Iterator[tuple[int, Any]]:
-    """Results of calls on an executor, in chunks where the first call is back soon."""
+    """Numbered results of calls on an executor, in chunks where the first call is back soon.
+
+    It is waited for during ``PATIENCE``; a call that takes longer goes by itself, as if it took ``CHUNK``.
+    """
     if not jobs:
         return
     first = executor.submit(_chunk, function, jobs[:1])

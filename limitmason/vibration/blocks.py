@@ -165,6 +165,7 @@ def block_system(
     stiffness : per area, of normal and two tangents [Pa/m], shape (m, 3); of normal and one in plane, (m, 2)
     plane : in which blocks move, where points come with one
     shapes, blocks : of blocks that deform, and their kind, which says how joint points take them up; none by default
+    label, warnings : what the stiffness is of, in words, and what a reader must be told
 
     Raises
     ------
@@ -210,7 +211,13 @@ def block_system(
 
 
 def _spread(free: Flags, basis: Array, place: Flags, vector: Array) -> Array:
-    """Twists and strains of all blocks from the free unknowns, shape (n, 6 + most strains of a block)."""
+    """Twists and strains of all blocks from the free unknowns, shape (n, 6 + most strains of a block).
+
+    Parameters
+    ----------
+    free, basis, vector : which unknowns are free, wrenches of the rigid ones, (6, d), and the free ones' values
+    place : which columns of a block's strains it has, shape (n, most)
+    """
     out = np.zeros(free.size)
     out[free] = vector
     rigid = len(place) * basis.shape[1]

@@ -89,7 +89,12 @@ def largest_of(system: VibratingSystem) -> float:
 
 
 def _inverse(system: VibratingSystem, largest: float) -> tuple[Callable[[Array], Array], float]:
-    """Product with (K - shift M)^-1, and the shift: 0, or below it where nothing holds a motion."""
+    """Product with (K - shift M)^-1, and the shift: 0, or below it where nothing holds a motion.
+
+    Parameters
+    ----------
+    largest : upper bound of the eigenvalues [1/s2]
+    """
     k, m = system.stiffness, system.mass
     try:
         solve = _corrected(k) if system.solve is None else system.solve
@@ -120,7 +125,12 @@ def _corrected(matrix: sparse.csc_array) -> Callable[[Array], Array]:
 def _found(
     solve: Callable[[Array], Array], shift: float, system: VibratingSystem, block: Array, count: int
 ) -> tuple[Array, Array]:
-    """Eigenvalues and vectors of as many as the block has, of which the lowest ``count`` converged."""
+    """Eigenvalues and vectors of as many as the block has, of which the lowest ``count`` converged.
+
+    Parameters
+    ----------
+    solve, shift, block : product with (K - shift M)^-1, that shift [1/s2], and vectors to begin with, shape (n, b)
+    """
     m = system.mass
     x, best, idle = block, np.inf, 0
     most = min(_DEPTH * block.shape[1], len(block))

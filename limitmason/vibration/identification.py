@@ -146,6 +146,11 @@ def _peaks(
 
     At most ``count`` peaks are taken. Each rises by at least 0.7 in the natural logarithm, a factor of two. The
     frequency [Hz] is that of a parabola through three lines.
+
+    Parameters
+    ----------
+    f, first, vectors : lines [Hz], first singular value and vector at each, shapes (m,), (m,) and (m, s)
+    inside, shown : lines in the band; passed on to the answer
     """
     from scipy.signal import find_peaks
 
@@ -190,6 +195,12 @@ def _subspace(y: Array, step: float, order: int, lags: int) -> list[Pole]:
 
 
 def _continuous(value: Complex, shape: Complex, step: float) -> Pole:
+    """Frequency [Hz], damping [-] and shape of the poles of a system in steps of ``step`` [s], those that oscillate.
+
+    Parameters
+    ----------
+    value, shape : eigenvalues of a step, shape (k,), and shapes as columns, (s, k)
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = np.log(np.where(np.abs(value) > 0.0, value, 1e-300)) / step
     keep = rate.imag > 1e-9
@@ -202,6 +213,10 @@ def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown:
 
     A pole comes back within 1 % in frequency and 10 % in damping, with a MAC above 0.95. Each mode is the median of at
     least three; the modes that come back most often are taken.
+
+    Parameters
+    ----------
+    band, count, shown : [Hz], how many modes at most, and passed on to the answer
     """
     kept: list[tuple[float, float, Complex]] = []
     for (f0, d0, s0), (f1, d1, s1) in pairwise(poles):

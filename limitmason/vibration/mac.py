@@ -123,7 +123,7 @@ class Mac(Displayed, Tabular, ReadOnly):
 
 
 def _groups(frequency: Array) -> list[list[int]]:
-    """Groups of modes whose frequencies follow each other closely.
+    """Groups of modes whose frequencies [Hz] follow each other closely, as their numbers.
 
     Without frequencies every mode is a group of its own.
     """
@@ -259,6 +259,10 @@ def _check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
     """Refuse components that are zero in every shape of one set, where the other moves.
 
     A blank that was filled with zero would lower the criterion of modes that are alike.
+
+    Parameters
+    ----------
+    u, v, number : shapes of both sets, (k, s), and number of every column: sensor, or three times the point plus axis
     """
     for which, mine, other in (("first", u, v), ("second", v, u)):
         share = (np.abs(other) ** 2 / np.maximum((np.abs(other) ** 2).sum(axis=1, keepdims=True), 1e-300)).max(axis=0)
@@ -281,7 +285,12 @@ def _check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
 
 
 def _unseen(m: Shapes, where: Array | None, along: Array | None) -> tuple[int, ...]:
-    """Modes of a model that hardly move along any sensor."""
+    """Modes of a model that hardly move along any sensor.
+
+    Parameters
+    ----------
+    where, along : places [m] and unit directions of the sensors, (s, 3), or None
+    """
     if not isinstance(m, Modes) or along is None or where is None:
         return ()
     motion = m.at(where)
@@ -292,7 +301,13 @@ def _unseen(m: Shapes, where: Array | None, along: Array | None) -> tuple[int, .
 def _compared(
     products: tuple[Array, Array, Array], frequency: list[Array], unseen: tuple[tuple[int, ...], ...] = ((), ())
 ) -> Mac:
-    """MAC from the products of two sets of shapes; refuses a mode that moves nothing."""
+    """MAC from the products of two sets of shapes; refuses a mode that moves nothing.
+
+    Parameters
+    ----------
+    products : of the two sets with each other, and of each with itself; (k, l), (k, k), (l, l)
+    frequency, unseen : of both sets [Hz], and modes that no sensor sees
+    """
     cross, first, second = products
     own = [np.real(np.diag(g)) for g in (first, second)]
     for which, square in zip(("first", "second"), own, strict=True):

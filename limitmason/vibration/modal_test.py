@@ -113,6 +113,7 @@ class ModalTest(ReadOnly):
         return self._named(frequency, shape)
 
     def _named(self, frequency: Array, shape: Array) -> dict[str, float]:
+        """Frequencies (k,) [Hz] and shapes (k, s) by the names of quantities."""
         out = {f"frequency {k + 1}": float(f) for k, f in enumerate(frequency)}
         return out | {
             f"mode {k + 1} sensor {s + 1}": float(v) for k, row in enumerate(shape) for s, v in enumerate(row)

@@ -156,7 +156,7 @@ def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
 
 
 def solved(system: VibratingSystem, count: int) -> Modes:
-    """Modes of a system, see :func:`modes`; residuals and what lies below included."""
+    """The ``count`` lowest modes of a system, see :func:`modes`; residuals and what lies below included."""
     n = system.stiffness.shape[0]
     if not (isinstance(count, int | np.integer) and 1 <= count < n):
         raise InputError(f"count must lie between 1 and {n - 1}, got {count!r}")

@@ -1,4 +1,8 @@
-"""Cells of a grid: inner products of its node values, and the linear step of a fit within a cell."""
+"""Cells of a grid: inner products of its node values, and the linear step of a fit within a cell.
+
+``gram`` are d rows of d arrays and ``slope`` and ``gradient`` d arrays, with one entry per data set; ``low`` and
+``high`` are ends of a box, d arrays.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +55,12 @@ class Cells:
     """
 
     def __init__(self, values: np.ndarray, z: Sequence[np.ndarray]):
-        """Order the nodes, find their neighbours, and lay out the table of a step."""
+        """Order the nodes, find their neighbours, and lay out the table of a step.
+
+        Parameters
+        ----------
+        values, z : as of the class
+        """
         self.shape, n = values.shape[:-1], values.shape[-1]
         self.d, self.k = len(self.shape), len(z)
         first = self.d - self.k
@@ -163,7 +172,12 @@ class NodeData:
     """
 
     def __init__(self, table: np.ndarray, d: int, k: int):
-        """Split rows of :attr:`Cells.table` into named quantities, one node per column."""
+        """Split rows of :attr:`Cells.table` into named quantities, one node per column.
+
+        Parameters
+        ----------
+        table, d, k : rows of some nodes, number of axes, and how many of these are measured inputs
+        """
         rows = np.ascontiguousarray(table.T)
         at = {name: rows[part] for name, part in column_slices(d, k).items()}
         self.index, self.low, self.high, self.cross = at["index"], at["low"], at["high"], at["cross"]

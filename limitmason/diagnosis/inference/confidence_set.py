@@ -1,4 +1,8 @@
-"""Bootstrap confidence set of causes, then of pairs, behind a gate for "none" and a guard for scatter."""
+"""Bootstrap confidence set of causes, then of pairs, behind a gate for "none" and a guard for scatter.
+
+``y`` are the whitened values of a data set, shape (n,), or of several, (b, n); ``replicate`` the redrawn variances of
+replicates, (b,), and ``shape`` a statistic of trends, (b,).
+"""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -257,6 +261,10 @@ class ConfidenceSet:
         """A fit beside the baseline and the best of its kind.
 
         It is not tested yet, and so not kept.
+
+        Parameters
+        ----------
+        base, best : log-likelihood of the baseline, and of the best explanation of its kind
         """
         grid, value = self.design.grid(names), float(fit.loglik[0])
         sizes, z = (tuple(float(v) for v in at(fit.position)[0]) for at in (grid.sizes_at, grid.z_at))
@@ -265,7 +273,7 @@ class ConfidenceSet:
         )
 
     def _gated(self, null: BestFit, singles: Mapping[Names, BestFit]) -> tuple[Tally, float]:
-        """Statistics of the gate counted among data drawn from the baseline, and the critical gain."""
+        """Statistics of the gate counted among data drawn from the baseline, and the gain that is critical there."""
         rule, shape = self.rule, self.design.trends.statistic(null.residuals)
         observed = self._statistics(null, list(singles.values()), np.ones(1), shape)
         thresholds = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter, "guard": rule.guard}
@@ -274,6 +282,7 @@ class ConfidenceSet:
         trend = self._trend_drawn((), null)
 
         def draw(rows: slice) -> dict[str, np.ndarray]:
+            """The statistics of some of the draws."""
             y, z, replicate = self.drawn((), null, rows)
             base, *again = self.design.fits([(), *singles], y, z, replicate)
             drawn = self._statistics(base, again, replicate, trend(rows, base))
@@ -359,7 +368,12 @@ class ConfidenceSet:
         return add_draws(tally, draw, enough, self.count)
 
     def _deficit(self, names: Names, fit: BestFit, observed: float, rivals: Iterable[Names]) -> Tally:
-        """Log-likelihood deficit against the best rival, on data drawn from the explanation's own fit."""
+        """Log-likelihood deficit against the best rival, on data drawn from the explanation's own fit.
+
+        Parameters
+        ----------
+        observed : deficit of the data
+        """
         tally = Tally({"deficit": observed}, {"deficit": self.rule.deficit})
         if observed <= 0.0:  # the best itself: every draw reaches a deficit of 0
             tally.reached, tally.draws = {"deficit": 1}, 1
@@ -367,6 +381,7 @@ class ConfidenceSet:
         near, least = self._near(names, fit, rivals), tally.least("deficit")
 
         def draw(rows: slice) -> dict[str, np.ndarray]:
+            """The deficit of some of the draws."""
             y, z, replicate = self.drawn(names, fit, rows)
             own = self.design.fits([names], y, z, replicate)[0].loglik
             out = np.zeros(len(y))

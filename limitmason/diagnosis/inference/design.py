@@ -1,4 +1,8 @@
-"""One design and one list of causes: whitened grids, recorded columns, trends, likelihood, and data drawn from fits."""
+"""One design and one list of causes: whitened grids, recorded columns, trends, likelihood, and data drawn from fits.
+
+``y`` are the whitened values of data sets, shape (b, n), ``z`` their measured inputs in standard deviations, (b, k),
+``replicate`` redrawn variances of replicates, (b,), and ``weights`` 1 for values that are used, (b, n).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Model discrepancy: smooth biases without a cause, and listed levers with another dependence, as rivals of a cause."""
+"""Model discrepancy: smooth biases without a cause, and listed levers with another dependence, as rivals of a cause.
+
+``y`` are the whitened values of several data sets, shape (b, n), ``replicate`` their redrawn variances of replicates,
+and ``slopes`` what the measured inputs change, (n, k).
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
@@ -52,7 +56,14 @@ class Discrepancy:
     """
 
     def __init__(self, along: Sequence[str], factors: Sequence[np.ndarray], slopes: np.ndarray):
-        """Factor every bias: B with (S + J J')^-1 = I - B B', and its price log det(S) / 2."""
+        """Factor every bias.
+
+        B with (S + J J')^-1 = I - B B', S the bias's covariance and J the inputs' slopes, and its price log det(S) / 2.
+
+        Parameters
+        ----------
+        along, factors : what each bias goes with, in words, and a root of its covariance over the noise, (n, r)
+        """
         self.along, self.factors, self.n = tuple(along), tuple(factors), len(slopes)
         parts, prices = [np.zeros((self.n, 0))], []
         for factor in self.factors:
@@ -138,6 +149,10 @@ class Discrepancy:
 
         The values are those of one data set, and a bias predicts them. With Q = (S + J J')^-1, the fold F is missed by
         (Q_FF)^-1 (Q y)_F with covariance (Q_FF)^-1.
+
+        Parameters
+        ----------
+        number, folds : of the bias, and of the fold of every value, shape (n,)
         """
         b, pull = self._stack[:, self._starts[number] : self._starts[number + 1]], self.weighted(number, y)
         miss, spread = np.empty(len(y)), np.empty(len(y))
@@ -157,7 +172,12 @@ def _thin(factor: np.ndarray) -> np.ndarray:
 
 
 def _curved(points: np.ndarray, reach: float) -> np.ndarray:
-    """Factor of the squared-exponential kernel of points, shape (n, k); of as many columns as there are places."""
+    """Root of the squared-exponential kernel of points (n, k), with as many columns as there are places.
+
+    Parameters
+    ----------
+    reach : distance over which values go together
+    """
     places, where = np.unique(points, axis=0, return_inverse=True)
     apart = np.sum([(x[:, None] - x[None]) ** 2 for x in places.T], axis=0) / points.shape[1]
     size, turn = np.linalg.eigh(np.exp(-0.5 * apart / reach**2))
@@ -233,6 +253,7 @@ class Rivals:
     """
 
     def __init__(self, design: Design, sd: float = 1.0):
+        """Begin without any rival: they are made when they are asked for."""
         self.design, self.sd = design, sd
         self.slopes = design.null.slopes / sd
         self._made: dict[tuple[str, ...], Discrepancy] = {}
@@ -253,6 +274,10 @@ class Rivals:
         one, times an unknown factor that depends on a column: a friction that differs by direction, a softness that
         grows with the load. Beside a pair of causes the factor may also differ for one label only, but not by quantity:
         that is a reading, which the list has.
+
+        Parameters
+        ----------
+        names : causes of the explanation
         """
         own = self.design.own(names)
         if (own, len(names)) not in self._levers:
@@ -291,7 +316,13 @@ class Rivals:
     def _acting(
         self, effects: Mapping[str, np.ndarray], ways: Mapping[str, list[np.ndarray]], amplitudes: Sequence[float]
     ) -> Discrepancy:
-        """Effects, scaled to a mean square of one, times unknown factors that depend on columns."""
+        """Effects, scaled to a mean square of one, times unknown factors that depend on columns.
+
+        Parameters
+        ----------
+        effects : whitened effect of every lever at its largest size, shape (n,)
+        ways, amplitudes : factors by column, each (n, r), and the sizes that are tried [-]
+        """
         along, factors = [], []
         for name, effect in effects.items():
             size = float(np.sqrt(np.mean(effect**2)))

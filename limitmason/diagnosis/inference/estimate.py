@@ -67,6 +67,7 @@ def _interval(
     axis : of the size in the grid
     size, best : best size and its log-likelihood
     limit : root of twice the log-likelihood by which an end is worse, from :func:`_limit`
+    y : whitened values, shape (n,)
     """
     profile = np.array([float(design.fit(g, y).loglik[0]) for g in grid.without_axis(axis)])
     nodes = grid.sizes[axis]
@@ -102,6 +103,10 @@ def _limit(design: Design, tested: Tested, draws: Draws) -> float:
 
 
 def _wilks(design: Design, spent: int) -> float:
+    """Root of twice the log-likelihood by which an end of the interval is worse, by the chi-square of one parameter.
+
+    Where the noise is estimated it is larger, with ``spent`` parameters taken off the values.
+    """
     if design.like.kind == "known":
         return float(np.sqrt(CHI2))
     free = max(design.n + design.like.dof - spent, 1.0)

@@ -90,7 +90,12 @@ class Likelihood:
     def variance(
         self, loss: Array | float, count: Array | float, replicate: Array | float = 1.0, spent: float = 0.0
     ) -> Array:
-        """Noise variance in stated units: 1 when known, else the estimate with ``spent`` parameters taken off."""
+        """Noise variance in stated units: 1 when known, else the estimate with ``spent`` parameters taken off.
+
+        Parameters
+        ----------
+        loss, count, replicate : as of :meth:`loglik`
+        """
         if self.kind == "known":
             return np.ones_like(np.asarray(loss, dtype=float))
         freedom = np.maximum(count + self.dof - spent, 1.0)
@@ -256,6 +261,10 @@ def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None, Array]:
     """Column of the best node of each data set, the inner products with it and its neighbours where made, and ranks.
 
     Among nodes with the same measured inputs that with the highest rank is the best.
+
+    Returns
+    -------
+    column, products, ranks : shape (b,); inner products or None; log-likelihoods, (b, nodes)
     """
     y, z, like = data.y, data.z, data.like
     if not data.plain:
@@ -302,7 +311,12 @@ class _Found:
 
 
 def _step(grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner: Sequence[Array] = ()) -> _Found:
-    """One linear step from a node of the grid that each data set is fitted by."""
+    """One linear step from a node of the grid that each data set is fitted by.
+
+    Parameters
+    ----------
+    owner, column, inner : grid and node of every data set, (b,), and inner products that are known
+    """
     known = data.like.kind == "known"
     at = StepData(data.y, data.z, data.squares, None if known else data.per, None if data.plain else data.used)
     step = stepped([g.cells for g in grids], owner, column, at, inner)

@@ -1,4 +1,7 @@
-"""Gain of an extension: predicted against measured, and prediction of values left out, with the selection repeated."""
+"""Gain of an extension: predicted against measured, and prediction of values left out, with the selection repeated.
+
+``y`` are the whitened values, shape (n,), and ``folds`` the number of the fold of each specimen, (n,).
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -140,7 +143,10 @@ def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> 
 
 
 def _selected(design: Design, y: np.ndarray, folds: np.ndarray, critical_gain: float) -> np.ndarray:
-    """Score over the baseline with the cause that fits each rest best, or none where that gains too little."""
+    """Score over the baseline of every value, shape (n,), with the cause that fits the rest best.
+
+    It is 0 where no cause gains ``critical_gain`` on the rest.
+    """
     null, *listed = (left_out(design, names, y, folds) for names in ((), *design.listed))
     gains = np.array([u.loglik - null.loglik for u in listed])
     chosen = np.where(gains.max(axis=0) >= critical_gain, np.argmax(gains, axis=0), -1)[folds]
@@ -149,6 +155,7 @@ def _selected(design: Design, y: np.ndarray, folds: np.ndarray, critical_gain: f
 
 
 def _score(each: np.ndarray, folds: np.ndarray) -> Score:
+    """Sum of the scores of ``each`` value, with the standard error by folds."""
     count = int(folds.max()) + 1
     parts = np.bincount(folds, weights=each, minlength=count)
     error = float(np.sqrt(count) * parts.std(ddof=1)) if count > 1 else float("nan")

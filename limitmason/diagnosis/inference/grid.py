@@ -26,6 +26,12 @@ class Grid:
     """
 
     def __init__(self, sizes: Sequence[np.ndarray], z: Sequence[np.ndarray], values: np.ndarray):
+        """Keep the nodes, and check that the values fit them.
+
+        Parameters
+        ----------
+        sizes, z, values : as of the class
+        """
         self.sizes = tuple(np.asarray(s, dtype=float) for s in sizes)
         self.z = tuple(np.asarray(a, dtype=float) for a in z)
         self.values = np.ascontiguousarray(values, dtype=float)
@@ -125,7 +131,7 @@ class Grid:
         return Grid((), self.z, self.between(position))
 
     def denser(self, times: int = 4) -> "Grid":
-        """This grid with more nodes along the measured inputs, linear between the old ones."""
+        """This grid with ``times`` as many nodes along the measured inputs, linear between the old ones."""
         values, z = self.values, []
         for axis, a in enumerate(self.z, start=len(self.sizes)):
             u = np.linspace(0.0, len(a) - 1.0, times * (len(a) - 1) + 1)
@@ -184,7 +190,12 @@ def at_measured(table: Grid | Tabulation) -> np.ndarray:
 
 
 def _along(values: np.ndarray, axis: int, position: np.ndarray) -> np.ndarray:
-    """Values at positions along one axis, linear between nodes: the one interpolation of grids."""
+    """Values at positions along one axis, linear between nodes: the one interpolation of grids.
+
+    Parameters
+    ----------
+    values, position : node values, with any axes, and positions along ``axis`` in nodes, shape (p,)
+    """
     last = values.shape[axis] - 1
     low = np.minimum(position.astype(int), last)
     part = (position - low).reshape(-1, *[1] * (values.ndim - axis - 1))

@@ -1,4 +1,9 @@
-"""The whole judgement of a data set: shared noise, gate, what explains an alarm, and whether it is identified."""
+"""The whole judgement of a data set: shared noise, gate, what explains an alarm, and whether it is identified.
+
+``y`` are the whitened values of the data set, shape (n,), ``data`` the same in the coordinates of its design,
+``effect`` what an explanation changes in them, ``sd`` the noise in stated units and ``loglik`` the log-likelihood of
+the fit.
+"""
 
 from __future__ import annotations
 
@@ -110,6 +115,10 @@ class Judge:
 
         A lever is what a listed cause acts through, here with another dependence on the columns than the explanation
         has. A drift from test to test is one of them, with its own threshold.
+
+        Returns
+        -------
+        rival, beyond, asked : name, log-likelihoods
         """
         like, levers, rival, beyond, asked = self.design.like, rivals.levers(names), "", np.inf, LEVER
         if levers.along:
@@ -362,7 +371,7 @@ def dosed(slope: float, error: float) -> bool:
 def dose_of(
     discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, data: np.ndarray, sd: float
 ) -> tuple[float, float]:
-    """Share of the fitted effect that no bias could make, and its standard error.
+    """Share of the fitted effect that no bias could make, and its standard error [-].
 
     The contrast is the part of the effect that is left when the nearest bias and the measured inputs have taken all
     they can. A share of 1 is all of the effect, 0 none.

@@ -143,7 +143,12 @@ def _planted(design: Design, known: Design, cause: Listed, chances: Draws, ratio
 
 
 def _adequate(design: Design, names: Names, fit: BestFit, along: np.ndarray) -> np.ndarray:
-    """Whether neither scatter nor trend speaks against fits to data, by nominal tail probabilities."""
+    """Whether neither scatter nor trend speaks against fits to data, by nominal tail probabilities.
+
+    Parameters
+    ----------
+    along : data along the trends, shape (b, trends)
+    """
     good = design.trend_of(names)(along, fit) <= np.log(max(len(design.trends), 1) / TREND)
     if design.like.quadratic:
         good &= chdtrc(design.n + design.inputs, fit.loss + fit.penalty) >= FIT

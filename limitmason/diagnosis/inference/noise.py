@@ -192,7 +192,7 @@ class Noise:
         return np.where(rate > 0.0, seen / np.sqrt(np.where(rate > 0.0, rate * (1.0 - rate), 1.0)), normal)
 
     def of_some(self, chosen: Sequence[bool] | np.ndarray) -> Noise:
-        """The statement for some of the specimens, boolean, shape (n,)."""
+        """The statement for the specimens that are ``chosen``, boolean, shape (n,)."""
         if not isinstance(self.sd, tuple):
             return self
         sd, misread = (None if v is None else tuple(s for s, keep in zip(v, chosen, strict=True) if keep)
@@ -231,7 +231,12 @@ class Draws:
 
     @classmethod
     def make(cls, seed: int | Sequence[int], n: int, k: int, noise: Noise, count: int = DRAWS) -> Draws:
-        """All draws from one seed."""
+        """All draws from one seed.
+
+        Parameters
+        ----------
+        n, k, count : values and measured inputs of a data set, and number of draws
+        """
         rng = np.random.default_rng(seed)
         errors = noise.errors(rng, count, n)
         replicate = np.ones(count) if noise.dof is None else rng.chisquare(noise.dof, count) / noise.dof

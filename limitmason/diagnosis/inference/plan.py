@@ -297,6 +297,10 @@ def chance_of_verdict(d2: np.ndarray, pairs: Sequence[tuple[Names, Names]]) -> f
     """Expected chance that the true explanation is left alone, each being as likely.
 
     A rival at distance d is rejected with the chance of d + N(0, 1) to exceed ``REJECTED``; the nearest one counts.
+
+    Parameters
+    ----------
+    d2, pairs : squared distance of every pair in standard deviations, and (true, rival) explanations
     """
     nearest: dict[Names, float] = {}
     for (true, _), value in zip(pairs, d2, strict=True):
@@ -311,6 +315,12 @@ def equivalent_tests(
 
     What they bring is measured by the sum over pairs of min(d2, cap). The best specimen of each quantity is tested
     again and again. The result is empty where no test brings anything.
+
+    Parameters
+    ----------
+    sums, adds : squared distances of the pairs at every node so far, and what each row of the pool adds, (g,) and (g,
+        rows)
+    quantities, cap : of every row; distance from which a pair counts as told apart
     """
 
     def reached(row: int, times: int) -> float:

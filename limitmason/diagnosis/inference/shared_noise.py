@@ -1,6 +1,9 @@
 """Noise that tests share by a batch, day or set-up: estimated and carried.
 
 The batch, day or set-up is recorded, or nobody wrote it down.
+
+``y`` are whitened values, shape (n,), ``r`` residuals in units of the noise, (n,), and ``along`` directions in which
+these are free, (n, k). ``shares`` are parts of the noise's variance by column [-].
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -122,6 +125,12 @@ class Components:
     """
 
     def __init__(self, design: Design, labels: Mapping[str, np.ndarray]):
+        """Lay all labels and slopes side by side.
+
+        Parameters
+        ----------
+        labels : one column for each label of a recorded column, 1 where a specimen has it, shape (n, labels)
+        """
         self.design, self.labels, self.slopes = design, labels, design.null.slopes
         self._made: dict[tuple[float, ...], tuple[np.ndarray, float]] = {}
         whole = np.hstack([*labels.values(), self.slopes])
@@ -160,6 +169,7 @@ class Components:
         rest = 1.0 - sum(shares.values())
         basis = np.linalg.svd(along, full_matrices=False)[0] if along.shape[1] else along
         both = np.column_stack([r, basis])
+        # the whole A: all labels, then the slopes of the measured inputs
         seen = self._whole.T @ both
         products = (both.T @ both - seen.T @ middle @ seen) / rest
         square = float(products[0, 0])
@@ -266,6 +276,12 @@ def _called(name: str) -> str:
 
 
 def _correlation(n: int, shares: Mapping[str, float], blocks: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Correlation of the noise, shape (n, n): 1 on the diagonal, a share between specimens of one label.
+
+    Parameters
+    ----------
+    blocks : 1 for every two specimens of one label, by column, shape (n, n)
+    """
     out = (1.0 - sum(shares.values())) * np.eye(n)
     for name, share in shares.items():
         out += share * blocks[name]

@@ -110,6 +110,10 @@ class Trends:
         ----------
         turned : parts of the residuals along means and trends
         whole : sum of their squares, shape (b,)
+
+        Returns
+        -------
+        ratios, k, free : F; degrees of freedom above and below, shape (trends,)
         """
         k = np.diff(self._starts).astype(float)
         free = self.n - k - np.array([t.means.shape[1] for t in self.trends])

@@ -75,7 +75,12 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def _assumed_of_units(chosen: Mapping[str, Any]) -> tuple[str, ...]:
-    """What is assumed of the units and where the wall crushes, one sentence each."""
+    """What is assumed of the units and where the wall crushes, one sentence each.
+
+    Parameters
+    ----------
+    chosen : options of the specimen
+    """
     if chosen["young_modulus"] is None:
         return (
             "The masonry strength is assumed for every joint, uniform and plastic; units are rigid, so cracks through "
@@ -168,7 +173,9 @@ def curve(test: Experiment) -> Curve:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Vertical force dead at the beam's centroid, or 1 kN sideways at the top of the wall live."""
+    """Vertical force dead at the beam's centroid, and 1 kN sideways at the top of the wall live, along x by its
+    sense.
+    """
     p = test.parameters
     force = float(p["vertical stress"]) * 1e6 * float(p["length"]) * float(p["thickness"])
     i = wall.block_index(BEAM)

@@ -143,7 +143,7 @@ def assembly(test: Experiment) -> Assembly:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Weight and top load dead, or 1 kN sideways at the beam's centroid live."""
+    """Weight and top load dead, and 1 kN sideways at the beam's centroid live, along x by its sense."""
     return (
         Loads.weight(wall)
         .with_precompression(wall, float(test.parameters["N on top"]) * 1e3, block=BEAM)

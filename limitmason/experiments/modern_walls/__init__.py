@@ -115,7 +115,12 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def units_per_course(row: Any) -> tuple[float, str]:
-    """Units in a course, a whole number of halves, and in words how they fit the length."""
+    """Units in a course, a whole number of halves, and in words how they fit the length.
+
+    Parameters
+    ----------
+    row : of the table of walls
+    """
     printed = 1e3 * float(row["L"]) / float(row["lb"])
     units = max(1.0, round(2.0 * printed) / 2.0)
     change = 1e3 * float(row["L"]) / units / float(row["lb"]) - 1.0
@@ -217,6 +222,9 @@ def crack_joint(test: Experiment) -> Joint:
 
 
 def _mortar(test: Experiment, share: float, friction: float) -> Joint:
+    """Joint of mortar with a share of the cohesion fv0 and a factor of the friction; none of the former is a dry
+    joint.
+    """
     o, fv0 = test.options, share * 1e6 * value(test, "fv0")
     return Joint.from_friction_coefficient(
         friction * value(test, "mu"), dilatancy_angle_deg=o["dilatancy_deg"] if friction else 0.0,
@@ -237,7 +245,7 @@ def axial_force(test: Experiment) -> float:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """N dead at the beam's centroid; 1 kN sideways live on the beam at the height of zero moment."""
+    """N dead at the beam's centroid; 1 kN live on the beam at the height of zero moment, along x by its sense."""
     top = wall.centroids[wall.block_index(BEAM)]
     height = shear_span(test) * float(test.row["H"])
     wrench = Loads.weight(wall).with_precompression(wall, axial_force(test), block=BEAM)

@@ -117,6 +117,12 @@ def _input(name: str, value: float, kind: str) -> Input:
 
 
 def _strength(row: Mapping[str, str], given: Mapping[str, float]) -> Input:
+    """Compressive strength of the masonry [MPa]: printed, or by the code's power law of unit and mortar.
+
+    Parameters
+    ----------
+    row, given : of the table of walls, and what it prints as numbers, by name
+    """
     if "fc" in given:
         decimals = len(row["fc"].partition(".")[2])
         return _input("fc", given["fc"], CODE if decimals > 4 else TESTED)

@@ -116,6 +116,8 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     """Weight and roof load dead.
 
     An airbag of 1 kN on the rear of the facade live, pushing it off its side walls.
+
+    ``sense`` is 1 for that direction.
     """
     found = Loads.weight(wall)
     for top in roofs(test):

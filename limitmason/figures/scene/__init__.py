@@ -2,6 +2,8 @@
 
 The file needs neither network nor server. What is drawn is the model itself: faces of the blocks, moved by the frames
 of a mechanism, of a capacity curve or of a history, and the forces of the joints.
+
+``most`` and ``count`` are poses that are shown at most.
 """
 
 from __future__ import annotations
@@ -137,6 +139,7 @@ class Scene:
         return f"Scene of {len(self.html) / 1e3:.0f} kB; .save('scene.html') and open it in a browser"
 
     def _repr_html_(self) -> str:
+        """The scene in a frame of its own, for a notebook."""
         return (
             f'<iframe srcdoc="{escape(self.html, quote=True)}" '
             'style="width: 100%; height: 32rem; border: 1px solid #ddd"></iframe>'
@@ -150,6 +153,7 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
     ----------
     scale : factor on displacements; None chooses one
     most : poses at most
+    what : answer, curve, history, modes or motion; None for rest
     """
     rest = ScenePose(np.zeros((model.n_blocks, 3)), np.zeros((model.n_blocks, 3)), "")
     if what is None:
@@ -201,7 +205,12 @@ def _of_modes(model: Assembly, modes: Modes, scale: float) -> SceneMotion:
 
 
 def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose], str, int]:
-    """Poses, what they are, and which to begin with: the peak, or the end where little has moved by then."""
+    """Poses, what they are, and which to begin with: the peak, or the end where little has moved by then.
+
+    Returns
+    -------
+    poses, line, first : of the samples, in words, and the number to begin with
+    """
     if not len(curve.states):
         raise InputError("this curve kept no states: there is nothing to draw")
 
@@ -250,7 +259,7 @@ def _spread(count: int, most: int) -> list[int]:
 
 
 def _moved(model: Assembly, state: Any, sample: int, caption: str) -> ScenePose:
-    """Pose of one state: displacements [m] and rotation vectors [rad]."""
+    """Pose of a state, or of ``sample`` of a history: displacements [m] and rotation vectors [rad]."""
     if hasattr(state, "turn"):  # of a capacity curve: displacements and R - I
         shift, turn = state.shift, Rotation.from_matrix(np.eye(3) + state.turn).as_rotvec()
         if shift.shape != (model.n_blocks, 3):
@@ -343,6 +352,7 @@ def _text(values: Array | Sequence[Any]) -> str:
 
 
 def _page(title: str, subtitle: str, data: dict[str, Any]) -> str:
+    """The page with title, subtitle and data filled in."""
     here = files("limitmason.figures.scene")
     page = here.joinpath("page.html").read_text(encoding="utf-8")
     script = here.joinpath("scene.js").read_text(encoding="utf-8")
