@@ -94,6 +94,10 @@ class Jobs:
     def start(self, kind: str, lines: Sequence[ScriptLine]) -> Computation:
         """Begin a job; a drawing that is still being made goes first, one that waits is dropped.
 
+        Parameters
+        ----------
+        kind, lines : "draw", "solve" or "report", and the script
+
         Raises
         ------
         Busy

@@ -107,7 +107,12 @@ class _Handler(BaseHTTPRequestHandler):
         """Say nothing: the address holds the token."""
 
     def _answer(self, how: Callable[[str, dict[str, str]], None]) -> None:
-        """Answer a request, or say why not: an error of input as 422, a mistake of ours as 500."""
+        """Answer a request, or say why not: an error of input as 422, a mistake of ours as 500.
+
+        Parameters
+        ----------
+        how : called with path and query of a request that may be answered
+        """
         with suppress(ConnectionError, TimeoutError):
             try:
                 path, query = self._allowed()

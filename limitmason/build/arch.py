@@ -182,6 +182,8 @@ def _erect(
     Parameters
     ----------
     width, density, tolerance : along y [m], [kg/m3], and of contacts [m]
+    recipe, joints : what is told of the arch, and joint laws by kind
+    piers : height [m], width [m] and number of courses; None for springings on held blocks
     """
     wide = positive("width", width)
     positive("density", density)
@@ -220,6 +222,7 @@ def _add_piers(
     ----------
     width, height, pier_width : along y, of the piers, and along x [m], that of the joint where None
     held : thickness of the base [m]
+    courses : of each pier
     """
     joint = abs(outer[0, 0] - inner[0, 0])
     level = max(abs(outer[0, 1] - inner[0, 1]), abs(outer[-1, 1] - inner[-1, 1]), abs(inner[0, 1] - inner[-1, 1]))

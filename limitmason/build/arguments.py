@@ -25,6 +25,10 @@ def courses_from(height: object, courses: object, unit_height: float, where: str
 
     Exactly one of the two is given; a height that is not a whole number of courses is refused, because a builder
     that silently rounds it changes the slenderness that the analysis is about.
+
+    Parameters
+    ----------
+    unit_height, where : of a course [m], and the name of the height in errors
     """
     if (height is None) == (courses is None):
         raise InputError(f"give exactly one of {where} and courses, got {where}={height!r} and courses={courses!r}")

@@ -192,6 +192,10 @@ def smallest_overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> floa
 
     A head joint is an end of a piece inside the run (where a lapping course stops against a crossing wall there is a
     joint too); the ends of the run itself do not count. Infinite if one of the courses has no head joint.
+
+    Parameters
+    ----------
+    lower, upper : pieces of the two courses
     """
     if not lower or not upper:
         return float("inf")

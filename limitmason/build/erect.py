@@ -62,7 +62,12 @@ class Site:
     def assembly(
         self, joint: Joint, recipe: dict, *, joints: Mapping | None = None, tolerance: float | None = None
     ) -> Assembly:
-        """Return the assembly of everything on the site; ``tolerance`` is that of contacts [m]."""
+        """Return the assembly of everything on the site; ``tolerance`` is that of contacts [m].
+
+        Parameters
+        ----------
+        recipe, joints : what is told of the structure, and joint laws by kind
+        """
         return Assembly.from_polyhedra(
             self.solids, density=self.densities, joint=joint, fixed=self.fixed, names=self.names, axes=self.axes,
             joints=None if joints is None else dict(joints), recipe=recipe, tolerance=tolerance,
@@ -80,6 +85,7 @@ def add_ground(
     Parameters
     ----------
     unit : (length, height, ...) of a unit [m]
+    base, base_margin : "slab" or another of ``BASES``; how far it stands out [m], half a unit where None
     """
     choice("base", base, BASES)
     margin = unit[0] / 2.0 if base_margin is None else float(base_margin)

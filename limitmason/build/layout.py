@@ -150,7 +150,12 @@ def _read(row: Row, number: int) -> list[float]:
 
 
 def _overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> float:
-    """Smallest overlap [m] of two rows at head joints proper: the edges of openings stand in line on purpose."""
+    """Smallest overlap [m] of two rows at head joints proper: the edges of openings stand in line on purpose.
+
+    Parameters
+    ----------
+    lower, upper : pieces of the two rows
+    """
     joints = []
     for row in (lower, upper):
         # a head joint is where one piece begins and another ends

@@ -2,6 +2,8 @@
 
 Units are sets of boxes. A unit cut at a corner of an opening keeps its L shape (a union of two boxes); a unit cut in
 two becomes two units.
+
+A course is a list of its units, from the start of the facade; ``placed`` are the openings with their places in it.
 """
 
 from __future__ import annotations
@@ -305,7 +307,12 @@ def _connected(boxes: list[Box]) -> list[list[Box]]:
 
 
 def _merge_short(whole: list[Unit], touched: list[Unit], min_piece: float) -> list[Unit]:
-    """Join every cut piece shorter than min_piece to the unit of its course with which it shares the largest side."""
+    """Join every piece that is shorter than ``min_piece`` [m] to the unit beside it with the largest common side.
+
+    Parameters
+    ----------
+    whole, touched : units of the course that are as laid, and those that an opening has cut
+    """
     pending = sorted(touched, key=_length)
     units = [*whole, *touched]
     for piece in pending:

@@ -275,6 +275,7 @@ def _add_beams(
     Parameters
     ----------
     top, given, density : level of the top of the wall, height of the beams or None [m], and [kg/m3]
+    over : "facade", "returns" or "all"
     """
     if given is None:
         if over != "facade":

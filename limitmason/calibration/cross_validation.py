@@ -68,6 +68,10 @@ class LeftOut:
 def groups_of(entries: Sequence[Entry], leave_out: str | Mapping[str, str] | None) -> list[str] | None:
     """Group of every entry, or None where nothing is left out.
 
+    Parameters
+    ----------
+    leave_out : "test" or "quantity", or a group by test
+
     Raises
     ------
     InputError

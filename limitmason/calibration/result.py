@@ -338,11 +338,23 @@ class _Simulated:
         self, models: tuple[Model, ...], readings: tuple[Any, ...], at: Mapping[str, float], ties: Any,
         given: tuple[str, ...],
     ) -> None:
-        """Keep the models, what is read of each, and the parameters at the fit."""
+        """Keep the models, what is read of each, and the parameters at the fit.
+
+        Parameters
+        ----------
+        readings, at : what is read of every model, and parameters at the fit by name
+        ties, given : formulas of tied parameters, and names that models may take
+        """
         self.models, self.readings, self.at, self.ties, self.given = models, readings, at, ties, given
 
     def __call__(self, specimen: Mapping[str, Any], **changed: float) -> float:
-        """Prediction of one target by its model, at the fit but for what is changed."""
+        """Prediction of one target by its model, at the fit but for what is changed.
+
+        Parameters
+        ----------
+        specimen : number of its "model", and the "place" of the target among what is read of it
+        changed : parameters, or sizes of causes, by name
+        """
         number = int(specimen["model"])
         model: Callable[..., Any] = self.models[number]
         values = self.ties({**self.at, **{k: v for k, v in changed.items() if k in self.at}})
@@ -378,6 +390,10 @@ def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum],
     """What a user should know before trusting a fit.
 
     ``rise`` is that of the sum of squares up to which a point is inside the interval.
+
+    Parameters
+    ----------
+    best, minima : the fit, and where every start ended
     """
     out, scale = [], objective.scale
     near = SAME * objective.variance(best)

@@ -1,4 +1,7 @@
-"""From the nodes of a path to a curve: certificates and energy of its steps, events, and what a reader must be told."""
+"""From the nodes of a path to a curve: certificates and energy of its steps, events, and what a reader must be told.
+
+``nodes`` are the states of the path, in their order.
+"""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -109,7 +112,12 @@ def _told_of_flat_top(curve: PushoverCurve) -> str:
 
 
 def _breaks(generations: Generations, nodes: list[Node], balances: list[Balance]) -> tuple[Break, ...]:
-    """What broke at once, and where."""
+    """What broke at once, and where.
+
+    Parameters
+    ----------
+    balances : energy of every step
+    """
     found = []
     for k, node in enumerate(nodes):
         if node.broken is None or k == 0:

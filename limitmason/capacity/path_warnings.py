@@ -8,6 +8,8 @@ inside. With hinges that turn at rates r_j per control displacement u the load i
 
 with -g the slope that displacements give it. It is largest at u = (C / 2 g)^(2/3), lower than lambda_0 by
 3 (g C^2 / 4)^(1/3).
+
+``nodes`` are the states of the path, in their order.
 """
 
 import numpy as np

@@ -266,11 +266,15 @@ def quieted(
 
 
 def handed_over(toward: float, nodes: Sequence[Node]) -> Array:
-    """What the load lacks at every node by contacts found anew, and has not regained [-]: no fall of the structure.
+    """Load that the structure has lost at every node because contacts were found anew, and not regained [-], shape
+    (n,).
+
+    It is no fall of the structure's own load.
 
     Parameters
     ----------
     toward : sign of the load in the sense in which it is pushed
+    nodes : of the path, in their order
     """
     lacks = [0.0]
     for before, node in pairwise(nodes):

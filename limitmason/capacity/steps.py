@@ -1,4 +1,7 @@
-"""Steps of a path: their settings, their extrapolated end, and the shares in which too much happens."""
+"""Steps of a path: their settings, their extrapolated end, and the shares in which too much happens.
+
+``nodes`` are the states of the path so far, in their order.
+"""
 
 from dataclasses import dataclass
 

@@ -377,7 +377,7 @@ def _lost_at(along: Array, alpha: Array, d0: float) -> int | None:
 
 
 def peak_of(spectrum: Any) -> float:
-    """Largest acceleration of what the mechanism stands on [m/s2]."""
+    """Largest acceleration of what the mechanism stands on [m/s2]: a floor, the ground or a record."""
     if isinstance(spectrum, FloorSpectrum):
         return math.sqrt(sum(a * a for a in spectrum.peaks()))
     if isinstance(spectrum, GroundSpectrum):

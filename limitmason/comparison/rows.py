@@ -82,7 +82,12 @@ class Row:
 
     @classmethod
     def attempted(cls, method: str, predict: Callable[[], Prediction]) -> Row:
-        """The row of a method that is asked now: its answer, or why there is none, and the time it took."""
+        """The row of a method that is asked now: its answer, or why there is none, and the time it took.
+
+        Parameters
+        ----------
+        predict : called without arguments
+        """
         begun = time.perf_counter()
         try:
             found = predict()

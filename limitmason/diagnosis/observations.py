@@ -343,7 +343,12 @@ class Rows:
 
 
 def _within(inside: Sequence[bool], column: Sequence[Any]) -> list[Any]:
-    """A column where some rows are told apart only: all others have its mean, or one label of their own."""
+    """A column where some rows are told apart only: all others have its mean, or one label of their own.
+
+    Parameters
+    ----------
+    inside : which rows the column belongs to
+    """
     numbers = [v for v, i in zip(column, inside, strict=True) if i]
     if any(isinstance(v, (str, bool)) for v in numbers):
         return [str(v) if i else "-" for v, i in zip(column, inside, strict=True)]

@@ -64,6 +64,7 @@ def folder_arguments(
     Parameters
     ----------
     model, levels : simulator, None where the folder holds predictions; sizes at which a cause is simulated
+    inputs, shared, covariates : measured inputs by name; columns within which noise is shared; columns to look along
     """
     folder = Path(folder)
     if not folder.is_dir():

@@ -111,6 +111,10 @@ class Collapse:
 
         A structure that cannot stand under its dead load has the floor as its multiplier, so that a fit can still climb
         from there.
+
+        Parameters
+        ----------
+        extend : edit of assembly and loads by the causes
         """
         assembly, loads, options = self.model(specimen, extend=extend, **parameters)
         prediction = predict(assembly, loads, self.method, **options)
@@ -192,7 +196,12 @@ class Several:
         return Collapse(self.build).__signature__
 
     def __call__(self, specimen: Any, *, extend: Callable | None = None, **parameters: Any) -> Answer:
-        """Answers of all quantities for one specimen, all of the same extended model."""
+        """Answers of all quantities for one specimen, all of the same extended model.
+
+        Parameters
+        ----------
+        extend : edit of assembly and loads by the causes
+        """
         assembly, loads = self.build(specimen, **parameters)
         if extend is not None:
             assembly, loads = extend(assembly, loads)

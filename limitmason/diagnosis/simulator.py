@@ -206,7 +206,12 @@ class Simulator:
         return {str(q): float(v) for q, v in value.items() if isinstance(v, (int, float)) and isfinite(v)}
 
     def on(self, specimens: Sequence[Any], needed: Mapping[str, bool]) -> "Simulator":
-        """A simulator of other specimens and quantities that knows what is known of those equal to these."""
+        """A simulator of other specimens and quantities that knows what is known of those equal to these.
+
+        Parameters
+        ----------
+        needed : quantities by name, and whether each must be positive
+        """
         out = Simulator(
             self.simulate, specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version, needed=needed
         )
@@ -250,7 +255,12 @@ class Simulator:
 
 
 def number(value: Any, what: Callable[[], str], must_be_positive: bool = True) -> float:
-    """The value as a float, refused unless it is finite and, where its logarithm is compared, positive."""
+    """The value as a float, refused unless it is finite and, where its logarithm is compared, positive.
+
+    Parameters
+    ----------
+    what : gives the words of an error, made only where there is one
+    """
     try:
         out = float(value)
     except (TypeError, ValueError):

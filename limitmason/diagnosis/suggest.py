@@ -134,6 +134,10 @@ def _hypotheses(
 ) -> tuple[dict[Names, Truth], list[tuple[Names, Names]], str]:
     """Explanations to be told apart: predictions, ordered pairs, and the reason.
 
+    Parameters
+    ----------
+    there : tables of every explanation on the pool
+
     Returns
     -------
     truths, pairs, reason : predictions of every explanation; (true, rival); in words
@@ -165,7 +169,12 @@ def _hypotheses(
 
 
 def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: Tested) -> Truth:
-    """Predictions of a fitted explanation here and on the pool, by the nearest cell of both grids."""
+    """Predictions of a fitted explanation here and on the pool, by the nearest cell of both grids.
+
+    Parameters
+    ----------
+    there : tables of every explanation on the pool
+    """
     grid, pool = design.grid(names), there[names]
     fit = tested.fit
     here, beyond = (g.values_from(fit.node, fit.position)[0] for g in (grid, pool))

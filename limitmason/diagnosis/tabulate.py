@@ -60,6 +60,7 @@ class Tabulator:
         levels, nuisance_levels : sizes at which a cause is simulated, and values of every input; by default as many as
             pay
         crossed : "full" for all sizes with all values of the inputs, "corners" for their ends alone
+        nuisance : measured inputs by name; those with an error are free
         """
         choice("crossed", crossed, CROSSED)
         self.crossed = crossed

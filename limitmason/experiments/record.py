@@ -305,6 +305,10 @@ def chosen_options(table: Mapping[str, Option], given: Mapping[str, Any], source
     """Defaults overridden by what is given.
 
     An unknown option, or choice of one, is an error that lists the known ones.
+
+    Parameters
+    ----------
+    table, given : options of a source by name, and what a user chose
     """
     for key in given:
         if key not in table:

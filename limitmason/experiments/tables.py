@@ -39,7 +39,7 @@ class TextTable:
         raise InputError(f"{self.name} has no row with {column} {key!r}")
 
     def quantity(self, row: Mapping[str, str], column: str, note: str = "") -> Quantity | None:
-        """A cell as a number with its unit, None for a blank cell."""
+        """A cell of a row as a number with its unit, None for a blank cell."""
         text = row[column]
         if not text:
             return None

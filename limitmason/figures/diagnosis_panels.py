@@ -187,7 +187,12 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
 
 
 def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
-    """What the panels of residuals show, and what is left out of them; ``noise`` in per cent."""
+    """What the panels of residuals show, and what is left out of them; ``noise`` in per cent.
+
+    Parameters
+    ----------
+    left_out : covariates without a panel
+    """
     markers = kinds_note(result.design.kinds)
     parts = ["Points: specimens; line: trend along the covariate"]
     if markers:

@@ -3,6 +3,8 @@
 Sorting faces by mean depth, as ``mpl_toolkits.mplot3d`` does, puts a long ground slab in front of the blocks on it.
 Two convex pieces that do not overlap are separated by a plane, and the plane tells which of them can hide the other:
 the order is then exact, and the drawing stays a vector drawing.
+
+``solids`` are convex pieces where they are drawn.
 """
 
 from __future__ import annotations

@@ -23,6 +23,7 @@ def ordered_covariates(result: Any, covariates: Mapping[str, Sequence]) -> list[
     Parameters
     ----------
     result : the diagnosis
+    covariates : columns by name
     """
     residual = result.y[None, :]
     strength = {}

@@ -119,6 +119,10 @@ def _solid(shell: Sequence[MeshBody]) -> Solid:
     """One closed surface of an outer body and its hollows.
 
     Triangles that have lost a corner are left out.
+
+    Parameters
+    ----------
+    shell : the outer body first, then its hollows
     """
     first = np.cumsum([0, *(len(b.corners) for b in shell[:-1])])
     faces = np.vstack([b.triangles + n for b, n in zip(shell, first, strict=True)])
@@ -128,7 +132,12 @@ def _solid(shell: Sequence[MeshBody]) -> Solid:
 
 
 def _files(path: str | Path | Sequence[str | Path]) -> Iterator[tuple[str, str, bytes]]:
-    """Name, suffix and content of every mesh, in the order of their names with numbers counted."""
+    """Name, suffix and content of every mesh, in the order of their names with numbers counted.
+
+    Parameters
+    ----------
+    path : a file, a folder, a .zip, or a list of files
+    """
     several = [Path(p) for p in path] if isinstance(path, (list, tuple)) else [Path(str(path))]
     if len(several) == 1 and several[0].suffix.lower() == ".zip":
         with zipfile.ZipFile(several[0]) as archive:

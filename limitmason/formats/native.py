@@ -325,7 +325,12 @@ def _stored(node: DocumentNode) -> Assembly:
 
 
 def _assigned(node: DocumentNode, assembly: Assembly, rows: list) -> list[Interface]:
-    """Found interfaces with the stored laws and kinds, pair by pair in the stored order."""
+    """Found interfaces with the stored laws and kinds, pair by pair in the stored order.
+
+    Parameters
+    ----------
+    rows : of every stored interface: its two blocks, then law and kind
+    """
     stored = Counter((min(r[0], r[1]), max(r[0], r[1])) for r in rows)
     found = Counter((i.block_a, i.block_b) for i in assembly.interfaces)
     for pair in sorted(stored | found):

@@ -264,7 +264,12 @@ def _meet_edges(rings: list[Array], start: list[Array], gap: float, shapely: Any
 def _contacts(
     rings: list[Array], names: list[str], gap: float, shapely: Any
 ) -> tuple[tuple[str, ...], tuple[tuple[str, str, float], ...]]:
-    """Stones that touch no other, and pairs that lie in each other."""
+    """Stones that touch no other, and pairs that lie in each other.
+
+    Parameters
+    ----------
+    names : of the stones
+    """
     polygons = [shapely.Polygon(r) for r in rings]
     tree = shapely.STRtree(polygons)
     touches = np.zeros(len(rings), dtype=bool)

@@ -137,6 +137,7 @@ def _shapes(
     Parameters
     ----------
     matrix, depth : of the drawing's transforms so far, shape (3, 3), and how deep the element is nested
+    by_id : elements that copies may refer to
     """
     kind = _kind(element)
     style = (element.get("style") or "").replace(" ", "")

@@ -1,4 +1,7 @@
-"""Faces of different bodies that look at each other: their common area and the gap between them over it."""
+"""Faces of different bodies that look at each other: their common area and the gap between them over it.
+
+``solids`` are convex and closed, with faces counter-clockwise from outside.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple

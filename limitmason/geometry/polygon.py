@@ -134,7 +134,12 @@ def convex_pieces(polygon: ArrayLike) -> list[Array]:
 
 
 def joined_in_pairs(items: list[T], join: Callable[[T, T], T | None]) -> list[T]:
-    """Items of which no two can be joined: the first pair that can is made one, in its first place, and so on."""
+    """Items of which no two can be joined: the first pair that can is made one, in its first place, and so on.
+
+    Parameters
+    ----------
+    join : of two items, None where they cannot be joined
+    """
     while True:
         pairs = ((i, j, join(items[i], items[j])) for i in range(len(items)) for j in range(i + 1, len(items)))
         i, j, both = next((pair for pair in pairs if pair[2] is not None), (0, 0, None))

@@ -383,6 +383,7 @@ def _outer_corners(planes: list[HalfPlane], inner: Array, extent: Array) -> Arra
     Parameters
     ----------
     inner, extent : points of the inner set, shape (n, k), and its size along every axis, shape (k,) [-]
+    planes : half-planes that bound the outer set
     """
     normal = np.array([p.normal for p in planes]) * extent
     length = np.linalg.norm(normal, axis=1)

@@ -273,7 +273,12 @@ class ConfidenceSet:
         )
 
     def _gated(self, null: BestFit, singles: Mapping[Names, BestFit]) -> tuple[Tally, float]:
-        """Statistics of the gate counted among data drawn from the baseline, and the gain that is critical there."""
+        """Statistics of the gate counted among data drawn from the baseline, and the gain that is critical there.
+
+        Parameters
+        ----------
+        null, singles : fits of the baseline and of every single cause
+        """
         rule, shape = self.rule, self.design.trends.statistic(null.residuals)
         observed = self._statistics(null, list(singles.values()), np.ones(1), shape)
         thresholds = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter, "guard": rule.guard}

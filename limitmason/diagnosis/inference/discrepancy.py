@@ -190,6 +190,10 @@ def _factors(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarr
 
     A factor F has shape (n, its rank), and F F' a mean diagonal of one. A number gives a line and a smooth curve,
     labels give a level each, and several columns give their sum and smooth curves over all numbers at once.
+
+    Parameters
+    ----------
+    covariates : columns by name, numbers or labels, n each
     """
     parts, numbers = [], []
     for name, column in covariates.items():
@@ -405,6 +409,10 @@ class Rivals:
         """Log-likelihood of several causes over the evidence of all biases, shape (causes, b), for the same data.
 
         Biases are weighed once for causes that act along the same columns.
+
+        Parameters
+        ----------
+        listed, fitted : names of every explanation, and its fits
         """
         evidence = {own: self.of(names).evidence(y, self.design.like, replicate)
                     for own, names in {self.design.own(n): n for n in listed}.items()}

@@ -250,7 +250,12 @@ def alike(covariates: Mapping[str, Sequence]) -> list[int] | None:
 
 
 def circumstances(covariates: Mapping[str, Sequence]) -> dict[str, Sequence]:
-    """Columns of labels that by their names are circumstances of a test, whose noise may be shared."""
+    """Columns of labels that by their names are circumstances of a test, whose noise may be shared.
+
+    Parameters
+    ----------
+    covariates : columns by name, numbers or labels
+    """
     out = {}
     for name, column in covariates.items():
         labels = {str(v) for v in column}

@@ -60,6 +60,10 @@ class Trends:
         The weights are 1 / scale over their mean, mixed by ``mix`` where noise is shared. The level is what a constant
         becomes by them; ``means`` is its unit vector, or one for each kind, to which every basis is orthogonal. A
         quadratic trend needs twice the columns of a line: with fewer it is no more than one.
+
+        Parameters
+        ----------
+        covariates, scale, kinds : columns by name; standard deviation of every row, (n,); kind of evidence of every row
         """
         self.n = len(scale)
         weight = 1.0 / np.asarray(scale, dtype=float)

@@ -202,6 +202,7 @@ def _iterate(
     Parameters
     ----------
     tolerance, max_iterations : [-], and most iterations
+    callback : told every iteration
 
     Returns
     -------

@@ -260,7 +260,7 @@ class BoundedProgram:
         return model, at
 
     def _values(self, state: ForceState, at: dict[str, slice]) -> Array:
-        """Columns of an exact state, as a start."""
+        """Columns of an exact state in the program, ``at`` their places by name, as a start."""
         p, law = self.programs, self.programs.law
         slack, rate = p.slacks(state.force), np.maximum(p.rates(state.velocity), 0.0)
         x = np.zeros(at["slide-"].stop)

@@ -1,4 +1,7 @@
-"""The answer of a non-associative analysis: prediction, bound in words, details, certificate and warnings."""
+"""The answer of a non-associative analysis: prediction, bound in words, details, certificate and warnings.
+
+``details`` and ``provenance`` are those of the prediction: what the search found, by name, and how it was made.
+"""
 
 import math
 from dataclasses import replace
