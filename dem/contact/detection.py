@@ -293,6 +293,7 @@ class _Search:
         state, now = self.state, self.now
         first, stays = state.joints.start[:-1], self.stays & among(self.code, self.looked)
         move, angle = np.full(len(self.looked), SMALL * self.margin), np.full(len(self.looked), np.inf)
+        # row of ``looked`` of every joint that stays
         at = np.searchsorted(self.looked, self.code[stays])
         if stays.any():
             spacing, nearest = spacing_of(state), np.minimum.reduceat(now.opening, first)
@@ -309,11 +310,13 @@ class _Search:
             np.minimum.at(angle, at, far[stays])
         if made:
             joints, count = made.joints, np.diff(made.joints.start)
+            # and the joints that have just been made
             k = np.searchsorted(self.looked, _codes(joints, self.assembly.n_blocks))
             spacing = np.sqrt(np.add.reduceat(made.points.area, joints.start[:-1]) / count)
             corner = made.heirs.contact > FACES
             np.minimum.at(move, k, np.where(corner, ALWAYS, slip_allowed(spacing, count)))
             np.minimum.at(angle, k, np.where(corner, ALWAYS, TURN_LIMIT))
+        # corners, edges and crossings are looked at again at every search
         sharp = np.searchsorted(self.looked, self.key[self.met.now.kind > FACES])
         move[sharp] = angle[sharp] = ALWAYS
         row = np.minimum(np.searchsorted(self.looked, code), len(self.looked) - 1)

@@ -207,6 +207,7 @@ def _keep_stable(assembly: Assembly, state: State, blocks: Flags) -> list[str]:
         bodies.inv_inertia[i] = bodies.inv_inertia[i] / factor
     rows = np.flatnonzero(blocks & (mass != 1.0))
     fastest = np.linalg.eigvals(bodies.inv_inertia[rows] @ need[rows]).real.max(axis=1, initial=0.0)
+    # inertia that the joints' rotational stiffness asks for
     for i, top in zip(rows[fastest > 1.001].tolist(), fastest[fastest > 1.001].tolist(), strict=True):
         bodies.inv_inertia[i] /= top
         bodies.spin[i] = np.where(bodies.held[i, 3:], bodies.spin[i], bodies.spin[i] / top)

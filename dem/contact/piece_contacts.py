@@ -44,6 +44,7 @@ class Bearings(NamedTuple):
         normal = np.einsum("kij,kj->ki", rot[joints.block_a], joints.frame[:, 2])
         push = np.maximum(np.einsum("mi,mi->m", now.force, normal[now.owner]), 0.0)
         total = np.bincount(now.owner, push, count)
+        # of the points of a joint that which is pressed deepest, by N / (k A)
         deep = np.zeros(count)
         np.maximum.at(deep, now.owner, push / (joints.law[now.owner, LAW.kn] * state.points.area))
         row = np.flatnonzero(flat & (total > 0.0))

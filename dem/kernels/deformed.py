@@ -203,6 +203,10 @@ def deformation_at(
     """Relative displacement by deformation at (x, y) of joint j, and block a's part of it.
 
     Both are three components [m] in the joint's axes.
+
+    Parameters
+    ----------
+    space : None in a plane
     """
     u = slopes(face_motion(modes.side_a, j, modes.value, joints.block_a[j], space))
     v = turned_slopes(face_motion(modes.side_b, j, modes.value, joints.block_b[j], space), g, space)

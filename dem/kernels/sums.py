@@ -121,6 +121,10 @@ def held_sums(j: int, points: Points, joints: Joints, placed: Placed, strained: 
 
     No root, no division, nothing is written. Returned are as in :func:`point_sums` the sums of forces and moments, work
     and losses, and last whether a point is not within its strength: then the sums must not be used.
+
+    Parameters
+    ----------
+    strained : None between rigid blocks
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
     # what is None is left out by the compiler: one loop over points for each kind of joint, the plain one the shortest
@@ -138,7 +142,12 @@ def braked_sums(
     j: int, points: Points, joints: Joints, placed: Placed, motion: Numbers, rates: Numbers | None,
     strained: bool | None,
 ) -> Numbers:
-    """Sums of joint j, which has dashpots, as :func:`held_sums` gives them."""
+    """Sums of joint j, which has dashpots, as :func:`held_sums` gives them.
+
+    Parameters
+    ----------
+    strained : None between rigid blocks
+    """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
     return point_sums(
         points, p0, p1, placed, peak_of(law, j), softening_of(law, j), 0.0, law[j, LAW.dash], motion, rates, strained,

@@ -35,6 +35,7 @@ def follow_edges(assembly: Assembly, state: State) -> None:
     if not slid.any():
         return
     mine = np.repeat(slid, np.diff(joints.start))
+    # columns as :func:`dem.kernels.outlines.find_ends` writes them
     row, slip = state.ends[mine], now.slip[mine]
     s, t = (
         row[:, c] - slip[:, c] + _moved(row[:, 4 + 3 * c], row[:, 5 + 3 * c], row[:, 6 + 3 * c], slip[:, c])

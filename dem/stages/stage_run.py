@@ -266,7 +266,12 @@ class StageRun:
         return self.rec.table(at.factors, part, self.stage)
 
     def _speeds(self, count: int, waits: bool) -> Array:
-        """Factors of the prescribed twists in each of the next steps, shape (count, d)."""
+        """Factors of the prescribed twists in each of the next steps, shape (count, d).
+
+        Parameters
+        ----------
+        waits : whether the drive stands still until the blocks are calm
+        """
         state, at, stage = self.rec.state, self.at, self.stage
         speeds = np.ones((count, len(self.drives) - len(self.servos)))
         if isinstance(stage, BaseMotion):

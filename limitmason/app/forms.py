@@ -134,6 +134,7 @@ def _group(
     ----------
     target, home, table : name of the home in a script, the module, and title and first fields of every call
     before, after : arguments that the script gives besides
+    whole : whether the forms have no other fields
     """
     return {
         name: Call(f"{target}.{name}", title, _fields(getattr(home, name), start, whole=whole), before, after)

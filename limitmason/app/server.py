@@ -224,7 +224,12 @@ class _Handler(BaseHTTPRequestHandler):
             self.server.jobs.page_closed()
 
     def _result(self, path: str, download: bool) -> None:
-        """Send what a job gave as JSON, or one of its files."""
+        """Send what a job gave as JSON, or one of its files.
+
+        Parameters
+        ----------
+        download : whether the browser is to keep the file
+        """
         number, _, name = path.partition("/")
         job = self.server.jobs.get(int(number)) if number.isdecimal() and len(number) < 10 else None
         if job is None:
@@ -276,6 +281,7 @@ class _Handler(BaseHTTPRequestHandler):
         Parameters
         ----------
         status, kind, length : code of the answer, media type, and bytes, None where not known
+        policy, attachment : what the page may load, and the name under which a browser keeps it
         """
         self.send_response(status)
         text = kind.startswith("text/") or kind == "application/json"

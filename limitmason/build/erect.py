@@ -37,6 +37,7 @@ class Site:
         Parameters
         ----------
         axis, density : of the unit's length; the site's own where None [kg/m3]
+        fixed : whether it is held
         """
         self.names.append(name)
         self.solids.append(solid)
@@ -102,6 +103,10 @@ def add_units(
     """Add units course by course and name them "run-course-position", with a letter for the leaf ("a" the outer one).
 
     Units listed in `columns` are named "column-course" instead; that is their only difference.
+
+    Parameters
+    ----------
+    fix_bottom : whether the first course is held
     """
     special = {id(unit) for unit in columns}
     most = max((len(units) for units in courses), default=1)

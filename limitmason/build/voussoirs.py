@@ -81,6 +81,7 @@ def springing(inner: np.ndarray, outer: np.ndarray, depth: float, *, left: bool)
     Parameters
     ----------
     inner, outer, depth : ends of the joint in x-z [m], shape (2,), and thickness of the block behind it [m]
+    left : whether it is the left one, to whose left the block lies
     """
     along = outer - inner
     size = float(np.linalg.norm(along))

@@ -201,6 +201,7 @@ def _laid(
     ----------
     levels, ragged : heights of the bed joints [m], and whether either end is left without cut units
     header_every : every how many courses and positions a header ties the leaves; None for no headers
+    start_half : whether the first course begins with half a unit
     """
     by_run, overlap = [], float("inf")
     for run in runs:

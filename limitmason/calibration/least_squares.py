@@ -265,6 +265,7 @@ def searched(objective: Objective, effort: SearchSettings) -> tuple[Minimum, Arr
     place, cost = np.array([points[k] for k in answered]) / width, (r[answered] ** 2).sum(axis=1)
     apart = np.linalg.norm(place[:, None] - place[None], axis=2)
     near = np.argsort(apart, axis=1, kind="stable")[:, : 2 * len(scale) + 1]
+    # starts that lie lower than their nearest neighbours
     rank = np.argsort(np.argsort(cost, kind="stable"))
     lowest = [k for k in np.argsort(cost, kind="stable") if rank[k] == rank[near[k]].min()][: effort.starts]
     minima: list[Minimum] = []

@@ -195,6 +195,10 @@ def entries_of(test: str, name: str, target: Any) -> list[Entry]:
 
     A plain number or a pair (value, scatter) stands for a :class:`Target`.
 
+    Parameters
+    ----------
+    test : name of the test, for labels
+
     Raises
     ------
     InputError

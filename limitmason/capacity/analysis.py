@@ -245,6 +245,10 @@ def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming
     """Whether contacts are found anew on the way.
 
     Refuses what blocks that deform do not take.
+
+    Parameters
+    ----------
+    deforming : whether blocks deform, whose contacts stay
     """
     choice("contacts", contacts, (ANEW, FIRST, None))
     if deforming:

@@ -58,6 +58,7 @@ def certified_curve(
         certificates.append(certificate)
         balances.append(balance._replace(stored=balance.stored + generations.changed(node)))
     table = np.array(balances)
+    # columns are those of ``Balance``; errors are over the work that all steps did
     gross = np.cumsum(np.abs(table[:, 0]) + np.abs(table[:, 1]))
     live, dead, stored, lost, broken, jumped = np.cumsum(table, axis=0).T
     left = live + dead - stored - lost - broken - jumped

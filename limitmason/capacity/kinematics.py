@@ -127,11 +127,13 @@ def contact(bodies: ContactGeometry, pose: Pose) -> Contact:
             a, b, bodies.arm_a, bodies.arm_b, bodies.offset, bodies.directions, pose.shift, pose.turn, *found[:4]
         )
         return found
+    # how far the end of either arm moves by its block's turn, a rotation less one
     turn_a = pose.turn[a]
     swing_a = np.einsum("mij,mj->mi", turn_a, bodies.arm_a)
     swing_b = np.einsum("mij,mj->mi", pose.turn[b], bodies.arm_b)
     shapes_b = bodies.shapes_b
     if bodies.deforming:
+        # and by its deformation, which turns with the block
         bent_a = np.einsum("mik,mk->mi", bodies.shapes_a, pose.shapes[a])
         swing_a = swing_a + bent_a + np.einsum("mij,mj->mi", turn_a, bent_a)
         shapes_b = shapes_b + pose.turn[b] @ shapes_b

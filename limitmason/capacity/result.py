@@ -173,8 +173,6 @@ class PushoverCurve(Curve):
     def vibration(self, *, sample: int = -1, sliding: str = "sticks") -> VibratingSystem:
         """Blocks on the joints that a sample leaves closed, for :func:`limitmason.modes`.
 
-        See there.
-
         Parameters
         ----------
         sample : of the curve

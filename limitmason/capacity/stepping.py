@@ -131,6 +131,10 @@ def _ways(system: System, patient: bool) -> tuple[Callable[..., newton.Solved | 
 
     In plane an interior path finds nearly all that is there, by a quarter of the factorisations; in space it sticks
     more often than descent does. It knows neither strengths that fall nor tension beyond the tip of the cone.
+
+    Parameters
+    ----------
+    patient : whether descent follows where the interior path finds nothing
     """
     strength = system.law.strength
     if _falls(system) or bool((strength.tension > (1.0 + BELOW_THE_APEX) * strength.apex).any()):

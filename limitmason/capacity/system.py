@@ -119,6 +119,7 @@ class System:
         own = np.arange(order)
         rows = np.concatenate([rows[keep], own, own, np.full(order, order), [order]])
         columns = np.concatenate([columns[keep], own, np.full(order, order), own, [order]])
+        # by columns, then rows, as a compressed column matrix stands; one slot for entries at one place
         key, slot = np.unique(columns * (order + 1) + rows, return_inverse=True)
         indptr = np.searchsorted(key, np.arange(order + 2) * (order + 1))
         # of every entry of the elements, -1 for those of held blocks; then of the rest
@@ -246,7 +247,12 @@ class System:
         return step if np.isfinite(step).all() else None
 
     def sense(self, at: Evaluated, prescribed: str) -> int:
-        """Sign of the determinant of the bordered tangent, or 0 where it is singular."""
+        """Sign of the determinant of the bordered tangent, or 0 where it is singular.
+
+        Parameters
+        ----------
+        prescribed : "control" or "multiplier", which is kept
+        """
         try:
             factors = self._factors(self.tangent(at, prescribed)).lu
         except RuntimeError:
@@ -255,7 +261,12 @@ class System:
         return int(signs)
 
     def tangent(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> sparse.csc_matrix:
-        """The matrix of :meth:`bordered`, with an eta of viscous force in own units, one or of every unknown."""
+        """The matrix of :meth:`bordered`, with an eta of viscous force in own units, one or of every unknown.
+
+        Parameters
+        ----------
+        prescribed : "control" or "multiplier", which is kept
+        """
         element = self._deforming_elements(at) if self.bodies.deforming else self._elements(at)
         if len(self.ties.length):
             element = np.concatenate([element, stiffness(at.pulled, self.bodies.basis[:6])])
@@ -294,6 +305,7 @@ class System:
                 b.basis, out,
             )
             return out
+        # -B k B^T of every point, B its wrenches as (2 d, c)
         flat = at.wrenches.transpose(0, 2, 3, 1).reshape(m, 2 * d, c)
         stiff = (b.area[:, None, None] * at.returned.tangent) @ flat.transpose(0, 2, 1)
         element = geometric_stiffness(b, at.contact, at.force, self.starts)

@@ -244,6 +244,10 @@ def analysis_options(parser: argparse.ArgumentParser, flow_default: str = "assoc
 def refuse(options: argparse.Namespace, names: Iterable[str], because: str) -> None:
     """Refuse options that were typed and would not be used.
 
+    Parameters
+    ----------
+    because : what makes them useless, in words
+
     Raises
     ------
     InputError

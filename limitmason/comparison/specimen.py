@@ -103,7 +103,12 @@ def _quantities(asked: Iterable[str] | None, tests: Iterable[Experiment]) -> set
 
 
 def _flow_rule(target: TargetValue, method: str, asked: str | None) -> str | None:
-    """Flow rule to predict a target with, empty where the method has none, None to leave the target out."""
+    """Flow rule to predict a target with, empty where the method has none, None to leave the target out.
+
+    Parameters
+    ----------
+    asked : flow rule that a user asks for, None for that of the target
+    """
     if method != LIMIT:
         return ""
     if asked is None:

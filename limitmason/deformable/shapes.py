@@ -170,6 +170,7 @@ class Polynomials:
         shapes : polynomials up to the degree, shape (m, k, 3)
         """
         w, x = self.weight, self.local
+        # take off the mean, and the rotation of least squares
         u = shapes - np.tensordot(w, shapes, axes=1) / w.sum()
         inertia = np.einsum("m,mij->ij", w, (x**2).sum(axis=1)[:, None, None] * np.eye(3) - x[:, :, None] * x[:, None])
         spin = np.linalg.solve(inertia, np.einsum("m,mki->ik", w, np.cross(x[:, None], u)))

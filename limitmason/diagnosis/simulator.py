@@ -82,6 +82,7 @@ class Simulator:
         ----------
         simulate, specimens : the user's function and what it is called with
         n_jobs, needed, asked : processes; quantities by name and whether they must be positive; quantities by specimen
+        cache, version : file that keeps the answers, and what stands for the code of ``simulate`` there
         """
         if not callable(simulate):
             raise TypeError(f"simulate must be a function simulate(specimen, **parameters), got {simulate!r}")

@@ -39,7 +39,12 @@ class CauseTables:
     """
 
     def __init__(self, tabulator: Tabulator, pair_tables: str = "verified"):
-        """Begin without any table; each is made when it is first asked for."""
+        """Begin without any table; each is made when it is first asked for.
+
+        Parameters
+        ----------
+        tabulator, pair_tables : as of the class
+        """
         choice("pair_tables", pair_tables, PAIR_TABLES)
         self.tabulator = tabulator
         self.pair_tables = pair_tables

@@ -220,6 +220,7 @@ def _label_points(
     Parameters
     ----------
     points, limits : text, x, y and side of every point, and the ends of both axes
+    log : whether both axes are logarithmic
     """
     low, high = (np.log(limits[0]), np.log(limits[1])) if log else limits
     row = 0.034 * (high - low)

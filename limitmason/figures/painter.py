@@ -146,6 +146,7 @@ def _which_in_front(
     i, j, corners : pieces of every pair, and corners of all pieces, padded [m], shape (n, v, 3)
     towards, size : unit vector to the viewer, and extent of all pieces [m]
     """
+    # gaps along every face normal of i, then of j, and how these look at the viewer
     gap_i = np.einsum("mfk,mvk->mfv", faces.normal[i], corners[j]).min(axis=2) - faces.offset[i]
     gap_j = np.einsum("mfk,mvk->mfv", faces.normal[j], corners[i]).min(axis=2) - faces.offset[j]
     gap = np.concatenate([gap_i, gap_j], axis=1)
@@ -156,6 +157,7 @@ def _which_in_front(
     ahead = (apart & (slope > 0.0)).any(axis=1)
     back = (apart & (slope < 0.0)).any(axis=1)
     verdict = np.where(ahead & ~back, 1, np.where(back & ~ahead, -1, 0))
+    # without a plane between both, the plane of least overlap decides
     best = gap.argmax(axis=1)
     touching = np.asarray(~apart.any(axis=1))
     verdict = np.where(touching, np.sign(slope[np.arange(len(i)), best]).astype(int), verdict)

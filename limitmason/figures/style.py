@@ -190,6 +190,10 @@ class Page:
         """Take a page of its own, or the axes of the caller, and the scale at which a drawing fits.
 
         ``extent`` is the size of the drawing [m]; ``beside`` is kept free at the right [inch].
+
+        Parameters
+        ----------
+        framed : whether the axes have numbers and a frame
         """
         width, height = extent
         self.room = page_width() - beside

@@ -156,6 +156,10 @@ def _entities(space: Any, inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
     """Lines and curves of a space with their layers, those of inserted blocks and of their arrays too.
 
     What lies on layer 0 of a block lies on the layer on which this is inserted.
+
+    Parameters
+    ----------
+    inserted_on : layer of the insert, on which a block's own layer 0 lies
     """
     for entity in space:
         layer = inserted_on if entity.dxf.layer == _OWN else entity.dxf.layer

@@ -235,6 +235,7 @@ def _meet_edges(rings: list[Array], start: list[Array], gap: float, shapely: Any
     at, from_ = np.concatenate(rings), np.concatenate(start)
     count = [len(r) for r in rings]
     owner = np.repeat(np.arange(len(rings)), count)
+    # first corner of each corner's outline, and the corner after it
     first = np.repeat(np.cumsum(count) - count, count)
     after = first + (np.arange(len(at)) - first + 1) % np.repeat(count, count)
     edges = shapely.linestrings(np.stack([at, at[after]], axis=1))
@@ -250,8 +251,10 @@ def _meet_edges(rings: list[Array], start: list[Array], gap: float, shapely: Any
         # of each other outline the nearest edge, and of these the farthest one
         nearest = np.lexsort((far, owner[edge], corner))
         rows = nearest[np.r_[True, (np.diff(corner[nearest]) != 0) | (np.diff(owner[edge][nearest]) != 0)]]
+        # no corner goes farther than the gap from where it was drawn
         free = np.linalg.norm(at[corner] + share * move - from_[corner], axis=1) <= gap
         rows = rows[(far[rows] <= gap) & free[rows]]
+        # of every corner the farthest move counts, which comes last
         rows = rows[np.lexsort((far[rows], corner[rows]))]
         rows = rows[np.r_[corner[rows][1:] != corner[rows][:-1], True]] if len(rows) else rows
         at[corner[rows]] += share * move[rows]

@@ -32,6 +32,7 @@ def clip_convex_batch(subject: Array, n_subject: Index, window: Array, n_window:
         a = window[:, edge]
         b = window[rows, (edge + 1) % np.maximum(n_window, 1)]
         e = b - a
+        # twice the area to the left of the window's edge: 0 and more is inside
         d = e[:, None, 0] * (points[..., 1] - a[:, None, 1]) - e[:, None, 1] * (points[..., 0] - a[:, None, 0])
         valid = slots < count[:, None]
         after = np.where(slots + 1 < count[:, None], slots + 1, 0)
@@ -44,6 +45,7 @@ def clip_convex_batch(subject: Array, n_subject: Index, window: Array, n_window:
         both = np.stack([keep, cross], axis=2).reshape(m, -1)
         candidates = np.stack([points, points + t[..., None] * (p_after - points)], axis=2).reshape(m, -1, 2)
         new_count = both.sum(axis=1)
+        # a stable sort of flags moves what is kept to the front and leaves its order
         order = np.argsort(~both, axis=1, kind="stable")[:, :width]
         clipped = np.take_along_axis(candidates, order[..., None], axis=1)
         points = np.where(active[:, None, None], clipped, points)
@@ -75,12 +77,14 @@ def drop_redundant_vertices(polygons: Array, counts: Index, slack: Array) -> tup
 
     def keep_only(keep: Flags) -> tuple[Array, Index]:
         """The vertices to keep at the front of every row, padded by the last one, and how many they are."""
+        # a stable sort of flags moves what is kept to the front and leaves its order
         order = np.argsort(~keep, axis=1, kind="stable")
         kept = keep.sum(axis=1)
         fill = np.minimum(slots, np.maximum(kept - 1, 0)[:, None])
         packed = np.take_along_axis(points, order[..., None], axis=1)
         return np.take_along_axis(packed, fill[..., None], axis=1), kept
 
+    # dropping one of two equal vertices may bring its neighbours together: twice
     for _ in range(2):
         valid = slots < count[:, None]
         after = np.where(slots + 1 < count[:, None], slots + 1, 0)
@@ -91,6 +95,7 @@ def drop_redundant_vertices(polygons: Array, counts: Index, slack: Array) -> tup
         valid = slots < count[:, None]
         after = np.where(slots + 1 < count[:, None], slots + 1, 0)
         before = np.where(slots > 0, slots - 1, np.maximum(count - 1, 0)[:, None])
+        # distance of every vertex from the line through its neighbours; a triangle keeps its three
         p0 = np.take_along_axis(points, before[..., None], axis=1)
         p1 = np.take_along_axis(points, after[..., None], axis=1)
         chord, arm = p1 - p0, points - p0

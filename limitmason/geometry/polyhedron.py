@@ -103,7 +103,9 @@ def mass_properties(solids: Sequence[Solid]) -> MassProperties:
         safe = np.where(np.abs(total) > 0, total, 1.0)
         local = np.einsum("kt,kti->ki", det, s) / 24.0 / safe[:, None]
         second = (np.einsum("kt,ktci,ktcj->kij", det, t, t) + np.einsum("kt,kti,ktj->kij", det, s, s)) / 120.0
+        # from the mean vertex to the centroid
         second -= total[:, None, None] * local[:, :, None] * local[:, None, :]
+        # inertia = trace(S) 1 - S of the second moments S
         trace = np.trace(second, axis1=1, axis2=2)
         volume[members] = total
         centroid[members] = origin + local

@@ -27,6 +27,7 @@ def slip_integrals(corners: Array, start: Index, sliding: Array, spin: Array) ->
     k = len(start) - 1
     owner = np.repeat(np.arange(k), np.diff(start))
     following = np.arange(1, len(corners) + 1)
+    # the last corner of every polygon is followed by its first
     following[start[1:] - 1] = start[:-1]
     q, r = corners, corners[following]
     cross = q[:, 0] * r[:, 1] - q[:, 1] * r[:, 0]
@@ -48,6 +49,7 @@ def slip_integrals(corners: Array, start: Index, sliding: Array, spin: Array) ->
     length = np.linalg.norm(edge, axis=1)
     t = edge / np.maximum(length, 1e-300)[:, None]
     h = q[:, 0] * t[:, 1] - q[:, 1] * t[:, 0]
+    # an edge that points at the centre of rotation spans no area
     keep = (length > 1e-14 * size[owner]) & (np.abs(h) > 1e-12 * size[owner])
     height = np.where(keep, np.abs(h), 1.0)
 

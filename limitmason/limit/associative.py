@@ -112,6 +112,7 @@ def _first_certified(
     Parameters
     ----------
     torsion, tolerance : torsional strength of uniform pressure over the limit, 0 for none; of the solver [-]
+    check_dead_load : whether the dead load alone is checked
     """
     best: Prediction | None = None
     spent, tried, unknown = 0.0, [], False
@@ -392,7 +393,12 @@ def prediction_from(
 
 
 def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple[Certificate, float]:
-    """Certificate; where the simple opening motions give too wide a gap, one is computed for this assembly."""
+    """Certificate; where the simple opening motions give too wide a gap, one is computed for this assembly.
+
+    Parameters
+    ----------
+    torsion : whether a torsion limit holds, so that only forces can be certified
+    """
     certificate = certify(problem.assembly, problem.loads, prediction)
     if torsion:
         # the torsion limit is no part of the law that the kinematic value knows: only the forces are certified

@@ -130,6 +130,7 @@ def _carrying(
     Parameters
     ----------
     own, model : answer of the part alone, and options of :func:`make_problem`
+    check : whether the dead load alone is known to stand
     """
     top = own.collapse_multiplier if own is not None else np.inf
     if own is not None and own.resultants is not None and abs(top - multiplier) <= SAME * max(abs(top), 1e-12):

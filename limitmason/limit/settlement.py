@@ -174,6 +174,7 @@ def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, i
     ----------
     seen : of every block, turns as displacements at a size, shape (b, 6)
     held : degrees of freedom in which they are guided at all, shape (6,)
+    in_plane : whether motions out of the model's plane are left out, where it has one
     """
     plane = find_plane(guided, loads) if in_plane else None
     basis = degrees_of_freedom(guided, plane)[0].T

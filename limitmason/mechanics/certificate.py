@@ -142,6 +142,7 @@ def _opening_fields(assembly: Assembly, label: Index) -> Iterator[Array]:
     label : part of every block, -1 for those at rest, see :func:`limitmason.mechanics.residuals.part_labels`
     """
     c, x, fixed = assembly.centroids, assembly.links, label < 0
+    # bounds of the joints with held blocks; of a part without any those of its blocks
     low, high = np.full((2, label.max() + 1, 3), np.inf) * np.array([1.0, -1.0])[:, None, None]
     at = np.flatnonzero(fixed[x.block_a] != fixed[x.block_b])
     owner = label[np.where(fixed[x.block_a], x.block_b, x.block_a)[at]]

@@ -107,6 +107,7 @@ def contact_points(
         sizes = _grid_sizes(assembly, kinds, contact_model, (2, 2) if isinstance(grid, int | float) else grid)
     n_corners = np.diff(x.corner_start)
     position, interface, area = [np.empty((0, 3))], [np.empty(0, np.intp)], [np.empty(0)]
+    # faces with as many corners and points are laid out at once
     key = np.column_stack([n_corners, sizes])
     for group in np.unique(key[active], axis=0) if len(active) else ():
         rows = active[(key[active] == group).all(axis=1)]

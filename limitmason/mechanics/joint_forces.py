@@ -74,6 +74,7 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
     owner, point_force = np.asarray(r.point_interface, dtype=np.intp)[faces], r.point_force[faces]
     force = np.zeros((k, 3))
     np.add.at(force, owner, point_force)
+    # only what presses counts for the centre
     pressure = np.maximum(np.einsum("ij,ij->i", point_force, x.normal[owner]), 0.0)
     total = np.bincount(owner, pressure, k)
     moment = np.stack([np.bincount(owner, pressure * r.point_position[faces, i], k) for i in range(3)], axis=1)

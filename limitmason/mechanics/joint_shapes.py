@@ -139,11 +139,13 @@ def face_motions(start: Index, place: Array, area: Array, displacement: Array) -
     """
     size = np.sqrt(np.add.reduceat(area, start[:-1]) + np.maximum.reduceat((place**2).sum(axis=1), start[:-1]))
     owner = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    # places over the joint's size: rotations then are of the size of displacements
     b = motion_at(place / size[owner][:, None])
     weighted = area[:, None, None] * b
     gram = np.add.reduceat(np.einsum("mci,mcj->mij", weighted, b), start[:-1], axis=0)
     right = np.add.reduceat(np.einsum("mci,mcn->min", weighted, displacement), start[:-1], axis=0)
     out = np.linalg.pinv(gram, rcond=_SEEN, hermitian=True) @ right
+    # back to rotations [rad]
     out[:, 3:] /= size[:, None, None]
     return np.asarray(out)
 

@@ -109,6 +109,7 @@ def lattice_points(corners: Array, n1: int, n2: int, normal: Array, rule: Rule) 
     """
     (s, along), (t, across) = rule(n1), rule(n2)
     a, b, c, d = corners[:, 0], corners[:, 1], corners[:, 2], corners[:, 3]
+    # places on the sides a b and d c, and across from one to the other
     low = a[:, None] + s[None, :, None] * (b - a)[:, None]
     high = d[:, None] + s[None, :, None] * (c - d)[:, None]
     points = low[:, :, None] + t[None, None, :, None] * (high - low)[:, :, None]

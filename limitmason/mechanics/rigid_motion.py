@@ -62,11 +62,13 @@ def finite_motion(centroids: Array, twists: Array, factor: float) -> RigidMotion
     k = cross_matrix(w)
     small = angle < 1e-4
     t = np.where(small, 1.0, angle)
+    # sin(t) / t, (1 - cos(t)) / t^2 and (t - sin(t)) / t^3, by their series at small angles
     sine = np.where(small, 1.0 - angle**2 / 6.0, np.sin(t) / t)
     cosine = np.where(small, 0.5 - angle**2 / 24.0, (1.0 - np.cos(t)) / t**2)
     cubic = np.where(small, 1.0 / 6.0 - angle**2 / 120.0, (t - np.sin(t)) / t**3)
     square = k @ k
     one = np.eye(3)
+    # Rodrigues' formula, and its integral over the turn for the way of the centroid
     rotation = one + sine[:, None, None] * k + cosine[:, None, None] * square
     arc = one + cosine[:, None, None] * k + cubic[:, None, None] * square
     return RigidMotion(centroids, np.einsum("nij,nj->ni", arc, v), rotation)

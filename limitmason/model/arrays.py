@@ -63,11 +63,13 @@ def face_arrays(polygons: list[Array], normal: Array) -> tuple[Array, Array, Arr
     t1, centre, area = np.empty((k, 3)), np.empty((k, 3)), np.empty(k)
     for size in np.unique(count):
         rows = np.flatnonzero(count == size)
+        # polygons of as many corners at once
         p = corners[start[rows][:, None] + np.arange(size)]
         edge = p[:, 1] - p[:, 0]
         edge -= (edge * normal[rows]).sum(axis=1)[:, None] * normal[rows]
         t1[rows] = edge / np.linalg.norm(edge, axis=1)[:, None]
         r = p - p[:, :1]
+        # a fan of triangles from the first corner
         part = 0.5 * np.einsum("mti,mi->mt", np.cross(r[:, 1:-1], r[:, 2:]), normal[rows])
         area[rows] = part.sum(axis=1)
         mean = (r[:, 1:-1] + r[:, 2:]) / 3.0

@@ -197,7 +197,12 @@ def _whole(file: IO[bytes]) -> int:
 
 @contextmanager
 def _locked(file: IO[bytes], *, shared: bool = False) -> Iterator[None]:
-    """Keep other processes from a file while it is written."""
+    """Keep other processes from a file while it is written.
+
+    Parameters
+    ----------
+    shared : whether others may read meanwhile
+    """
     if fcntl is None:
         yield
         return

@@ -194,7 +194,9 @@ def block_system(
         masses += [s.mass for s in shapes if s is not None]
     mass = sparse.csc_array(sparse.block_diag(masses, format="csc"))[free][:, free]
     unit = np.zeros((len(free), 3))
+    # rigid motions of all blocks along x, y and z, which tell the participating mass
     unit[: kept.size] = np.tile(basis[:3].T, (assembly.n_blocks, 1))
+    # which shapes every block has
     place = np.arange(counts.max(initial=0)) < counts[:, None]
 
     if plane is not None:

@@ -228,12 +228,14 @@ def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown:
             if abs(f0[i] - f) < 0.01 * f and abs(d0[i] - d) < 0.1 * d and alike > 0.95:
                 kept.append((float(f), float(d), shape))
     kept.sort(key=lambda p: p[0])
+    # a new group begins where frequencies are 1 % apart
     cuts = [0, *(k + 1 for k, (p, q) in enumerate(pairwise(kept)) if q[0] - p[0] >= 0.01 * q[0]), len(kept)]
     groups = [kept[a:b] for a, b in pairwise(cuts) if b - a >= 3]
     if not groups:
         raise NotConverged("no pole comes back from order to order: is the record long enough and excited in the band?")
     best = sorted(sorted(groups, key=len, reverse=True)[:count], key=lambda g: g[0][0])
     frequency, damping = (np.array([float(np.median([p[k] for p in g])) for g in best]) for k in (0, 1))
+    # of every group the shape whose frequency is nearest to the median
     shapes = _scaled(np.array([min(g, key=lambda p: abs(p[0] - f))[2] for g, f in zip(best, frequency, strict=True)]))
     warnings = () if len(best) >= count else (f"{len(best)} of {count} modes found in the band",)
     return Identified(frequency, damping, shapes, shown, method, warnings)

@@ -263,6 +263,7 @@ def _check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
     Parameters
     ----------
     u, v, number : shapes of both sets, (k, s), and number of every column: sensor, or three times the point plus axis
+    one_each : whether every sensor gives one number
     """
     for which, mine, other in (("first", u, v), ("second", v, u)):
         share = (np.abs(other) ** 2 / np.maximum((np.abs(other) ** 2).sum(axis=1, keepdims=True), 1e-300)).max(axis=0)

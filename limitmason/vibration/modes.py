@@ -167,6 +167,7 @@ def solved(system: VibratingSystem, count: int) -> Modes:
     stiff = k @ vector
     size = np.linalg.norm(stiff, axis=0)
     off = np.linalg.norm(stiff - (m @ vector) * np.where(at_rest, 0.0, value), axis=0)
+    # a motion that nothing resists has no force of its own to measure its residual by
     size = np.where(at_rest, max(float(size.max()), 1e-300), size)
     frequency = np.where(at_rest, 0.0, np.sqrt(np.maximum(value, 0.0))) / (2.0 * np.pi)
     shape = np.array([system.spread(v) for v in vector.T])

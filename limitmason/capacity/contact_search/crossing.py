@@ -224,6 +224,7 @@ def looking(shapes: Shapes, pose: Pose, near: Near) -> Array:
     """Cosine between the normals of both faces of a contact, -1 where they lie on each other; rounding left out."""
     crosses = is_crossing(shapes, near)
     p, q = _sides(shapes, np.where(crosses, near.corner, 0))
+    # a crossing is on the faces of its two sides, a corner on its own and the one it lies at
     one = shapes.corner_face[np.where(crosses, p, near.corner)]
     two = np.where(crosses, shapes.corner_face[np.where(crosses, q, 0)], near.face)
     m, n = (turned(pose, shapes.face_block[f], shapes.normal[f]) for f in (one, two))

@@ -86,6 +86,7 @@ class Before(NamedTuple):
     def close(self, near: Near) -> Flags:
         """Whether a corner is close to a point and of the same two blocks, or that crossing again, (m, corners)."""
         shapes, crosses = self.shapes, is_crossing(self.shapes, self.c)
+        # crossings run along both sides, and so farther than corners
         reach = shapes.step * np.where(crosses, _MOVING, _HEIR)
         near_by = np.linalg.norm(self.now[:, None] - self.places(near), axis=2) < reach[:, None] + np.abs(near.gap)
         same = self.pair[:, None] == _pairs(shapes, near)

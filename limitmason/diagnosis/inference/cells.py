@@ -64,6 +64,7 @@ class Cells:
         self.shape, n = values.shape[:-1], values.shape[-1]
         self.d, self.k = len(self.shape), len(z)
         first = self.d - self.k
+        # measured inputs outermost, sizes innermost
         order = (*range(first, self.d), *range(first))
         self.count = int(np.prod(self.shape, dtype=int))
         self.number = np.arange(self.count).reshape(self.shape).transpose(order).ravel()
@@ -263,10 +264,12 @@ def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, i
     low, high, z_sides = here.low, here.high, here.z_sides
     off, per = at.z.T - here.z, None if at.per is None else at.per(loss)
     inside = np.where((low < 0) & (high > 0), 0.5, 1.0)  # at an end only one side has a change
+    # rows and columns 0 to d are changes towards the node before, d to 2 d towards that after
     sums = gram[:d, :d] + gram[:d, d:] + gram[d:, :d] + gram[d:, d:]
     mean, slope = inside[:, None] * inside * sums, inside * (pull[:d] + pull[d:])
     z_step = (z_sides[0] + z_sides[1]) * inside[first:]
     move = descend(*_normal(mean, slope, z_step, off, per, here.flat), low, high)
+    # the side on which the step leads
     after = (move > 0.0) | (low == 0.0)
     low, high = np.where(after, 0.0, low), np.where(after, high, 0.0)
     slope = np.where(after, pull[d:], pull[:d])

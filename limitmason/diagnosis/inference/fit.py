@@ -269,6 +269,7 @@ def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None, Array]:
     y, z, like = data.y, data.z, data.like
     if not data.plain:
         used = np.ones_like(y) if data.weights is None else data.weights
+        # |y - F|^2 = |y|^2 - 2 y F + |F|^2, each value with its weight
         squares = (used * y * y).sum(axis=1)[:, None]
         loss = np.maximum((squares - 2.0 * (used * y) @ cells.nodes.T) + used @ (cells.nodes**2).T, 0.0)
         penalty = ((z[:, None, :] - cells["z"][None]) ** 2).sum(axis=-1)
@@ -287,6 +288,7 @@ def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None, Array]:
         penalty = ((z[:, None, :] - levels[None]) ** 2).sum(axis=-1)
         level = np.argmax(data.loglik(loss, penalty), axis=1)
         column = level * by_level.shape[2] + size[rows, level]
+    # back to y F: what ranks the nodes besides is taken off
     around = np.concatenate([column[:, None], cells.beside[column]], axis=1)
     inner = products[rows[:, None], around] + (cells["half"][:, 0] if known else 0.5 * cells["squares"][:, 0])[around]
     if known and cells.k:

@@ -208,6 +208,10 @@ class Judge:
 
         "Behaves like" where the record does not hold; withdrawn where residuals keep a trend or a kind of data
         rejects it.
+
+        Parameters
+        ----------
+        pairs : whether two causes may be tried
         """
         if len(verdict.kept) != 1:
             return verdict

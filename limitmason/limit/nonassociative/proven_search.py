@@ -51,6 +51,10 @@ def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
     """Whether a proof is tried.
 
     A demand that cannot be met is refused.
+
+    Parameters
+    ----------
+    prove, search : what a user asks for, None for where it pays; and the name of the search
     """
     if prove:
         if problem.plane is None:

@@ -59,6 +59,7 @@ def with_cells(assembly: Assembly, points: ContactPoints, cells: Cells) -> Conta
     interface = np.concatenate([points.interface, owner])
     order = np.argsort(interface, kind="stable")
     interface = interface[order]
+    # the corners of a face with cells stay, but it is the cells that bear its area
     area = np.where(np.isin(points.interface, owner), 0.0, points.area)
     return ContactPoints(
         np.concatenate([points.position, position])[order], interface,

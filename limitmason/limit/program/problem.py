@@ -211,10 +211,12 @@ def make_problem(
     basis, moves = degrees_of_freedom(assembly, plane)
     row = np.flatnonzero(moves.ravel())
     d = basis.shape[1]
+    # moments over the size of their block are of the size of forces
     radius = np.ones((n, d))
     radius[:, 3 if d == 6 else 2 :] = np.cbrt(x.volume)[:, None]
     row_radius = radius.ravel()[row]
 
+    # unit of force: the total load over the root of the number of free blocks
     scale = total_load(assembly, loads) / np.sqrt((~assembly.fixed).sum())
     live = (loads.live @ basis).ravel()[row] / row_radius
     dead = (loads.dead @ basis).ravel()[row] / row_radius
@@ -229,6 +231,7 @@ def make_problem(
     of_faces = interface_law(x)
     law = of_faces.at(k).over(points.area).in_units_of(scale)
     faces = k < len(assembly.interfaces)
+    # the two corners of a plane joint are the ends of a section with a stress block
     by_ends = plane is not None and contact_model == "vertices"
     first = np.flatnonzero(law.crushes & faces)[::2] if by_ends else np.empty(0, int)
     sections = of_faces.at(k[first]).over(x.area[k[first]]).in_units_of(scale)

@@ -41,6 +41,7 @@ def own_loads(problem: Problem) -> Array:
     empty = free & (load <= 1e-30 * load.max(initial=0.0))
     load[empty] = 0.0
     while empty.any():
+        # one block farther in every round
         passed = load.copy()
         np.maximum.at(passed, a, np.where(empty[a], load[b], 0.0))
         np.maximum.at(passed, b, np.where(empty[b], load[a], 0.0))
@@ -67,6 +68,7 @@ def balanced(problem: Problem) -> Problem:
     """
     load = own_loads(problem)
     points = problem.points
+    # forces of a point are in units of the load of the lighter of its two blocks
     side = np.where(load > 0, load, np.inf)
     lighter = np.minimum(side[points.block_a], side[points.block_b])
     row = load[row_blocks(problem)]
