@@ -258,6 +258,7 @@ class _Search:
         if not len(rows):
             return None, rows
         first, key = shape.base_first[rows], self.key[rows]
+        # block a carries the face, the base of the meeting
         p, q = owner[self.pairs[rows]].T
         before = np.flatnonzero(self.state.contact != CROSSING)
         known, at = np.unique(self.code[before], return_index=True)

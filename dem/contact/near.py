@@ -149,6 +149,7 @@ def _renewed(assembly: Assembly, pieces: Pieces, near: NearPairs, low: Array, hi
         every = np.concatenate([kept, new[new[:, 0] < new[:, 1]]]) @ (size, 1)
         few = np.column_stack(np.divmod(np.unique(every), size)).astype(np.int64)
     out = _pairs(assembly, pieces, low, high, few)
+    # pairs that were near before keep what they may move, and how they lay when looked at
     code, old = out.pairs @ (size, 1), near.pairs @ (size, 1)
     at: Index = np.minimum(np.searchsorted(old, code), len(old) - 1).astype(np.int64)
     known = old[at] == code if len(old) else np.zeros(len(code), dtype=bool)

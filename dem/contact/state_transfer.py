@@ -69,6 +69,7 @@ def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, fami
     ----------
     family, families : numbers of the families of old joints, -1 for those that stay, and of the new ones
     """
+    # families are counted from 0, and ``old`` are the points of the joints that they replace
     known, number = np.unique(families, return_inverse=True)
     points, old = state.points, points_of(state.joints, np.flatnonzero(np.isin(family, known)))
     law, area = state.joints.law[now.owner[old]], points.area[old]
@@ -76,6 +77,7 @@ def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, fami
     push = kn * area * np.minimum(closing, law[:, LAW.crushing])
     shear = np.maximum((now.force[old] ** 2).sum(axis=1) - push**2, 0.0)
     of = np.searchsorted(known, family[now.owner[old]])
+    # energy of pressure, energy of shear T^2 / (2 ks A), and normal force of each family
     sums = [np.bincount(of, x, len(known)) for x in (0.5 * kn * area * closing**2, 0.5 * shear / (ks * area), push)]
     rows = np.argsort(number, kind="stable")
     start = np.searchsorted(number[rows], np.arange(len(known) + 1)).astype(np.int64)

@@ -76,4 +76,5 @@ def stand_back(state: State, assembly: Assembly, wrench: Array) -> None:
     rot = b.rot + np.eye(3)
     b.vel[:] = push[:, :3] * b.inv_mass[:, None]
     b.ang[:] = push[:, 3:]
+    # Omega = R J^-1 R^T L
     b.spin[:] = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)

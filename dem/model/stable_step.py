@@ -72,6 +72,7 @@ def block_stiffness(
     if ties is not None and len(ties.block_a):
         along = ties.span / ties.length[:, None]
         for block, arm in ((ties.block_a, ties.arm_a), (ties.block_b, ties.arm_b)):
+            # direction of the tie in the axes of the block
             own = np.einsum("tji,tj->ti", turn[block], along)
             g = np.concatenate([own, np.cross(arm, own)], axis=1)
             np.add.at(out, block, ties.stiffness[:, None, None] * g[:, :, None] * g[:, None, :])

@@ -275,6 +275,7 @@ class State:
         now = self.measured(assembly)
         x = assembly.links
         k = self.interface[now.owner]
+        # joints cut anew belong to no interface
         kept = k >= 0
         k = k[kept]
         place = x.centre[k] + self.points.s[kept, None] * x.tangent_1[k] + self.points.t[kept, None] * x.tangent_2[k]

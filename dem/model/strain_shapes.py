@@ -148,6 +148,7 @@ def block_stresses(deformation: StrainShapes, modes: BlockModes, rotation: Array
     mean = np.einsum("nk,nkij->nij", modes.value, deformation.mean)
     slope = np.einsum("nk,nkijp->nijp", modes.value, deformation.gradient)
     r = rotation
+    # turned with the block: R S R^T, and the gradient along the turned axes
     return BlockStress(
         r @ mean @ np.swapaxes(r, 1, 2), np.asarray(np.einsum("nai,nbj,ncp,nijp->nabc", r, r, r, slope, optimize=True))
     )

@@ -94,6 +94,7 @@ def zone_tables(corners: Array, thickness: float, elastic: Array) -> ZoneTables:
         g.append(strain_rows(det0 / det * inv0 * -place))
         w[k] = det * thickness
     law, gs, bs = elastic[: len(b[0])], np.stack(g), np.stack(b)
+    # enhanced modes a are condensed: K = K_uu - K_ua K_aa^-1 K_au, with strains B less G K_aa^-1 K_au
     kaa = np.einsum("k,kip,ij,kjq->pq", w, gs, law, gs)
     kau = np.einsum("k,kip,ij,kjq->pq", w, gs, law, bs)
     inverse = np.linalg.inv(kaa)

@@ -201,6 +201,7 @@ def measured_slopes(objective: Objective, at: Minimum, guess: Array) -> Slopes:
         again = []
         for (s, k), y, found in zip(asked, points, objective.residuals(points) if points else (), strict=True):
             slopes[s, k] = (found - r) / (y - x)[k]
+            # in deviations; a move that changes far more or less than one is made again
             change = float(np.linalg.norm(found - r)) / noise
             wanted = min(one[s, k] * np.clip(1.0 / max(change, 1e-9), 0.05, 20.0), room[s, k])
             if not 0.3 <= change <= 3.0 and not np.isclose(wanted, one[s, k]):

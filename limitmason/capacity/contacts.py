@@ -202,6 +202,7 @@ def first_contacts(
         softening = Softening(law, np.zeros(len(kn)), np.zeros(len(kn)))
     place_a = points.position
     if misfit is not None:
+        # a's place lies off b's by what the joint has to close
         place_a = place_a - np.einsum("mc,mci->mi", misfit, points.directions)
     rows = points.interface
     none = np.full(points.count, NO_CORNER, np.intp)

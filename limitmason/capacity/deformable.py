@@ -145,6 +145,7 @@ def deformation(
             values.append((mine, [np.zeros((len(r), 3, 0)) for r in mine]))
             continue
         phi = np.concatenate([at[side][r][:, :, : shape.count] for side, r in enumerate(mine)])  # (p, 3, k)
+        # how much the joints feel of every shape, over the block's own stiffness: the rest is left out
         seen = np.sqrt(springs[rows])[:, :, None] * (points.directions[rows] @ phi)
         root = np.linalg.cholesky(shape.stiffness)
         own = solve_triangular(root, seen.reshape(-1, shape.count).T, lower=True).T
@@ -152,6 +153,7 @@ def deformation(
         axes = axes[singular > _UNSEEN * max(float(singular.max(initial=0.0)), 1e-300)]
         basis = solve_triangular(root.T, axes.T, lower=False)
         moved = phi @ basis
+        # a coordinate is a root mean square displacement of the joint points [m]
         size = np.sqrt((moved**2).sum(axis=1).mean(axis=0))
         bases.append(basis / size)
         stiffness.append(1.0 / size**2)

@@ -311,6 +311,7 @@ def _solved(matrix: sparse.csc_array, loads: Array) -> Array:
     try:
         factors = splu(scaled)
         found = factors.solve(loads / size[:, None])
+        # refined once
         found += factors.solve(loads / size[:, None] - scaled @ found)
     except RuntimeError:
         found = np.full(loads.shape, np.nan)

@@ -143,6 +143,7 @@ class _Points:
         inverse = _inverse(x.cone)
         across = inverse @ _arrow(x.slid)
         soft = self.by_dilation[:, :, None] * across * self.by_friction[:, None, :]
+        # compliance: of the spring, of slip and dilation, and of what opens or crushes
         for k in range(soft.shape[1]):
             soft[:, k, k] += 1.0 / self.stiff[:, k]
         soft[:, 0, 0] += np.bincount(self.row, x.given / x.spare, m)

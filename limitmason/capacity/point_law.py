@@ -278,6 +278,7 @@ def slip_under_strength(
     if bears.all():
         return slip
     first, last = s.shear_strength(began[:, 0]), s.shear_strength(normal)
+    # part of the step, in which strength falls evenly, after which no shear is left
     share = np.where(first > 0.0, first / np.where(bears, 1.0, np.maximum(first, 0.0) - last), 0.0)
     at_tip = began[:, 1:] + share[:, None] * (tried - began[:, 1:])
     return np.where(bears, slip, np.sqrt(np.einsum("mc,mc->m", at_tip, at_tip)) / law.ks)

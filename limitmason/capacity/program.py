@@ -142,9 +142,11 @@ def _bounds(
             bounded(np.arange(t), np.arange(unknowns - t, unknowns), np.full(t, sign), most)
     if c == 2:
         for sign in (1.0, -1.0):
+            # both signs of the shear: +-T - tan N <= c
             columns = np.concatenate([2 * rows + 1, 2 * rows])
             bounded(np.tile(rows, 2), columns, np.concatenate([sign * one, -tan]), fixed)
     else:
+        # (c + tan N, T1, T2) in the second-order cone, as constant less rows times x
         where = np.concatenate([3 * rows, 3 * rows + 1, 3 * rows + 2])
         most = np.column_stack([fixed, np.zeros((m, 2))]).ravel()
         bounded(where, where, np.concatenate([-tan, -one, -one]), most)

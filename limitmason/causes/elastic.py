@@ -58,6 +58,7 @@ def elastic_displacements(
     left_out = np.zeros(len(assembly.interfaces), dtype=bool)
     if not head_joints and _stands_without_head_joints(assembly):
         left_out = np.array([i.kind == "head" for i in assembly.interfaces], dtype=bool)
+    # nearly no stiffness instead of none: the matrix stays regular
     share = np.where(left_out[k], OPEN, 1.0) * normal_stiffness
     springs = share[:, None] * np.array([1.0, shear_ratio, shear_ratio])
     rows, whole = stiffness_matrix(assembly, points, springs)

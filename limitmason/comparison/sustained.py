@@ -91,6 +91,7 @@ def sustained(
         steps=steps, progress=progress, **options,
     )
     value, status, warnings = math.nan, Status.NOT_CONVERGED, (*few, *curve.warnings)
+    # a structure that has overturned on the way carries nothing any more
     if curve.status == PathEnd.REACHED:
         value, status = float(curve.load[-1]), Status.SOLVED
     elif curve.status == PathEnd.OVERTURNED:

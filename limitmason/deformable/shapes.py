@@ -241,6 +241,7 @@ def volume_points(solid: Solid, centre: Array, order: int = 4) -> tuple[Array, A
     (u, wu), (v, wv), (w, ww) = rules
     a, b, c = (g.ravel() for g in np.meshgrid(u, v, w, indexing="ij"))
     weight = np.einsum("i,j,k->ijk", wu, wv, ww).ravel()
+    # barycentric weights of a tetrahedron's corners beside the centre
     local = np.column_stack([a, b * (1.0 - a), c * (1.0 - a) * (1.0 - b)])
     triangles = np.array([(f[0], f[k], f[k + 1]) for f in solid.faces for k in range(1, len(f) - 1)])
     corner = solid.vertices[triangles] - centre

@@ -159,6 +159,7 @@ def _hypotheses(
     map_ = plan.confusable(design)
     truths: dict[Names, Truth] = {}
     for cause in design.causes:
+        # of a cause at a size that is clearly visible
         size = max(map_.sizes[cause.name], key=lambda s: abs(s - cause.baseline))
         row = int(np.argmin(np.abs(design.singles[cause.name].sizes[0] - size)))
         here = at_measured(design.singles[cause.name])[row]

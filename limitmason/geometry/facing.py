@@ -79,6 +79,7 @@ def facing_pairs(
     length = np.linalg.norm(normal, axis=1)
     normal /= length[:, None]
 
+    # both faces in the plane across their mean normal, from a corner of the first
     first = faces.corners[f]
     edge = first[:, 1] - first[:, 0]
     t1 = edge - (edge * normal).sum(axis=1)[:, None] * normal

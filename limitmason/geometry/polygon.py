@@ -265,6 +265,7 @@ def polar_mean_radius(polygon: ArrayLike, pole: ArrayLike) -> float:
     if area <= 1e-9 * size**2:
         if size == 0.0:
             return 0.0
+        # without area it is a line, of which the mean of |s| is taken
         direction = q[np.argmax(np.linalg.norm(q - q[0], axis=1))] - q[0]
         s = q @ (direction / np.linalg.norm(direction))
         low, high = s.min(), s.max()
@@ -276,6 +277,7 @@ def polar_mean_radius(polygon: ArrayLike, pole: ArrayLike) -> float:
     q, r, edge, length = q[keep], r[keep], edge[keep], length[keep]
     t = edge / length[:, None]
     h = q[:, 0] * t[:, 1] - q[:, 1] * t[:, 0]
+    # a side that points at the pole spans no area
     keep = np.abs(h) > 1e-12 * size
     q, r, t, h = q[keep], r[keep], t[keep], h[keep]
     u0, u1 = (q * t).sum(axis=1) / np.abs(h), (r * t).sum(axis=1) / np.abs(h)

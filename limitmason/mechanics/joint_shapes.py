@@ -167,6 +167,7 @@ def fitted(points: ContactPoints, rows: Index, samples: Array, weights: Array) -
     size = float(np.abs((samples - centre) @ tangents.T).max())
     at, over = ((x - centre) @ tangents.T / size for x in (points.position[rows], samples))
     area = points.area[rows]
+    # the highest degree that the points integrate exactly
     chosen = np.ones((len(rows), 1)), np.ones((len(samples), 1))
     for degree in range(1, _HIGHEST + 1):
         here, there = _monomials(at, degree), _monomials(over, degree)

@@ -44,6 +44,7 @@ def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
     free = moves[:, :2].all(axis=1) & (assembly.weights > _SAME * scale)
     if not free.any():
         return "no block with a weight is free to move sideways"
+    # the heaviest block tells the direction, which all others must have
     k = int(np.argmax(np.where(free, assembly.weights, 0.0)))
     direction = live[k] / assembly.weights[k]
     sideways = assembly.weights[:, None] * direction * moves

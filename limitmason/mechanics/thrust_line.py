@@ -50,6 +50,7 @@ def thrust_lines(model: Assembly, forces: JointForces) -> list[ThrustLine]:
     groups: dict[int, set[int]] = {}
     for block in around:
         groups.setdefault(label[block], set()).add(block)
+    # a block with more than two neighbours stands in no line
     chains = (group for group in groups.values() if all(len(around[b]) <= 2 for b in group))
     lines = (_line([pairs[p] for p in _in_order(group, around, fixed)], forces, x) for group in chains)
     return [line for line in lines if line is not None]

@@ -215,6 +215,7 @@ def _moments(system: VibratingSystem, motion: Array) -> Iterator[Array]:
     x, root = from_centre / reach, np.sqrt(mass)[:, None]
     for motions in (motion[:, moving, :3], reach * motion[:, moving, 3:]):
         for degree in range(_ORDERS):
+            # all products of x, y and z of that degree
             powers = [(degree - a, a - b, b) for a in range(degree + 1) for b in range(a + 1)]
             weight = np.column_stack([np.prod(x**p, axis=1) for p in powers]) * root
             weight = weight / np.maximum(np.linalg.norm(weight, axis=0), 1e-300)

@@ -112,12 +112,14 @@ def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> 
     depth : as of :func:`limitmason.capacity.contact_search.faces.together`
     inside : least distance from the ends of both sides [m]
     """
+    # the block with the lower number has the first side
     one, two = near_blocks(shapes, pose, depth)
     f, g = facing(shapes, pose, np.minimum(one, two), np.maximum(one, two))
     start = shapes.corners_begin
     # sides cross near each other only where the corners of a face are not all before or all behind the other face
     count = np.diff(start)[g]
     first = np.cumsum(count) - count
+    # all corners of face g, beside face f
     corner = np.arange(count.sum()) - np.repeat(first - start[g], count)
     on = np.repeat(f, count)
     gap, _ = beside(shapes, pose, shapes.corner_place[corner], shapes.owner[corner], on)
@@ -154,6 +156,7 @@ def off(shapes: Shapes, c: PathContacts, rows: Index, pose: Pose) -> Array:
     """
     p, q = _sides(shapes, c.corner[rows])
     met, x = _met(shapes, pose, p, q), shapes.assembly.centroids
+    # the point stays with the side of block b
     first = shapes.owner[p] == c.block_b[rows]
     place = np.where(first[:, None], *_places(shapes, p, q, met.shares))
     away = np.linalg.norm(place - c.place_b[rows], axis=1)

@@ -154,6 +154,7 @@ def shapes_of(
             edge = np.roll(points, -1, axis=0) - points
             inward = np.cross(n, edge)
             inward = inward / np.linalg.norm(inward, axis=1)[:, None]
+        # faces with fewer sides repeat the last one: a side counts once or twice alike
         pad = np.minimum(np.arange(width), len(ends) - 1)
         block.append(b)
         place.append(ends.mean(axis=0))

@@ -152,6 +152,7 @@ class Cells:
         for start in range(0, len(missing) if d else 0, step):
             some = missing[start : start + step]
             sides = self.nodes[self.beside[some]] - self.nodes[some, None]
+            # changes are upwards on either side: node less the one before it
             np.negative(sides[:, :d], out=sides[:, :d])
             self.table[some, at["gram"]] = (sides @ sides.transpose(0, 2, 1)).reshape(len(some), -1)
             self.table[some, at["cross"]] = np.einsum("gdn,gn->gd", sides, self.nodes[some])

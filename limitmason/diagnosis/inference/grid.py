@@ -102,6 +102,7 @@ class Grid:
         index = np.unravel_index(node, self.shape)
         for axis, (i, length) in enumerate(zip(index, self.shape, strict=True)):
             move = position[:, axis] - i
+            # at the first node of an axis only the side after it has a neighbour
             side = np.where((move > 0.0) | (i == 0), 1, -1)
             neighbour = list(index)
             neighbour[axis] = np.clip(i + side, 0, length - 1)

@@ -365,6 +365,7 @@ def tests_that_identify(
     done, chosen, values = list(range(tested)), list[int](), list[float]()
     first = np.zeros(n - tested)
     for _ in range(k + 1):
+        # S of every bias, and what an explanation exceeds it by: log det(S) and a square, each a half
         part = whole[:, done][:, :, done]
         inverse = np.linalg.inv(part)
         own = np.eye(len(done)) + slopes[done] @ slopes[done].T

@@ -153,6 +153,7 @@ def _first_iterate(program: ConeProgram, factor: BlockCholesky) -> Iterate:
     rate = np.linalg.norm((program.transpose @ y).reshape(m, c), axis=1)
     mean = float(force.mean()) or 1.0
     x, s = np.zeros((m, c)), np.zeros((m, c))
+    # well inside: no cone begins near its edge, and all products are about alike
     x[:, 0] = 2.0 * np.maximum(force, 0.3 * mean)
     s[:, 0] = 3.0 * float(rate.mean())
     slack = np.maximum(program.bounded(x) - program.bound_level, np.abs(x).mean())

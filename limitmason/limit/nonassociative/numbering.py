@@ -89,6 +89,7 @@ def numbering(problem: Problem, *, mirrored: bool = False) -> Numbering:
     row_sign = np.ones(6 if plane is None else 3)
     if mirrored:
         axes[0] *= -1.0
+        # a mirror across x turns forces along x, and moments about y and z
         row_sign = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0] if plane is None else [-1.0, 1.0, -1.0])
     size = float(np.ptp(x.corners, axis=0).max(initial=0.0)) or 1.0
     blocks = np.lexsort((_ranks(x.volume, CLOSE * size**3), *_keys(x.centroid @ axes.T, size)))

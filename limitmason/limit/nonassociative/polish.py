@@ -102,6 +102,7 @@ class PlanePrograms:
         cost[-1] = theta
         if weight is not None:
             w = weight * (self.unit / law.live_size)
+            # slacks of the module's pairs, written in N' and T
             cost[:m] = w[0] + law.tan_phi * (w[1] + w[2]) - np.where(self._crushable, w[3], 0.0)
             cost[m : 2 * m] = w[2] - w[1]
         low, high = np.full(2 * m + 1, -np.inf), np.full(2 * m + 1, np.inf)
@@ -121,6 +122,7 @@ class PlanePrograms:
         )
         if answer.x is None or answer.status != 0:
             return None
+        # duals of slacks that are held at zero: by how much lambda would fall if they opened
         gain = np.zeros((4, m))
         if zero is not None:
             held = answer.upper.marginals[:m] + answer.lower.marginals[:m]

@@ -222,6 +222,7 @@ def carries_any(problem: Problem, solution: Solution) -> bool:
         normal[problem.stress_block.ends] = 0.0
     normal[problem.law.crushes] = 0.0
     shear = np.linalg.norm(force[:, 1:], axis=1)
+    # shear shortened to the friction of N alone: along a ray cohesion and strengths count for nothing
     within = np.divide(problem.law.tan_phi * normal, shear, out=np.ones_like(shear), where=shear > 0.0)
     ray = np.column_stack([normal, force[:, 1:] * np.minimum(within, 1.0)[:, None]])
     live = problem.live + solution.free / solution.multiplier @ problem.free
