@@ -101,7 +101,7 @@ def strength_of(peak: Peak, softening: SofteningRow | None, damage: float, slip_
 
 @kernel(forceinline=True)
 def tension(n0: float, ft: float, reach: float) -> float:
-    """N of a spring at n0 where it is pressed; pulled it falls from -ft at n0 = -reach straight to nothing."""
+    """Stress of a spring at n0 [Pa]: n0 where pressed; pulled it falls from -ft at n0 = -reach straight to nothing."""
     return max(n0, 0.0) + max(min(n0, 0.0) * (ft / max(reach, 1e-300)), -ft)
 
 
@@ -195,7 +195,13 @@ def within(
 
 @kernel(inline="always")
 def _held(peak: Peak, spring: Numbers) -> float:
-    """Elastic energy of the springs of a point [J/m2]; ``spring`` as in :func:`_lost`."""
+    """Elastic energy of the springs of a point [J/m2].
+
+    Parameters
+    ----------
+    spring : stress n0 of the elastic opening if it were a spring, stress n, shears t1 and t2, tensile strength ft,
+        and the stress if it were a spring from which tension unloads straight to nothing [Pa]
+    """
     n0, _, t1, t2, ft, reach = spring
     pressed = max(n0, 0.0)
     sheared = 0.5 * (t1 * t1 + t2 * t2) * (1.0 / peak.ks)

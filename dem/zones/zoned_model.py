@@ -111,7 +111,9 @@ def contact_matrix(model: ZonedModel) -> sparse.csr_matrix:
     first = side.arc[c.segment]
     along = (c.arc - first) / (side.arc[c.segment + 1] - first)
     node = np.stack([c.node[:, 0], c.node[:, 1], i, j])
+    # displacement of the point on b less that on a: shares of b add to one, those of a to minus one
     share = np.stack([1.0 - c.share, c.share, along - 1.0, -along])
+    # of (axis, node, point, x or z): one entry each
     data = share[None, :, :, None] * axes[:, None]
     row = (2 * np.arange(len(t)) + np.arange(2)[:, None])[:, None, :, None]
     column = (2 * node[:, :, None] + np.arange(2))[None]

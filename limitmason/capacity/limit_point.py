@@ -63,7 +63,10 @@ def first_limit_point(load: Array, way: Array, lacks: Array, size: float) -> int
 
     Parameters
     ----------
-    load, way, lacks, size : as of :func:`passed`
+    load : multipliers or forces of the samples, positive in the sense in which they are pushed, shape (n,)
+    way : control displacements [m], shape (n,)
+    lacks : load that contacts found anew took off and it has not regained, shape (n,)
+    size : median block size [m]
     """
     if (found := passed(load, way, lacks, size)) is not None:
         return found

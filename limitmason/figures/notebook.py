@@ -49,6 +49,7 @@ def plot(shown: Any, *which: Any, **options: Any) -> Figure:
 
 @plot.register
 def _(shown: Prediction, structure: Assembly | None = None, **options: Any) -> Figure:
+    """Collapse mechanism of a prediction, of ``structure`` where it has lost its own."""
     model = shown.structure if structure is None else structure
     if model is None:
         raise InputError("this prediction was read or copied without its assembly: give it, plot(structure=wall)")
@@ -59,11 +60,13 @@ def _(shown: Prediction, structure: Assembly | None = None, **options: Any) -> F
 
 @plot.register
 def _(shown: Modes, number: int = 1, **options: Any) -> Figure:
+    """Shape of mode ``number``, from 1."""
     return mode_shape(shown, number, **options)
 
 
 @plot.register
 def _(shown: Table, x: str | None = None, **options: Any) -> Figure:
+    """Lines of a study over the column ``x``, by default the first that varies."""
     return study_lines(shown, varied(shown, options.get("y", "multiplier")) if x is None else x, **options)
 
 

@@ -111,8 +111,9 @@ def _first_certified(
 
     Parameters
     ----------
-    torsion, tolerance : torsional strength of uniform pressure over the limit, 0 for none; of the solver [-]
-    check_dead_load : whether the dead load alone is checked
+    torsion : torsional strength at uniform pressure over the limit put on torsion [-], 0 for no limit
+    tolerance : of the solver [-]
+    check_dead_load : whether it is also asked if the structure stands without live load
     """
     best: Prediction | None = None
     spent, tried, unknown = 0.0, [], False
