@@ -175,7 +175,12 @@ def strained_sums(
 
 @kernel(forceinline=True)
 def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | None) -> tuple[float, float]:
-    """Move the shapes of all blocks by a step; kinetic energy and what damping took [J]."""
+    """Move the shapes of all blocks by a step; kinetic energy and what damping took [J].
+
+    Parameters
+    ----------
+    local, drifts : as of :func:`dem.kernels.local_damping.brake_of`
+    """
     value, rate, net = modes.value, modes.rate, modes.net
     dt, kick, viscosity, keep, lag = step
     kinetic = damping = 0.0

@@ -88,7 +88,15 @@ def rotation_of(q: Array, out: Array) -> None:
 
 @kernel(inline="always")
 def _adapted(viscosity: float, adaptive: float, kinetic: float, before: float, dt: float) -> float:
-    """Viscosity whose power 2 C E_k follows a fixed part of the rate of change of the kinetic energy [1/s]."""
+    """Viscosity whose power 2 C E_k follows a fixed part of the rate of change of the kinetic energy [1/s].
+
+    Parameters
+    ----------
+    viscosity : C of the step before [1/s]
+    adaptive : that fixed part [-]
+    kinetic, before : kinetic energy now and a step ago [J]
+    dt : step [s]
+    """
     power = 2.0 * viscosity * kinetic * dt
     wanted = adaptive * abs(kinetic - before)
     change = 1.02 if power < wanted else 1.0 / 1.02
@@ -154,6 +162,7 @@ def _accelerate(
     ----------
     past : net force and moment of the step before, shape (6,); moments of the damping are written there
     damping : work of the damping so far [J]
+    local : factor of local damping [-]
     """
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
     dt, kick, viscosity, keep, lag = at

@@ -143,7 +143,12 @@ class _Handler(BaseHTTPRequestHandler):
         return unquote(path), {k: v[-1] for k, v in parse_qs(parts.query).items()}
 
     def _get(self, path: str, query: dict[str, str]) -> None:
-        """Answer a request that changes nothing: pages, forms, files, events, results."""
+        """Answer a request that changes nothing: pages, forms, files, events, results.
+
+        Parameters
+        ----------
+        query : what follows "?" in the address, by name
+        """
         if path in _STATIC:
             name, kind = _STATIC[path]
             self._send(200, files("limitmason.app").joinpath(name).read_bytes(), kind)
@@ -165,7 +170,12 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refused(404, "there is nothing here")
 
     def _post(self, path: str, query: dict[str, str]) -> None:
-        """Answer a request that acts: cancel, upload, write or run a script."""
+        """Answer a request that acts: cancel, upload, write or run a script.
+
+        Parameters
+        ----------
+        query : what follows "?" in the address, by name
+        """
         if path == "api/cancel":
             self.server.jobs.cancel()
             self.server.jobs.warm()

@@ -38,6 +38,7 @@ class Site:
         ----------
         axis, density : of the unit's length; the site's own where None [kg/m3]
         fixed : whether it is held
+        solid : of the block, or its convex pieces
         """
         self.names.append(name)
         self.solids.append(solid)
@@ -107,6 +108,7 @@ def add_units(
     Parameters
     ----------
     fix_bottom : whether the first course is held
+    courses : units of every course, bottom course first
     """
     special = {id(unit) for unit in columns}
     most = max((len(units) for units in courses), default=1)

@@ -159,6 +159,7 @@ def cut_openings(
     Parameters
     ----------
     thickness : of the facade [m]
+    courses : units of every course, bottom course first
     """
     holes: list[Box] = []
     for opening in openings:

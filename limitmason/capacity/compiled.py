@@ -241,7 +241,15 @@ def elements(
 
 @njit(cache=True, error_model="numpy")
 def assembled(element: Array, row_scale: Array, column_scale: Array, slot: Index, out: Array) -> None:
-    """Add the entries of elements, (k, 2 d, 2 d), to their places in a sparse matrix; -1 for those of held blocks."""
+    """Add the entries of elements, (k, 2 d, 2 d), to their places in a sparse matrix; -1 for those of held blocks.
+
+    Parameters
+    ----------
+    element : matrices of k elements, two blocks or ends of d degrees of freedom each
+    row_scale, column_scale : to own units, shape (d,)
+    slot : place in ``out`` of every entry, -1 for those of held blocks, shape (k * 4 d^2,)
+    out : entries of the sparse matrix, added to
+    """
     k, size = element.shape[:2]
     d, place = len(row_scale), 0
     for e in range(k):

@@ -197,7 +197,12 @@ class ElasticRange(ReadOnly):
         return replace(self, assembly=replace(self.assembly, interfaces=tuple(joints)))
 
     def _onset(self, multiplier: float, criterion: str, point: int) -> Onset:
-        """The joint of a point in words, with where and by which criterion its strength is reached."""
+        """The joint of a point in words, with where and by which criterion its strength is reached.
+
+        Parameters
+        ----------
+        multiplier, point : load multiplier at the onset [-], and the number of the contact point
+        """
         k = int(self.points.interface[point])
         i = self.assembly.interfaces[k]
         a, b = (self.assembly.blocks[n].name for n in (i.block_a, i.block_b))

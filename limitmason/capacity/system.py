@@ -135,6 +135,10 @@ class System:
         """Stresses, wrenches and unbalance in a pose reached from a history.
 
         The residual is in block weights, zero in equilibrium; ``old`` is the history before the step.
+
+        Parameters
+        ----------
+        multiplier : of the live load [-]
         """
         at = contact(self.bodies, pose)
         wrenches = point_wrenches(self.bodies, at)

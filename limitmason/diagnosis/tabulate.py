@@ -303,7 +303,12 @@ class Tabulator:
         reach = np.array(ends)
 
         def cross(size: float, z: Sequence[float]) -> np.ndarray:
-            """What acting together adds: linear in size and inputs, from the corners."""
+            """What acting together adds: linear in size and inputs, from the corners.
+
+            Parameters
+            ----------
+            size, z : of the cause, and every input in standard deviations
+            """
             out = np.zeros(self.n)
             for s, rows in zip(sides, missing, strict=True):
                 part = (size - cause.baseline) / (s - cause.baseline)

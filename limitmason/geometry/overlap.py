@@ -116,7 +116,13 @@ def _shared_points(solids: Sequence[Solid], faces: Faces, start: Index, i: int, 
 
 
 def _face_axes_depth(solids: Sequence[Solid], faces: Faces, start: Index, p: Index, q: Index) -> Array:
-    """Least overlap of two pieces along the normals of their faces, negative where a plane separates them [m]."""
+    """Least overlap of two pieces along the normals of their faces, negative where a plane separates them [m].
+
+    Parameters
+    ----------
+    p, q : numbers of the pieces of every pair, shape (m,)
+    start : first face of every piece, shape (pieces + 1,)
+    """
     depth = np.full(len(p), np.inf)
     if not len(p):
         return depth

@@ -196,7 +196,12 @@ def _enough(values: Callable[[Sequence[str]], tuple[float, ...]], target: float,
 
 
 def _without_the_idle(enough: Callable[[Sequence[str]], bool], names: list[str]) -> list[str]:
-    """Names of which none can be left out, where all are enough."""
+    """Names of which none can be left out, where all are enough.
+
+    Parameters
+    ----------
+    names : all of them, enough together
+    """
     for name in list(names):
         if enough(rest := [n for n in names if n != name]):
             names = rest

@@ -86,6 +86,10 @@ def unbalance(assembly: Assembly, loads: Loads, resultants: Resultants, multipli
     """Unbalanced force, and moment over the block's size, of every block [N], shape (n_blocks, 6).
 
     It is zero where the block is held.
+
+    Parameters
+    ----------
+    multiplier : of the live load [-]
     """
     x = assembly.links
     k = resultants.point_interface
@@ -123,7 +127,12 @@ def own_measures(assembly: Assembly, own: Array, largest: Array) -> Array:
 
 
 def load_on_blocks(assembly: Assembly, loads: Loads, multiplier: float) -> Array:
-    """Size of dead and live load on every block, forces and moments over its size [N], shape (n_blocks,)."""
+    """Size of dead and live load on every block, forces and moments over its size [N], shape (n_blocks,).
+
+    Parameters
+    ----------
+    multiplier : of the live load [-]
+    """
     size = np.cbrt(assembly.links.volume)
     own = np.zeros(assembly.n_blocks)
     for part, factor in ((loads.dead, 1.0), (loads.live, abs(multiplier))):
@@ -149,6 +158,10 @@ def block_measures(assembly: Assembly, loads: Loads, resultants: Resultants, mul
     """Force by which the residual of every block is judged [N], shape (n_blocks,).
 
     The dead and live load of the block, forces and moments over its size; see :func:`own_measures`.
+
+    Parameters
+    ----------
+    multiplier : of the live load [-]
     """
     size = np.linalg.norm(resultants.point_force, axis=1)
     largest = largest_on_blocks(assembly, resultants.point_interface, size)

@@ -64,7 +64,13 @@ def untouched_faces(assembly: Blockwork, pieces: BlockPieces) -> tuple[list[Unto
 
 
 def least_width(polygon: Array, normal: Array) -> float:
-    """Smallest distance between two parallel lines that hold a convex polygon [m]."""
+    """Smallest distance between two parallel lines that hold a convex polygon [m].
+
+    Parameters
+    ----------
+    polygon : corners [m], shape (n, 3)
+    normal : unit normal of its plane, shape (3,)
+    """
     edge = np.roll(polygon, -1, axis=0) - polygon
     length = np.linalg.norm(edge, axis=1)
     edge = edge[length > 0.0] / length[length > 0.0, None]

@@ -16,6 +16,10 @@ def read_densities(density: Any, names: Sequence[str]) -> list[float]:
     """Density of every block [kg/m3] from one number or one per block.
 
     A wrong one is an error naming the block.
+
+    Parameters
+    ----------
+    names : of the blocks, for messages
     """
     try:
         values = np.asarray(density, dtype=float)

@@ -318,6 +318,10 @@ class ConfidenceSet:
 
         They are the largest gain of a cause, the trend ``shape`` as given, the scatter, and the guard: by how much the
         best cause reduces the scatter. Each has one value a data set.
+
+        Parameters
+        ----------
+        null, singles : fits of the baseline, and of every cause alone
         """
         best = np.max([f.loglik for f in singles], axis=0)
         out = {"gain": best - null.loglik, **self._residuals(null, replicate, shape)}

@@ -93,7 +93,12 @@ class Judge:
     def _beside_margin(
         self, names: Names, sd: float, effect: np.ndarray, loglik: float, y: np.ndarray, kinds: Sequence[Evidence]
     ) -> bool:
-        """Whether the conditions of a name hold beside its margin, those that need no draws."""
+        """Whether the conditions of a name hold beside its margin, those that need no draws.
+
+        Parameters
+        ----------
+        kinds : evidence of every kind of test
+        """
         rivals = self.rivals(sd)
         _, beyond, asked = self._nearest_lever(rivals, names, effect, loglik, y)
         slope, error = dose_of(rivals.of(names), rivals.slopes, effect, y, sd)
@@ -379,6 +384,10 @@ def dose_of(
 
     The contrast is the part of the effect that is left when the nearest bias and the measured inputs have taken all
     they can. A share of 1 is all of the effect, 0 none.
+
+    Parameters
+    ----------
+    slopes : J in units of the noise, shape (n, number of measured inputs)
     """
     contrast = discrepancy.weighted(discrepancy.best(effect / sd, Likelihood()), effect)
     reach = float(contrast @ effect)

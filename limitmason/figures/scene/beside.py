@@ -64,6 +64,10 @@ def together(motions: Sequence[SceneMotion]) -> SceneMotion:
     """Motions of several structures at once, each from its first to its last position.
 
     One factor on displacements is left to choose where all of them have one.
+
+    Parameters
+    ----------
+    motions : one of each structure
     """
     count = max(len(m.poses) for m in motions)
     shared = min(m.scale for m in motions)

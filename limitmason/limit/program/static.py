@@ -44,7 +44,13 @@ _STATUS = {
 
 
 def solver_settings(tolerance: float, *, max_iterations: int = 200, verbose: bool = False) -> clarabel.DefaultSettings:
-    """Clarabel settings that reach the stated tolerance on walls of 50 to 10,000 blocks."""
+    """Clarabel settings that reach the stated tolerance on walls of 50 to 10,000 blocks.
+
+    Parameters
+    ----------
+    tolerance : of gap and feasibility [-]
+    max_iterations : after which the solver gives up
+    """
     settings = clarabel.DefaultSettings()
     settings.verbose = verbose
     settings.max_iter = max_iterations
