@@ -142,10 +142,10 @@ def flexure_terms(
     Parameters
     ----------
     facade : parameters
-    hinge : n_k
-    radius : k d_0 [m]
-    reduction : omega; None for 1 - tan(a)/tan(alpha_b)
-    interaction : see :func:`horizontal_flexure`
+    hinge : n_k, courses between the top and the hinge
+    radius : k d_0 [m], contact factor times the radius at which friction resists torsion
+    reduction : omega, share of the friction that inclined lines keep [-]; None for 1 - tan(a)/tan(alpha_b)
+    interaction : whether the term of eq (26) is added to the denominator
     """
     f, h = facade, facade.course_height
     length, height = _whole_length(f), hinge * h

@@ -202,7 +202,7 @@ def rocking_terms(
     ----------
     hinge, crossed : courses from the top to the hinge, and those that the crack crosses
     reduction : share of the friction that counts, 1 - s / s_max by default [-]
-    below_crack : as of :func:`compound_rocking`
+    below_crack : "connected", joints between hinge and crack keep their friction; "free", they have none
     """
     f, h = facade, facade.course_height
     top, crack = hinge * h, crossed * h

@@ -132,6 +132,7 @@ class Facade:
 
         What followed from a replaced field is worked out again.
         """
+        # a field that has the value it would follow to was not given: None lets it follow the new ones
         reset = {
             name: None
             for name, (of, value) in self._following.items()

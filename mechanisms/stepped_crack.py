@@ -28,7 +28,7 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
     Parameters
     ----------
     facade : parameters
-    hinge : n_k
+    hinge : n_k, courses between the top and the hinge
     reduction : factor on the friction of the joints that do not step [-]
     keep_all : joints under stepping courses keep their friction too, the upper end of the bracket
 

@@ -68,7 +68,7 @@ def rocking_power(
     Parameters
     ----------
     facade : parameters
-    hinge, crossed : n_k and n_c
+    hinge, crossed : n_k and n_c, courses between the top and the hinge, and those that the crack crosses
     tangent : tan(alpha_c) [-]
     stepping : numbers of the stepping courses, counted from the top
     reduction : factor on the friction of the crossed joints; 1 - tangent / tan(alpha_b) where omitted
@@ -129,10 +129,10 @@ def flexure_power(
     Parameters
     ----------
     facade : parameters; with one side wall the facade is one half of the mechanism
-    hinge : n_k
+    hinge : n_k, courses between the top and the hinge
     tangent : tan(a), inclination of the outer lines from the vertical [-]
-    contact_factor : k [-]
-    torsion_radius : d_0 [m]
+    contact_factor : k, share of the overlap that is in contact [-]
+    torsion_radius : d_0, radius at which friction resists the torsion of an overlap [m]
     reduction : factor on the friction of the inclined lines
     """
     h, height = facade.course_height, hinge * facade.course_height

@@ -112,7 +112,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
 
 
 def _codes(joints: Joints, n_blocks: int) -> Index:
-    """One number for the pair of blocks of every joint."""
+    """Pair code of every joint: the lower number of its two blocks times ``n_blocks``, plus the higher."""
     return np.sort(np.column_stack([joints.block_a, joints.block_b]), axis=1) @ (n_blocks, 1)
 
 
@@ -128,7 +128,7 @@ def _allow(
     Parameters
     ----------
     near : pairs of pieces; ``move`` [m] and ``angle`` [rad] are written
-    code, own : pair code of every row of ``near``, and of every joint, see :func:`_codes`
+    code, own : pair code of every row of ``near``, and of every joint
     joined : rows whose blocks have a joint, shape (m,)
     margin : distance up to which pairs of pieces are looked at [m]
     """
@@ -235,7 +235,7 @@ class _Search:
 
         Parameters
         ----------
-        looked : codes of the pairs of blocks that are looked at, see :func:`_codes`
+        looked : pair codes of the blocks that are looked at
         """
         self.looked, around = looked, self.around
         near = np.flatnonzero(among(self.of_row, looked) & ~around.apart)
@@ -288,7 +288,7 @@ class _Search:
 
         Parameters
         ----------
-        code : of the pairs that are asked for, see :func:`_codes`
+        code : of the pairs of blocks that are asked for
         made : joints that this search has made, None for none
         """
         state, now = self.state, self.now

@@ -183,7 +183,9 @@ def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float
 def travel_per_step(state: State, reach: Array) -> float:
     """Largest distance that a corner of a block can travel from the ground in one step [m].
 
-    ``reach`` as :func:`reaches` gives it.
+    Parameters
+    ----------
+    reach : largest distance of a corner from its block's centroid [m], shape (n,)
     """
     still = np.flatnonzero(state.bodies.held.all(axis=1))
     ground = state.bodies.vel[still[0]] if len(still) else 0.0

@@ -100,7 +100,7 @@ def _laws(
 
     Parameters
     ----------
-    like : see :func:`cut`
+    like : joint whose law a pair without an interface takes, -1 for the interface on the nearest face of either block
     normal : from a to b now
     arm : joint's origin from the centroid of a, axes of a [m]
     blocks : numbers of the first and the second block of every pair, (k,) each

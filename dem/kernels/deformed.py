@@ -133,7 +133,9 @@ def strained_sums(
 
     Parameters
     ----------
-    axes, d, g, ra, rb : as of :func:`dem.kernels.kinematics.kinematics`
+    axes, d : frame of the joint in global axes, t1, t2, n, and displacement of its origin in them, b against a [m]
+    g : R_rel - I: G11, G12, G21, G22, G31, G32 [-]
+    ra, rb : from both centroids to block a's joint origin [m]
     dt : step [s]
     """
     a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
@@ -179,7 +181,8 @@ def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | 
 
     Parameters
     ----------
-    local, drifts : as of :func:`dem.kernels.local_damping.brake_of`
+    local : factor of local damping [-]
+    drifts : whether motion is steady, and damping the combined one; None where it never is
     """
     value, rate, net = modes.value, modes.rate, modes.net
     dt, kick, viscosity, keep, lag = step

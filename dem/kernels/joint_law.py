@@ -221,7 +221,7 @@ def _lost(peak: Peak, old: Numbers, now: Numbers, slid: Numbers, moved: Numbers,
     old, now : of springs before and after the step: stress of the elastic opening if it were a spring, N, t1, t2, ft,
         and where ft unloads [Pa]
     slid : plastic slip against t1 and t2, and plastic opening, of the step [m]
-    moved : as in :func:`return_map`
+    moved : e1, e2, w less what they were before the step [m]
     grows : whether damage does
     """
     n, t1, t2 = 0.5 * (old[1] + now[1]), 0.5 * (old[2] + now[2]), 0.5 * (old[3] + now[3])

@@ -158,11 +158,10 @@ def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: A
 def _bearable(stiff: Array, along: Array, most: Array, allowed: float) -> float:
     """Factor on elastic slips, found by halving, with which points store at most ``allowed`` [J]; at most DEEPER.
 
-    ``most`` is the shear that each point bears [N]; the factor is found by halving.
-
     Parameters
     ----------
-    most : as of :func:`_sheared`
+    stiff, along : shear stiffness [N/m] and elastic displacement along the face [m] of every point, shape (k,)
+    most : largest elastic slip of every point by Coulomb's law [m], shape (k,)
     """
     low, high = 0.0, DEEPER
     if _sheared(stiff, along, most, high) <= allowed:

@@ -291,7 +291,8 @@ def advance(
     Parameters
     ----------
     points, joints, bodies : state, changed in place; ``bodies.contact`` has a row of every block for every part
-    total : accumulated energies and the adaptive viscosity, see the E_ indices, shape (E_SIZE,); one for each thread
+    total : accumulated energies [J] and the adaptive viscosity [1/s], entries ``E_...``, shape (E_SIZE,), one for each
+        thread
     team : what this thread does of every step
     drifts : half of the local damping acts against the change of the force; None where it never does: the compiler then
         leaves it out

@@ -11,12 +11,13 @@ from dem.kernels.zones import joint_forces, zone_forces
 
 @kernel(forceinline=True)
 def move(nodes: Nodes, rigid: Rigid, total: Array, dt: float, local: float, drifts: bool) -> None:
-    """One step of F - brake = m dv / dt for nodes of zones and for rigid blocks, without what they carry along.
+    """One step of F - brake = m dv / dt for nodes of zones and for rigid blocks.
 
     Parameters
     ----------
-    total : sums of work, see the ``Z_`` entries
-    dt, local, drifts : as :func:`advance_zones` takes them
+    total : works and losses so far [J], number of steps: entries ``Z_...``, added to
+    dt : [s], 1 where masses are scaled to the step
+    local, drifts : factor of local damping [-], and whether motion is steady and damping the combined one
     """
     force, shift, velocity = nodes.force, nodes.shift, nodes.velocity
     applied = support = damping = kinetic = 0.0
@@ -108,7 +109,7 @@ def advance_zones(model: ZonedArrays, steps: int, dt: float, local: float, drift
     Parameters
     ----------
     dt : [s], 1 where masses are scaled to the step
-    local, drifts : see :func:`dem.kernels.local_damping.brake_of`
+    local, drifts : factor of local damping [-], and whether motion is steady and damping the combined one
     """
     nodes, zones, tables, sides, contacts, rigid, law, soft, total = model
     rigid.total[:] = 0.0

@@ -248,7 +248,7 @@ def stress_return(mat: Array, m: int, stress: Array, plastic: Array) -> int:
 
     Returns
     -------
-    flags : as :func:`principal_return`; 0 where the stress lay inside
+    flags : ``SHEAR_NOW`` and ``TENSION_NOW``, 0 where the stress lay inside, -1 where no return was found
     """
     xx, zz, xz, yy = stress
     for r in range(4):

@@ -97,6 +97,7 @@ def springs_of_blocks(
     ):
         g = point_motions(points, joints, arm, frame, side)
         part = np.einsum("mk,mki,mkj->mij", stiff, g, g)
+        # the points of a joint stand together: their sum first, then those of every block's joints
         np.add.at(out, block, np.add.reduceat(part, joints.start[:-1], axis=0) if len(part) else part[:0])
     return out
 

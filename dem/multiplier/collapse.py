@@ -328,7 +328,8 @@ def _range(found: Search, interval: tuple[float, float] | None, budget: Mapping[
 
     Parameters
     ----------
-    interval, budget : as of :func:`_interval` and :func:`_budget`
+    interval : bracket widened by the error budget [-], None without a bracket
+    budget : what every check of the error budget found, by its name
     """
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or interval is None:
         return Range()

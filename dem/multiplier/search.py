@@ -168,8 +168,8 @@ class _Bracket:
 
     Parameters
     ----------
-    settled : load held at the beginning
-    through, up_to : as :func:`increments` takes them
+    settled : multiplier held at the beginning [-]
+    through, up_to : multipliers to be held first, and that beyond which nothing is tried [-]
     """
 
     def __init__(self, settled: float, through: Sequence[float], c: Controls, up_to: float) -> None:

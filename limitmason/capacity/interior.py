@@ -199,7 +199,11 @@ def solve(
 
     Parameters
     ----------
-    pose, multiplier, old, target, viscosity, origin : as in :func:`limitmason.capacity.newton.solve`
+    pose, multiplier : the guess; the multiplier is that of the live load [-]
+    old : history at the start of the step
+    target : control displacement to reach [m]; None keeps the multiplier
+    viscosity, origin : eta of a viscous force against the motion, own units, and the motion made since the start of the
+        step, shape (order,); none by default
 
     Notes
     -----

@@ -109,7 +109,7 @@ def edge_warnings(generations: Generations, nodes: list[Node], remedy: str, part
     Parameters
     ----------
     remedy : what to give for faces
-    partly : as in :func:`lost_at_edges`
+    partly : whether joints count too whose force only stands nearer to the edge than that of a face
     """
     lost = lost_at_edges(generations, nodes, partly)
     if lost < TOLD:

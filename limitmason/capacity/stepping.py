@@ -83,7 +83,7 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     Parameters
     ----------
     target : control displacement that is held, with the multiplier that this takes [m]; None for no live load
-    ratio : as in :func:`step`
+    ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
     """
     old, pose = system.virgin(), system.at_rest()
     solved = newton.solve(system, pose, 0.0, old, target)
@@ -234,7 +234,7 @@ def quieted(
     Parameters
     ----------
     commit : the history that is kept of a sub-step, from the one before and its state; as it came by default
-    target, multiplier : as of :func:`limitmason.capacity.newton.solve`
+    target, multiplier : control displacement that is held [m], None to keep the multiplier; its first value [-]
     normal : forces at which the programs' friction is frozen at first [N]; None for those of the pose
     ratio, eta : work of the live load per control displacement [N], and the first viscosity in own units
     """

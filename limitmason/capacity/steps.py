@@ -104,7 +104,8 @@ def bend(first: float, rose: float, last: float) -> tuple[float, float]:
 
     Parameters
     ----------
-    first, rose, last : as in :func:`may_have_fallen`
+    first, last : what the slopes at the ends come to over the whole step [-]
+    rose : by how much the curve rose [-]
     """
     one, other = first - rose, rose - last
     if one * other > 0.0:

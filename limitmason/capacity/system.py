@@ -150,11 +150,12 @@ class System:
         return Evaluated(pose, at, wrenches, returned, force, pulled, rest)
 
     def unbalanced(self, pose: Pose, wrenches: Array, force: Array, pulled: Pulled, multiplier: float) -> Array:
-        """What loads, point forces [N], (m, c), ties and springs leave over on the free motions, own units.
+        """What loads, point forces, ties and springs leave over on the free motions, own units.
 
         Parameters
         ----------
-        wrenches, force : as of :func:`block_wrenches`
+        wrenches : of unit forces on the two blocks of every point, shape (m, c, 2, d)
+        force : of every point [N], shape (m, c)
         multiplier : of the live load [-]
         """
         total = block_wrenches(self.bodies, wrenches, force) + self.dead + multiplier * self.live

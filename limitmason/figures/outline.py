@@ -114,7 +114,7 @@ def elevation_loops(block: Block, plane: Plane, tolerance: float) -> list[Array]
 
 
 def _front(part: Solid, plane: Plane) -> Array:
-    """Corners of a piece's silhouette, counter-clockwise for the viewer."""
+    """Corners of a piece's silhouette, counter-clockwise for the viewer, shape (n, 3)."""
     v = part.vertices
     depth = v @ plane.normal
     slack = 1e-9 * max(float(np.ptp(v, axis=0).max()), 1e-300)
@@ -122,6 +122,7 @@ def _front(part: Solid, plane: Plane) -> Array:
     flat = v @ axes
     for face in part.faces:
         rows = list(face)
+        # of a prism seen along its length the face in front has all corners of the silhouette, in order
         if 2 * len(rows) == len(v) and (depth[rows] <= depth.min() + slack).all():
             others = np.setdiff1d(np.arange(len(v)), rows)
             reach = np.linalg.norm(flat[others][:, None] - flat[rows][None], axis=2).min(axis=1)

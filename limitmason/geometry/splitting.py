@@ -44,7 +44,8 @@ def split_solid(solid: Solid, point: Array, normal: Array, slack: float) -> tupl
 
     Parameters
     ----------
-    solid, point, normal, slack : see :func:`split_polygon`
+    point, normal : of the plane, [m] and unit vector, shape (3,); above is where the normal points
+    slack : vertices nearer than this to the plane lie on it [m]
     """
     height = (solid.vertices - point) @ normal
     height = np.where(np.abs(height) <= slack, 0.0, height)
@@ -103,7 +104,7 @@ def below_planes(
     ----------
     planes : unit normal, and offset along it [m]
     points : [m], shape (n, 3); the box stands out from them by their largest extent and a margin [m]
-    slack : see :func:`split_polygon`
+    slack : vertices nearer than this to a plane lie on it [m]
     """
     room = margin + float(np.ptp(points, axis=0).max())
     solid: Solid | None = box(points.min(axis=0) - room, points.max(axis=0) + room)

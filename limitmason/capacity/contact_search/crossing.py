@@ -109,7 +109,7 @@ def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> 
 
     Parameters
     ----------
-    depth : as of :func:`limitmason.capacity.contact_search.faces.together`
+    depth : by which sides may lie behind each other beyond the near gap, as the springs of soft joints let them [m]
     inside : least distance from the ends of both sides [m]
     """
     # the block with the lower number has the first side
@@ -171,7 +171,10 @@ def faces_that_meet(
 
     Parameters
     ----------
-    first, plane, size, firm : as of :func:`limitmason.capacity.contact_search.faces.shapes_of`
+    first : contacts of the reference pose
+    plane : of a problem in plane, whose faces are then lines; None in space
+    size : median block size [m]
+    firm : ranks of the blocks
     """
     shapes, first = shapes_of(assembly, first, plane, size, firm)
     shapes = shapes.with_openings(first)
@@ -208,7 +211,8 @@ def candidate_contacts(shapes: Shapes, pose: Pose, since: Pose, depth: float, *,
     Parameters
     ----------
     since : pose from which the last motion counts
-    depth, inside : as of :func:`limitmason.capacity.contact_search.faces.together`
+    depth : by which corners may lie behind a face beyond the near gap, as the springs of soft joints let them [m]
+    inside : least distance from the sides of the face, and from the ends of sides that cross [m]
     """
     near = together(shapes, pose, inside, depth)
     if space:

@@ -170,7 +170,8 @@ class Design:
         Parameters
         ----------
         models : explanations, by their names or their grids
-        y, replicate, weights : as for :func:`~.fit.fits`
+        y, weights : whitened data sets, and weights of their values or None for ones, shape (b, n)
+        replicate : redrawn replicate variance, a number or shape (b,)
         z : measured inputs in standard deviations from their values, shape (b, k); None is the values themselves
         residuals : whether those of the fits are wanted
         like : another likelihood than that of the noise

@@ -94,7 +94,8 @@ class Likelihood:
 
         Parameters
         ----------
-        loss, count, replicate : as of :meth:`loglik`
+        loss, count : sum of squares of the data, any shape, and the number of values in it
+        replicate : redrawn variance of the replicates in stated units
         """
         if self.kind == "known":
             return np.ones_like(np.asarray(loss, dtype=float))
@@ -194,7 +195,8 @@ def fits(
     Parameters
     ----------
     grids : models
-    y, z, like, weights : see :class:`Data`
+    y, z : whitened values, shape (b, n), and nuisance data in standard deviations, shape (b, k)
+    like, weights : how squares become a log-likelihood; 1 for values that are used, else 0, shape (b, n), None for all
     replicate : redrawn replicate variance, a number or shape (b,)
     residuals : whether they are wanted; where not, they have the shape (b, 0)
     """

@@ -333,7 +333,7 @@ class BoundedProgram:
 
         Parameters
         ----------
-        x, at, largest : as of :meth:`_exact`
+        x, at, largest : solution of the program, its columns by name, and whether the largest multiplier is sought
         """
         p = self.programs
         chosen = [np.round(x[at[name]]) > 0.5 for name in ("open", "slide+", "slide-")]
