@@ -135,6 +135,7 @@ def _allow(
     still = np.zeros((assembly.n_blocks, 3, 3))
     shape = PiecesMeet(placed(pieces, still, assembly.centroids)[0], pieces, near.pairs, margin).now
     sharp = (shape.kind > FACES) | (~joined & (shape.kind == FACES) & (area_of(shape) > least_area(assembly)))
+    # of the joints of two blocks the one that may slip least decides
     known, row = np.unique(code, return_inverse=True)
     slip, use = np.full(len(known), np.inf), among(own, known)
     allowed = slip_allowed(spacing_of(state), np.diff(state.joints.start))

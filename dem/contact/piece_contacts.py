@@ -55,6 +55,7 @@ class Bearings(NamedTuple):
         """These bearings with the two blocks of each, and the list of bearings of every block."""
         ends = np.column_stack([joints.block_a[self.row], joints.block_b[self.row]])
         blocks = np.concatenate(ends.T)
+        # every bearing twice, once for each of its blocks; sorted by block they are the lists
         number = np.tile(np.arange(len(self.row)), 2)
         order = np.lexsort((number, blocks))
         start = np.searchsorted(blocks[order], np.arange(n_blocks + 1))

@@ -24,6 +24,7 @@ def point_motions(points: Points, joints: Joints, arm: Array, frame: Array, side
     owner = owners(joints)
     axes = frame[owner]
     r = arm[owner] + points.s[:, None] * axes[:, 0] + points.t[:, None] * axes[:, 1]
+    # (w x r) . e = w . (r x e)
     parts = [axes, np.cross(r[:, None], axes)]
     if side is not None:
         parts.append(motion_at(np.column_stack([points.s, points.t])) @ side[owner].transpose(0, 2, 1))

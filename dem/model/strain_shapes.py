@@ -314,6 +314,7 @@ def add_modal_mass(
     mass, inv_mass, inv_inertia : of the blocks, changed, shapes (n,), (n,) and (n, 3, 3)
     coupled : stiffness of :func:`coupled_of`
     """
+    # squared frequency that the step carries; rounding beyond it is no reason to add mass
     allowed = 4.0 * safety**2 / dt**2
     rows, squares = _squares_of(mass, np.asarray(np.linalg.inv(inv_inertia), float), modes, coupled)
     factor = np.ones(len(mass))

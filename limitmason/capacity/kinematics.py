@@ -243,6 +243,7 @@ def motion_between(before: Pose, after: Pose) -> Array:
 
     The turn between the two must be below half a turn.
     """
+    # the turn between the two less one: half its skew part is sin(angle) times the axis, its trace tells cos(angle)
     step = (after.turn - before.turn) @ np.swapaxes(before.turn + np.eye(3), 1, 2)
     twist = 0.5 * np.stack(
         [step[:, 2, 1] - step[:, 1, 2], step[:, 0, 2] - step[:, 2, 0], step[:, 1, 0] - step[:, 0, 1]], axis=1

@@ -152,6 +152,7 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
     made = replace(assembly, blocks=(*assembly.blocks, *plates), interfaces=tuple(interfaces))
     dead = np.vstack([loads.dead, np.zeros((m, 6))])
     total = float(np.linalg.norm(dead[:n][~assembly.fixed, :3], axis=1).sum())
+    # moments over the extent of the structure, so that all six are alike in size
     unit = np.ones(6)
     unit[3:] = float(np.ptp(assembly.centroids, axis=0).max())
 

@@ -94,6 +94,7 @@ def unbalance(assembly: Assembly, loads: Loads, resultants: Resultants, multipli
     x = assembly.links
     k = resultants.point_interface
     rest = np.array(loads.dead + multiplier * loads.live)
+    # a joint's force acts on block b, its reverse on block a
     for block, sign in ((x.block_b[k], 1.0), (x.block_a[k], -1.0)):
         force = sign * resultants.point_force
         moment = np.cross(resultants.point_position - assembly.centroids[block], force)

@@ -109,6 +109,7 @@ def largest_displacements(record: Array, h: float, omega: Array, damping: float)
     u, v, a = np.zeros_like(omega), np.zeros_like(omega), np.full_like(omega, -record[0])
     top, mass = np.zeros_like(omega), 1.0 + damping * omega * h + 0.25 * (omega * h) ** 2
     for ground in record[1:]:
+        # as far as the old acceleration takes them; the new one follows from equilibrium
         step_u, step_v = u + h * v + 0.25 * h * h * a, v + 0.5 * h * a
         a = (-ground - 2.0 * damping * omega * step_v - omega**2 * step_u) / mass
         u, v = step_u + 0.25 * h * h * a, step_v + 0.5 * h * a

@@ -84,11 +84,13 @@ def _best_cut(position: Array, owner: Index, other: Index) -> tuple[Flags, Flags
     for x in position.T:
         order = np.argsort(x, kind="stable")
         layer = np.empty(n, dtype=np.intp)
+        # a layer ends where the next node along the axis is farther than a part of the whole extent
         steps = np.diff(x[order])
         layer[order] = np.concatenate([[0], np.cumsum(steps > _LEVEL * steps.sum())])
         layers = int(layer[order[-1]]) + 1
         if layers < 2:
             continue
+        # last layer that a node is joined to
         farthest = layer.copy()
         np.maximum.at(farthest, owner, layer[other])
         begun, ended = (np.bincount(of, minlength=layers) for of in (layer, farthest))
@@ -128,6 +130,7 @@ def elimination_tree(graph: sparse.csr_array, fronts: list[Index]) -> Tree:
         touched = np.unique(np.concatenate(reach))
         boundary.append(touched[touched >= last[k]])
         if len(boundary[k]):
+            # what is left of a front goes to the one that eliminates the first node of its boundary
             parent[k] = front_of[boundary[k][0]]
             children[parent[k]].append(k)
     return Tree(fronts, boundary, parent, children)

@@ -352,6 +352,7 @@ def _normal(
         for j in range(d):
             if j != i:
                 matrix[i][j] = matrix[j][i] = np.where(live, matrix[i][j], 0.0)
+    # measured inputs are pulled back to their values
     for i in range(k):
         a = d - k + i
         matrix[a][a] = matrix[a][a] + z_step[i] ** 2
