@@ -116,8 +116,6 @@ def push(
 def _refuse_hopeless(structure: DrivenStructure, steps: int, longest: float) -> None:
     """Refuse a push whose predicted time is beyond ``longest`` [s].
 
-    Steps that somebody chose are 0 here.
-
     ``steps`` are those of the push, 0 where somebody chose them.
 
     Raises

@@ -133,6 +133,7 @@ def spread(x: Array, y: Array, s: Array, t: Array, area: Array) -> int:
     most = max(LATTICE * LATTICE, 2 * n + 1)
     px, py, weight = np.empty(most), np.empty(most), np.zeros(most)
     corners = np.empty((max(4 * (LATTICE - 1) ** 2, 2 * n), 3), np.int64)
+    # twice the area of a triangle, halved; a cell of the lattice is cut along both diagonals and covered twice
     if n == 4:
         triangles, share, total = _lattice(x, y, px, py, corners), 0.25, LATTICE * LATTICE
     else:

@@ -221,9 +221,9 @@ class System:
         return self._factors(self.tangent(at, prescribed, viscosity))
 
     def _factors(self, matrix: sparse.csc_matrix) -> "_Factors":
+        """Sparse factors of the bordered tangent; a large pattern keeps its order."""
         # the order is for pivots on the diagonal: elements of blocks that deform are so wide that leaving it for every
         # larger entry fills the factors to twice the size, in four times the time, and they solve no better
-        """Sparse factors of the bordered tangent; a large pattern keeps its order."""
         worth_leaving = 0.1 if self.bodies.deforming or self.bodies.large else 1.0
         if self._ordered is not None:
             order, place, pattern = self._ordered

@@ -191,6 +191,7 @@ def _short(value: Any) -> str:
 
 def html_words(shown: Any) -> str:
     """What an object says of itself, as HTML: its words, or its fields and what they mean."""
+    # words that somebody wrote, not the line that every class is given here
     own = any(_written(k, n) for k in type(shown).__mro__ for n in ("__str__", "__repr__") if vars(k).get(n) != _line)
     if own or not _fields(shown):
         return f'<pre style="white-space: pre-wrap; font-family: monospace">{escape(str(shown))}</pre>'

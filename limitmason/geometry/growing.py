@@ -145,8 +145,6 @@ def _inside(normals: Array, offsets: Array, points: Array, margin: float = 0.0) 
 def _between(i: int, j: int, solids: Sequence[Solid], *, held: bool) -> Gap:
     """The plane that parts two convex solids: a face of the second where that is ``held`` and keeps its shape.
 
-    A face of the second one where that keeps its shape.
-
     Parameters
     ----------
     i, j : numbers of the solids

@@ -130,7 +130,6 @@ def elimination_tree(graph: sparse.csr_array, fronts: list[Index]) -> Tree:
         touched = np.unique(np.concatenate(reach))
         boundary.append(touched[touched >= last[k]])
         if len(boundary[k]):
-            # what is left of a front goes to the one that eliminates the first node of its boundary
             parent[k] = front_of[boundary[k][0]]
             children[parent[k]].append(k)
     return Tree(fronts, boundary, parent, children)

@@ -174,9 +174,6 @@ def found_anew(
 def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: Flags, gap: Array) -> Near:
     """The place on its face's side for every point that has left the face.
 
-    They get the places of their own block that are there now. What that block no longer reaches of the joint is left
-    out.
-
     It is given as a corner near the face, with the place of its own block that is there now. Points that go beyond the
     joint's outline are left out.
 

@@ -94,10 +94,7 @@ class Problem(NamedTuple):
         return self.force_scale * np.einsum("mc,mci->mi", f, self.points.directions)
 
     def twists(self, dual: Array) -> Array:
-        """Twists of all blocks, shape (n_blocks, 6), from the duals of the equilibrium rows, shape (r,).
-
-        They are made from the duals of the equilibrium rows.
-        """
+        """Twists of all blocks, shape (n_blocks, 6), from the duals of the equilibrium rows, shape (r,)."""
         basis, _ = degrees_of_freedom(self.assembly, self.plane)
         flat = np.zeros(self.assembly.n_blocks * basis.shape[1])
         flat[self.row] = dual / self.row_radius

@@ -128,7 +128,6 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     start = time.perf_counter()
     c, points = problem.components, problem.points
     own = unit_loads(problem)
-    # normal forces on level joints alone often carry it: this small program is tried first
     level = np.abs(points.directions[:, 0, 2]) > 1 - 1e-9
     simple = level & ~problem.law.crushes
     simple[problem.stress_block.ends] = False
