@@ -26,6 +26,7 @@ from limitmason.mechanics.model_notes import with_model_notes
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
+from limitmason.storage.interrupts import handed_on
 from limitmason.vibration import ModalTest, modes
 
 __all__ = [
@@ -299,7 +300,8 @@ def predict_cases(
         raise InputError(f"cases must be a mapping of loads by name, got {type(cases).__name__}")
     if not cases:
         raise InputError("no load cases are given")
-    return {name: predict(assembly, loads, method, **options) for name, loads in cases.items()}
+    whole = handed_on()(predict)
+    return {name: whole(assembly, loads, method, **options) for name, loads in cases.items()}
 
 
 shows(__name__)

@@ -34,6 +34,7 @@ class Status(StrEnum):
     UNBOUNDED = "unbounded"
     NOT_CONVERGED = "not converged"
     TIME_ENDED = "time limit ended it"
+    INTERRUPTED = "interrupted"
 
 
 class BoundKind(StrEnum):

@@ -12,7 +12,7 @@ from limitmason.causes.joints import MM_PER_MPA
 from limitmason.causes.wrenches import Direction, live_direction, rescaled_loads, turned
 from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry.rotation import rotation_matrices
-from limitmason.limit import limit_analysis
+from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.model import Assembly, Loads, Material
 
 ROUNDS = 30  # of the secant method for the multiplier at which blocks stand displaced
@@ -181,7 +181,7 @@ def second_order_displacement(
         return at(multiplier), loads
 
     def collapse(model: Assembly) -> float:
-        value = limit_analysis(model, loads, flow_rule).collapse_multiplier
+        value = whole_limit_analysis(model, loads, flow_rule).collapse_multiplier
         return float(value) if np.isfinite(value) else 0.0  # it cannot stand displaced so far
 
     # fixed point of multiplier -> collapse multiplier of the geometry displaced at it, by the secant method

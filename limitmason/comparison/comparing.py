@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import wrap
@@ -28,7 +27,6 @@ from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 from limitmason.storage.csv_table import Tabular
 from limitmason.storage.files import named_path
-from limitmason.storage.interrupts import handed_on
 from limitmason.study.memo import Memo
 from limitmason.study.run_fingerprint import fingerprint
 
@@ -246,8 +244,7 @@ def compare(
             reached(done / missing, method, share=1.0 / missing)
             done += 1
             given = {**settings[method], **_taken_over(method, settings, rows)}
-            with handed_on() if memo is not None else nullcontext():
-                row = _solve(assembly, loads, method, given, proven)
+            row = _solve(assembly, loads, method, given, proven)
             if memo is not None:
                 memo.keep(key, row.stored())
             say(f"{where}: {row.multiplier:.5g} ({row.status}; {row.seconds:.1f} s)")

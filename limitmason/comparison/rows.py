@@ -13,6 +13,7 @@ from limitmason.answers.results import Bound, BoundKind, Prediction, Status
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.record import Quantity
 from limitmason.methods import get_method
+from limitmason.storage.interrupts import handed_on
 
 NAN = float("nan")
 REFUSED = "does not apply"
@@ -90,7 +91,8 @@ class Row:
         """
         begun = time.perf_counter()
         try:
-            found = predict()
+            with handed_on():
+                found = predict()
         except NotApplicable as refusal:
             return cls.refused(method, refusal, time.perf_counter() - begun)
         except NotConverged as failure:

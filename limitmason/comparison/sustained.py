@@ -26,6 +26,7 @@ from limitmason.mechanics.plane import find_plane
 from limitmason.methods import NON_ASSOCIATIVE, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from limitmason.storage.interrupts import handed_on
 
 
 @watched("sustained load")
@@ -80,9 +81,10 @@ def sustained(
     chosen = chosen_grid(contact_model, grid)
     options: dict[str, Any] = {} if contact_model == "vertices" else {"grid": chosen}
     if smallest is None:
-        smallest = get_method(NON_ASSOCIATIVE).predict(
-            assembly, loads, contact_model=contact_model, search=search, time_limit=time_limit, **options
-        )
+        with handed_on():
+            smallest = get_method(NON_ASSOCIATIVE).predict(
+                assembly, loads, contact_model=contact_model, search=search, time_limit=time_limit, **options
+            )
     if smallest.status != Status.SOLVED or smallest.mechanism is None:
         raise NotConverged(f"there is no smallest state to begin with: {smallest.status}")
     to = goes_on * thickness(assembly)

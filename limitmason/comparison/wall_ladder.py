@@ -20,7 +20,7 @@ from limitmason.experiments import registry
 from limitmason.experiments.modern_walls import MODELS, NAME, shear_span, value
 from limitmason.experiments.modern_walls.inputs import has_shear_span, inputs_of
 from limitmason.experiments.record import Experiment
-from limitmason.limit.analysis import limit_analysis
+from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.mechanics.pier_strength import wall_forces
 from limitmason.study.memo import Memo
 from limitmason.study.run_fingerprint import fingerprint
@@ -200,13 +200,13 @@ def formulas_force(test: Experiment) -> float:
 
 
 def _by_blocks(test: Experiment) -> tuple[float, float, str]:
-    return _answer(test, limit_analysis(test.assembly(), test.loads(), check_dead_load=False))
+    return _answer(test, whole_limit_analysis(test.assembly(), test.loads(), check_dead_load=False))
 
 
 def _without_dilatancy(test: Experiment) -> tuple[float, float, str]:
     """Force [kN], over that of rocking, and mode, by the smallest non-associative multiplier that is found."""
     wall, loads = test.assembly(), test.loads()  # points: no exact stress block goes without dilatancy
-    return _answer(test, limit_analysis(
+    return _answer(test, whole_limit_analysis(
         wall, loads, "non-associative", contact_model="grid", search="quick", time_limit=SEARCHED
     ))
 

@@ -104,7 +104,7 @@ def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes 
     """
     instance("envelope", envelope, AxleEnvelope, "by lm.axle_envelope")
     own, (_, ax) = ax is None, style.paper(style.page_width(3.4), 2.2, ax)
-    least = float(envelope.multipliers.min())
+    least = float(np.nanmin(envelope.multipliers))
     shown = np.where(np.isfinite(envelope.multipliers), envelope.multipliers, np.nan)
     ax.plot(envelope.positions, shown, color="black", lw=0.9)
     ax.plot([envelope.governing], [least], "o", color=style.ORANGE, ms=4)

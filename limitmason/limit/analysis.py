@@ -20,6 +20,7 @@ from limitmason.mechanics.model_notes import adds_model_notes
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
+from limitmason.storage.interrupts import handed_on
 
 FLOW_RULES = ("associative", "non-associative")
 
@@ -69,11 +70,11 @@ def limit_analysis(
     -------
     Prediction
         ``status`` tells apart "solved", "almost solved", "cannot stand under dead load", "unbounded", "not converged"
-        and "time limit ended it", for a non-associative state that is not yet admissible; ``bound`` says what the
-        number is relative to which joint law. Of a structure that cannot stand ``mechanism`` is the motion by which it
-        falls and ``details["falling_blocks"]`` names its blocks. Parts of the assembly that no joint between free
-        blocks connects are solved apart, each in units of its own load; the smallest multiplier governs,
-        ``details["parts"]`` lists them all.
+        and "time limit ended it", for a non-associative state that is not yet admissible, or "interrupted", for the
+        best state until Ctrl-C; ``bound`` says what the number is relative to which joint law. Of a structure that
+        cannot stand ``mechanism`` is the motion by which it falls and ``details["falling_blocks"]`` names its blocks.
+        Parts of the assembly that no joint between free blocks connects are solved apart, each in units of its own
+        load; the smallest multiplier governs, ``details["parts"]`` lists them all.
 
     Raises
     ------
@@ -118,6 +119,10 @@ def limit_analysis(
     if len(parts) < 2 or len(loads.dead) != assembly.n_blocks:
         return solve(assembly)
     return governed(assembly, loads, parts, solve, model, check_dead_load=check_dead_load)
+
+
+whole_limit_analysis = handed_on()(limit_analysis)
+"""The same for callers that go on with the multiplier: a search that is interrupted is a KeyboardInterrupt."""
 
 
 def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, Any]) -> Prediction:

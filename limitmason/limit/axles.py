@@ -9,16 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.answers.results import Prediction
+from limitmason.answers.results import Prediction, Status
 from limitmason.arrays import Array
 from limitmason.checks import finite, numbers
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError, NotConverged
-from limitmason.limit.analysis import limit_analysis
+from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.model.assembly import Assembly
 from limitmason.model.axles import axle_wrenches, extrados
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
+from limitmason.storage.interrupts import ends_early
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,19 +29,32 @@ class AxleEnvelope(Displayed):
     Parameters
     ----------
     positions : x of the first axle [m], shape (n,)
-    multipliers : of the axles' loads [-], shape (n,); infinite where they load no block, or where nothing fails
+    multipliers : of the axles' loads [-], shape (n,); infinite where they load no block, or where nothing fails; NaN
+        where Ctrl-C came before
     governing : position with the smallest multiplier [m]
     prediction : at that position, with forces and mechanism
+    status : "solved", or "interrupted" by Ctrl-C: the smallest of the positions done so far
     """
 
     positions: Array
     multipliers: Array
     governing: float
     prediction: Prediction
+    status: Status = Status.SOLVED
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is missing after an interrupt."""
+        missing = self.positions[np.isnan(self.multipliers)]
+        if not len(missing):
+            return ()
+        where = f"{len(missing)} of {len(self.positions)} positions are missing, from x = {missing[0]:.4g} m on"
+        return (f"it was interrupted: {where}; give them as positions=",)
 
     def __str__(self) -> str:
-        """The smallest multiplier and where."""
-        return f"axles: smallest multiplier {self.multipliers.min():.6g} with the first at x = {self.governing:.4g} m"
+        """The smallest multiplier and where, and what is missing."""
+        least = f"{np.nanmin(self.multipliers):.6g} with the first at x = {self.governing:.4g} m"
+        return "\n".join([f"axles: smallest multiplier {least}", *self.warnings])
 
 
 @of_model
@@ -72,7 +86,7 @@ def axle_envelope(
     Returns
     -------
     AxleEnvelope
-        Draw it with ``lm.figures.axle_envelope``.
+        Draw it with ``lm.figures.axle_envelope``. Ctrl-C ends it with the positions done so far.
 
     Raises
     ------
@@ -99,21 +113,30 @@ def axle_envelope(
         positions = np.linspace(start, end, 100)
     places = np.atleast_1d(numbers("positions", [] if positions is None else positions))
     found: list[Prediction | None] = []
-    for place in places:
-        live = sum(
-            axle_wrenches(
-                assembly, place - behind, force, level=level, spread_deg=spread_deg, contact=contact, strips=strips
+    try:
+        for place in places:
+            live = sum(
+                axle_wrenches(
+                    assembly, place - behind, force, level=level, spread_deg=spread_deg, contact=contact, strips=strips
+                )
+                for behind, force in train
             )
-            for behind, force in train
-        )
-        case = replace(loads, live=np.asarray(live), name=f"axles with the first at x = {place:.4g} m")
-        found.append(limit_analysis(assembly, case, **options) if np.any(live) else None)
-        if found[-1] is not None and np.isnan(found[-1].collapse_multiplier):
-            raise NotConverged(f"{case.name}: {found[-1].status}")
-    values = np.array([np.inf if p is None else p.collapse_multiplier for p in found])
+            case = replace(loads, live=np.asarray(live), name=f"axles with the first at x = {place:.4g} m")
+            answer = whole_limit_analysis(assembly, case, **options) if np.any(live) else None
+            if answer is not None and np.isnan(answer.collapse_multiplier):
+                raise NotConverged(f"{case.name}: {answer.status}")
+            found.append(answer)
+    except KeyboardInterrupt:
+        if all(p is None for p in found):
+            raise
+        ends_early()
+    values = np.full(len(places), np.nan)
+    values[: len(found)] = [np.inf if p is None else p.collapse_multiplier for p in found]
     if not np.isfinite(values).any():
         raise InputError("axles: at no position do they load the structure to a limit")
-    k = int(np.argmax(values <= values.min() * (1.0 + 1e-7)))  # of mirrored places the first, whatever rounding says
+    # of mirrored places the first, whatever rounding says
+    k = int(np.argmax(values <= np.nanmin(values) * (1.0 + 1e-7)))
     worst = found[k]
     assert worst is not None
-    return AxleEnvelope(places, values, float(places[k]), worst)
+    status = Status.SOLVED if len(found) == len(places) else Status.INTERRUPTED
+    return AxleEnvelope(places, values, float(places[k]), worst, status)

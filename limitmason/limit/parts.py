@@ -60,12 +60,15 @@ def governed(
         live.append(bool(loads.live[part][~assembly.held[part]].any()))
     if not any(live):
         make_problem(assembly, loads, **model)  # says that there is no live load
-    found = {k: solve(held[k]) for k in range(len(parts)) if live[k]}
+    found: dict[int, Prediction] = {}
+    for k in range(len(parts)):
+        if live[k] and not any(p.status == Status.INTERRUPTED for p in found.values()):
+            found[k] = solve(held[k])
     rows = tuple(
         {
             "blocks": [assembly.blocks[i].name for i in part],
-            "multiplier": found[k].collapse_multiplier if k in found else float("inf"),
-            "status": found[k].status if k in found else "no live load",
+            "multiplier": found[k].collapse_multiplier if k in found else float("nan" if live[k] else "inf"),
+            "status": found[k].status if k in found else Status.INTERRUPTED if live[k] else "no live load",
         }
         for k, part in enumerate(parts)
     )
@@ -75,8 +78,9 @@ def governed(
                 return _of_part(prediction, k, rows)
     lead = min(found, key=lambda k: found[k].collapse_multiplier)
     first = found[lead]
-    if any(prediction.status == Status.TIME_ENDED for prediction in found.values()):
-        return _of_part(replace(first, status=Status.TIME_ENDED), lead, rows)
+    for status in (Status.INTERRUPTED, Status.TIME_ENDED):
+        if any(prediction.status == status for prediction in found.values()):
+            return _of_part(replace(first, status=status), lead, rows)
     value = first.collapse_multiplier if first.status != Status.UNBOUNDED else 0.0
     forces = [] if first.resultants is None else [first.resultants]
     for k in range(len(parts)):

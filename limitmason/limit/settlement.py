@@ -10,7 +10,7 @@ import numpy as np
 from limitmason.answers.results import NO_TILT, Prediction, Reaction, Status
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
-from limitmason.limit.analysis import limit_analysis
+from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.limit.associative import analyse
 from limitmason.limit.papers import papers_behind
 from limitmason.limit.program.problem import make_problem
@@ -135,7 +135,7 @@ def least_reaction(
     name = assembly.blocks[i].name + (f" and {len(moved) - 1} more" if len(moved) > 1 else "")
     settling = Loads(dead, live, f"settlement of {name} {named}")
     if single:
-        prediction = limit_analysis(guided, settling, check_dead_load=False, **options)
+        prediction = whole_limit_analysis(guided, settling, check_dead_load=False, **options)
     else:
         in_plane = options.get("in_plane") is not False
         across = guides_across(guided, settling, seen[None], assembly.held[i], in_plane=in_plane)

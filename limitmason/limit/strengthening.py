@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from limitmason.answers.results import Prediction, Status
 from limitmason.checks import count, finite, several
 from limitmason.errors import InputError, NotConverged
-from limitmason.limit.analysis import limit_analysis
+from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.tie import Tie
@@ -147,7 +147,7 @@ def strengthen(
         made = assembly.with_ties([*assembly.ties, *(ties[n] for n in names)])
         found = []
         for case in cases:
-            prediction = limit_analysis(made, case, **options)
+            prediction = whole_limit_analysis(made, case, **options)
             value = -math.inf if prediction.status == Status.CANNOT_STAND else prediction.collapse_multiplier
             if math.isnan(value):
                 raise NotConverged(f"load case {case.name!r} with {', '.join(names) or 'no tie'}: {prediction.status}")

@@ -19,9 +19,11 @@ def handed_on() -> Iterator[None]:
     Raises
     ------
     KeyboardInterrupt
-        At the end of the block, so that no part of a run is taken for all of it.
+        At the end of the block, so that no part of a run is taken for all of it, nor an error that follows from it.
     """
     before = getattr(_ended, "runs", 0)
-    yield
-    if getattr(_ended, "runs", 0) != before:
-        raise KeyboardInterrupt("it ended a run early")
+    try:
+        yield
+    finally:
+        if getattr(_ended, "runs", 0) != before:
+            raise KeyboardInterrupt("it ended a run early")

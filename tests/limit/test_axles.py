@@ -74,6 +74,34 @@ def test_a_symmetric_bridge_has_a_symmetric_envelope():
     assert "smallest multiplier" in str(found)
 
 
+def test_ctrl_c_keeps_the_positions_done_and_names_those_missing():
+    arch = bridge(7, thickness=0.15)
+    places = np.array([-0.3, 0.0, 0.2, 0.3])
+    lines = []
+
+    def say(line):
+        lines.append(line)
+        if len(lines) == at:
+            raise KeyboardInterrupt
+
+    def envelope(positions):
+        return lm.axle_envelope(arch, lm.Loads.weight(arch), [(0.0, 1e4)], level=0.9, positions=positions,
+                                flow_rule="non-associative", search="quick", prove=False, progress=say)
+
+    at = 0
+    done = envelope(places[:2])
+    at, lines = len(lines) + 1, []
+    cut = envelope(places)
+    assert cut.status == "interrupted"
+    assert cut.multipliers == pytest.approx([*done.multipliers, np.nan, np.nan], rel=1e-9, nan_ok=True)
+    assert (cut.governing, cut.prediction.collapse_multiplier) == (done.governing, done.multipliers.min())
+    assert "2 of 4 positions are missing, from x = 0.2 m on" in str(cut)
+    assert lm.figures.axle_envelope(cut).axes
+    at, lines = 1, []
+    with pytest.raises(KeyboardInterrupt):  # nothing was done yet
+        envelope(places)
+
+
 @pytest.mark.parametrize(("given", "message"), [
     ({"axles": []}, "give pairs"),
     ({"axles": [(0.0, -1.0)]}, "a load above 0"),

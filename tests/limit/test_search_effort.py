@@ -8,8 +8,9 @@ from walls import corner, running_bond, stack
 
 import limitmason as lm
 from limitmason.cli import main
-from limitmason.limit.nonassociative import force_program
+from limitmason.limit.nonassociative import force_program, proven_search
 from limitmason.limit.nonassociative.force_program import ForceProgram
+from limitmason.methods import predict_cases
 
 
 def searched(wall, direction=(0, -1, 0), **options):
@@ -129,6 +130,62 @@ def test_no_program_but_one_ends_after_the_time_limit(search, monkeypatch):
         assert np.isfinite(found.collapse_multiplier)
         assert found.status in ("solved", "time limit ended it")
     assert ended >= 3
+
+
+def interrupting(after):
+    """A progress call that is Ctrl-C at a trial, and what it was told."""
+    told = []
+
+    def say(trial):
+        told.append(trial)
+        if len(told) == after:
+            raise KeyboardInterrupt
+
+    return say, told
+
+
+@pytest.mark.parametrize("after", [1, 2, 4])
+def test_ctrl_c_keeps_the_lowest_state_so_far(after):
+    """Trials 1 and 2 are a sequence and its push in space; the state returned is admissible by its certificate."""
+    wall = corner()
+    loads = lm.Loads.horizontal(wall, (0, -1, 0))
+    say, told = interrupting(after)
+    found = lm.limit_analysis(wall, loads, "non-associative", progress=say)
+    assert found.status == "interrupted"
+    assert len(told) == found.details["candidates"] == after
+    assert found.collapse_multiplier == pytest.approx(min(t.certified for t in told), rel=1e-9)
+    assert found.certificate.complementarity < 1e-6
+    assert found.certificate.equilibrium_residual < 1e-6
+    assert found.range[0] <= found.collapse_multiplier <= found.range[1]
+    assert any(f"the search was interrupted after {after} trials" in w for w in found.warnings)
+    assert not found.details["time_limit_reached"]
+
+
+def test_an_interrupted_search_ends_what_goes_on_with_its_multiplier():
+    wall = corner()
+    loads = lm.Loads.horizontal(wall, (0, -1, 0))
+    say, told = interrupting(1)
+    with pytest.raises(KeyboardInterrupt):
+        lm.compare(wall, loads, ("non-associative", "associative"), non_associative={"progress": say})
+    say, again = interrupting(1)
+    with pytest.raises(KeyboardInterrupt):
+        predict_cases(wall, {"a": loads, "b": loads}, "non-associative", progress=say)
+    assert len(told) == len(again) == 1
+
+
+def test_ctrl_c_in_a_proof_keeps_the_state_of_the_search(monkeypatch):
+    """tan(phi) W of a pile that slides as one."""
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(proven_search, "prove_smallest", interrupted)
+    wall = stack([(0.2, 0.1)] * 4, mu=0.3)
+    found = lm.limit_analysis(wall, lm.Loads.horizontal(wall), "non-associative")
+    assert found.status == "interrupted"
+    assert found.collapse_multiplier == pytest.approx(0.3, rel=1e-6)
+    assert found.details["proof"] is None
+    assert "not proven" in found.bound
 
 
 @pytest.mark.slow

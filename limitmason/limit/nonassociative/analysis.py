@@ -6,6 +6,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -40,6 +41,7 @@ from limitmason.limit.nonassociative.proven_search import (
 from limitmason.limit.nonassociative.search import EFFORTS, Effort, Polisher, Trial, search_smallest
 from limitmason.limit.nonassociative.smallest import prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
+from limitmason.storage.interrupts import ends_early, handed_on
 
 JUMP_POINTS = 1000
 """Contact points up to which the jump is measured unasked: beyond, it may take as long as the search."""
@@ -79,7 +81,9 @@ def solve_nonassociative(
     time_limit : [s]; search and proof then end with what they have, at least one trial, and a warning says so; no
         program begins after it but the associative one and the first of the search, and those of the search go on for a
         second at most. Where no state keeps the law by then, the nearest one is returned as "time limit ended it",
-        or, where that lies above it, the associative bound: neither is admissible
+        or, where that lies above it, the associative bound: neither is admissible. Ctrl-C ends search and proof in the
+        same way, as "interrupted", once a mixed-integer program that runs has ended: ``certificate`` then says whether
+        the state is admissible
     prove : prove the smallest multiplier by programs, which also find it where the search does not; None does so in
         plane up to 28 contact points (14 joints; 18, or 9 joints, in the quick search), without crushing; True demands
         it
@@ -162,20 +166,23 @@ def solve_nonassociative(
         state, status = found.nearest, Status.TIME_ENDED
         if state is None or state.multiplier * problem.live_scale > upper.collapse_multiplier:
             provenance["seconds"] = time.perf_counter() - start
-            return bound_alone(problem, upper, details, provenance)
+            status = Status.INTERRUPTED if found.interrupted else status
+            return bound_alone(problem, upper, details, provenance, status)
     if state is None:
         provenance["seconds"] = time.perf_counter() - start
         return without_state(problem, upper, proof, details, provenance)
-    ends = (state.multiplier, state.multiplier)
-    if status == Status.SOLVED and time.perf_counter() < deadline:
-        ends = Polisher(ordered, accuracy, deadline=deadline).multiplier_interval(state)
-    details["interval_at_mechanism"] = tuple(e * problem.live_scale for e in ends)
-    if measure_jump is None:
-        measure_jump = problem.plane is not None and problem.points.count <= JUMP_POINTS
-    in_time = time.perf_counter() < deadline
-    if measure_jump and in_time and status == Status.SOLVED and (law.tan_psi[law.tan_phi > 0] == 0).any():
+    details["interval_at_mechanism"] = (state.multiplier * problem.live_scale,) * 2
+    if found.interrupted:
+        status = Status.INTERRUPTED
+    elif status == Status.SOLVED and time.perf_counter() < deadline:
+        if measure_jump is None:
+            measure_jump = problem.plane is not None and problem.points.count <= JUMP_POINTS
         limits = None if proof is None else velocity_limits(problem)[order.row]
-        details["at_small_dilatancy"] = _at_small_dilatancy(problem, ordered, state, accuracy, limits)
+        try:
+            details |= _around(problem, ordered, state, accuracy, deadline, limits, jump=measure_jump)
+        except KeyboardInterrupt:
+            ends_early()
+            status, details["interrupted"] = Status.INTERRUPTED, True
     prediction = prediction_of(problem, law, order.back(law, state), status, details, provenance, search)
     prediction = certified(problem, prediction)
     provenance["seconds"] = time.perf_counter() - start
@@ -226,6 +233,19 @@ def _scaled_upper(problem: Problem, upper: Prediction) -> float:
     c = upper.certificate
     value = c.kinematic_multiplier if c is not None else np.inf
     return max(value, upper.collapse_multiplier) / problem.live_scale if np.isfinite(value) else np.inf
+
+
+def _around(
+    problem: Problem, law: JointLaw, state: ForceState, accuracy: float, deadline: float, limits: Array | None, *,
+    jump: bool,
+) -> dict[str, Any]:
+    """What lies around the lowest state, for the details: multipliers of its mechanism, and with a little dilatancy."""
+    ends = Polisher(law, accuracy, deadline=deadline).multiplier_interval(state)
+    out: dict[str, Any] = {"interval_at_mechanism": tuple(e * problem.live_scale for e in ends)}
+    if jump and time.perf_counter() < deadline and (law.tan_psi[law.tan_phi > 0] == 0).any():
+        with handed_on():
+            out["at_small_dilatancy"] = _at_small_dilatancy(problem, law, state, accuracy, limits)
+    return out
 
 
 def _at_small_dilatancy(

@@ -4,7 +4,9 @@
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -52,11 +54,16 @@ def without_state(
     )
 
 
-def bound_alone(problem: Problem, upper: Prediction, details: dict, provenance: dict) -> Prediction:
-    """The answer where the time ended before a state below the associative bound: that bound, certified as it is."""
+def bound_alone(
+    problem: Problem, upper: Prediction, details: dict, provenance: dict, status: Status
+) -> Prediction:
+    """The answer where the search was ended before a state below the associative bound: that bound, certified as it is.
+
+    ``status`` says by what.
+    """
     words = f"upper bound: the associative multiplier, its state not admissible; not unique, {_between(details)}"
     return certified(problem, replace(
-        upper, method=METHOD, status=Status.TIME_ENDED, bound=Bound(BoundKind.UPPER, f"{words} (Radenkovic)"),
+        upper, method=METHOD, status=status, bound=Bound(BoundKind.UPPER, f"{words} (Radenkovic)"),
         details=details, provenance=provenance, flow_rule=FlowRule.NON_ASSOCIATIVE, certificate=None, warnings=(),
     ))
 
@@ -81,7 +88,8 @@ def details_of(problem: Problem, found: SearchOutcome, low: float, high: float, 
         "candidates": len(found.trials),
         "certified_candidates": len(values),
         "slides_nowhere": found.at_rest,
-        "time_limit_reached": found.stopped,
+        "time_limit_reached": found.stopped and not found.interrupted,
+        "interrupted": found.interrupted,
         "bound_met": found.closed,
         "spread": (float(values.min()), float(values.max())) if len(values) else (float("nan"), float("nan")),
         "trials": tuple(
@@ -125,13 +133,14 @@ def prediction_of(
     resultants = problem.resultants(problem.forces(true_forces(law, state)))
     mechanism = problem.mechanism(problem.loads, state.velocity)
     kind, words = _kind_of_bound(details, search)
-    if status == Status.TIME_ENDED:
-        words = "estimate: multiplier of the nearest state when the time ended, not admissible"
-    bound = Bound(kind, f"{words}; not unique, {_between(details)} (Radenkovic)")
-    value, certified = state.multiplier * problem.live_scale, Range()
-    if status in (Status.SOLVED, Status.ALMOST_SOLVED):
+    value = state.multiplier * problem.live_scale
+    if ended_without_state(status, details):
+        words = "estimate: multiplier of the nearest state when the search was ended, not admissible"
+        certified = Range()
+    else:
         ends = [e for e in (*details["interval_at_mechanism"], *details["spread"], value) if math.isfinite(e)]
         certified = Range(min(ends), max(ends), "certified states found")
+    bound = Bound(kind, f"{words}; not unique, {_between(details)} (Radenkovic)")
     return Prediction(
         method=METHOD, collapse_multiplier=value, bound=bound, status=status, mechanism=mechanism,
         resultants=resultants, provenance=provenance, details=details,
@@ -144,6 +153,11 @@ def certified(problem: Problem, prediction: Prediction) -> Prediction:
     certificate = certify(problem.assembly, problem.loads, prediction)
     prediction = replace(prediction, certificate=certificate)
     return replace(prediction, warnings=tuple(_warnings(problem, prediction, certificate)))
+
+
+def ended_without_state(status: Status, details: Mapping[str, Any]) -> bool:
+    """Whether the search was ended, by its time or from the keyboard, before a state that keeps the law."""
+    return status == Status.TIME_ENDED or (status == Status.INTERRUPTED and not details["certified_candidates"])
 
 
 def _between(details: dict) -> str:
@@ -213,13 +227,14 @@ def _warnings(problem: Problem, prediction: Prediction, certificate: Certificate
     if problem.crushing_points.any():
         n = int(np.bincount(problem.points.interface).max())
         out.append(f"crushing on a grid of {n} points per interface: refine the grid to see its error")
-    if details["time_limit_reached"]:
+    if details["time_limit_reached"] or details["interrupted"]:
         given = "the multiplier is the lowest of these, a longer search may end lower"
-        if prediction.status == Status.TIME_ENDED:
+        if ended_without_state(prediction.status, details):
             given = "none keeps the law yet, the nearest state is given; allow more time"
             if prediction.bound.kind is BoundKind.UPPER:
                 given = "none keeps the law yet below the associative bound, which is given; allow more time"
-        out.append(f"the time limit ended the search after {details['candidates']} trials: {given}")
+        by = "the time limit ended the search" if details["time_limit_reached"] else "the search was interrupted"
+        out.append(f"{by} after {details['candidates']} trials: {given}")
     out += notes(NON_ASSOCIATIVE, problem.assembly, problem.interfaces)
     out += self_stress(certificate.confinement)
     if twisted_faces(problem, prediction):

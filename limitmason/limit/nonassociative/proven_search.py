@@ -28,6 +28,7 @@ from limitmason.limit.nonassociative.search import (
 from limitmason.limit.nonassociative.smallest import Extreme, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.law_table import GRID, PROVEN_SMALLEST, refuse
+from limitmason.storage.interrupts import ends_early
 
 PROVEN_POINTS = {"quick": 18, "standard": 28, "thorough": 28}
 """Contact points up to which a plane problem is proven unasked: two in each of 9 joints, some tenths of a second, or of
@@ -94,28 +95,35 @@ def search_and_prove(
         return *_in_order_of_geometry(problem, law, effort, **options), None
     first = EFFORTS["quick"] if effort in EFFORTS.values() else effort
     order, ordered, found = _in_order_of_geometry(problem, law, first, **options)
+    if found.interrupted:
+        return order, ordered, found, None
     # relative to the multiplier: a live load that is small beside the dead one has a small scaled multiplier
     size = 1.0 if found.best is None else float(np.clip(found.best.multiplier, SMALLEST_SCALE, 1.0))
     reached(None, f"proof, at most {seconds:g} s")
-    proof = prove_smallest(
-        PlanePrograms(ordered), found.best, velocity_limits(problem)[order.row], low=bracket[0], top=bracket[1],
-        force_bound=FORCE_BOUND, time_limit=max(min(seconds, deadline - time.perf_counter()), 0.0),
-        tolerance=size * PROOF_TOLERANCE, widenings=WIDENINGS, verbose=verbose,
-    )
-    off = np.inf if proof.state is None else violation(ordered, proof.state).worst
-    certified = np.nan if proof.state is None else proof.state.multiplier
-    trial = Trial(f"proof, {proof.method}", np.nan, 0, certified, off, proof.seconds, certified)
-    if options["progress"] is not None:
-        options["progress"](trial)
-    found = found._replace(best=proof.state, trials=(*found.trials, trial))
+    proof: Extreme | None = None
+    try:
+        proof = prove_smallest(
+            PlanePrograms(ordered), found.best, velocity_limits(problem)[order.row], low=bracket[0], top=bracket[1],
+            force_bound=FORCE_BOUND, time_limit=max(min(seconds, deadline - time.perf_counter()), 0.0),
+            tolerance=size * PROOF_TOLERANCE, widenings=WIDENINGS, verbose=verbose,
+        )
+        off = np.inf if proof.state is None else violation(ordered, proof.state).worst
+        certified = np.nan if proof.state is None else proof.state.multiplier
+        trial = Trial(f"proof, {proof.method}", np.nan, 0, certified, off, proof.seconds, certified)
+        found = found._replace(best=proof.state, trials=(*found.trials, trial))
+        if options["progress"] is not None:
+            options["progress"](trial)
+    except KeyboardInterrupt:
+        ends_early()
+        return order, ordered, found._replace(stopped=True, interrupted=True), proof
     if proof.proven or proof.none or first is effort:
         return order, ordered, found, proof
     other = _in_order_of_geometry(problem, law, effort, **options)
-    trials, stopped = (*found.trials, *other[2].trials), other[2].stopped
+    trials, ended = (*found.trials, *other[2].trials), other[2]
     if other[2].best is not None and (found.best is None or other[2].best.multiplier < found.best.multiplier):
         order, ordered, found = other
         proof = proof._replace(state=found.best)
-    return order, ordered, found._replace(trials=trials, stopped=stopped), proof
+    return order, ordered, found._replace(trials=trials, stopped=ended.stopped, interrupted=ended.interrupted), proof
 
 
 def _in_order_of_geometry(
@@ -131,14 +139,21 @@ def _in_order_of_geometry(
     standard = problem.plane is None and effort is EFFORTS["standard"]
     if standard and problem.points.count >= LARGE_IN_SPACE:
         effort = LARGE
-    known, at_rest = None, False
+    known, at_rest, interrupted = None, False, False
     for mirrored in (False, True):
         if mirrored and (not effort.mirrored or time.perf_counter() > deadline):
             break
         order = numbering(problem, mirrored=mirrored)
         ordered = order.law(law)
         since = time.perf_counter()
-        start, associative = _starting_forces(ordered, deadline)
+        try:
+            start, associative = _starting_forces(ordered, deadline)
+        except KeyboardInterrupt:
+            if not mirrored:
+                raise
+            interrupted = True
+            ends_early()
+            break
         if mirrored and time.perf_counter() > deadline:
             break
         if standard and not mirrored and exact(associative, ordered, options["accuracy"]):
@@ -159,7 +174,8 @@ def _in_order_of_geometry(
         if at_rest:
             found = found._replace(trials=(trial, *found.trials), at_rest=True)
         tried.append((order, ordered, found))
-        if found.closed:
+        interrupted = found.interrupted
+        if found.closed or interrupted:
             break
 
     def height(one: tuple[Numbering, JointLaw, SearchOutcome]) -> float:
@@ -167,7 +183,8 @@ def _in_order_of_geometry(
 
     order, ordered, best = min(tried, key=height)
     trials = tuple(t for one in tried for t in one[2].trials)
-    return order, ordered, best._replace(trials=trials, stopped=any(one[2].stopped for one in tried))
+    stopped = interrupted or any(one[2].stopped for one in tried)
+    return order, ordered, best._replace(trials=trials, stopped=stopped, interrupted=interrupted)
 
 
 def _starting_forces(law: JointLaw, deadline: float) -> tuple[Array, ForceState | None]:

@@ -18,6 +18,7 @@ from limitmason.limit.nonassociative.alternating import ConePrograms, alternate,
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval_in_plane, polish
 from limitmason.limit.nonassociative.sequential import SchemeRun, SchemeSettings, run_sequence
+from limitmason.storage.interrupts import ends_early
 
 
 class Effort(NamedTuple):
@@ -90,6 +91,7 @@ class SearchOutcome(NamedTuple):
     stopped: bool = False  # the time limit ended it
     closed: bool = False  # the lowest state meets a bound that no state passes
     at_rest: bool = False  # the associative state is admissible for every psi, and only ``AT_REST`` was tried
+    interrupted: bool = False  # from the keyboard; then also ``stopped``
 
     @property
     def unpushed(self) -> float:
@@ -166,7 +168,8 @@ def search_smallest(
 ) -> SearchOutcome:
     """Smallest certified multiplier over variants of the sequential scheme, random starts and pushes.
 
-    The first trial is made whatever the time; the search ends early where its lowest state meets ``floor``.
+    The first trial is made whatever the time; the search ends early where its lowest state meets ``floor``. An
+    interrupt from the keyboard ends it with the trials so far.
 
     Parameters
     ----------
@@ -233,28 +236,37 @@ def search_smallest(
     def over() -> bool:
         return closed() or time.perf_counter() > deadline
 
-    for mixing in sorted(effort.mixings, key=lambda b: abs(b - 0.6)):
-        for slope in _slopes(law, effort.slopes):
-            if not (over() and (trials or best is not None)):
-                variant = SchemeSettings(slope=slope, mixing=mixing)
-                attempt(f"sequence, {variant}", start, variant, push=effort.lower_each)
-    for k in range(effort.random_starts):
-        if over():
-            break
-        kind, normal = _random_start(law, polisher, start if best is None else split(law, best.force)[0], random, k)
-        variant = SchemeSettings(slope=float(10 ** random.uniform(-3, -1)), mixing=float(random.uniform(0.3, 0.95)))
-        if normal is not None:
-            attempt(f"{kind}, {variant}", normal, variant, push=False)
-    for theta in effort.pushes:
-        if over() or best is None:
-            break
-        since = time.perf_counter()
-        keep(f"push, weight {theta:g}", polisher.push(best, theta, deadline), None, since)
-    if polisher.plane is None and best is not None and not over():
-        since = time.perf_counter()
-        keep("push of the best", lower(polisher.cones, best, tolerance=accuracy, deadline=deadline), None, since)
-    stopped = time.perf_counter() > deadline and not closed()
-    return SearchOutcome(best, nearest, tuple(trials), first, stopped, closed())
+    def every_trial() -> None:
+        for mixing in sorted(effort.mixings, key=lambda b: abs(b - 0.6)):
+            for slope in _slopes(law, effort.slopes):
+                if not (over() and (trials or best is not None)):
+                    variant = SchemeSettings(slope=slope, mixing=mixing)
+                    attempt(f"sequence, {variant}", start, variant, push=effort.lower_each)
+        for k in range(effort.random_starts):
+            if over():
+                break
+            good = start if best is None else split(law, best.force)[0]
+            kind, normal = _random_start(law, polisher, good, random, k)
+            variant = SchemeSettings(slope=float(10 ** random.uniform(-3, -1)), mixing=float(random.uniform(0.3, 0.95)))
+            if normal is not None:
+                attempt(f"{kind}, {variant}", normal, variant, push=False)
+        for theta in effort.pushes:
+            if over() or best is None:
+                break
+            since = time.perf_counter()
+            keep(f"push, weight {theta:g}", polisher.push(best, theta, deadline), None, since)
+        if polisher.plane is None and best is not None and not over():
+            since = time.perf_counter()
+            keep("push of the best", lower(polisher.cones, best, tolerance=accuracy, deadline=deadline), None, since)
+
+    interrupted = False
+    try:
+        every_trial()
+    except KeyboardInterrupt:
+        interrupted = True
+        ends_early()
+    stopped = (interrupted or time.perf_counter() > deadline) and not closed()
+    return SearchOutcome(best, nearest, tuple(trials), first, stopped, closed(), interrupted=stopped and interrupted)
 
 
 def _slopes(law: JointLaw, slopes: tuple[float, ...]) -> tuple[float, ...]:

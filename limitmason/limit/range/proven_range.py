@@ -32,6 +32,7 @@ from limitmason.mechanics.law_table import GRID, PROVEN_RANGE, refuse
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
+from limitmason.storage.interrupts import handed_on
 
 ENDS = ("smallest", "largest")
 
@@ -174,7 +175,8 @@ def proven_range(
     normal = np.full(len(law.tan_phi), law.total / len(law.tan_phi))
     if upper.resultants is not None:
         normal = (upper.resultants.point_force * problem.points.directions[:, 0]).sum(axis=1) / problem.force_scale
-    found = search_smallest(law, from_corner(law, normal), effort=EFFORTS[search], seed=seed).best
+    with handed_on():
+        found = search_smallest(law, from_corner(law, normal), effort=EFFORTS[search], seed=seed).best
     programs = PlanePrograms(law)
     lowest: Extreme | None = None
     if found is None or "smallest" in which:
