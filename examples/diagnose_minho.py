@@ -36,9 +36,10 @@ OPTIONS = {
 
 def raised_force(size, assembly, loads):
     """The horizontal force acts higher by the size [mm]; lower also for a beam that resists turning."""
-    live = np.array(loads.live)
+    live, arms = np.array(loads.live), np.array(loads.live_arms)
     live[:, 3:] += np.cross((0.0, 0.0, 1e-3 * size), live[:, :3])
-    return assembly, replace(loads, live=live)
+    arms[:, 2] += 1e-3 * size * live[:, :3]
+    return assembly, replace(loads, live=live, live_arms=arms)
 
 
 CAUSES = [

@@ -56,7 +56,7 @@ class BlockStructure(DrivenStructure):
         super().__init__(assembly, drive, loads, chosen)
         self.assembly = model = with_lumped_units(assembly) if chosen.blocks == LUMPED else assembly
         loads = loads if loads is not None else Loads.weight(model)
-        self.loads = Loads(loads.dead, np.zeros_like(loads.dead), loads.name)
+        self.loads = loads.scaled(live=0.0)
         plane, strains = _plane(model, self.loads, self.unit), chosen.blocks == SIMPLY_DEFORMABLE
         flat = strains and plane is not None and not two_planes(model, self.loads, self.unit)
         stress = chosen.stress or (PLANE_STRESS if flat else SOLID)
@@ -79,7 +79,7 @@ class BlockStructure(DrivenStructure):
         b, p = self.state.bodies, self.state.points
         parts = {
             "scaled masses": (b.mass, b.inv_inertia), "strain shapes": (*(self.state.modes or ()),),
-            "contact points": (p.s, p.t, p.area, p.gap), "loads": (self.state.dead,),
+            "contact points": (p.s, p.t, p.area, p.gap), "loads": (self.state.dead, self.state.dead_arms),
         }
         self.same = signature(
             model, parts, blocks=chosen.blocks, stress=stress, joint_options=chosen.joint_options or JointOptions(),

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -181,7 +182,8 @@ class ZonedStructure(DrivenStructure):
         for given in ("calm", "damping"):
             if getattr(drive, given) is not None:
                 raise InputError(f"zoned blocks take no {given}: leave it out of the drive")
-        dead = (loads if loads is not None else Loads.weight(assembly)).dead.copy()
+        given_loads = loads if loads is not None else Loads.weight(assembly)
+        dead = given_loads.dead.copy()
         for name, servo in drive.servo.items():
             block = assembly.block_index(name)
             dead[block, 2] -= servo.force
@@ -189,7 +191,7 @@ class ZonedStructure(DrivenStructure):
         stiff = np.flatnonzero(unit.any(axis=1) | held.any(axis=1)).tolist()
         self.least_steps = max(LEAST_STEPS, 10 * chosen.samples)
         self.model = model = make_model(
-            assembly, Loads(dead, np.zeros_like(dead)), zone_size=chosen.zone_size, plane=stress,
+            assembly, replace(given_loads.scaled(live=0.0), dead=dead), zone_size=chosen.zone_size, plane=stress,
             contact_points=chosen.contact_points, joint_options=chosen.joint_options, stiff=stiff,
         )
         rows = [int(np.count_nonzero(model.mesh.rigid[:b])) for b in stiff]
@@ -204,7 +206,7 @@ class ZonedStructure(DrivenStructure):
             "zones": (mesh.place, mesh.zones, mesh.thickness, mesh.rigid),
             "materials": (*model.tables,), "joints": (model.law, model.interface),
             "contact points": (c.joint, c.side, c.arc, c.node, c.share, c.area, c.gap),
-            "loads": (model.nodes.load, model.rigid.load),
+            "loads": (model.nodes.load, model.rigid.load, model.rigid.arms),
         }
         self.same = signature(assembly, parts, blocks=ZONED, stress=stress, holds=first.tolist())
 

@@ -84,7 +84,7 @@ class RigidBodies(NamedTuple):
 class Acting(NamedTuple):
     """What acts on the blocks during some steps: load cases, prescribed twists and their factors in every step."""
 
-    cases: Array  # wrench per load case and block [N, N m], (c, n, 6)
+    cases: Array  # wrench per load case and block [N, N m], (c, n, 6), or with its arms, see ``Loads.rows``, (c, n, 15)
     factors: Array  # of the cases, (steps, c)
     drives: Array  # twist per drive and block for the held degrees of freedom, (d, n, 6)
     speeds: Array  # factors of the drives, (steps, d)

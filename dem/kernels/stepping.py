@@ -104,15 +104,22 @@ def _adapted(viscosity: float, adaptive: float, kinetic: float, before: float, d
 
 
 @kernel(inline="always")
-def _loads_on(acting: Acting, step: int, i: int, force: Array) -> None:
-    """Load on block i in a step, written to ``force`` (6,)."""
+def _loads_on(acting: Acting, step: int, i: int, rot: Array, force: Array) -> None:
+    """Load on block i in a step, written to ``force`` (6,): points of forces turn with the block, ``rot`` = R - I."""
     for k in range(6):
         force[k] = 0.0
-    for c in range(acting.cases.shape[0]):
+    cases = acting.cases
+    for c in range(cases.shape[0]):
         x = acting.factors[step, c]
         if x != 0.0:
             for k in range(6):
-                force[k] += x * acting.cases[c, i, k]
+                force[k] += x * cases[c, i, k]
+            if cases.shape[2] > 6:  # (R - I) r x f, of the sum of r f^T that is laid out row by row behind the wrench
+                for k in range(3):
+                    u, v = (k + 1) % 3, (k + 2) % 3
+                    for r in range(3):
+                        turned = rot[i, u, r] * cases[c, i, 6 + 3 * r + v] - rot[i, v, r] * cases[c, i, 6 + 3 * r + u]
+                        force[3 + k] += x * turned
 
 
 @kernel(inline="always")
@@ -241,7 +248,7 @@ def _move(
         for k in range(6):
             old[k] = vel[i, k] if k < 3 else spin[i, k - 3]
             still = still and held[i, k]
-        _loads_on(acting, step, i, force)
+        _loads_on(acting, step, i, bodies.rot, force)
         for k in range(6):
             if drifts is not None:
                 past[k] = net[i, k]

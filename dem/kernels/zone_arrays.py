@@ -81,6 +81,7 @@ class Rigid(NamedTuple):
     velocity: Array  # (b, 3)
     mass: Array  # mass, mass, inertia, (b, 3)
     load: Array  # (b, 3)
+    arms: Array  # sum of r f^T of the loads, r from the centre [N m], (b, 2, 2)
     held: NDArray[np.bool_]  # (b, 3)
     drive: Array  # velocity of held freedoms, (b, 3)
     before: Array  # net in the step before, (b, 3)

@@ -10,6 +10,14 @@ from dem.kernels.zones import joint_forces, zone_forces
 
 
 @kernel(forceinline=True)
+def _turned_moment(rigid: Rigid, b: int) -> float:
+    """Change of the moment of block b's loads by the turn of their points: that of (R - I) sum of r f^T."""
+    arms, turn = rigid.arms, rigid.shift[b, 2]
+    less, s = -2.0 * np.sin(0.5 * turn) ** 2, np.sin(turn)
+    return less * (arms[b, 0, 1] - arms[b, 1, 0]) - s * (arms[b, 0, 0] + arms[b, 1, 1])
+
+
+@kernel(forceinline=True)
 def move(nodes: Nodes, rigid: Rigid, total: Array, dt: float, local: float, drifts: bool) -> None:
     """One step of F - brake = m dv / dt for nodes of zones and for rigid blocks.
 
@@ -56,7 +64,8 @@ def move(nodes: Nodes, rigid: Rigid, total: Array, dt: float, local: float, drif
                 mean = 0.5 * (v + new)
                 damping += brake * mean * dt
                 kinetic += 0.5 * rigid.mass[b, r] * new * new
-            applied += rigid.load[b, r] * mean * dt
+            load = rigid.load[b, r] + (_turned_moment(rigid, b) if r == 2 else 0.0)
+            applied += load * mean * dt
             rigid.velocity[b, r] = new
             rigid.shift[b, r] += dt * new
     total[Z_APPLIED] += applied
@@ -92,6 +101,7 @@ def _net(nodes: Nodes, rigid: Rigid) -> None:
     for b in range(rigid.centre.shape[0]):
         for r in range(3):
             rigid.net[b, r] = rigid.load[b, r]
+        rigid.net[b, 2] += _turned_moment(rigid, b)
     force, shift = nodes.force, nodes.shift
     for i in rigid.node:
         b = nodes.body[i]

@@ -7,6 +7,7 @@ from dem.model.rest_criterion import CALM
 from dem.model.shared_steps import shared_advance
 from dem.model.state import DYNAMIC, State, UnstableError
 from limitmason.arrays import Array
+from limitmason.geometry.rotation import axial
 from limitmason.model import Assembly
 from limitmason.model.stages import Damping
 
@@ -23,7 +24,7 @@ def run(
 
     Parameters
     ----------
-    cases : wrench per case and block [N, N m], shape (c, n, 6)
+    cases : loads per case and block, as ``Acting`` takes them, shape (c, n, 15 or 6)
     factors : per step, shape (steps, c)
     drives, speeds : twists of driven blocks, shape (d, n, 6), and their factors per step, shape (steps, d)
 
@@ -36,7 +37,7 @@ def run(
     # without combined damping the kernel is compiled without it, to the bits of before
     drifts = bool(state.total[kernels.E_KINETIC] < CALM * state.forces().elastic_energy) if damping.combined else None
     if drives is None or speeds is None:
-        drives, speeds = np.zeros((0,) + cases.shape[1:]), np.zeros((steps, 0))
+        drives, speeds = np.zeros((0, cases.shape[1], 6)), np.zeros((steps, 0))
     # copies: to the compiler loads that may not be written are another type, and the kernel is compiled twice
     acting = kernels.Acting(*(np.array(v, dtype=float, order="C") for v in (cases, factors, drives, speeds)))
     scheme = kernels.Scheme(
@@ -56,19 +57,26 @@ def run(
 
 
 def run_constant(state: State, wrench: Array, steps: int, damping: Damping) -> None:
-    """Advance under a constant wrench per block [N, N m], shape (n, 6)."""
+    """Advance under constant loads of every block, shape (n, 15 or 6)."""
     run(state, wrench[None], np.ones((steps, 1)), damping)
 
 
+def without_arms(cases: Array) -> Array:
+    """Loads of cases without their arms where there are none: half the numbers for every block and step."""
+    return cases if cases[..., 6:].any() else cases[..., :6]
+
+
 def stand_back(state: State, assembly: Assembly, wrench: Array) -> None:
-    """Give blocks at rest the velocities of half a step ago, under a wrench per block [N, N m] and their joints'
+    """Give blocks at rest the velocities of half a step ago, under loads, shape (n, 15 or 6), and their joints'
     forces.
 
     v(-1/2) = -dt F / (2 m): the first step then leads to v(1/2) = dt F / (2 m), and x(n) is that of time n dt. A whole
     step from rest would be half a step ahead for good.
     """
     b, now = state.bodies, state.measured(assembly)
-    wrench, place = wrench.copy(), assembly.centroids + b.shift
+    wrench, arms, place = wrench[:, :6].copy(), wrench[:, 6:].reshape(-1, 3, 3), assembly.centroids + b.shift
+    if len(arms):
+        wrench[:, 3:] += axial(b.rot @ arms)
     for block, sign in ((state.joints.block_a[now.owner], -1.0), (state.joints.block_b[now.owner], 1.0)):
         turning = np.cross(now.position - place[block], now.force)
         np.add.at(wrench, block, sign * np.concatenate([now.force, turning], axis=1))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.model.advance import run, run_constant
+from dem.model.advance import run, run_constant, without_arms
 from dem.model.edge_points import follow_edges
 from dem.model.rest_criterion import Scale, displacement_since, unbalance_of_blocks
 from dem.model.state import State
@@ -54,7 +54,7 @@ class LoadVerdict:
 
 
 class LoadOnset(NamedTuple):
-    """How a load comes on evenly: from which, [N, N m], shape (n, 6), and in how many steps. At once it overshoots."""
+    """How a load comes on evenly: from which, shape (n, 15), and in how many steps. At once it overshoots."""
 
     before: Array
     steps: int
@@ -79,7 +79,7 @@ def hold(
 
     Parameters
     ----------
-    wrench : [N, N m], shape (n, 6)
+    wrench : loads of every block, see ``Loads.rows``, shape (n, 15)
     tolerance : of both unbalanced force and moment of every block, over its own load (and thickness) [-]. At this
         load a block must also stand still: what it travels while the forces are small, kept up for as long again as
         the load has been held, must stay below a fiftieth of ``limit``
@@ -100,7 +100,9 @@ def hold(
     used = 0 if onset is None else onset.steps
     if onset is not None and used:
         part = np.arange(1, used + 1) / used
-        run(state, np.stack([onset.before, wrench]), np.column_stack([1.0 - part, part]), damping)
+        begun = without_arms(np.stack([onset.before, wrench]))
+        run(state, begun, np.column_stack([1.0 - part, part]), damping)
+    wrench = without_arms(wrench)
     quiet, since, until, extensions = 0, 0, max_steps + used, EXTENSIONS
     resting = (shift, quat)
     path: list[tuple[float, float]] = []

@@ -95,7 +95,7 @@ def initial_state(
         contact points lies on it, and every block is held in the motions out of it; found where ``stress`` asks for it
     blocks : "rigid", or "simply deformable": blocks with a material strain uniformly, bend and twist, see
         :func:`limitmason.deformable.simply_deformable_block`; blocks without one, and wholly held ones, stay rigid.
-        Dead and live loads act as body forces, which do not deform a block
+        Loads do not deform a block but through its joints: they act as body forces, whose moments follow their points
     stress : "solid", "plane stress" or "plane strain"; simply deformable blocks only
     driven : twists that stages will prescribe, shape (k, 6); a plane found for ``stress`` holds them
 
@@ -165,7 +165,8 @@ def initial_state(
     return State(
         points=points, joints=joints, bodies=bodies, interface=interface, total=total, time=0.0, dt=float(dt),
         mode=mode, laws=laws, contact=np.ones(len(interface), dtype=np.int64), dead=loads.dead.copy(),
-        live=loads.live.copy(), factors=np.array((1.0, 1.0, 0.0, 0.0, 0.0)), ground=np.zeros(3),
-        model=assembly.fingerprint, setback=np.zeros(len(points.s)), ends=np.full((len(points.s), ENDS), np.nan),
-        outside=~moves, warnings=warnings, modes=modes, deformation=deformation, ties=ties,
+        live=loads.live.copy(), dead_arms=loads.dead_arms.copy(), live_arms=loads.live_arms.copy(),
+        factors=np.array((1.0, 1.0, 0.0, 0.0, 0.0)), ground=np.zeros(3), model=assembly.fingerprint,
+        setback=np.zeros(len(points.s)), ends=np.full((len(points.s), ENDS), np.nan), outside=~moves,
+        warnings=warnings, modes=modes, deformation=deformation, ties=ties,
     )

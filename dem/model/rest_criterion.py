@@ -53,7 +53,7 @@ class Scale:
 
     @classmethod
     def of(cls, assembly: Assembly, wrench: Array) -> "Scale":
-        """Scale of an assembly under a wrench per block [N, N m], shape (n, 6)."""
+        """Scale of an assembly under loads of every block, ``Loads.rows`` or their wrenches, shape (n, 15 or 6)."""
         arm, moves = _least_thickness(assembly), ~assembly.held
         load, free = _own_load(wrench, moves, arm), moves.any(axis=1)
         if not load.any():
@@ -91,7 +91,7 @@ class Scale:
 
 def _own_load(wrench: Array, moves: Flags, arm: Array) -> Array:
     """Applied force, or moment over the arm where that is more, on the free degrees of freedom of every block [N]."""
-    acting = wrench * moves
+    acting = wrench[:, :6] * moves
     return np.maximum(np.linalg.norm(acting[:, :3], axis=1), np.linalg.norm(acting[:, 3:], axis=1) / arm)
 
 

@@ -27,7 +27,7 @@ from limitmason.answers.results import Resultants
 from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError, NotConverged
 from limitmason.mechanics.resultants import resultants_from_points
-from limitmason.model import Assembly
+from limitmason.model import Assembly, Loads
 from limitmason.model.fingerprint import Fingerprint
 from limitmason.storage.files import Archive, read_archive, write_archive
 
@@ -35,8 +35,8 @@ ENDS = 10
 """Columns of ``State.ends``, see :mod:`dem.model.edge_points`."""
 
 QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
-_PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "factors", "ground", "setback", "ends",
-          "outside")
+_PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "dead_arms", "live_arms", "factors", "ground",
+          "setback", "ends", "outside")
 
 
 class UnsettledError(NotConverged):
@@ -75,7 +75,7 @@ class State:
     mode : "quasi-static" or "dynamic"
     laws : kernel law of every interface of the assembly, for contacts found later, shape (k, LAW_SIZE)
     contact : how the blocks of every joint meet: 1 face on face, 2 edge or corner on a face, 3 two edges, shape (k,)
-    dead, live : loads it was made for or run with last [N, N m], shape (n, 6)
+    dead, live, dead_arms, live_arms : loads it was made for or run with last, see :class:`limitmason.Loads`
     factors : of the load cases now: dead loads but weight, weight, live loads, weight along x, and along y, shape (5,)
     ground : velocity at which held blocks coast after a base motion [m/s], shape (3,)
     model : fingerprint of the assembly it belongs to
@@ -99,6 +99,8 @@ class State:
     contact: NDArray[np.int64]
     dead: Array
     live: Array
+    dead_arms: Array
+    live_arms: Array
     factors: Array
     ground: Array
     model: Fingerprint
@@ -110,6 +112,16 @@ class State:
     deformation: StrainShapes | None = None
     ties: Ties = field(default_factory=lambda: NO_TIES)
     near: NearPairs | None = None
+
+    @property
+    def loads(self) -> Loads:
+        """Loads it was made for or run with last."""
+        return Loads(self.dead, self.live, dead_arms=self.dead_arms, live_arms=self.live_arms)
+
+    def take_loads(self, loads: Loads) -> None:
+        """Run with other loads from now on."""
+        self.dead, self.live = loads.dead.copy(), loads.live.copy()
+        self.dead_arms, self.live_arms = loads.dead_arms.copy(), loads.live_arms.copy()
 
     @property
     def space(self) -> bool | None:

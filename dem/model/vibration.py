@@ -13,7 +13,7 @@ from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.mechanics.plane import find_plane
-from limitmason.model import Assembly, Loads
+from limitmason.model import Assembly
 from limitmason.vibration.blocks import block_system, state_stiffness
 from limitmason.vibration.system import VibratingSystem
 
@@ -47,7 +47,7 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
         kind, normal = SIMPLY_DEFORMABLE, state.deformation.normal if state.deformation.plane else None
         shapes = simply_deformable_blocks(assembly, state.deformation.state, normal)
         turns = None if normal is None else np.concatenate([np.zeros(3), normal])[None]
-        plane = None if normal is None else find_plane(assembly, Loads(state.dead, state.live), turns)
+        plane = None if normal is None else find_plane(assembly, state.loads, turns)
     points = ContactPoints(place, k, p.area, directions, x.block_a[k], x.block_b[k])
     law = state.laws[k]
     normal = np.einsum("mi,mi->m", now.force, _turned(state, directions[:, 0], points.block_a))

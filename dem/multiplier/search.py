@@ -71,9 +71,9 @@ def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Cont
     def held(state: State, evenly: int) -> LoadVerdict:
         """The dead load held on a state, after coming on over ``evenly`` steps."""
         return hold(
-            assembly, state, loads.dead, scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
+            assembly, state, loads.rows("dead"), scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
             limit=2.5 * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges,
-            onset=LoadOnset(np.zeros_like(loads.dead), evenly),
+            onset=LoadOnset(np.zeros((len(loads.dead), 15)), evenly),
         )
 
     begun, first = state.copy(), held(state, 0)
@@ -106,10 +106,11 @@ def increments(
         with the first increment and its strides grow to a quarter of the load
     settled : load at which ``state`` is in equilibrium; None settles it under the dead load
     patience : steps that loads took to settle in an earlier search
-    loading : wrench per block at a multiplier [N, N m], shape (n, 6); dead load and that much live load by default
+    loading : loads of every block at a multiplier, see ``Loads.rows``, shape (n, 15); dead load and that much live load
+        by default
     up_to : multiplier beyond which nothing is tried: the search ends as unbounded where the blocks stand there
     """
-    loading = loading or (lambda multiplier: loads.dead + multiplier * loads.live)
+    loading = loading or (lambda multiplier: loads.rows("dead") + multiplier * loads.rows("live"))
     scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
     record: list[tuple[float, LoadVerdict]] = []
     used = 0

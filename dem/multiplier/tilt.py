@@ -338,7 +338,7 @@ def _stopped(
         guess = min(guess, max(low - (high - low) * slow / (fast - slow), 0.5 * guess))
 
     def turned(tangent: float) -> Array:
-        return (loads.dead + tangent * loads.live) / np.hypot(1.0, tangent)
+        return (loads.rows("dead") + tangent * loads.rows("live")) / np.hypot(1.0, tangent)
 
     return held_loads(
         assembly, loads, settled.state.copy(), controls, through=[0.5 * guess, 0.9 * guess, guess], settled=0.0,

@@ -23,7 +23,7 @@ from limitmason.arrays import Array, Index
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_vectors
-from limitmason.model import Assembly, Loads
+from limitmason.model import Assembly
 from limitmason.model.stages import Damping
 from limitmason.storage.csv_table import Tabular
 from limitmason.storage.files import as_json, of_json, read_archive, write_archive
@@ -154,7 +154,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         folder = Path(path) if Path(path).is_dir() else None
         file = read_archive(path if folder is None else folder / CHECKPOINT)
         state = State.from_arrays(file.group("state"), path)
-        check_continues(assembly, state, Loads(state.dead, state.live), None)
+        check_continues(assembly, state, state.loads, None)
         recorded, store = file["recorded"].astype(np.intp), None
         samples = {k: file[k] for k in (*_ARRAYS, "tie_force")} if folder is None else {}
         if folder is not None:

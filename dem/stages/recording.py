@@ -9,7 +9,7 @@ from dem import kernels
 from dem.contact.detection import SOONEST, redetect
 from dem.contact.joint_renewal import pivots_on_wrong_face
 from dem.contact.near import SMALL, Neighbours, farthest, near_margin, travel_per_step
-from dem.model.advance import stand_back
+from dem.model.advance import stand_back, without_arms
 from dem.model.joint_marks import MARKS, joint_marks
 from dem.model.pieces import Pieces, reaches
 from dem.model.rest_criterion import SLID, Scale, slid_and_moved, unbalance
@@ -21,7 +21,6 @@ from dem.stages.resuming import Position, RunStatus, Watch
 from dem.stages.store import Samples, Store, StoredSamples
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
-from limitmason.mechanics.model_notes import leaning_under_load
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Drive, Ramp, Settle, Stage, Tilt
 
@@ -58,17 +57,17 @@ class Recorder:
         """
         n = assembly.n_blocks
         self.assembly, self.state, self.stages = assembly, state, stages
-        weight = np.zeros((n, 6))
+        weight = np.zeros((n, 15))
         weight[:, 2] = -assembly.weights
         weight[assembly.fixed] = 0.0
         # loads on wholly held blocks go straight to the support and do not count
-        dead, live = loads.dead.copy(), loads.live.copy()
+        dead, live = loads.rows("dead"), loads.rows("live")
         dead[assembly.fixed] = live[assembly.fixed] = 0.0
         # the part of the dead load that is weight turns with a tilting table, the rest stays
         own = np.where(np.abs(dead[:, 2] - weight[:, 2]) <= np.abs(dead[:, 2]), 1.0, 0.0)[:, None] * weight
-        east, north = np.zeros((n, 6)), np.zeros((n, 6))
+        east, north = np.zeros((n, 15)), np.zeros((n, 15))
         east[:, 0], north[:, 1] = -own[:, 2], -own[:, 2]
-        self.cases = np.stack([dead - own, own, live, east, north])
+        self.cases = without_arms(np.stack([dead - own, own, live, east, north]))
         self.scale = Scale.of(assembly, dead if dead.any() else live)
         driven = [assembly.block_index(b) for s in stages if isinstance(s, Drive) for b in s.displacement]
         driven += [assembly.block_index(b) for s in stages for b in s.servo]
@@ -346,14 +345,10 @@ class Recorder:
         """History of all samples so far: columns, poses, joint marks, and the state to go on from."""
         columns = self.samples.arrays()
         table = columns.pop("rows")
-        lean = np.linalg.norm(self.state.bodies.rot[:, :, 2], axis=1)
-        # what is taken up again is told at its own end
-        leans = "" if status == RunStatus.INTERRUPTED else leaning_under_load(self.assembly, self.state.dead, lean)
-        notes = dict.fromkeys([*self.notes, *filter(None, [leans])])
         return History(
             self.assembly, status, {c: table[:, i].copy() for i, c in enumerate(COLUMNS)}, reaction_blocks=self.blocks,
             state=self.state, stages=tuple(s.name or type(s).__name__ for s in self.stages),
-            warnings=tuple(notes), factors=tuple(self.state.factors.tolist()),
+            warnings=tuple(dict.fromkeys(self.notes)), factors=tuple(self.state.factors.tolist()),
             position=copy.deepcopy(self.position), settings=self.settings._replace(status=self.status),
             same=self.same,
             store=self.store, recorded=self.recorded, **columns,

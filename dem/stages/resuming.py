@@ -214,14 +214,17 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
             )
     if state.total[kernels.E_STEPS] == 0.0:
         return
-    for case, mine, old in (("dead", loads.dead, state.dead), ("live", loads.live, state.live)):
+    for case in ("dead", "live"):
         if case == "live" and state.factors[2] == 0.0:
             continue
         what = (
             "the run that ended in this state: a jump of a load that acts is not a load history; leave loads out to "
             "keep them, or bring the change as live load"
         )
-        check_same_loads(case, mine, old, [b.name for b in assembly.blocks], what, ~assembly.fixed[:, None])
+        check_same_loads(
+            case, loads.rows(case), state.loads.rows(case), [b.name for b in assembly.blocks], what,
+            ~assembly.fixed[:, None],
+        )
 
 
 class Interrupt:

@@ -155,7 +155,7 @@ def prepared(
         state = initial_state(assembly, loads, driven=prescribed(assembly, todo), **chosen)
     else:
         state = before.copy()
-        loads = loads if loads is not None else Loads(state.dead, state.live)
+        loads = loads if loads is not None else state.loads
         mode, law = chosen.pop("mode", state.mode), chosen.pop("joint_options", None)
         for name in chosen:
             raise InputError(f"{name} is part of the state to start from: leave it out, or make a new state")
@@ -167,7 +167,7 @@ def prepared(
         if now.shape != state.factors.shape:
             raise InputError(f"factors must be {len(state.factors)} numbers, got {factors!r}")
         state.factors = now
-    state.dead, state.live = loads.dead.copy(), loads.live.copy()
+    state.take_loads(loads)
     settings = RunSettings(sample, damping, tuple(stage_as_text(s) for s in todo), detect_every)
     recorder = Recorder(assembly, loads, state, todo, settings, store)
     recorder.notes += notes
@@ -213,7 +213,7 @@ def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
     todo = [stages] if isinstance(stages, Stage) else list(stages)
     check_same_stages(todo, history.settings.stages)
     state = history.state.copy()
-    loads = Loads(state.dead, state.live)
+    loads = state.loads
     check_continues(history.assembly, state, loads, None)
     recorder = Recorder(history.assembly, loads, state, todo, history.settings, history.store)
     recorder.take_up(history)

@@ -39,7 +39,7 @@ def make_model(
     Parameters
     ----------
     assembly : of blocks that are convex prisms along y
-    loads : dead loads act at once: weight, and wrenches spread over the zones of a block as a rigid motion would be
+    loads : dead loads act at once, spread over the zones of a block, see :func:`set_loads`
     zone_size : largest edge of a zone [m]
     plane : "plane stress" or "plane strain"
     contact_points : see :func:`dem.zones.attach.make_contacts`
@@ -92,7 +92,7 @@ def make_model(
         soft=soft, interface=interface, total=np.zeros(Z_SIZE), dt=1.0, plane=plane, warnings=warnings,
         lost=losses(assembly, laws), tables=tables, zones=zones, sides=sides, contacts=contacts,
     )
-    set_loads(model, loads.dead)
+    set_loads(model, loads)
     _scale_masses(model)
     return model
 
@@ -111,8 +111,8 @@ def _rigid_blocks(assembly: Assembly, rigid: Flags, body: Index) -> Rigid:
     held = assembly.held[numbers][:, [0, 2, 4]]
     return Rigid(
         centre=assembly.centroids[numbers][:, [0, 2]].copy(), shift=flat, velocity=flat.copy(), mass=np.ones((nb, 3)),
-        load=flat.copy(), held=held.copy(), drive=flat.copy(), before=flat.copy(), net=flat.copy(), total=flat.copy(),
-        node=own,
+        load=flat.copy(), arms=np.zeros((nb, 2, 2)), held=held.copy(), drive=flat.copy(), before=flat.copy(),
+        net=flat.copy(), total=flat.copy(), node=own,
     )
 
 
@@ -169,31 +169,32 @@ def material_row(material: Material, plane_strain: bool, elastic: Array) -> Arra
     return row
 
 
-def set_loads(model: ZonedModel, wrench: Array) -> None:
-    """Apply a wrench per block [N, N m], shape (n, 6).
+def set_loads(model: ZonedModel, loads: Loads) -> None:
+    """Apply the dead loads.
 
-    On the nodes of a zoned block it is spread as the inertia of a rigid motion: the force by volume, and about their
-    middle a turning field that gives the moment.
+    On a zoned block they are spread by volume over its nodes, which carry them along: f(x) = F / V + A (x - middle),
+    with A such that the sum of r f^T is that of the loads. A couple without arms is a turning field about the middle.
     """
     mesh, nodes, rigid = model.mesh, model.nodes, model.rigid
     volume = nodal_volume(model)
     nodes.load[:] = 0.0
     centroid = model.assembly.centroids[:, [0, 2]]
     number = {int(block): b for b, block in enumerate(np.flatnonzero(mesh.rigid))}
+    arms = loads.dead_arms[:, [0, 2]][:, :, [0, 2]]
+    wrench = loads.dead[:, AXES] * SENSE
     for block in range(model.assembly.n_blocks):
-        own_wrench = wrench[block, AXES] * SENSE
         if mesh.rigid[block]:
-            rigid.load[number[block]] = own_wrench
+            rigid.load[number[block]], rigid.arms[number[block]] = wrench[block], arms[block]
             continue
         own = np.flatnonzero(mesh.block == block)
         v = volume[own]
         middle = v @ mesh.place[own] / v.sum()
         r = mesh.place[own] - middle
-        force, moment = own_wrench[:2], own_wrench[2]
-        lever = middle - centroid[block]
-        nodes.load[own] = np.outer(v / v.sum(), force)
-        turning = (moment - lever[0] * force[1] + lever[1] * force[0]) / (v @ (r * r).sum(axis=1))
-        nodes.load[own] += v[:, None] * turning * np.column_stack([-r[:, 1], r[:, 0]])
+        force, p = wrench[block, :2], arms[block]
+        couple = wrench[block, 2] - (p[0, 1] - p[1, 0])
+        spread = np.linalg.solve((v * r.T) @ r, p - np.outer(middle - centroid[block], force))
+        turning = couple / (v @ (r * r).sum(axis=1)) * np.array([[0.0, 1.0], [-1.0, 0.0]])
+        nodes.load[own] = v[:, None] * (force / v.sum() + r @ (spread + turning))
 
 
 def nodal_volume(model: ZonedModel) -> Array:

@@ -142,12 +142,14 @@ def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_
     ----------
     tolerance, max_steps : unbalanced over acting force [-], and steps in all
     """
-    nodes, block = model.nodes.load.copy(), model.rigid.load.copy()
+    acting = model.nodes.load, model.rigid.load, model.rigid.arms
+    whole = [x.copy() for x in acting]
     part = int(np.clip(2.0 * slowest_period(model), 400, max_steps // 4)) // RAMP
-    for k in range(1, RAMP):
-        model.nodes.load[:], model.rigid.load[:] = k / RAMP * nodes, k / RAMP * block
-        advance(model, part)
-    model.nodes.load[:], model.rigid.load[:] = nodes, block
+    for k in range(1, RAMP + 1):
+        for x, full in zip(acting, whole, strict=True):
+            x[:] = k / RAMP * full
+        if k < RAMP:
+            advance(model, part)
     for _ in range(max((max_steps - RAMP * part) // 200, 1)):
         advance(model, 200)
         if unbalance(model) < tolerance:

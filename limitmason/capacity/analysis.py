@@ -33,6 +33,7 @@ from limitmason.capacity.initial_gaps import begun_with, of_forces, of_gaps
 from limitmason.capacity.kinematics import at_rest, make_bodies
 from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.papers import PAPERS
+from limitmason.capacity.path_loads import PathLoads
 from limitmason.capacity.path_warnings import (
     edge_warnings,
     flat_top_warnings,
@@ -101,7 +102,7 @@ def pushover(
 
     Parameters
     ----------
-    assembly, loads : the problem; loads keep their direction, and their moments about the centroids, as blocks move
+    assembly, loads : the problem; loads keep their direction and act at points that move with their blocks
     control : what is prescribed: "live", the mean displacement along the live forces, sum(live . shift) / sum |live|;
         or (block, "x"), "y" or "z" of its centroid, of the mean over the block where it deforms. A block that is held
         along this axis is a support that moves: the loads are then dead only, and the load of the curve is the force
@@ -181,7 +182,7 @@ def pushover(
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
     settles = to == 0.0 and not loads.live.any() and control == "live"
-    loads = replace(loads, live=loads.dead) if settles else loads  # of multiplier 0
+    loads = replace(loads, live=loads.dead, live_arms=loads.dead_arms) if settles else loads  # of multiplier 0
     assembly, loads, control = _as_one(assembly, loads, control)
     assembly, loads, moving = _with_moving_support(assembly, loads, control, to)
     if initial is not None:
@@ -197,9 +198,8 @@ def pushover(
     apex = tension_above_apex(assembly, taken=True)
     warnings += [*of_points, *of_ties, *filter(None, [apex]), *soft_block_warnings(assembly, kn, blocks)]
     basis, free = degrees_of_freedom(assembly, plane)
-    dead, live = loads.dead @ basis * free, loads.live @ basis * free
     weight, size = _units(assembly, loads, free, moving)
-    row, ratio = _control(assembly, control, basis, free, live)
+    row, ratio = _control(assembly, control, basis, free, loads.live @ basis * free)
     misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
     named = (assembly.arrays.normal_stiffness > 0.0) | (stiffness is not None)
     few = stiffness_warnings(assembly, points, named)
@@ -210,8 +210,8 @@ def pushover(
     length = weight / float((first.kn * first.area).mean())
     bent = deformation(assembly, points, blocks, stress, plane, kn, ks) if deforming else None
     equations = partial(
-        _equations, assembly, plane=plane, bent=bent, dead=dead, live=live, control=row, weight=weight, size=size,
-        length=length, ties=ties,
+        _equations, assembly, loads, plane=plane, bent=bent, control=row, weight=weight, size=size, length=length,
+        ties=ties,
     )
     structure = Structure(assembly, loads, first, weight, size, length, bent, ties.stiffness)
     generations, origin = Generations(shapes, equations, [structure]), at_rest(assembly.n_blocks)
@@ -318,7 +318,7 @@ def _falls(generations: Generations, warnings: list[str]) -> PushoverCurve:
 
 
 def _equations(
-    assembly: Assembly, s: Structure, *, plane: Plane | None, bent: CondensedShapes | None, **given: Any
+    assembly: Assembly, loads: Loads, s: Structure, *, plane: Plane | None, bent: CondensedShapes | None, **given: Any
 ) -> System:
     """Equations of a structure.
 
@@ -330,8 +330,9 @@ def _equations(
     given : options of :class:`System`
     """
     p = s.points
+    bodies = make_bodies(assembly, p, plane, bent)
     return System(
-        make_bodies(assembly, p, plane, bent), ElastoplasticLaw(p.law, p.kn, p.ks, p.softening),
+        bodies, ElastoplasticLaw(p.law, p.kn, p.ks, p.softening), PathLoads.of(loads, bodies.basis, bodies.free),
         springs=np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, **given,
     )
 
@@ -354,8 +355,8 @@ def _as_one(assembly: Assembly, loads: Loads, control: Any) -> tuple[Assembly, L
     control = (assembly.blocks[group[0]].name, control[1])
     if not assembly.fixed[group[0]] or len(loads.dead) != assembly.n_blocks:
         return assembly, loads, control
-    dead, live = (np.delete(w, group[1:], axis=0) for w in (loads.dead, loads.live))
-    return joined_to_first(assembly, group, drop=True), replace(loads, dead=dead, live=live), control
+    kept = np.delete(np.arange(assembly.n_blocks), group[1:])
+    return joined_to_first(assembly, group, drop=True), loads.of_blocks(kept), control
 
 
 def _with_moving_support(
@@ -386,10 +387,10 @@ def _with_moving_support(
     if not others:
         raise InputError(f"control: {name!r} is the only support, with which the whole structure would move")
     guided = replace(assembly, supports=(*others, *([Support(block, dofs=tuple(rest))] if rest else [])))
-    dead, live = np.array(loads.dead), np.zeros_like(loads.live)
-    dead[block] = 0.0  # the weight of the support itself is no concern of the structure
+    dead, arms, live = np.array(loads.dead), np.array(loads.dead_arms), np.zeros_like(loads.live)
+    dead[block], arms[block] = 0.0, 0.0  # the weight of the support itself is no concern of the structure
     live[block, axis] = float(np.linalg.norm(dead[~assembly.fixed, :3], axis=1).sum())
-    return guided, Loads(dead, live, f"{name} moves"), (block, axis)
+    return guided, Loads(dead, live, f"{name} moves", dead_arms=arms), (block, axis)
 
 
 def _control(assembly: Assembly, control: Any, basis: Array, free: NDArray, live: Array) -> tuple[Array, float]:

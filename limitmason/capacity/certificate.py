@@ -11,6 +11,7 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.capacity.contacts import PathContacts
 from limitmason.capacity.deformable import CondensedShapes
+from limitmason.geometry.rotation import axial
 from limitmason.mechanics.law import SUDDEN, PointLaw
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -180,7 +181,7 @@ def equilibrium(s: Structure, at: PathState) -> float:
     components, _, place = forces(s, at)
     local = np.einsum("mc,mci->mi", components, p.directions)
     force = np.einsum("mij,mj->mi", at.turn[p.block_a] + np.eye(3), local)
-    total = s.loads.dead + at.multiplier * s.loads.live
+    total = s.loads.wrench_at("dead", at.turn) + at.multiplier * s.loads.wrench_at("live", at.turn)
     centroid = s.assembly.centroids + at.shift
     for block, sign in ((p.block_b, 1.0), (p.block_a, -1.0)):
         moment = np.cross(place - centroid[block], force)
@@ -302,10 +303,8 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
         against = max(against, float((np.abs(more) * np.abs(most - pulls)).max()) / (s.weight * length))
         loss = np.append(loss, pulls * more)
         lost += float((0.5 * (first + pulls) * more).sum())
-    motion = np.concatenate([after.shift - before.shift, _spins(before.turn, after.turn)], axis=1)
-    motion = np.where(s.assembly.held, 0.0, motion)
-    live = 0.5 * (before.multiplier + after.multiplier) * float((s.loads.live * motion).sum())
-    dead = float((s.loads.dead * motion).sum())
+    live = 0.5 * (before.multiplier + after.multiplier) * _work(s, "live", before, after)
+    dead = _work(s, "dead", before, after)
     change = stored(s, after) - stored(s, before)
     # a step that does no work to speak of (sliding without friction) is measured by the elastic work of a block
     # and one that self-stress drives, by the energy that it sets free
@@ -341,6 +340,18 @@ def _released(s: Structure, before: PathState, after: PathState) -> float:
     last = np.where(np.isinf(gradual), last, np.minimum(last, after.damage / gradual))
     begun = np.where(np.isinf(gradual), first, np.minimum(np.maximum(first, before.damage / gradual), last))
     return float((0.5 * (begun + last) * fall * p.area).sum())
+
+
+def _work(s: Structure, case: str, before: PathState, after: PathState) -> float:
+    """Work of the dead or live loads from one state to the next [J].
+
+    Forces work along the ways of their points, f . (dx + dR r); couples, moments without arms, along small spins.
+    """
+    wrench, arms = getattr(s.loads, case), getattr(s.loads, f"{case}_arms")
+    motion = np.concatenate([after.shift - before.shift, _spins(before.turn, after.turn)], axis=1)
+    couples = np.hstack([wrench[:, :3], wrench[:, 3:] - axial(arms)])
+    ways = np.einsum("nij,nji->n", after.turn - before.turn, arms)
+    return float((couples * np.where(s.assembly.held, 0.0, motion)).sum() + ways.sum())
 
 
 def _spins(before: Array, after: Array) -> Array:

@@ -19,7 +19,6 @@ from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.point_law import PlasticHistory, slid_back
 from limitmason.capacity.result import Break, PushoverCurve
 from limitmason.capacity.stepping import Node
-from limitmason.mechanics.model_notes import leaning_under_load
 
 WANDERED = 0.1
 """Slip over the size of a joint from which a point that is not found anew is no longer where it was [-]."""
@@ -77,9 +76,8 @@ def certified_curve(
         warnings.append(said)
     if generations.shapes is None and (said := _through(generations, nodes)):
         warnings.append(said)
-    lean = np.max([np.linalg.norm(n.pose.turn[:, :, 2], axis=1) for n in nodes], axis=0)
-    bends = leaning_under_load(structures[0].assembly, structures[0].loads.dead, lean)
-    warnings += filter(None, (_returned(generations, nodes), bends))
+    if said := _returned(generations, nodes):
+        warnings.append(said)
     renewed = [k for k, n in enumerate(nodes) if n.onward is not None]
     events = [Event("jump", k) for k in jumps]
     events += [Event("joint breaks", b.sample, b.joints[0], b.energy) for b in breaks]

@@ -113,7 +113,8 @@ def _lowest(
     multiplier, viscosity : of the live load [-]; eta in own units
     """
     apart, (work, longer) = now.contact.displacement, system.relative(now, motion)
-    load = system.applied(multiplier) - viscosity * done
+    dead, live = system.applied(now.pose)
+    load = dead + multiplier * live - viscosity * done
     if system.bodies.deforming:
         load = load + system.sprung(now.pose)
     against = float(motion @ ((viscosity + system.springs_own) * motion))

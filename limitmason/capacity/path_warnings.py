@@ -174,7 +174,7 @@ def lost_at_edges(generations: Generations, nodes: list[Node], partly: bool = Fa
     s = generations.structures[node.generation]
     p = s.points
     motion = motion_between(node.pose, after.pose)
-    power = float((s.loads.live * motion[:, :6]).sum())
+    power = float((s.loads.wrench_at("live", node.pose.turn) * motion[:, :6]).sum())
     advance = abs(after.control - node.control)
     if power * load[top] <= 0.0 or advance == 0.0:
         return 0.0

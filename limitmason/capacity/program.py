@@ -62,7 +62,9 @@ def solve_step(
     order, free = system.order, advance is not None
     left = 0.0 if advance is None else advance
     a = system.equilibrium(at.wrenches)
-    dead = system.applied(0.0 if free else multiplier)
+    dead, live = system.applied(at.pose)
+    if not free:
+        dead = dead + multiplier * live
     if done is not None:
         dead = dead - viscosity * done
     if system.bodies.deforming:
@@ -71,7 +73,7 @@ def solve_step(
     p = [compliance]
     q = [-compliance * start]
     if free:
-        columns.append(sparse.csc_matrix(system.live_own[:, None]))
+        columns.append(sparse.csc_matrix(live[:, None]))
         p.append(np.zeros(1))
         q.append(np.array([-left / (force * system.length)]))
     # A f + w = r * motion with r the viscosity and the springs of shapes: one more force y at the cost y^2 / (2 r)

@@ -57,10 +57,10 @@ def begin(
     before = start.generations.structures[0]
     model = now.assembly
     model.fingerprint.check_same(before.assembly.fingerprint, "start")
-    check_same_loads("dead", now.loads.dead, before.loads.dead, [b.name for b in model.blocks], "start")
+    check_same_loads("dead", now.loads.rows("dead"), before.loads.rows("dead"), [b.name for b in model.blocks], "start")
     if differs := _difference(before, now):
         raise InputError(f"start is a curve of another model: {differs}; a state goes on under its own model only")
-    old, live = before.loads.live, now.loads.live
+    old, live = before.loads.rows("live"), now.loads.rows("live")
     factor = float((old * live).sum() / (live * live).sum())
     if not np.allclose(old, factor * live, rtol=0.0, atol=1e-9 * np.abs(old).max()):
         raise NotApplicable("start: the live load may change by a factor only; other live loads are not followed")

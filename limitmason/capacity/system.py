@@ -28,6 +28,7 @@ from limitmason.capacity.kinematics import (
     point_wrenches,
     shape_geometry,
 )
+from limitmason.capacity.path_loads import PathLoads
 from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, Returned, return_map, virgin
 from limitmason.capacity.ties import Pulled, pull, stiffness
 from limitmason.mechanics.tie_springs import NO_TIES, TieSprings
@@ -40,6 +41,7 @@ class Evaluated(NamedTuple):
     contact: Contact
     wrenches: Array  # (m, c, 2, d)
     returned: Returned
+    multiplier: float
     force: Array  # [N], (m, c)
     pulled: Pulled
     residual: Array  # own units, free degrees of freedom
@@ -56,7 +58,7 @@ class System:
     Parameters
     ----------
     bodies, law : contact points and what they carry
-    dead, live : wrenches on the rigid degrees of freedom [N, N m], shape (n, d - k)
+    loads : dead and live, on the degrees of freedom
     control : weights of the rigid degrees of freedom in the control displacement, shape (n, d - k)
     weight, size, length : units of force [N], of arms [m] and of displacement [m], the elastic one
     springs : stiffness of the shapes' coordinates [N/m], shape (n, k); 0 where a block has none
@@ -64,21 +66,20 @@ class System:
     """
 
     def __init__(
-        self, bodies: ContactGeometry, law: ElastoplasticLaw, dead: Array, live: Array, control: Array, weight: float,
+        self, bodies: ContactGeometry, law: ElastoplasticLaw, loads: PathLoads, control: Array, weight: float,
         size: float, length: float, springs: Array, ties: TieSprings = NO_TIES,
     ) -> None:
         """Number the free degrees of freedom and make the pattern of the bordered tangent.
 
         Parameters
         ----------
-        dead, live : wrenches on the degrees of freedom [N, N m], shape (n, d)
+        loads : on the degrees of freedom
         control : row of the control displacement, shape (n, d)
         weight, size, length : mean weight of a block [N], its size [m] and an elastic displacement [m], the units of
             the equations
         springs : stiffness of every shape of the blocks [N/m], shape (n, k)
         """
-        none = np.zeros_like(springs)
-        self.dead, self.live, self.control = (np.hstack([x, none]) for x in (dead, live, control))
+        self.loads, self.control = loads, np.hstack([control, np.zeros_like(springs)])
         self.bodies, self.law, self.springs, self.ties = bodies, law, springs, ties
         self.weight, self.size, self.length = weight, size, length
         free = bodies.free
@@ -88,10 +89,8 @@ class System:
         turns = np.abs(bodies.basis[3:6]).max(axis=0) > 0.5
         self.row_scale = np.where(turns, 1.0 / (weight * size), 1.0 / weight)
         self.motion_scale = np.where(turns, self.length / size, self.length)
-        self.live_own = (self.live * self.row_scale)[free]
-        self.dead_own = (self.dead * self.row_scale)[free]
         self.control_own = (self.control * self.motion_scale)[free] / self.length
-        self.springs_own = (np.hstack([np.zeros_like(dead), springs]) * self.length / weight)[free]
+        self.springs_own = (np.hstack([np.zeros_like(control), springs]) * self.length / weight)[free]
         self.ends = np.stack([number[bodies.block_a], number[bodies.block_b]], axis=1)  # (m, 2, d)
         # points come joint by joint: one element per run of points between the same two blocks
         pair = bodies.block_a * len(free) + bodies.block_b
@@ -101,20 +100,22 @@ class System:
         self._of_run = np.where(place < run[:, None], self.starts[:, None] + place, -1)  # points of a run, -1 for none
         self.tie_ends = np.stack([number[ties.block_a], number[ties.block_b]], axis=1)  # (t, 2, d)
         ends = np.concatenate([self.ends[self.starts], self.tie_ends])
-        self._tangent_pattern(ends.reshape(len(ends), -1))
+        self._tangent_pattern(ends.reshape(len(ends), -1), number[loads.turning])
 
-    def _tangent_pattern(self, dofs: Index) -> None:
+    def _tangent_pattern(self, *dofs: Index) -> None:
         """Where every entry goes in the bordered matrix.
 
-        In the order of :meth:`tangent`: elements, diagonal, column of the live load, row of the control, corner.
+        In the order of :meth:`tangent`: elements, loads that turn, diagonal, column of the live load, row of the
+        control, corner.
 
         Parameters
         ----------
-        dofs : unknown of every row of every element, -1 for held ones, shape (k, size)
+        dofs : unknown of every row of every element, and of every block with loads that turn, -1 for held ones, shapes
+            (k, size)
         """
-        k, size, order = len(dofs), dofs.shape[1], self.order
-        rows = np.broadcast_to(dofs[:, :, None], (k, size, size)).ravel()
-        columns = np.broadcast_to(dofs[:, None, :], (k, size, size)).ravel()
+        order = self.order
+        rows = np.concatenate([np.repeat(x, x.shape[1], axis=1).ravel() for x in dofs])
+        columns = np.concatenate([np.tile(x, (1, x.shape[1])).ravel() for x in dofs])
         keep = (rows >= 0) & (columns >= 0)
         own = np.arange(order)
         rows = np.concatenate([rows[keep], own, own, np.full(order, order), [order]])
@@ -122,9 +123,10 @@ class System:
         # by columns, then rows, as a compressed column matrix stands; one slot for entries at one place
         key, slot = np.unique(columns * (order + 1) + rows, return_inverse=True)
         indptr = np.searchsorted(key, np.arange(order + 2) * (order + 1))
-        # of every entry of the elements, -1 for those of held blocks; then of the rest
-        self._slot = np.full(len(keep), -1)
-        self._slot[keep], self._rest = slot[: keep.sum()], slot[keep.sum() :]
+        # of every entry of the elements and of loads that turn, -1 for those of held blocks; then of the rest
+        own_slot = np.full(len(keep), -1)
+        own_slot[keep], self._rest = slot[: keep.sum()], slot[keep.sum() :]
+        self._slot, self._turning = np.split(own_slot, [len(dofs[0]) * dofs[0].shape[1] ** 2])
         self._ordered: tuple[Index, Index, sparse.csc_matrix] | None = None
         indices, indptr = (key % (order + 1)).astype(np.int32), indptr.astype(np.int32)
         self._pattern = sparse.csc_matrix((np.zeros(len(key)), indices, indptr), shape=(order + 1,) * 2)
@@ -147,7 +149,7 @@ class System:
         pulled = pull(self.ties, self.bodies.basis[:6], pose, old.stretched)
         returned = returned._replace(history=returned.history._replace(stretched=pulled.plastic))
         rest = self.unbalanced(pose, wrenches, force, pulled, multiplier)
-        return Evaluated(pose, at, wrenches, returned, force, pulled, rest)
+        return Evaluated(pose, at, wrenches, returned, multiplier, force, pulled, rest)
 
     def unbalanced(self, pose: Pose, wrenches: Array, force: Array, pulled: Pulled, multiplier: float) -> Array:
         """What loads, point forces, ties and springs leave over on the free motions, own units.
@@ -158,16 +160,18 @@ class System:
         force : of every point [N], shape (m, c)
         multiplier : of the live load [-]
         """
-        total = block_wrenches(self.bodies, wrenches, force) + self.dead + multiplier * self.live
+        dead, live = self.loads.at(pose.turn)
+        total = block_wrenches(self.bodies, wrenches, force) + dead + multiplier * live
         for side, block in enumerate((self.ties.block_a, self.ties.block_b)):
             np.add.at(total, block, pulled.tension[:, None] * pulled.wrenches[:, side])
         if self.bodies.deforming:
             total[:, -self.bodies.deforming :] -= self.springs * pose.shapes
         return np.asarray((total * self.row_scale)[self.bodies.free])
 
-    def applied(self, multiplier: float) -> Array:
-        """Loads on the free degrees of freedom, own units."""
-        return self.dead_own + multiplier * self.live_own
+    def applied(self, pose: Pose) -> tuple[Array, Array]:
+        """Dead and live loads on the free degrees of freedom in a pose, own units, shape (order,) each."""
+        dead, live = self.loads.at(pose.turn)
+        return (dead * self.row_scale)[self.bodies.free], (live * self.row_scale)[self.bodies.free]
 
     def relative(self, at: Evaluated, own: Array) -> tuple[Array, Array]:
         """Displacement of the points, (m, c), and elongation of the ties, (t,), by a small motion in own units [m]."""
@@ -280,7 +284,10 @@ class System:
         corner = 1.0 if prescribed == "multiplier" else 0.0
         viscous = np.broadcast_to(-np.asarray(viscosity, float), (self.order,)) - self.springs_own
         # every place once
-        values[self._rest] += np.concatenate([viscous, self.live_own, border, [corner]])
+        values[self._rest] += np.concatenate([viscous, self.applied(at.pose)[1], border, [corner]])
+        turned = self.loads.stiffness(at.pose.turn, at.multiplier) * (self.row_scale[:, None] * self.motion_scale)
+        moves = self._turning >= 0
+        values[self._turning[moves]] += turned.ravel()[moves]
         return _filled(self._pattern, values)
 
     def _summed(self, element: Array) -> Array:

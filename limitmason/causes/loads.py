@@ -9,7 +9,7 @@ from limitmason.causes.declare import Model, declare
 from limitmason.causes.wrenches import Direction, live_direction, overload_of, shared_acceleration, turned
 from limitmason.checks import choice
 from limitmason.errors import NotApplicable
-from limitmason.geometry.rotation import rotation_matrices
+from limitmason.geometry.rotation import axial, rotation_matrices
 from limitmason.model import Assembly, Loads
 
 
@@ -31,8 +31,9 @@ def eccentric_overload(size: float, assembly: Assembly, loads: Loads, *, directi
     d = live_direction(loads) if direction is None else np.asarray(direction, dtype=float)
     d = d / np.linalg.norm(d)
     extra, dead = overload_of(assembly, loads), np.array(loads.dead)
-    dead[:, 3:] += np.cross(1e-3 * size * d, extra[:, :3])
-    return assembly, replace(loads, dead=dead)
+    arms = 1e-3 * size * d[:, None] * extra[:, None, :3]
+    dead[:, 3:] += axial(arms)
+    return assembly, replace(loads, dead=dead, dead_arms=loads.dead_arms + arms)
 
 
 @declare(
@@ -53,13 +54,15 @@ def overload_magnitude(factor: float, assembly: Assembly, loads: Loads, *, inert
     factor : size of the cause [-]
     """
     extra = overload_of(assembly, loads)
-    live = np.array(loads.live)
+    live, live_arms = np.array(loads.live), np.array(loads.live_arms)
     if inertial:
         body = np.zeros_like(live)
         body[:, :3] = assembly.weights[:, None] * shared_acceleration(assembly, loads)
         loaded = (extra != 0).any(axis=1)
         live[loaded] += (factor - 1.0) * (live - body)[loaded]
-    return assembly, replace(loads, dead=loads.dead + (factor - 1.0) * extra, live=live)
+        live_arms[loaded] *= factor
+    dead = loads.dead + (factor - 1.0) * extra
+    return assembly, replace(loads, dead=dead, live=live, dead_arms=factor * loads.dead_arms, live_arms=live_arms)
 
 
 def _turned_in(*, plane: str) -> Mapping[str, str]:
@@ -90,4 +93,4 @@ def load_direction(size: float, assembly: Assembly, loads: Loads, *, plane: str 
     if np.linalg.norm(axis) < 1e-9:
         raise NotApplicable("a vertical live load has no vertical plane of its own: use plane='horizontal'")
     rotation = rotation_matrices(np.radians(size) * axis / np.linalg.norm(axis))
-    return assembly, replace(loads, live=turned(loads.live, rotation))
+    return assembly, replace(loads, **turned(loads, "live", rotation))

@@ -43,7 +43,7 @@ def out_of_plumb(size: float, assembly: Assembly, loads: Loads, *, direction: Di
         said = "out-of-plumb needs a horizontal direction: give direction="
         raise InputError(said) if direction is not None else NotApplicable(f"{said}; that of the live load is vertical")
     back = rotation_matrices(-np.radians(size) * axis / np.linalg.norm(axis))
-    return assembly, replace(loads, dead=turned(loads.dead, back), live=turned(loads.live, back))
+    return assembly, replace(loads, **turned(loads, "dead", back), **turned(loads, "live", back))
 
 
 def _along(*, axes: str) -> Mapping[str, str]:

@@ -8,28 +8,27 @@ from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
 from limitmason.errors import InputError
+from limitmason.geometry.rotation import axial
 from limitmason.model import Assembly, Loads
 
 Direction = tuple[float, float, float]
 
 
-def turned(wrench: Array, rotation: Array) -> Array:
-    """Wrenches whose forces turn about their points of application, which stay.
+def turned(loads: Loads, case: str, rotation: Array) -> dict[str, Any]:
+    """Dead or live loads whose forces turn about their points of application, which stay.
 
-    Free couples turn along.
-
-    The point is taken as that of the line of action nearest the block's centroid, which is exact for forces at the
-    centroid.
+    Free couples turn along. What gives a moment without arms acts at the point of its line nearest the centroid.
 
     Parameters
     ----------
-    wrench, rotation : [N, N m], shape (n, 6), and rotation matrix, shape (3, 3)
+    case, rotation : "dead" or "live", and rotation matrix, shape (3, 3)
     """
-    force, moment = wrench[:, :3], wrench[:, 3:]
-    arm = _arm(force, moment)
-    couple = moment - np.cross(arm, force)
-    new = force @ rotation.T
-    return np.hstack([new, np.cross(arm, new) + couple @ rotation.T])
+    wrench, arms = getattr(loads, case), getattr(loads, f"{case}_arms")
+    force, loose = wrench[:, :3], wrench[:, 3:] - axial(arms)
+    arm, new, arms = _arm(force, loose), force @ rotation.T, arms @ rotation.T
+    couple = loose - np.cross(arm, force)
+    moment = axial(arms) + np.cross(arm, new) + couple @ rotation.T
+    return {case: np.hstack([new, moment]), f"{case}_arms": arms}
 
 
 def _arm(force: Array, moment: Array) -> Array:
@@ -100,13 +99,16 @@ def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors: ArrayLik
     share = shared_acceleration(old, loads)
     out: dict[str, Any] = {}
     for case, per_weight in (("dead", np.array([0.0, 0.0, -1.0])), ("live", share)):
-        wrench = getattr(loads, case)
+        wrench, arms = getattr(loads, case), getattr(loads, f"{case}_arms")
         body = np.zeros_like(wrench)
         body[:, :3] = old.weights[:, None] * per_weight
         rest = _beyond_rounding(wrench - body, wrench)
         force, moment = rest[:, :3], rest[:, 3:]
-        more = _arm(force, moment) * (np.asarray(factors) - 1.0)  # the arm grows with the size of the block
-        rest = np.hstack([force, moment + np.cross(more, force)])
+        # arms grow with the size of the block, and with them the moments
+        further = np.asarray(factors) - 1.0
+        more = _arm(force, moment - axial(arms)) * further
+        rest = np.hstack([force, moment + axial(further[:, None] * arms) + np.cross(more, force)])
+        out[f"{case}_arms"] = arms * np.asarray(factors)[:, None]
         rest[:, :3] += new.weights[:, None] * per_weight
         out[case] = rest
     return replace(loads, **out)

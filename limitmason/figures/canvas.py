@@ -150,13 +150,13 @@ def resultant(model: Assembly, loads: Loads | None) -> tuple[Array, Array] | Non
     if loads is None or len(loads.live) != model.n_blocks:
         return None
     live, free = loads.live, ~model.fixed
-    force, centre = live[free, :3], model.centroids[free]
+    force, centre = live[free, :3], model.centroids[free] + loads.points("live")[free]
     size = np.linalg.norm(force, axis=1)
     total = force.sum(axis=0)
     if not np.linalg.norm(total) > 1e-6 * size.sum():
         return None
     middle = size @ centre / size.sum()
-    moment = (live[free, 3:] + np.cross(centre - middle, force)).sum(axis=0)
+    moment = (live[free, 3:] + np.cross(model.centroids[free] - middle, force)).sum(axis=0)
     return middle + np.cross(total, moment) / (total @ total), total / np.linalg.norm(total)
 
 

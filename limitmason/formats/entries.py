@@ -14,7 +14,8 @@ TIE_NUMBERS = tuple(f.name for f in fields(Tie) if f.name not in ("block_a", "po
 
 _PIECE_KEYS = ("vertices", "faces")
 _LOAD_KEYS = (
-    "name", "dead", "live", "horizontal", "body_force", "tilting", "point_loads", "pressures", "precompression",
+    "name", "dead", "live", "dead_arms", "live_arms", "horizontal", "body_force", "tilting", "point_loads", "pressures",
+    "precompression",
 )
 
 
@@ -155,7 +156,8 @@ def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
         raise loads.error(f"{kinds[0]!r} and {kinds[1]!r} exclude each other")
     if "dead" in loads:
         n = assembly.n_blocks
-        return Loads(loads["dead"].array(6, rows=n), loads["live"].array(6, rows=n), name)
+        arms = {key: loads[key].array(9, rows=n).reshape(n, 3, 3) for key in ("dead_arms", "live_arms") if key in loads}
+        return Loads(loads["dead"].array(6, rows=n), loads["live"].array(6, rows=n), name, **arms)
     out = Loads.weight(assembly)
     if kinds:
         out = getattr(Loads, kinds[0])(assembly, loads[kinds[0]].row())
@@ -166,10 +168,11 @@ def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
             case=entry.given("case", DocumentNode.text, "live"),
         )
     for entry in loads.get("pressures") or ():
-        entry.mapping(("block", "pressure", "traction", "face", "case"))
+        entry.mapping(("block", "pressure", "level", "unit_weight", "traction", "face", "case"))
         face = entry.get("face")
         out = out.with_pressure(
-            assembly, entry["block"].block(), pressure=entry.given("pressure", DocumentNode.number, None),
+            assembly, entry["block"].block(),
+            **{key: entry.given(key, DocumentNode.number, None) for key in ("pressure", "level", "unit_weight")},
             traction=entry.given("traction", DocumentNode.row, None),
             case=entry.given("case", DocumentNode.text, "dead"),
             face="top" if face is None else face.text() if isinstance(face.value, str) else tuple(face.row()),

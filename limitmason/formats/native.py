@@ -133,6 +133,10 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
     if loads is not None:
         document["loads"] = {
             "name": loads.name, "dead": plain(loads.dead, "loads.dead"), "live": plain(loads.live, "loads.live"),
+            **{
+                key: plain(arms.reshape(-1, 9), f"loads.{key}")
+                for key, arms in (("dead_arms", loads.dead_arms), ("live_arms", loads.live_arms)) if arms.any()
+            },
         }
     document["recipe"] = plain(assembly.recipe, "recipe")
     write_document(path, document)

@@ -43,6 +43,12 @@ def cross_matrix(v: Array) -> Array:
     return k
 
 
+def axial(tensor: Array) -> Array:
+    """Sum of r x f of first moments P = sum of r f^T, (P_yz - P_zy, P_zx - P_xz, P_xy - P_yx), shape (..., 3)."""
+    p = tensor
+    return np.stack([p[..., i, j] - p[..., j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=-1)
+
+
 def rotation_matrices(vector: ArrayLike) -> Array:
     """Rotation matrices exp([v x]) of rotation vectors.
 

@@ -16,7 +16,7 @@ from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError, NotConverged
 from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.model.assembly import Assembly
-from limitmason.model.axles import axle_wrenches, extrados
+from limitmason.model.axles import axle_forces, extrados
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 from limitmason.storage.interrupts import ends_early
@@ -80,7 +80,7 @@ def axle_envelope(
     level : top of the fill [m]
     positions : x of the first axle [m]; by default 100 from where it comes onto the extrados until the last has left it
     spread_deg, contact : angle of the spread from the vertical [deg], and length of the wheels on the fill [m], as for
-        :func:`limitmason.model.axles.axle_wrenches`
+        :func:`limitmason.model.axles.axle_forces`
     options : of :func:`limitmason.limit.limit_analysis`
 
     Returns
@@ -116,9 +116,9 @@ def axle_envelope(
     try:
         for place in places:
             live = sum(
-                axle_wrenches(
+                axle_forces(
                     assembly, place - behind, force, level=level, spread_deg=spread_deg, contact=contact, strips=strips
-                )
+                ).wrench
                 for behind, force in train
             )
             case = replace(loads, live=np.asarray(live), name=f"axles with the first at x = {place:.4g} m")

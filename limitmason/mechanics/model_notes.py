@@ -19,8 +19,6 @@ from limitmason.model.load import Loads
 
 _SAME = 1e-9
 
-_LEANS = 0.02
-"""Moment from which it is told that a load stays at a centroid, over the dead load times a block's width [-]."""
 
 
 def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
@@ -185,25 +183,3 @@ def _joint_loses(joint: Joint, length: float | None) -> str:
     by = f"by opening {opening}" + (f" or by slip {slip}" if joint.lost_by is LostBy.OPENING_OR_SLIP else " only")
     back = "; tension unloads to the origin" if joint.unloading is Unloading.SECANT else ""
     return f"{label}: {strengths}: " + "; ".join([f"lost in failure: {falls}, {by}{back}", *own])
-
-
-def leaning_under_load(assembly: Assembly, dead: Array, lean: Array) -> str:
-    """What to say of a block that leans under dead load beyond its weight: on its top that load would go along.
-
-    Parameters
-    ----------
-    dead : loads of the blocks [N, N m], shape (n, 6); down is -z
-    lean : how far the vertical axis of every block has turned [rad], shape (n,)
-    """
-    down = -dead[:, 2]
-    extra = np.where(assembly.fixed, 0.0, down - assembly.weights)
-    size = np.array([np.ptp(b.bounds, axis=0) for b in assembly.blocks])
-    moment = 0.5 * size[:, 2] * lean * extra
-    worst = int(moment.argmax())
-    if not moment[worst] > max(_LEANS * size[worst, :2].min() * down[~assembly.fixed].sum(), 0.0):
-        return ""
-    return (
-        f"block {assembly.blocks[worst].name!r} leans by {lean[worst]:.2g} under {1e-3 * extra[worst]:.3g} kN beyond "
-        "its weight, whose moment about its centroid stays as it was: what rests on its top goes along and overturns "
-        "it sooner; make it a block of its own"
-    )

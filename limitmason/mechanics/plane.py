@@ -97,6 +97,7 @@ def _planes(assembly: Assembly, loads: Loads, driven: Array | None) -> Iterator[
         return
     free = ~assembly.fixed
     wrench = np.concatenate([loads.dead[free], loads.live[free]])
+    arms = np.concatenate([loads.dead_arms[free], loads.live_arms[free]])
     size = max(np.abs(wrench[:, :3]).max(initial=0.0), 1e-300)
     ties = np.arange(len(active), len(assembly.links.area))  # links are the interfaces and, after them, the ties
     ties = ties[free[assembly.links.block_a[ties]] | free[assembly.links.block_b[ties]]]
@@ -129,7 +130,9 @@ def _planes(assembly: Assembly, loads: Loads, driven: Array | None) -> Iterator[
         spread = np.sort(np.abs(np.stack([edge @ p, (corners[:, 2] - corners[:, 1]) @ p], axis=1)), axis=1)
         rectangular = spread[:, 0].max() <= 1e-7 * length
         moments = wrench[:, 3:] - (wrench[:, 3:] @ p)[:, None] * p
-        turns_in_plane = np.abs(moments).max(initial=0.0) <= 1e-9 * size * length
+        # of two forces beside the plane, mirror images of each other, only parts along and across it are left in r f^T
+        across_arms = [a - (a @ p)[:, None] * p for a in (arms @ p, p @ arms)]
+        turns_in_plane = all(np.abs(a).max(initial=0.0) <= 1e-9 * size * length for a in (moments, *across_arms))
         if mirrored and rectangular and turns_in_plane and _supports_fit(assembly.held, p):
             z = np.array([0.0, 0.0, 1.0])
             first = np.cross(p, z) if abs(p[2]) < 0.9 else np.array([1.0, 0.0, 0.0]) - p[0] * p

@@ -10,6 +10,7 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_plane
+from limitmason.model.applied_forces import AppliedForces
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
@@ -66,11 +67,11 @@ def extrados(assembly: Assembly) -> list[Strip]:
     return sorted(strips, key=lambda s: s.start)
 
 
-def axle_wrenches(
+def axle_forces(
     assembly: Assembly, at: float, force: float, *, level: float, spread_deg: float = 30.0, contact: float = 0.3,
     strips: list[Strip] | None = None,
-) -> Array:
-    r"""Wrenches of an axle that presses on the fill.
+) -> AppliedForces:
+    r"""Forces of an axle that presses on the fill, on the extrados.
 
     Even over the length to which it has spread at the extrados below it:
 
@@ -84,11 +85,6 @@ def axle_wrenches(
     contact : b, length of the wheels on the fill [m]
     strips : from :func:`extrados`, where it is asked for many positions
 
-    Returns
-    -------
-    Array
-        About the centroids [N, N m], shape (n_blocks, 6). What comes down beside the extrados goes to the ground.
-
     Raises
     ------
     InputError
@@ -96,8 +92,9 @@ def axle_wrenches(
 
     Notes
     -----
-    The resultant stays below the axle. Fill passes the load on and does nothing else; its lateral pressure, which
-    resists, is left out. A face that a joint covers in part counts as covered.
+    What comes down beside the extrados goes to the ground. The resultant stays below the axle. Fill passes the load on
+    and does nothing else; its lateral pressure, which resists, is left out. A face that a joint covers in part counts
+    as covered.
     """
     strips = extrados(assembly) if strips is None else strips
     if not strips:
@@ -114,11 +111,11 @@ def axle_wrenches(
     # arches side by side share the load by their widths
     wide = sum(s.width for s in strips if s.start <= 0.5 * (below.start + below.end) <= s.end)
     area = 2.0 * half * wide
-    wrench = np.zeros((assembly.n_blocks, 6))
+    forces = AppliedForces.none(assembly)
     for s, a, b in loaded:
         if b <= a:
             continue
         down = np.array([0.0, 0.0, -force * (b - a) * s.width / area])
-        arm = np.array([0.5 * (a + b), s.y, 0.0]) - assembly.centroids[s.block]
-        wrench[s.block] += np.concatenate([down, np.cross(arm, down)])
-    return wrench
+        x = 0.5 * (a + b)
+        forces.add(s.block, np.array([x, s.y, s.z + s.slope * (x - s.start)]), down)
+    return forces

@@ -11,6 +11,7 @@ from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_plane
 from limitmason.geometry.splitting import split_polygon
+from limitmason.model.applied_forces import AppliedForces
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
@@ -19,11 +20,11 @@ if TYPE_CHECKING:
 _UP = 1e-6  # least upward part of the normal of a loaded face
 
 
-def backfill_wrenches(
+def backfill_forces(
     assembly: "Assembly", level: float, density: float, *, lateral: float = 0.0,
     blocks: Iterable[int | str] | None = None,
-) -> Array:
-    """Wrenches of a fill that reaches up to a level, on the blocks it lies on.
+) -> AppliedForces:
+    """Forces of a fill that reaches up to a level, on the blocks it lies on.
 
     The traction on a face with outward unit normal n at height z is -rho g (level - z) (K nx, K ny, nz), integrated
     exactly over the part of the face that lies below the level, less what joints cover.
@@ -35,11 +36,6 @@ def backfill_wrenches(
     lateral : K, horizontal over vertical stress in the fill; 0 for weight alone. It acts on inclined faces: fill lies
         over blocks, and which side of a vertical face it is on is not known
     blocks : names or numbers; all free blocks where omitted
-
-    Returns
-    -------
-    Array
-        About the centroids [N, N m], shape (n_blocks, 6).
 
     Raises
     ------
@@ -56,7 +52,7 @@ def backfill_wrenches(
     rho = positive("density of the fill", density, "kg/m3")
     free = [i for i in range(assembly.n_blocks) if not assembly.fixed[i]]
     rows = free if blocks is None else [assembly.block_index(b) for b in blocks]
-    wrench, loaded, inclined = np.zeros((assembly.n_blocks, 6)), False, False
+    forces, loaded, inclined = AppliedForces.none(assembly), False, False
     covered: dict[int, list[tuple[Array, Array]]] = {i: [] for i in rows}
     # the parts of faces that joints cover carry no fill: they count with the opposite sign
     for joint in assembly.interfaces:
@@ -74,8 +70,8 @@ def backfill_wrenches(
                 continue
             loaded, inclined = True, inclined or bool(np.hypot(normal[0], normal[1]) > _UP)
             traction = -sign * rho * GRAVITY * np.array([k * normal[0], k * normal[1], normal[2]])
-            depth, moment = _integrals(below, top - below[:, 2], assembly.centroids[i])
-            wrench[i] += np.concatenate([depth * traction, np.cross(moment, traction)])
+            # a joint's polygon may run either way round: its own normal makes its area positive
+            forces.add_spread(i, below, face_plane(polygon)[0], top - below[:, 2], traction)
     if not loaded:
         which = "the free blocks" if blocks is None else "these blocks"
         raise InputError(f"fill up to {top:g} m lies on no face of {which}: its top is below them, or they are covered")
@@ -84,21 +80,4 @@ def backfill_wrenches(
             "lateral: every face that the fill lies on is level, and vertical ones take no fill: give the thrust on a "
             "wall by Loads.with_pressure, block by block"
         )
-    return wrench
-
-
-def _integrals(polygon: Array, depth: Array, origin: Array) -> tuple[float, Array]:
-    """Integrals of a linear depth and of (x - origin) times it over a plane polygon [m3, m4].
-
-    Parameters
-    ----------
-    polygon, depth, origin : corners, depth at each, and a place [m], shapes (n, 3), (n,) and (3,)
-    """
-    total, first = 0.0, np.zeros(3)
-    x = polygon - origin
-    for i in range(1, len(polygon) - 1):
-        corners, d = x[[0, i, i + 1]], depth[[0, i, i + 1]]
-        area = 0.5 * float(np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0])))
-        total += area * float(d.mean())
-        first += area / 12.0 * (d @ corners + d.sum() * corners.sum(axis=0))
-    return total, first
+    return forces

@@ -168,10 +168,10 @@ def check_same_loads(
     Parameters
     ----------
     case : "dead" or "live", for the message
-    now, then : wrenches of all blocks [N, N m], shape (n, 6)
+    now, then : wrenches of all blocks and arms [N, N m], see ``Loads.rows``, shape (n, 15)
     names : of the blocks
     what : the loads belong to
-    counted : degrees of freedom whose loads count, shape (n, 6); all by default
+    counted : blocks whose loads count, shape (n, 1); all by default
 
     Raises
     ------
@@ -184,9 +184,10 @@ def check_same_loads(
         off &= counted
     if off.any():
         i = int(np.flatnonzero(off.any(axis=1))[0])
-        raise InputError(
-            f"the {case} load of block {names[i]!r} is {now[i].tolist()} now and was {then[i].tolist()} in {what}"
-        )
+        if not off[i, :6].any():
+            raise InputError(f"the {case} load of block {names[i]!r} acts at another point now than in {what}")
+        here, there = (x[i, :6].tolist() for x in (now, then))
+        raise InputError(f"the {case} load of block {names[i]!r} is {here} now and was {there} in {what}")
 
 
 def _columns(

@@ -9,69 +9,40 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.arrays import Array
 from limitmason.checks import choice, finite, not_negative, numbers
 from limitmason.errors import InputError
-from limitmason.geometry.polyhedron import face_plane
-from limitmason.model.backfill import backfill_wrenches
+from limitmason.model.applied_forces import AppliedForces
+from limitmason.model.axles import axle_forces
+from limitmason.model.backfill import backfill_forces
 from limitmason.model.input import read_direction, read_vector
-from limitmason.model.patch import patch_wrenches
-from limitmason.model.plausibility import warn_of_point, warn_of_pressure
-from limitmason.storage.frozen import ReadOnly
+from limitmason.model.load_arrays import LARGEST, LoadArrays
+from limitmason.model.patch import patch_forces
+from limitmason.model.plausibility import warn_of_point
+from limitmason.model.pressure import Pressure, side_forces
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
 
 
-LARGEST = 1e30
-"""Loads beyond it are errors of input [N, N m]: the squares of others are numbers."""
-
-_SIDES = {
-    "top": (0, 0, 1), "bottom": (0, 0, -1), "+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0),
-    "+z": (0, 0, 1), "-z": (0, 0, -1),
-}
-
-
 @dataclass(frozen=True, eq=False)
-class Loads(ReadOnly):
-    """Dead and live loads.
+class Loads(LoadArrays):
+    r"""Dead and live loads.
 
-    The structure carries dead + lambda live.
+    The structure carries dead + lambda live. Forces keep their direction as blocks move, and their points move along:
+
+    .. math:: M(R) = M_0 + \sum_i \bigl((R - I) r_i\bigr) \times f_i
 
     Parameters
     ----------
-    dead, live : wrench of every block about its centroid [N, N m], shape (n_blocks, 6)
+    dead, live : wrench of every block about its centroid, as it stands at first [N, N m], shape (n_blocks, 6)
     name : label of the load case
+    dead_arms, live_arms : where the forces act: sum of r f^T, r from the centroid to the point of the force f [N m],
+        shape (n_blocks, 3, 3). The methods below fill them. Without them a moment is a couple, which stays as it is
 
     Notes
     -----
     Loads on held degrees of freedom go straight to the support and do not count.
     """
-
-    dead: Array
-    live: Array
-    name: str = ""
-
-    def __repr__(self) -> str:
-        dead, live = (float(np.linalg.norm(w[:, :3], axis=1).sum()) for w in (self.dead, self.live))
-        name = f" {self.name!r}" if self.name else ""
-        return f"<Loads{name} on {len(self.dead)} blocks: dead {dead:.4g} N, live {live:.4g} N (sums of magnitudes)>"
-
-    def __post_init__(self) -> None:
-        """Check shapes and values."""
-        for label in ("dead", "live"):
-            wrench = np.array(getattr(self, label), dtype=float)
-            if wrench.ndim != 2 or wrench.shape[1] != 6:
-                raise InputError(f"{label} loads must have shape (n_blocks, 6), got {wrench.shape}")
-            if not np.isfinite(wrench).all():
-                block = int(np.flatnonzero(~np.isfinite(wrench).all(axis=1))[0])
-                raise InputError(f"{label} load of block number {block} is not finite (NaN or infinite)")
-            if (np.abs(wrench) > LARGEST).any():
-                block = int(np.argmax(np.abs(wrench).max(axis=1)))
-                raise InputError(f"{label} load of block number {block} is beyond {LARGEST:g} N or N m")
-            object.__setattr__(self, label, wrench)
-        if self.dead.shape != self.live.shape:
-            raise InputError(f"dead loads are given for {len(self.dead)} blocks, live loads for {len(self.live)}")
 
     @classmethod
     def weight(cls, assembly: Assembly) -> Loads:
@@ -165,21 +136,19 @@ class Loads(ReadOnly):
         ----------
         block : name or number
         force : [N], shape (3,)
-        at : point of application [m], shape (3,); the block's centroid when not given. Paths and histories keep the
-            force and its moment about the centroid while the block turns: what rests on a block that turns far is
-            better a block of its own
+        at : point of the block where the force acts [m], shape (3,); its centroid when not given
         case : "live" (scaled by the multiplier) or "dead"
         """
         i = assembly.block_index(block)
         f = numbers(f"force on block {block!r}", force)
         if f.shape != (3,) or not (np.abs(f) < LARGEST).all():
             raise InputError(f"force on block {block!r} must be three finite numbers below {LARGEST:g}, got {force!r}")
-        arm = np.zeros(3) if at is None else read_vector("at", at) - assembly.centroids[i]
+        point = assembly.centroids[i] if at is None else read_vector("at", at)
         if at is not None and f.any():
-            warn_of_point(assembly.blocks[i].name, arm + assembly.centroids[i], assembly.blocks[i].bounds)
-        wrench = np.zeros((assembly.n_blocks, 6))
-        wrench[i] = np.concatenate([f, np.cross(arm, f)])
-        return self._plus(assembly, wrench, case)
+            warn_of_point(assembly.blocks[i].name, point, assembly.blocks[i].bounds)
+        forces = AppliedForces.none(assembly)
+        forces.add(i, point, f)
+        return self._with(assembly, forces, case)
 
     def with_pressure(
         self,
@@ -187,16 +156,22 @@ class Loads(ReadOnly):
         block: int | str,
         *,
         pressure: float | None = None,
+        level: float | None = None,
+        unit_weight: float | None = None,
         traction: ArrayLike | None = None,
         face: str | tuple[float, float, float] = "top",
         case: str = "dead",
     ) -> Loads:
         """These loads and a load spread over one side of a block.
 
+        Water or earth presses with p + gamma (level - z) below its level, and with p above it.
+
         Parameters
         ----------
         block : name or number
-        pressure : pushes into the face [Pa]
+        pressure : p, pushes into the face [Pa]; 0 where a level is given
+        level : of the water or earth [m]
+        unit_weight : gamma, growth of the pressure with depth [N/m3]; of earth its unit weight times its coefficient
         traction : load per area in global axes instead of a pressure [Pa], shape (3,)
         face : "top", "bottom", "+x", "-x", "+y", "-y" or an outward direction; all faces within 10 degrees of it
         case : "dead" or "live"
@@ -204,33 +179,20 @@ class Loads(ReadOnly):
         Raises
         ------
         InputError
-            When the block has no face on that side, or not exactly one of pressure and traction is given.
+            When the block has no face on that side, or all of it above the level, or not exactly one of a pressure and
+            a traction is given.
+
+        Notes
+        -----
+        The force keeps its direction as the block turns; that of a fluid would turn with the face.
         """
         i = assembly.block_index(block)
-        if (pressure is None) == (traction is None):
-            raise InputError(f"load on block {block!r}: give either pressure or traction")
-        if isinstance(face, str) and face not in _SIDES:
-            raise InputError(f"face {face!r} is not one of {tuple(_SIDES)} or a direction of three numbers")
-        outward = read_direction("face", _SIDES[face] if isinstance(face, str) else face)
-        if pressure is not None:
-            warn_of_pressure(f"block {assembly.blocks[i].name!r}", finite("pressure", pressure))
-        per_unit = None if traction is None else read_vector("traction", traction)
-        wrench = np.zeros((assembly.n_blocks, 6))
-        found = False
-        for corners in assembly.blocks[i].faces:
-            normal, _ = face_plane(corners)
-            if normal @ outward < np.cos(np.deg2rad(10.0)):
-                continue
-            found = True
-            r = corners - corners[0]
-            # areas [m2] of a fan of triangles from the first corner
-            triangle = 0.5 * np.cross(r[1:-1], r[2:]) @ normal
-            centre = corners[0] + (triangle[:, None] * (r[1:-1] + r[2:]) / 3.0).sum(axis=0) / triangle.sum()
-            force = (-float(pressure or 0.0) * normal if per_unit is None else per_unit) * triangle.sum()
-            wrench[i] += np.concatenate([force, np.cross(centre - assembly.centroids[i], force)])
-        if not found:
-            raise InputError(f"block {assembly.blocks[i].name!r} has no face towards {face!r}")
-        return self._plus(assembly, wrench, case)
+        on = f"block {assembly.blocks[i].name!r}"
+        pushes = Pressure.read(on, "traction", pressure, level, unit_weight) if traction is None else None
+        if pushes is None and (pressure, level, unit_weight) != (None, None, None):
+            raise InputError(f"load on {on}: give either pressure or traction")
+        forces = side_forces(assembly, i, face, pushes or read_vector("traction", traction))
+        return self._with(assembly, forces, case)
 
     def with_patch_pressure(
         self,
@@ -238,10 +200,12 @@ class Loads(ReadOnly):
         corners: ArrayLike,
         *,
         pressure: float | None = None,
+        level: float | None = None,
+        unit_weight: float | None = None,
         force: float | None = None,
         case: str = "live",
     ) -> Loads:
-        """These loads and an even pressure on a flat patch across blocks, as of an airbag.
+        """These loads and a pressure on a flat patch across blocks, as of an airbag, of water or of earth.
 
         Faces in the plane of the patch are loaded wherever they lie within it, those that another block covers too:
         draw the patch over what is exposed.
@@ -249,24 +213,23 @@ class Loads(ReadOnly):
         Parameters
         ----------
         corners : of the patch, counter-clockwise seen from outside [m], shape (k, 3); see
-            :func:`limitmason.model.patch.patch_wrenches`
-        pressure : pushes into the faces [Pa]
-        force : resultant of the pressure on the faces instead [N]
+            :func:`limitmason.model.patch.patch_forces`
+        pressure, level, unit_weight : push into the faces, as in :meth:`with_pressure`
+        force : resultant of an even pressure on the faces instead [N]
         case : "live" or "dead"
 
         Raises
         ------
         InputError
-            When not exactly one of pressure and force is given, or no face lies in the patch.
+            When not exactly one of a pressure and a force is given, or no face lies in the patch and below the level.
         """
-        if (pressure is None) == (force is None):
+        if force is None:
+            pushes = Pressure.read("a patch", "force", pressure, level, unit_weight)
+        elif (pressure, level, unit_weight) != (None, None, None):
             raise InputError("load on a patch: give either pressure or force")
-        if pressure is not None:
-            warn_of_pressure("a patch", finite("pressure", pressure))
-        wrench, area = patch_wrenches(assembly, corners, pressure=1.0 if pressure is None else pressure)
-        if force is not None:
-            wrench = wrench * (finite("force", force) / area)
-        return self._plus(assembly, wrench, case)
+        forces, area = patch_forces(assembly, corners, Pressure(1.0) if force is not None else pushes)
+        factor = 1.0 if force is None else finite("force", force) / area
+        return self._with(assembly, forces, case, factor)
 
     def with_backfill(
         self,
@@ -297,10 +260,36 @@ class Loads(ReadOnly):
 
         Notes
         -----
-        Weight without strength, see :func:`limitmason.model.backfill.backfill_wrenches`.
+        Weight without strength, see :func:`limitmason.model.backfill.backfill_forces`.
         """
-        wrench = backfill_wrenches(assembly, level, density, lateral=lateral, blocks=blocks)
-        return self._plus(assembly, wrench, case)
+        forces = backfill_forces(assembly, level, density, lateral=lateral, blocks=blocks)
+        return self._with(assembly, forces, case)
+
+    def with_axle(
+        self,
+        assembly: Assembly,
+        at: float,
+        force: float,
+        *,
+        level: float,
+        spread_deg: float = 30.0,
+        contact: float = 0.3,
+        case: str = "live",
+    ) -> Loads:
+        """These loads and an axle on the fill over an arch, spread to the extrados and acting there.
+
+        Parameters
+        ----------
+        at, force : x of the axle [m], and its load downwards over the whole width [N]
+        level, spread_deg, contact : top of the fill [m], angle of the spread [deg] and length of the wheels [m], see
+            :func:`limitmason.model.axles.axle_forces`
+        case : "live" or "dead"
+        """
+        forces = axle_forces(
+            assembly, finite("at", at), finite("force", force), level=finite("level", level), spread_deg=spread_deg,
+            contact=contact,
+        )
+        return self._with(assembly, forces, case)
 
     def with_precompression(self, assembly: Assembly, force: float, *, block: int | str = "beam") -> Loads:
         """These loads and a vertical dead force at the centroid of the loading beam.
@@ -331,24 +320,15 @@ class Loads(ReadOnly):
         blocks : names or numbers, or None for all
         """
         rows: Iterable[int] = range(assembly.n_blocks) if blocks is None else [assembly.block_index(b) for b in blocks]
-        wrench = np.zeros((assembly.n_blocks, 6))
+        forces = AppliedForces.none(assembly)
         for i in rows:
-            wrench[i, :3] = assembly.weights[i] * read_vector("direction", direction)
-        return self._plus(assembly, wrench, case)
+            forces.force[i] = assembly.weights[i] * read_vector("direction", direction)
+        return self._with(assembly, forces, case)
 
-    def _plus(self, assembly: Assembly, wrench: Array, case: str) -> Loads:
+    def _with(self, assembly: Assembly, forces: AppliedForces, case: str, factor: float = 1.0) -> Loads:
+        """These loads and so many times some forces."""
         choice("case", case, ("dead", "live"))
         if len(self.dead) != assembly.n_blocks:
             raise InputError(f"these loads are for {len(self.dead)} blocks, the assembly has {assembly.n_blocks}")
-        return replace(self, **{case: getattr(self, case) + wrench})
-
-    def __add__(self, other: Loads) -> Loads:
-        """Superpose dead with dead and live with live."""
-        if not isinstance(other, Loads):
-            return NotImplemented
-        name = " + ".join(n for n in (self.name, other.name) if n)
-        return Loads(self.dead + other.dead, self.live + other.live, name)
-
-    def scaled(self, *, dead: float = 1.0, live: float = 1.0) -> Loads:
-        """Dead and live loads times a factor each."""
-        return replace(self, dead=finite("dead", dead) * self.dead, live=finite("live", live) * self.live)
+        parts = {case: factor * forces.wrench, f"{case}_arms": factor * forces.arms}
+        return replace(self, **{name: getattr(self, name) + part for name, part in parts.items()})

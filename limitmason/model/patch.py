@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
-from limitmason.checks import finite
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
 from limitmason.geometry.polyhedron import face_plane
+from limitmason.model.applied_forces import AppliedForces
 from limitmason.model.input import read_vector
+from limitmason.model.pressure import Pressure
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
@@ -72,50 +73,45 @@ def read_patch(corners: ArrayLike) -> Patch:
     return Patch(p, normal, size, np.stack([first, np.cross(normal, first)]))
 
 
-def patch_wrenches(
-    assembly: "Assembly", corners: ArrayLike, *, pressure: float = 0.0, traction: ArrayLike | None = None
-) -> tuple[Array, float]:
-    """Wrenches of a load spread evenly over a flat patch, on the blocks whose faces lie in it.
+def patch_forces(assembly: "Assembly", corners: ArrayLike, pressure: Pressure) -> tuple[AppliedForces, float]:
+    """Forces of a pressure on a flat patch, on the blocks whose faces lie in it.
 
-    Every face in the plane of the patch is clipped to it; force and moment are those of what is left,
-    F = t A', M = (x' - c) x t A' with its area A' and centroid x'.
+    Every face in the plane of the patch is clipped to it, and the pressure integrated over what is left.
 
     Parameters
     ----------
     corners : of the patch, convex, counter-clockwise seen from outside the wall [m], shape (k, 3); its outward normal
         is that of the faces it loads
-    pressure : pushes into the faces [Pa]
-    traction : load per area in global axes instead of a pressure [Pa], shape (3,)
+    pressure : pushes into the faces
 
     Returns
     -------
-    wrenches : about the centroids [N, N m], shape (n_blocks, 6)
+    forces : of the blocks
     area : of the faces in the patch [m2], less than that of the patch where it overhangs the wall
 
     Raises
     ------
     InputError
-        When the corners are not a flat convex polygon, or no face lies in it.
+        When the corners are not a flat convex polygon, no face lies in it, or all of it above the level.
 
     Notes
     -----
     Faces that another block covers are loaded too if they lie in the patch: draw it over the free surface only.
     """
     patch = read_patch(corners)
-    load = -finite("pressure", pressure) * patch.normal if traction is None else read_vector("traction", traction)
-    wrench, total = np.zeros((assembly.n_blocks, 6)), 0.0
+    forces, total, loaded = AppliedForces.none(assembly), 0.0, False
     for i, block in enumerate(assembly.blocks):
         for face in block.faces:
             if not patch.holds(face) or face_plane(face)[0] @ patch.normal < _PARALLEL:
                 continue
             left = patch.clipped(face)
-            area, centre = polygon_area_centroid(left) if len(left) > 2 else (0.0, np.zeros(2))
+            area = polygon_area_centroid(left)[0] if len(left) > 2 else 0.0
             if area <= NEAR**2 * patch.size**2:
                 continue
-            force = load * area
-            arm = patch.corners[0] + centre @ patch.axes - assembly.centroids[i]
-            wrench[i] += np.concatenate([force, np.cross(arm, force)])
+            loaded |= pressure.press(forces, i, patch.corners[0] + left @ patch.axes, patch.normal)
             total += area
     if total == 0.0:
         raise patch.missed("face of a block")
-    return wrench, total
+    if not loaded:
+        raise InputError(f"the patch lies above the level {pressure.level:g} m: nothing presses on it")
+    return forces, total

@@ -113,7 +113,7 @@ class _Digest:
             self.feed((value.recipe, value.contact_rules, labels))
         elif isinstance(value, Loads):
             self.tag("loads")
-            self.feed((value.dead, value.live))
+            self.feed((value.dead, value.live, value.dead_arms, value.live_arms))
         elif isinstance(value, Mapping):
             self.tag("mapping", len(value))
             for key, item in sorted(value.items(), key=lambda entry: (str(type(entry[0])), repr(entry[0]))):

@@ -38,7 +38,8 @@ class ZoneBody:
             no, no, no, none, np.zeros((0, 2), np.int64), *[none] * 8
         )
         b = np.zeros((0, 3))
-        self.rigid = arrays.Rigid(np.zeros((0, 2)), b, b, b, b, np.zeros((0, 3), bool), b, b, b, b, no)
+        none = np.zeros((0, 2, 2)), np.zeros((0, 3), bool)
+        self.rigid = arrays.Rigid(np.zeros((0, 2)), b, b, b, b, *none, b, b, b, b, no)
         self.total = np.zeros(arrays.Z_SIZE)
         dof = np.stack([2 * cells, 2 * cells + 1], 2).reshape(-1, 8)
         k = self.tables.stiffness[self.zones.kind]

@@ -5,6 +5,7 @@ import pytest
 
 import dem
 import limitmason as lm
+from dem.kernels.zone_motion import _net
 from dem.zones import running
 from dem.zones.model import make_model, set_loads
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS
@@ -183,8 +184,27 @@ def test_loads_of_a_block_reach_its_nodes_with_their_moment():
     model = make_model(assembly, lm.Loads.weight(assembly), zone_size=0.05)
     wrench = np.zeros((assembly.n_blocks, 6))
     wrench[1] = 3.0, 0.0, -5.0, 0.0, 0.7, 0.0
-    set_loads(model, wrench)
+    set_loads(model, lm.Loads(wrench, 0.0 * wrench))
     own = model.mesh.block == 1
     f, r = model.nodes.load[own], model.nodes.place[own] - assembly.centroids[1][[0, 2]]
     assert f.sum(axis=0) == pytest.approx([3.0, -5.0], rel=1e-12)
     assert (r[:, 0] * f[:, 1] - r[:, 1] * f[:, 0]).sum() == pytest.approx(-0.7, rel=1e-12)
+
+
+def test_points_of_loads_go_along_with_zones_and_with_rigid_blocks():
+    """Nodes share f(x) with the sum of r f^T that the point has; the moment on a rigid block is R r x f."""
+    assembly = stack(2, elastic())
+    force, at = np.array((3.0, 0.0, -5.0)), assembly.centroids + np.array((0.04, 0.0, 0.03))
+    loads = lm.Loads(np.zeros((assembly.n_blocks, 6)), np.zeros((assembly.n_blocks, 6)))
+    for block in (1, 2):
+        loads = loads.with_point_load(assembly, block, force, at=at[block], case="dead")
+    model = make_model(assembly, loads, zone_size=0.05, stiff=[2])
+    own, flat = model.mesh.block == 1, force[[0, 2]]
+    r = model.nodes.place[own] - assembly.centroids[1][[0, 2]]
+    assert r.T @ model.nodes.load[own] == pytest.approx(np.outer((0.04, 0.03), flat), abs=1e-12)
+    (block,) = np.flatnonzero(~model.rigid.held.all(axis=1))
+    model.rigid.shift[block, 2] = 0.4
+    model.nodes.force[:] = 0.0
+    _net(model.nodes, model.rigid)
+    x, z = 0.04 * np.cos(0.4) - 0.03 * np.sin(0.4), 0.03 * np.cos(0.4) + 0.04 * np.sin(0.4)
+    assert model.rigid.net[block] == pytest.approx((3.0, -5.0, x * flat[1] - z * flat[0]), rel=1e-9)

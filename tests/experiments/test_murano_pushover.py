@@ -19,7 +19,8 @@ from limitmason.limit import limit_analysis
 from limitmason.mechanics.contact_points import contact_points
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
-from limitmason.model.patch import patch_wrenches
+from limitmason.model.patch import patch_forces
+from limitmason.model.pressure import Pressure
 
 SOURCE = "murano-u-walls"
 WALLS = experiments.specimens(SOURCE)
@@ -51,7 +52,8 @@ def test_patch_over_a_whole_face_is_the_pressure_on_that_face():
 
 def test_patch_is_clipped_to_the_faces_it_covers():
     wall = on_slab([((0, 0, 0), (0.4, 0.3, 0.2))])
-    wrench, area = patch_wrenches(wall, rear(0.3, 9.0, 0.1, 9.0, 0.3), pressure=1e3)
+    forces, area = patch_forces(wall, rear(0.3, 9.0, 0.1, 9.0, 0.3), Pressure(1e3))
+    wrench = forces.wrench
     assert area == pytest.approx(0.1 * 0.1)
     assert wrench[1, :3] == pytest.approx([0.0, -10.0, 0.0])
     # centre of what is left at (0.35, 0.3, 0.15), of the block at (0.2, 0.15, 0.1)
@@ -62,11 +64,11 @@ def test_patch_is_clipped_to_the_faces_it_covers():
 def test_patch_across_many_blocks_has_the_resultant_of_the_patch():
     wall = running_bond(4, 5)
     corners = np.array([(0.15, 0.2, 0.07), (0.1, 0.2, 0.8), (0.9, 0.2, 0.93), (1.3, 0.2, 0.31)])
-    wrench, area = patch_wrenches(wall, corners, pressure=2e3)
+    forces, area = patch_forces(wall, corners, Pressure(2e3))
     flat = corners[::-1, [0, 2]]
     exact, centre = polygon_area_centroid(flat)
     assert area == pytest.approx(abs(exact))
-    force, moment = about_origin(wall, wrench)
+    force, moment = about_origin(wall, forces.wrench)
     assert force == pytest.approx([0.0, -2e3 * area, 0.0])
     assert moment == pytest.approx(np.cross((centre[0], 0.2, centre[1]), force))
 

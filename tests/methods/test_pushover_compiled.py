@@ -8,6 +8,7 @@ from limitmason.capacity import kinematics, point_law
 from limitmason.capacity.contacts import first_contacts, turned_over
 from limitmason.capacity.descent import frozen
 from limitmason.capacity.kinematics import at_rest, block_wrenches, contact, make_bodies, moved, point_wrenches
+from limitmason.capacity.path_loads import PathLoads
 from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, returned_stress
 from limitmason.capacity.system import Evaluated, System
 from limitmason.mechanics.contact_points import contact_points
@@ -62,15 +63,15 @@ def test_displacements_wrenches_and_elements_of_a_turned_pose_are_the_same(in_pl
     force = rng.normal(size=(m, c))
     n, d = bodies.free.shape
     law = ElastoplasticLaw(PointLaw(*(0.5 * np.ones(m) for _ in range(5))), np.ones(m), np.ones(m))
-    none = np.zeros((n, d))
-    system = System(bodies, law, none, none, none, 1.0, 0.3, 0.01, np.zeros((n, 0)))
+    acting = PathLoads.of(loads, bodies.basis, bodies.free)
+    system = System(bodies, law, acting, np.zeros((n, d)), 1.0, 0.3, 0.01, np.zeros((n, 0)))
     tangent = rng.normal(size=(m, c, c))
 
     def found():
         at = contact(bodies, pose)
         wrenches = point_wrenches(bodies, at)
         returned = return_map(law, PlasticHistory(np.zeros((m, c - 1)), np.zeros(m)), at.displacement)
-        state = Evaluated(pose, at, wrenches, returned._replace(tangent=tangent), force, None, None)
+        state = Evaluated(pose, at, wrenches, returned._replace(tangent=tangent), 0.0, force, None, None)
         return [*at[:4], wrenches, block_wrenches(bodies, wrenches, force), system._elements(state)]
 
     for arrays, compiled in zip(*both(monkeypatch, found), strict=True):

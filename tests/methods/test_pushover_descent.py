@@ -86,7 +86,7 @@ def test_descent_interior_path_and_programs_find_the_same_states(psi, to, modulu
     for k in range(1, curve.first_limit_point.index - 5):
         node, target = curve.nodes[k], curve.nodes[k + 5].control
         system = curve.generations.systems[0]
-        ratio = float(np.abs(system.live).sum())
+        ratio = float(np.abs(system.loads.live).sum())
         start = node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio
         programs = stepping.by_programs(system, *start)[0]
         for way in (descent, interior) if to[1] == 0.0 else (descent,):

@@ -1,0 +1,56 @@
+"""Loads of a path on the degrees of freedom: forces of fixed direction, whose points turn with their blocks."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from limitmason.arrays import Array, Flags, Index
+from limitmason.geometry.rotation import axial
+from limitmason.model.load import Loads
+
+
+class PathLoads(NamedTuple):
+    """Wrenches on d degrees of freedom of n blocks, and where their forces act.
+
+    Parameters
+    ----------
+    dead, live : in the reference pose [N, N m], shape (n, d)
+    dead_arms, live_arms : sum of r f^T [N m], shape (n, 3, 3)
+    spins : rotation vector of a unit of every degree of freedom, shape (3, d)
+    free : whether it moves, shape (n, d)
+    turning : numbers of the blocks whose moments change as they turn, shape (l,)
+    """
+
+    dead: Array
+    live: Array
+    dead_arms: Array
+    live_arms: Array
+    spins: Array
+    free: Flags
+    turning: Index
+
+    @classmethod
+    def of(cls, loads: Loads, basis: Array, free: Flags) -> "PathLoads":
+        """Loads on degrees of freedom of basis (6 + k, d), the last k of them shapes, on which no load does work."""
+        spins, arms = basis[3:6], loads.dead_arms.any(axis=(1, 2)) | loads.live_arms.any(axis=(1, 2))
+        turning = np.flatnonzero(arms & (free & spins.any(axis=0)).any(axis=1))
+        dead, live = loads.dead @ basis[:6] * free, loads.live @ basis[:6] * free
+        return cls(dead, live, loads.dead_arms, loads.live_arms, spins, free, turning)
+
+    def at(self, turn: Array) -> tuple[Array, Array]:
+        """Dead and live wrenches where blocks have turned by R - I, (n, 3, 3): M + sum of (R - I) r x f."""
+        if not len(self.turning):
+            return self.dead, self.live
+        moments = (axial(turn @ arms) @ self.spins * self.free for arms in (self.dead_arms, self.live_arms))
+        first, second = moments
+        return self.dead + first, self.live + second
+
+    def stiffness(self, turn: Array, multiplier: float) -> Array:
+        """Change of the wrenches of the turning blocks with their motions, shape (l, d, d).
+
+        With P = sum of (R r) f^T a spin d makes d(M) = sum of (d x R r) x f = (P - tr(P) 1) d.
+        """
+        rows = self.turning
+        p = (turn[rows] + np.eye(3)) @ (self.dead_arms[rows] + multiplier * self.live_arms[rows])
+        p = p - np.trace(p, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+        return np.asarray(self.spins.T @ p @ self.spins)

@@ -1,0 +1,119 @@
+"""Loads as arrays: wrenches per block, where their forces act, and sums, parts and turned copies of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from limitmason.arrays import Array
+from limitmason.checks import finite
+from limitmason.errors import InputError
+from limitmason.geometry.rotation import axial
+from limitmason.storage.frozen import ReadOnly
+
+LARGEST = 1e30
+"""Loads beyond it are errors of input [N, N m]: the squares of others are numbers."""
+
+_PARTS = ("dead", "live", "dead_arms", "live_arms")
+
+
+@dataclass(frozen=True, eq=False)
+class LoadArrays(ReadOnly):
+    """What :class:`limitmason.model.load.Loads` holds, whose parameters these are."""
+
+    dead: Array
+    live: Array
+    name: str = ""
+    dead_arms: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    live_arms: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
+
+    def __repr__(self) -> str:
+        dead, live = (float(np.linalg.norm(w[:, :3], axis=1).sum()) for w in (self.dead, self.live))
+        name = f" {self.name!r}" if self.name else ""
+        return f"<Loads{name} on {len(self.dead)} blocks: dead {dead:.4g} N, live {live:.4g} N (sums of magnitudes)>"
+
+    def __post_init__(self) -> None:
+        """Check shapes and values."""
+        for label in ("dead", "live"):
+            wrench, arms = (np.array(getattr(self, name), dtype=float) for name in (label, f"{label}_arms"))
+            if wrench.ndim != 2 or wrench.shape[1] != 6:
+                raise InputError(f"{label} loads must have shape (n_blocks, 6), got {wrench.shape}")
+            if not arms.size:
+                arms = np.zeros((len(wrench), 3, 3))
+            if arms.shape != (len(wrench), 3, 3):
+                raise InputError(f"{label}_arms must have shape ({len(wrench)}, 3, 3), got {arms.shape}")
+            both = np.hstack([wrench, arms.reshape(len(wrench), 9)])
+            for bad, what in ((~np.isfinite(both), "not finite (NaN or infinite)"),
+                              (np.abs(both) > LARGEST, f"beyond {LARGEST:g} N or N m")):
+                if bad.any():
+                    block = int(np.flatnonzero(bad.any(axis=1))[0])
+                    raise InputError(f"{label} load of block number {block} is {what}")
+            object.__setattr__(self, label, wrench)
+            object.__setattr__(self, f"{label}_arms", arms)
+        if self.dead.shape != self.live.shape:
+            raise InputError(f"dead loads are given for {len(self.dead)} blocks, live loads for {len(self.live)}")
+
+    def __add__(self, other: Self) -> Self:
+        """Superpose dead with dead and live with live."""
+        if not isinstance(other, LoadArrays):
+            return NotImplemented
+        name = " + ".join(n for n in (self.name, other.name) if n)
+        return replace(self, name=name, **{k: getattr(self, k) + getattr(other, k) for k in _PARTS})
+
+    def scaled(self, *, dead: float = 1.0, live: float = 1.0) -> Self:
+        """Dead and live loads times a factor each."""
+        factor = {"dead": finite("dead", dead), "live": finite("live", live)}
+        return replace(self, **{k: factor[k.removesuffix("_arms")] * getattr(self, k) for k in _PARTS})
+
+    def of_blocks(self, order: ArrayLike) -> Self:
+        """The loads of some blocks by number, in the order given: those of a renumbered or smaller assembly."""
+        rows = np.asarray(order, dtype=np.intp)
+        return replace(self, **{k: getattr(self, k)[rows] for k in _PARTS})
+
+    def transformed(self, matrix: ArrayLike) -> Self:
+        """The loads turned or mirrored together with their assembly, see ``Assembly.transformed``.
+
+        Parameters
+        ----------
+        matrix : orthogonal, shape (3, 3)
+        """
+        m = np.asarray(matrix, dtype=float)
+        if m.shape != (3, 3) or not np.allclose(m @ m.T, np.eye(3), atol=1e-9):
+            raise InputError("matrix must be an orthogonal 3 x 3 matrix: a rotation or a mirror")
+        turned: dict[str, Any] = {}
+        for case in ("dead", "live"):
+            wrench, arms = getattr(self, case), getattr(self, f"{case}_arms")
+            # moments are axial vectors, which a mirror turns round
+            turned[case] = np.hstack([wrench[:, :3] @ m.T, np.linalg.det(m) * wrench[:, 3:] @ m.T])
+            turned[f"{case}_arms"] = m @ arms @ m.T
+        return replace(self, **turned)
+
+    def rows(self, case: str) -> Array:
+        """Dead or live wrenches, and behind them the arms row by row, shape (n_blocks, 15)."""
+        return np.hstack([getattr(self, case), getattr(self, f"{case}_arms").reshape(-1, 9)])
+
+    def wrench_at(self, case: str, turn: Array) -> Array:
+        """Dead or live wrenches of blocks that have turned [N, N m], shape (n_blocks, 6).
+
+        Parameters
+        ----------
+        turn : R - I of every block, shape (n_blocks, 3, 3)
+        """
+        wrench = np.array(getattr(self, case))
+        wrench[:, 3:] += axial(turn @ getattr(self, f"{case}_arms"))
+        return wrench
+
+    def points(self, case: str) -> Array:
+        """From the centroid of every block to where its dead or live resultant acts [m], shape (n_blocks, 3).
+
+        Of parallel forces their centre. Of a couple and a force the point of the line of action nearest the centroid.
+        """
+        wrench, arms = getattr(self, case), getattr(self, f"{case}_arms")
+        force, moment = wrench[:, :3], wrench[:, 3:]
+        square = (force**2).sum(axis=1, keepdims=True)
+        over = np.divide(1.0, square, out=np.zeros_like(square), where=square > 0.0)
+        centre = np.einsum("nij,nj->ni", arms, force) * over
+        return np.asarray(centre + np.cross(force, moment - np.cross(centre, force)) * over)
