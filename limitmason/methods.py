@@ -20,6 +20,7 @@ from limitmason.answers.method import (
     Method,
 )
 from limitmason.answers.results import FlowRule, Prediction, Status
+from limitmason.checks import instance
 from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotConverged
 from limitmason.mechanics.model_notes import with_model_notes
@@ -205,6 +206,7 @@ def answer(
 
     >>> answer(wall, loads, {"peak": "pushover", "stiffness": "pushover", "frequency 1": "modes"})  # doctest: +SKIP
     """
+    instance("wanted", wanted, Mapping, "{'peak': 'limit'}: what to find, and the method that finds it")
     if unused := [m for m in options if m not in wanted.values()]:
         raise InputError(f"options of {unused[0]!r}: no quantity is asked of it")
     by: dict[str, Any] = {}

@@ -192,8 +192,9 @@ def _erect(
     site = Site(density)
     pier_height, pier_width, pier_courses = piers
     if pier_height is None:
-        if pier_width is not None:
-            raise InputError("pier_width is given but pier_height is not")
+        for name, given, default in (("pier_width", pier_width, None), ("pier_courses", pier_courses, 1)):
+            if given != default:
+                raise InputError(f"{name} is given but pier_height is not")
         for side, end in (("left", 0), ("right", -1)):
             outline = springing(inner[end], outer[end], held, left=side == "left")
             site.add(f"base-{side}", prism(outline, 0.0, wide), fixed=True)

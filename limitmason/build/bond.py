@@ -94,6 +94,8 @@ def make_bond(
         )
     if name == "running":
         number = count("leaves", 1 if leaves is None else leaves)
+        if number > 26:  # a letter each
+            raise InputError(f"leaves must be at most 26, got {leaves!r}")
         module: tuple[tuple[float, bool], ...] = ((length, False),)
         pitch, across, depth = length, number, number * thickness
     else:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from string import ascii_lowercase
 from typing import Any
 
 from limitmason.build.plan import Box, Unit
-from limitmason.checks import choice
-from limitmason.errors import InputError
+from limitmason.checks import choice, not_negative
 from limitmason.geometry.polyhedron import Solid, box
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -90,9 +90,7 @@ def add_ground(
     base, base_margin : "slab" or another of ``BASES``; how far it stands out [m], half a unit where None
     """
     choice("base", base, BASES)
-    margin = unit[0] / 2.0 if base_margin is None else float(base_margin)
-    if not 0.0 <= margin < float("inf"):
-        raise InputError(f"base_margin must be zero or more, got {base_margin!r}")
+    margin = unit[0] / 2.0 if base_margin is None else not_negative("base_margin", base_margin)
     if base == "slab":
         x0, x1, y0, y1 = footprint
         site.add_box("base", ((x0 - margin, y0 - margin, -unit[1]), (x1 + margin, y1 + margin, 0.0)), fixed=True)
@@ -124,7 +122,7 @@ def add_units(
                 site.add(f"column-{unit.course + 1}", solid, axis=_AXES[unit.axis], fixed=held)
                 continue
             here = unit.extent(0 if unit.run == "facade" else 1)[0]
-            letter = "" if unit.leaf < 0 else "abcdefgh"[unit.leaf]
+            letter = "" if unit.leaf < 0 else ascii_lowercase[unit.leaf]
             if unit.run != run:
                 run, position, letters, start = unit.run, 1, set(), here
             elif abs(here - start) > 1e-9 or letter in letters:

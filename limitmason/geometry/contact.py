@@ -400,7 +400,7 @@ def _hull_if_filled(one: _Patch, other: _Patch) -> _Patch | None:
     hull = _hull(flat, 1e-3 * tolerance)
     x, y = flat[hull].T
     hull_area = 0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
-    if hull_area - area > tolerance * np.sqrt(area):
+    if abs(hull_area - area) > tolerance * np.sqrt(area):
         return None
     return _Patch(points[hull], n_p, area, tolerance)
 
@@ -410,7 +410,11 @@ def _hull(points: Array, slack: float) -> list[int]:
 
     It has no vertices closer than ``slack`` [m] to the line through their neighbours.
     """
-    order = np.lexsort((points[:, 1], points[:, 0]))
+    # points above each other but for rounding are taken as such, or rounding would order them: a corner is lost then
+    order = np.argsort(points[:, 0], kind="stable")
+    column = np.empty(len(points), dtype=np.intp)
+    column[order] = np.cumsum(np.diff(points[order, 0], prepend=points[order[0], 0]) > slack)
+    order = np.lexsort((points[:, 1], column))
 
     def half(sequence: Index) -> list[int]:
         """Lower half of the hull, from points in order along x."""

@@ -20,7 +20,8 @@ _LIGHTEST = 0.5  # g/cm3; blocks far lighter are weightless on purpose
 _STIFFNESS_LIKE_N_PER_MM3 = 1e4
 _PRESSURE_TOO_HIGH = 1e9
 _MODULUS_TOO_LOW = 1e5  # softer than rubber
-_BLOCK_LIKE_MM = 50.0
+_BLOCK_LIKE_CM = 20.0
+_DENSITY_LIKE_N_PER_M3 = (12e3, 35e3)
 _SECTION_LIKE_MM2 = 1.0
 
 _given_as_coefficient: ContextVar[bool] = ContextVar("given_as_coefficient", default=False)
@@ -105,17 +106,20 @@ def _warn_of_strengths(law: Any, label: str, *further: str) -> None:
 
 
 def warn_of_blocks(blocks: Sequence[Any], sizes: Array) -> None:
-    """Densities like kN/m3 or g/cm3, blocks as large as millimetres taken for metres.
+    """Densities like N/m3, kN/m3 or g/cm3, blocks as large as millimetres or centimetres taken for metres.
 
     Parameters
     ----------
     sizes : longest side of the box of every convex piece [m]
     """
     middle = float(np.median(sizes))
-    if middle > _BLOCK_LIKE_MM:
-        warn(f"half the blocks measure {middle:.3g} m or more: are the coordinates in mm? they are read as m; "
-             "a drawing takes scale=0.001")
+    if middle > _BLOCK_LIKE_CM:
+        warn(f"half the blocks measure {middle:.3g} m or more: are the coordinates in mm or cm? they are read "
+             "as m; a drawing takes scale=0.001")
     density = np.array([b.density for b in blocks])
+    heavy = float(np.median(density))
+    if _DENSITY_LIKE_N_PER_M3[0] <= heavy <= _DENSITY_LIKE_N_PER_M3[1]:
+        warn(f"half the blocks have {heavy:g} kg/m3 or more, which looks like N/m3 ({heavy / 9.81:.4g} kg/m3)")
     for low, high, unit, factor in ((_LIGHTEST, 10.0, "g/cm3", 1e3), (10.0, 35.0, "kN/m3", 1e3 / 9.81)):
         rows = np.flatnonzero((density >= low) & (density < high))
         if len(rows):

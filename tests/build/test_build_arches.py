@@ -124,6 +124,7 @@ def test_arch_recipe_is_plain_data():
         ({"shape": "pointed", "radius": None, "span": 2.0, "rise": 1.5, "voussoirs": 9}, "voussoirs must be even"),
         ({"pier_height": 1.0, "angle_deg": 120.0}, "pier_height"),
         ({"pier_height": 1.0, "pier_width": 0.05}, "pier_width"),
+        ({"pier_courses": 3}, "pier_courses is given but pier_height is not"),
     ],
 )
 def test_arch_errors_name_the_argument(change, message):
@@ -200,6 +201,7 @@ def test_column_is_a_stack_on_a_held_base():
         ({"courses": None, "height": 0.33}, "height 0.33 m is not a whole number"),
         ({"base": "rock"}, "base must be one of"),
         ({"base_margin": -1.0}, "base_margin"),
+        ({"base_margin": "half"}, "base_margin must be a finite number, got 'half'"),
     ],
 )
 def test_column_errors_name_the_argument(change, message):

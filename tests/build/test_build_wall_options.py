@@ -175,6 +175,7 @@ GOOD = {"length": 2.0, "courses": 4, "unit": BRICK, "joint": JOINT}
         ({"bond": "stretcher"}, "bond must be one of"),
         ({"bond": "english", "unit": (0.4, 0.2, 0.25)}, "twice as long as thick"),
         ({"bond": "english", "leaves": 2}, "leaves is for running bond"),
+        ({"leaves": 27}, "leaves must be at most 26, got 27"),
         ({"bond": "flemish", "staggering": 0.1}, "staggering"),
         ({"staggering": 0.3}, "staggering"),
         ({"min_piece": 0.3}, "min_piece"),

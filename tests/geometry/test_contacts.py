@@ -1,11 +1,14 @@
 """Contact detection against areas known by hand, and against a plain loop over all pairs."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from walls import on_slab, running_bond
 
 import limitmason as lm
 from limitmason.geometry import (
+    Solid,
     box,
     clean_outline,
     convex_pieces,
@@ -90,6 +93,24 @@ def test_faces_cut_into_triangles_merge_to_one_patch():
     assert len(assembly.interfaces) == 1
     assert len(assembly.interfaces[0].polygon) == 4
     assert assembly.interfaces[0].area == pytest.approx(1.0)
+
+
+def test_a_stone_of_several_parts_loses_no_corner_of_its_face_by_rounding():
+    # 60 ashlars cut into strips whose corners agree but for rounding, turned by quarters: the bed is the whole face
+    rng, joint = np.random.default_rng(3), lm.Joint(35.0)
+    for k in range(60):
+        length, width = rng.uniform(0.2, 2.0, 2)
+        cuts = np.concatenate([[0.0], np.sort(rng.uniform(0.1, 0.9, 3)) * length, [length]])
+        strips = [box((a, 0.0, 0.0), (b, width, 0.2)) for a, b in pairwise(cuts)]
+        c, s = np.cos(k * np.pi / 2.0), np.sin(k * np.pi / 2.0)
+        turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        away = rng.choice([0.0, 1.0, 30.0])
+        stone = [Solid(strip.vertices @ turn + away, strip.faces) for strip in strips]
+        low = np.min([part.vertices.min(axis=0) for part in stone], axis=0)
+        high = np.max([part.vertices.max(axis=0) for part in stone], axis=0)
+        slab = box(tuple(low - [0.5, 0.5, 0.2]), (*(high[:2] + 0.5), low[2]))
+        laid = lm.Assembly.from_polyhedra([slab, stone], density=2000.0, joint=joint, fixed=[0])
+        assert [i.area for i in laid.interfaces] == pytest.approx([length * width], rel=1e-9)
 
 
 @pytest.mark.parametrize("gap", [-4e-4, 0.0, 4e-4])

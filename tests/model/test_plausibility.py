@@ -60,16 +60,23 @@ def test_ordinary_input_says_nothing():
 
 
 @pytest.mark.parametrize(
-    "density, message", [(22.0, r"22 kg/m3 looks like kN/m3 \(2243 kg/m3\)"), (1.8, r"looks like g/cm3 \(1800 kg/m3\)")]
+    "density, message",
+    [
+        (22.0, r"22 kg/m3 looks like kN/m3 \(2243 kg/m3\)"),
+        (1.8, r"looks like g/cm3 \(1800 kg/m3\)"),
+        (22e3, r"22000 kg/m3 or more, which looks like N/m3 \(2243 kg/m3\)"),
+    ],
 )
 def test_density_in_another_unit(density, message):
     with pytest.warns(lm.PlausibilityWarning, match=message):
         lm.Assembly.from_polyhedra([CUBE], joint=JOINT, density=density)
 
 
-def test_coordinates_in_millimetres():
-    with pytest.warns(lm.PlausibilityWarning, match="are the coordinates in mm"):
-        lm.Assembly.from_polygons([[[0, 0], [250, 0], [250, 55], [0, 55]]], thickness=120, joint=JOINT)
+@pytest.mark.parametrize("per_metre", [1000.0, 100.0])
+def test_coordinates_in_millimetres_or_centimetres(per_metre):
+    brick = per_metre * np.array([[0.0, 0.0], [0.25, 0.0], [0.25, 0.055], [0.0, 0.055]])
+    with pytest.warns(lm.PlausibilityWarning, match="are the coordinates in mm or cm"):
+        lm.Assembly.from_polygons([brick], thickness=0.12 * per_metre, joint=JOINT)
 
 
 def test_tolerance_too_large_for_the_smallest_block():
