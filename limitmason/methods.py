@@ -20,7 +20,6 @@ from limitmason.answers.method import (
     Method,
 )
 from limitmason.answers.results import FlowRule, Prediction, Status
-from limitmason.checks import instance
 from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotConverged
 from limitmason.mechanics.model_notes import with_model_notes
@@ -206,7 +205,8 @@ def answer(
 
     >>> answer(wall, loads, {"peak": "pushover", "stiffness": "pushover", "frequency 1": "modes"})  # doctest: +SKIP
     """
-    instance("wanted", wanted, Mapping, "{'peak': 'limit'}: what to find, and the method that finds it")
+    if not isinstance(wanted, Mapping):
+        raise InputError(f"wanted must be a mapping such as {{'peak': 'limit'}}, quantity to method, got {wanted!r}")
     if unused := [m for m in options if m not in wanted.values()]:
         raise InputError(f"options of {unused[0]!r}: no quantity is asked of it")
     by: dict[str, Any] = {}
@@ -220,7 +220,7 @@ def answer(
             of = [q for q, m in wanted.items() if m == method]
             by[method], known[method] = _answered(assembly, loads, method, of, **options.get(method, {}))
         if quantity not in known[method] and quantity.startswith(LOAD_AT):
-            out[quantity] = _load_at(by[method], method, float(quantity[len(LOAD_AT) :]))
+            out[quantity] = _load_at(by[method], method, _place(quantity))
             continue
         if quantity not in known[method]:
             names = [q for q in known[method] if "|" not in q]
@@ -264,6 +264,14 @@ def _answered(
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or not math.isfinite(found.collapse_multiplier):
         raise NotConverged(f"method {method!r} ended '{found.status}' (multiplier {found.collapse_multiplier:.4g})")
     return found, found.quantities
+
+
+def _place(quantity: str) -> float:
+    """Displacement that the name of a quantity holds [m]."""
+    try:
+        return float(quantity[len(LOAD_AT) :])
+    except ValueError:
+        raise InputError(f"{quantity!r}: write a displacement in metres, as in '{LOAD_AT}0.001'") from None
 
 
 def _load_at(found: Any, method: str, displacement: float) -> float:

@@ -150,6 +150,7 @@ def stack(*, width: float, course_height: float, courses: int, friction: float) 
     Exact. Source: docs/mechanisms.md, section 8.
     """
     courses = count("courses", courses)
+    positive("course_height", course_height)
     whole = rigid_block(width=width, height=courses * course_height, friction=friction)
     details = {"rocking": [width / (j * course_height) for j in range(1, courses + 1)], "sliding": friction}
     return answer(

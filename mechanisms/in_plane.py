@@ -146,6 +146,8 @@ def slender_wall(width: float, height: float, slope: float) -> float:
     NotApplicable
         When the wall is not slender.
     """
+    for name, value in (("width", width), ("height", height), ("slope", slope)):
+        positive(name, value)
     b = width / (height * slope)
     if b > 1.0 + 1e-9:
         raise NotApplicable(

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.checks import positive
+from limitmason.checks import numbers, positive
 from limitmason.errors import InputError
 
 
@@ -46,7 +46,7 @@ def light_damage(
     derived from their Table 10: 0.98 times initial stiffness times initial displacement gives seven of the eight
     printed light-damage loads (not DS_Macro_FEM, 1.73 for 0.83 kN). Wrong for noisy curves: smooth first, and give K_0.
     """
-    d, f = np.asarray(displacement, dtype=float), np.asarray(load, dtype=float)
+    d, f = numbers("displacement", displacement), numbers("load", load)
     if d.ndim != 1 or d.shape != f.shape or len(d) < 2:
         raise InputError(f"displacement and load must be curves of equal length, got shapes {d.shape} and {f.shape}")
     if not (np.diff(d) > 0.0).all() or d[0] < 0.0:

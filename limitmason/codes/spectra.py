@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.checks import choice, finite, instance, numbers, positive
+from limitmason.checks import choice, finite, instance, not_negative, numbers, positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.model.response_spectrum import ResponseSpectrum
@@ -83,6 +83,7 @@ class GroundSpectrum:
 
         .. math:: a_g S \eta F_0 \min(1, T_C / T, T_C T_D / T^2), \qquad T_D = 4 a_g / g + 1.6
         """
+        period = not_negative("period [s]", period)
         eta, *_, factor, exponent = damping_factor(damping), *_SOILS[self.soil]
         tc = factor * self.tc_star**exponent * self.tc_star
         tb, td = tc / 3.0, 4.0 * self.ag + 1.6
@@ -140,6 +141,7 @@ class FloorSpectrum:
 
     def acceleration(self, period: float, damping: float = 0.05) -> float:
         """SeZ(T) at a period [s] and damping [-], not below Se(T) beyond the first period [m/s2]."""
+        period = not_negative("period [s]", period)
         p = 1.1 * self.damping**-0.5 * damping_factor(damping)
         total = 0.0
         for t, peak in zip(self.periods, self.peaks(), strict=True):

@@ -179,6 +179,11 @@ def test_ground_spectrum_of_the_code():
     assert soft.acceleration(tc) == pytest.approx(0.15 * GRAVITY * 1.44 * 2.45, rel=1e-12)
     assert soft.acceleration(0.0) == pytest.approx(0.15 * GRAVITY * 1.44, rel=1e-12)
     assert soft.acceleration(4.4) == pytest.approx(0.15 * GRAVITY * 1.44 * 2.45 * tc * 2.2 / 4.4**2, rel=1e-12)
+    for wrong in (-1.0, float("nan"), "1"):
+        with pytest.raises(InputError, match="period"):
+            soft.acceleration(wrong)
+        with pytest.raises(InputError, match="period"):
+            FloorSpectrum(soft, [0.3], [1.2]).acceleration(wrong)
     with pytest.raises(InputError, match="soil must be"):
         GroundSpectrum(0.15, 2.45, 0.28, soil="F")
     with pytest.raises(InputError, match=r"in m/s2"):

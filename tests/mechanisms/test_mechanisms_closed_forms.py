@@ -324,6 +324,9 @@ def test_section_8_stepped_crack_in_whole_courses(n, slope):
 def test_section_8_slender_wall_ends():
     assert me.slender_wall(1.0, 1.0, 1.0) == pytest.approx(0.5)  # b = 1: v / 2h
     assert me.slender_wall(1e-6, 1.0, 1.0) == pytest.approx(1e-6, rel=1e-5)  # b -> 0: B/H
+    for wrong in ({"width": -0.2}, {"height": 0.0}, {"slope": float("nan")}):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            me.slender_wall(**{"width": 0.2, "height": 1.0, "slope": 0.5, **wrong})
     wall = me.Facade(
         length=0.8, thickness=0.2, courses=12, course_height=0.2, staggering=0.2, unit_weight=20.0, friction=1.0
     )
