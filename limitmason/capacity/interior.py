@@ -28,7 +28,6 @@ _AGAIN = 6  # iterations after which it is tried again all the same
 _FINISH = 5  # full steps of such a try
 _INSIDE = 0.995  # of the way to the edge of the law, the longest step
 _STUCK, _OVER = 0.15, 3  # shares of so many last steps together below which it leads nowhere
-_BISECTIONS = 50
 
 
 class Inner(NamedTuple):
@@ -48,14 +47,6 @@ class Inner(NamedTuple):
         """The state after a share of a step."""
         return Inner(*(x + share * dx for x, dx in zip(self, step, strict=True)))
 
-    def farthest(self, step: "Inner") -> float:
-        """Share of a step that leads to the edge of the law."""
-        ways = (self.spare, step.spare), (self.given, step.given)
-        return min(
-            *(float((-x[dx < 0.0] / dx[dx < 0.0]).min(initial=np.inf)) for x, dx in ways),
-            _leaves(self.cone, step.cone), _leaves(self.slid, step.slid),
-        )
-
     def product(self) -> float:
         """Mean product."""
         own = float(self.spare @ self.given + (self.cone * self.slid).sum())
@@ -70,7 +61,7 @@ class _Linear(NamedTuple):
     tangent: Array  # d(force) / d(displacement), (m, c, c)
     elastic: Array  # displacements that the elastic law lacks, (m, c)
     cone: Array  # lack of a
-    spare: Array
+    spare: Array  # lack of the spare strengths
 
 
 class _Points:
@@ -93,9 +84,6 @@ class _Points:
         self.row: Index = np.concatenate([every, crushes])
         self.sign = np.where(np.arange(len(self.row)) < len(area), 1.0, -1.0)
         self.bound = np.concatenate([s.tension, s.crushing[crushes]])
-        one = np.ones((len(area), c - 1))
-        self.by_friction = np.column_stack([s.tan_phi, one])
-        self.by_dilation = np.column_stack([s.tan_psi, one])
 
     def elastic(self, at: Evaluated) -> Array:
         """Forces without limits in a pose, (m, c)."""
@@ -108,6 +96,8 @@ class _Points:
         ``product`` is that value, the distance from the law in the interior-point method. The opening by dilation is
         that of the true law.
         """
+        from limitmason.capacity import compiled_interior
+
         tried, s, kn, ks = self.elastic(at), self.strength, self.stiff[:, 0], self.stiff[:, 1]
         lift = (at.returned.history.lift - self.old.lift) / self.system.length
         # spare strength x of each row solves x - kn product / x = free, a quadratic
@@ -116,41 +106,27 @@ class _Points:
         large = 0.5 * (np.abs(free) + root)
         spare = np.where(free > 0.0, large, product * kn[self.row] / large)
         normal = spare[: len(kn)] - s.tension
-        most = np.maximum(s.shear_strength(normal), 1e-3 * np.sqrt(product))
-        size = np.linalg.norm(tried[:, 1:], axis=1)
-        low, high = np.zeros(len(kn)), np.minimum(most, size)
-        # the shear is less than its limit by the same product; its equation has one root between
-        for _ in range(_BISECTIONS):
-            held = 0.5 * (low + high)
-            less = held * (1.0 + ks * product / np.maximum(most**2 - held**2, 1e-300)) < size
-            low, high = np.where(less, held, low), np.where(less, high, held)
-        shear = tried[:, 1:] * (low / np.maximum(size, 1e-300))[:, None]
-        slip = product * most / np.maximum(most**2 - low**2, 1e-300)
-        slid = np.column_stack([slip, -shear * (slip / most)[:, None]])
-        return Inner(normal, np.column_stack([most, shear]), slid, spare, product / spare)
+        cone, slid = np.empty(tried.shape), np.empty(tried.shape)
+        compiled_interior.sheared(tried, normal, s.tan_phi, s.cohesion, ks, product, cone, slid)
+        return Inner(normal, cone, slid, spare, product / spare)
 
-    def linearised(self, at: Evaluated, x: Inner) -> _Linear:
-        """Linear equations of the points about a state, with the motions of blocks left over.
+    def linearised(self, at: Evaluated, x: Inner) -> _Linear | None:
+        """Linear equations of the points about a state, with the motions of blocks left over; None if singular.
 
         Unknowns of a point are eliminated: its cone (limit of shear a and shear T), its slip, and in each row of spare
         strength the ``spare`` x and what has ``given``. What equations lack is kept for the right-hand side. They are
-        in displacements, so that ``soft`` is a compliance and its inverse the tangent.
+        in displacements, so that what is inverted is a compliance and its inverse the tangent.
         """
-        s, m = self.strength, len(x.normal)
-        lifted = s.tan_psi * x.slid[:, 0] + np.bincount(self.row, self.sign * x.given, m)
-        force = np.column_stack([x.normal, x.cone[:, 1:]])
-        lack = (force - self.elastic(at)) / self.stiff - np.column_stack([lifted, x.slid[:, 1:]])
-        inverse = _inverse(x.cone)
-        across = inverse @ _arrow(x.slid)
-        soft = self.by_dilation[:, :, None] * across * self.by_friction[:, None, :]
-        # compliance: of the spring, of slip and dilation, and of what opens or crushes
-        for k in range(soft.shape[1]):
-            soft[:, k, k] += 1.0 / self.stiff[:, k]
-        soft[:, 0, 0] += np.bincount(self.row, x.given / x.spare, m)
-        return _Linear(
-            inverse, across, np.linalg.inv(soft), lack, x.cone[:, 0] - s.shear_strength(x.normal),
-            x.spare - self.bound - self.sign * x.normal[self.row],
+        from limitmason.capacity import compiled_interior
+
+        s, (m, c) = self.strength, x.cone.shape
+        inverse, across, tangent = np.empty((3, m, c, c))
+        a = _Linear(inverse, across, tangent, np.empty((m, c)), np.empty(m), np.empty(len(self.row)))
+        rows = self.row, self.sign, self.bound
+        found = compiled_interior.linearised(
+            (s.tan_phi, s.tan_psi, s.cohesion), self.stiff, rows, tuple(x), self.elastic(at), tuple(a)
         )
+        return a if found else None
 
     def freed(self, x: Inner, a: _Linear, aim: float, second: Inner | None) -> tuple[Array, Array, Array]:
         """Steps of forces, slips and gaps of the points in a pose that is held.
@@ -165,30 +141,33 @@ class _Points:
         -------
         Steps of forces (m, c), of slips (m, c) and of plastic openings per row
         """
-        pairs, cones = aim - x.spare * x.given, -_product(x.cone, x.slid)
-        cones[:, 0] += aim
-        if second is not None:
-            pairs, cones = pairs - second.spare * second.given, cones - _product(second.cone, second.slid)
-        slid = np.einsum("mij,mj->mi", a.inverse, cones + x.slid * a.cone[:, None])
-        given = (pairs + x.given * a.spare) / x.spare
-        lacks = self.by_dilation * slid - a.elastic
-        lacks[:, 0] += np.bincount(self.row, self.sign * given, len(x.normal))
-        return np.einsum("mij,mj->mi", a.tangent, lacks), slid, given
+        from limitmason.capacity import compiled_interior
 
-    def step(self, x: Inner, a: _Linear, freed: tuple[Array, Array, Array], displaced: Array) -> Inner:
-        """The step of the points that goes with displacements, (m, c).
+        steps = np.empty(x.cone.shape), np.empty(x.cone.shape), np.empty(len(self.row))
+        first = tuple(x if second is None else second)
+        compiled_interior.freed(
+            self.strength.tan_psi, self.row, self.sign, tuple(x), tuple(a), aim, second is not None, first, *steps
+        )
+        return steps
+
+    def step(
+        self, x: Inner, a: _Linear, freed: tuple[Array, Array, Array], displaced: Array
+    ) -> tuple[Inner, float]:
+        """The step of the points that goes with displacements, (m, c), and its share to the edge of the law.
 
         Parameters
         ----------
+        x, a : state, and its linear equations
         freed : of :meth:`freed`
-        displaced : displacement of the points by the step [m], shape (m, c)
+        displaced : displacement of the points by the step, in elastic lengths [-], shape (m, c)
         """
-        force = freed[0] - np.einsum("mij,mj->mi", a.tangent, displaced)
-        normal = force[:, 0]
-        cone = np.column_stack([self.strength.tan_phi * normal - a.cone, force[:, 1:]])
-        slid = freed[1] - np.einsum("mij,mj->mi", a.across, self.by_friction * force)
-        pressed = self.sign * normal[self.row]
-        return Inner(normal, cone, slid, pressed - a.spare, freed[2] - x.given / x.spare * pressed)
+        from limitmason.capacity import compiled_interior
+
+        step = Inner(*(np.empty_like(part) for part in x))
+        share = compiled_interior.stepped(
+            self.strength.tan_phi, self.row, self.sign, tuple(x), tuple(a), freed, displaced, tuple(step)
+        )
+        return step, share
 
 
 def solve(
@@ -235,17 +214,19 @@ def solve(
         if last or not np.isfinite(unbalance):
             return None
         missing = 0.0 if target is None else (target - system.controlled(now.pose)) / system.length
+        a = points.linearised(now, x)
+        if a is None:
+            return None
         try:
-            a = points.linearised(now, x)
             stiff = a.tangent * (system.weight / system.length / system.bodies.area)[:, None, None]
             force = np.column_stack([x.normal, x.cone[:, 1:]])
             factors = system.bordered(
                 now._replace(returned=now.returned._replace(tangent=stiff), force=force * system.weight), prescribed,
                 viscosity,
             )
-        except (RuntimeError, np.linalg.LinAlgError):  # exactly singular
+        except RuntimeError:  # exactly singular
             return None
-        step: Inner | None = None
+        step, edge = None, np.inf
         product, aim = x.product(), 0.0
         for _ in ("predictor", "corrector"):
             freed = points.freed(x, a, aim, step)
@@ -254,60 +235,15 @@ def solve(
             motion = factors.solve(np.append(-rest, missing))
             if not np.isfinite(motion).all():
                 return None
-            step = points.step(x, a, freed, system.relative(now, motion[:-1])[0] / system.length)
+            step, edge = points.step(x, a, freed, system.relative(now, motion[:-1])[0] / system.length)
             if aim == 0.0:
-                left = x.onward(step, min(1.0, x.farthest(step))).product() / product
+                left = x.onward(step, min(1.0, edge)).product() / product
                 aim = product * float(np.clip(left, 0.05, 1.0)) ** 3
         assert step is not None
-        share = min(1.0, _INSIDE * x.farthest(step))
+        share = min(1.0, _INSIDE * edge)
         shares.append(share)
         x = x.onward(step, share)
         multiplier += share * float(motion[-1])
         done += share * motion[:-1]
         now = system.evaluate(system.advanced(now.pose, share * motion[:-1]), old, multiplier)
     return None
-
-
-def _arrow(x: Array) -> Array:
-    """Matrix of the product of the cone with a vector (x0, x...), shape (m, c, c)."""
-    a = x[:, :1, None] * np.eye(x.shape[1])
-    a[:, 0, 1:] = a[:, 1:, 0] = x[:, 1:]
-    return np.asarray(a)
-
-
-def _inverse(x: Array) -> Array:
-    """Inverse of :func:`_arrow`, the arrow matrices of vectors x, shape (m, c), inside their cones."""
-    first, rest = x[:, 0], x[:, 1:]
-    inside = _inside(x)
-    a = np.empty((*x.shape, x.shape[1]))
-    a[:, 0, 0] = first / inside
-    a[:, 0, 1:] = a[:, 1:, 0] = -rest / inside[:, None]
-    a[:, 1:, 1:] = rest[:, :, None] * rest[:, None, :] / (first * inside)[:, None, None]
-    for k in range(1, x.shape[1]):
-        a[:, k, k] += 1.0 / first
-    return a
-
-
-def _inside(x: Array) -> Array:
-    """x0^2 - |x|^2, without the rounding of its difference."""
-    size = np.linalg.norm(x[:, 1:], axis=1)
-    return np.asarray((x[:, 0] - size) * (x[:, 0] + size))
-
-
-def _product(x: Array, y: Array) -> Array:
-    """Product of the cone, (x . y, x0 y + y0 x)."""
-    return np.column_stack([np.einsum("mc,mc->m", x, y), x[:, :1] * y[:, 1:] + y[:, :1] * x[:, 1:]])
-
-
-def _leaves(x: Array, step: Array) -> float:
-    """Share of a step at which the first of some vectors leaves the cone x0 > |x|, infinite where none does."""
-    a = _inside(step)
-    b = x[:, 0] * step[:, 0] - np.einsum("mc,mc->m", x[:, 1:], step[:, 1:])
-    c = np.maximum(_inside(x), 0.0)
-    root = np.sqrt(np.maximum(b * b - a * c, 0.0))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(b < 0.0, c / (root - b), np.where(a < 0.0, (-b - root) / a, np.inf))
-    leaves = (b * b >= a * c) & (share >= 0.0)
-    falls = step[:, 0] < 0.0
-    first = float(share[leaves].min(initial=np.inf))
-    return min(first, float((-x[falls, 0] / step[falls, 0]).min(initial=np.inf)))

@@ -116,6 +116,50 @@ def test_forces_of_the_interior_path_lie_inside_the_law_at_equal_products(joint)
     assert points.linearised(at, x).elastic[:, 1:] == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.parametrize("in_plane", [True, False])
+@pytest.mark.parametrize("second", [False, True])
+def test_a_step_of_the_interior_path_solves_its_linear_equations(in_plane, second):
+    """Elastic law, limits and products, linearised, after a full step that goes with given displacements."""
+    joint = lm.Joint(33.0, 20.0, cohesion=3e3, tensile_strength=2e3, compressive_strength=2e4)
+    wall = lm.build.wall(length=0.8, courses=3, unit=(0.4, 0.2, 0.2), joint=joint)
+    loads = lm.Loads.horizontal(wall, (1.0, 0.0 if in_plane else 0.2, 0.0))
+    system = lm.pushover(wall, loads, stiffness=1e8, to=1e-7).generations.systems[0]
+    rng = np.random.default_rng(7)
+    at = system.evaluate(system.advanced(system.at_rest(), rng.normal(size=system.order)), system.virgin(), 0.0)
+    points = interior._Points(system, system.virgin())
+    x, s, aim = points.inside(at, 0.7), points.strength, 0.2
+    x = x._replace(slid=1.1 * x.slid, given=0.8 * x.given, cone=x.cone * [1.05, *[1.0] * (x.cone.shape[1] - 1)])
+    a, moved = points.linearised(at, x), rng.normal(size=x.cone.shape)
+    first = points.step(x, a, points.freed(x, a, 0.0, None), moved)[0] if second else None
+    step, edge = points.step(x, a, points.freed(x, a, aim, first), moved)
+    new = x.onward(step, 1.0)
+    force = np.column_stack([new.normal, new.cone[:, 1:]])
+    lifted = s.tan_psi * new.slid[:, 0] + np.bincount(points.row, points.sign * new.given, len(force))
+    plastic = np.column_stack([lifted, new.slid[:, 1:]])
+    assert (force - points.elastic(at)) / points.stiff + moved == pytest.approx(plastic, abs=1e-10)
+    assert new.spare == pytest.approx(points.bound + points.sign * new.normal[points.row], abs=1e-10)
+    assert new.cone[:, 0] == pytest.approx(s.shear_strength(new.normal), abs=1e-10)
+    pairs = x.spare * x.given + step.spare * x.given + x.spare * step.given
+    cones = product(x.cone, x.slid) + product(step.cone, x.slid) + product(x.cone, step.slid)
+    if first is not None:
+        pairs, cones = pairs + first.spare * first.given, cones + product(first.cone, first.slid)
+    assert pairs == pytest.approx(aim, abs=1e-10)
+    assert cones[:, 0] == pytest.approx(aim, abs=1e-10)
+    assert cones[:, 1:] == pytest.approx(0.0, abs=1e-10)
+
+    def inside(share):
+        y = x.onward(step, share)
+        slack = [(v[:, 0] - np.linalg.norm(v[:, 1:], axis=1)).min() for v in (y.cone, y.slid)]
+        return min(y.spare.min(), y.given.min(), *slack)
+
+    assert inside(0.999 * edge) > 0.0 > inside(1.001 * edge)
+
+
+def product(x, y):
+    """Product of the cone, (x . y, x0 y + y0 x)."""
+    return np.column_stack([np.einsum("mc,mc->m", x, y), x[:, :1] * y[:, 1:] + y[:, :1] * x[:, 1:]])
+
+
 @pytest.mark.slow
 def test_factors_in_the_kept_order_solve_what_was_asked():
     """A plane wall of 500 points and more keeps the order of its first factors; so does the sign of the determinant."""

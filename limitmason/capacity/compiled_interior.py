@@ -1,0 +1,243 @@
+"""Compiled sums over the contact points of an interior path; see :mod:`limitmason.capacity.interior`.
+
+Forces are in mean block weights, displacements in elastic lengths. A point has c components, normal first. Rows are
+those of its spare strength, each of a point ``row[r]`` and of a sense ``sign[r]``: against opening, against crushing.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+_BISECTIONS = 50
+
+
+@njit(cache=True, error_model="numpy")
+def sheared(
+    tried: Array, normal: Array, tan_phi: Array, cohesion: Array, ks: Array, product: float, cone: Array, slid: Array
+) -> None:
+    """Write limit of shear, shear and slip, (m, c), whose product is one value, from the shear without a limit."""
+    least = 1e-3 * np.sqrt(product)
+    for m in range(len(normal)):
+        most = max(cohesion[m] + tan_phi[m] * normal[m], least)
+        size = 0.0
+        for j in range(1, tried.shape[1]):
+            size += tried[m, j] * tried[m, j]
+        size = np.sqrt(size)
+        # the shear is less than its limit by the same product; its equation has one root between
+        low, high = 0.0, min(most, size)
+        for _ in range(_BISECTIONS):
+            held = 0.5 * (low + high)
+            if held * (1.0 + ks[m] * product / max(most**2 - held**2, 1e-300)) < size:
+                low = held
+            else:
+                high = held
+        slip = product * most / max(most**2 - low**2, 1e-300)
+        cone[m, 0], slid[m, 0] = most, slip
+        for j in range(1, tried.shape[1]):
+            cone[m, j] = tried[m, j] * (low / max(size, 1e-300))
+            slid[m, j] = -cone[m, j] * (slip / most)
+
+
+@njit(cache=True, error_model="numpy")
+def linearised(
+    laws: tuple[Array, Array, Array], stiff: Array, rows: tuple[Index, Array, Array],
+    state: tuple[Array, ...], elastic: Array,
+    linear: tuple[Array, ...],
+) -> bool:
+    """Write the linear equations of the points about a state; False where one of them is singular.
+
+    Parameters
+    ----------
+    laws : tan(phi), tan(psi), cohesion
+    rows : row, sign and bound of the spare strength
+    state : normal force, cone, slip, spare strength and what has been given of it
+    elastic : forces without limits
+    linear : to be written, see ``interior._Linear``
+    """
+    tan_phi, tan_psi, cohesion = laws
+    row, sign, bound = rows
+    normal, cone, slid, spare, given = state
+    inverse, across, tangent, off, cone_off, lacks = linear
+    m, c = cone.shape
+    lifted, soft = np.zeros(m), np.zeros(m)
+    for r in range(len(row)):
+        k = row[r]
+        lifted[k] += sign[r] * given[r]
+        soft[k] += given[r] / spare[r]
+        lacks[r] = spare[r] - bound[r] - sign[r] * normal[k]
+    a, b = np.empty((c, c)), np.empty((c, c))
+    for k in range(m):
+        first = cone[k, 0]
+        size = 0.0
+        for j in range(1, c):
+            size += cone[k, j] * cone[k, j]
+        size = np.sqrt(size)
+        inside = (first - size) * (first + size)
+        inverse[k, 0, 0] = first / inside
+        for i in range(1, c):
+            inverse[k, 0, i] = inverse[k, i, 0] = -cone[k, i] / inside
+            for j in range(1, c):
+                inverse[k, i, j] = cone[k, i] * cone[k, j] / (first * inside) + (1.0 / first if i == j else 0.0)
+        for i in range(c):  # times the arrow of the slip
+            total = 0.0
+            for j in range(c):
+                total += inverse[k, i, j] * slid[k, j]
+            across[k, i, 0] = total
+            for j in range(1, c):
+                across[k, i, j] = inverse[k, i, 0] * slid[k, j] + inverse[k, i, j] * slid[k, 0]
+        for i in range(c):
+            for j in range(c):
+                a[i, j] = (1.0 if i else tan_psi[k]) * across[k, i, j] * (1.0 if j else tan_phi[k])
+                b[i, j] = 1.0 if i == j else 0.0
+            a[i, i] += 1.0 / stiff[k, i]
+        a[0, 0] += soft[k]
+        # inverse of a, by elimination with the largest pivot of a column
+        for i in range(c):
+            p = i
+            for h in range(i + 1, c):
+                if abs(a[h, i]) > abs(a[p, i]):
+                    p = h
+            if a[p, i] == 0.0:
+                return False
+            for j in range(c):
+                a[i, j], a[p, j] = a[p, j], a[i, j]
+                b[i, j], b[p, j] = b[p, j], b[i, j]
+            for h in range(i + 1, c):
+                f = a[h, i] / a[i, i]
+                for j in range(i, c):
+                    a[h, j] -= f * a[i, j]
+                for j in range(c):
+                    b[h, j] -= f * b[i, j]
+        for i in range(c - 1, -1, -1):
+            for j in range(c):
+                x = b[i, j]
+                for h in range(i + 1, c):
+                    x -= a[i, h] * tangent[k, h, j]
+                tangent[k, i, j] = x / a[i, i]
+        off[k, 0] = (normal[k] - elastic[k, 0]) / stiff[k, 0] - (tan_psi[k] * slid[k, 0] + lifted[k])
+        for j in range(1, c):
+            off[k, j] = (cone[k, j] - elastic[k, j]) / stiff[k, j] - slid[k, j]
+        cone_off[k] = first - (cohesion[k] + tan_phi[k] * normal[k])
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def freed(
+    tan_psi: Array, row: Index, sign: Array, state: tuple[Array, ...],
+    linear: tuple[Array, ...], aim: float, second: bool,
+    first: tuple[Array, ...], force: Array, slip: Array, gap: Array,
+) -> None:
+    """Write steps of forces and slips, (m, c), and of gaps, per row, in a pose that is held.
+
+    Parameters
+    ----------
+    state, linear : as in :func:`linearised`
+    aim : product that is aimed at
+    second, first : whether the products of a first step are taken off, and that step
+    """
+    _, cone, slid, spare, given = state
+    inverse, _, tangent, off, cone_off, lacks = linear
+    m, c = cone.shape
+    opened, right, lack = np.zeros(m), np.empty(c), np.empty(c)
+    for r in range(len(row)):
+        pair = aim - spare[r] * given[r]
+        if second:
+            pair -= first[3][r] * first[4][r]
+        gap[r] = (pair + given[r] * lacks[r]) / spare[r]
+        opened[row[r]] += sign[r] * gap[r]
+    for k in range(m):
+        x = 0.0
+        for j in range(c):
+            x += cone[k, j] * slid[k, j]
+        right[0] = aim - x
+        for j in range(1, c):
+            right[j] = -(cone[k, 0] * slid[k, j] + slid[k, 0] * cone[k, j])
+        if second:
+            x = 0.0
+            for j in range(c):
+                x += first[1][k, j] * first[2][k, j]
+            right[0] -= x
+            for j in range(1, c):
+                right[j] -= first[1][k, 0] * first[2][k, j] + first[2][k, 0] * first[1][k, j]
+        for j in range(c):
+            right[j] += slid[k, j] * cone_off[k]
+        for i in range(c):
+            x = 0.0
+            for j in range(c):
+                x += inverse[k, i, j] * right[j]
+            slip[k, i] = x
+            lack[i] = (x if i else tan_psi[k] * x + opened[k]) - off[k, i]
+        for i in range(c):
+            x = 0.0
+            for j in range(c):
+                x += tangent[k, i, j] * lack[j]
+            force[k, i] = x
+
+
+@njit(cache=True, error_model="numpy")
+def stepped(
+    tan_phi: Array, row: Index, sign: Array, state: tuple[Array, ...],
+    linear: tuple[Array, ...], free: tuple[Array, Array, Array], moved: Array,
+    step: tuple[Array, ...],
+) -> float:
+    """Write the step that goes with displacements ``moved``, (m, c), and return its share to the edge of the law.
+
+    Parameters
+    ----------
+    state, linear : as in :func:`linearised`
+    free : steps in a pose that is held, see :func:`freed`
+    step : to be written, as ``state``
+    """
+    _, cone, slid, spare, given = state
+    _, across, tangent, _, cone_off, lacks = linear
+    normal, cone_step, slid_step, spare_step, given_step = step
+    m, c = cone.shape
+    share = np.inf
+    for k in range(m):
+        for i in range(c):
+            x = 0.0
+            for j in range(c):
+                x += tangent[k, i, j] * moved[k, j]
+            cone_step[k, i] = free[0][k, i] - x
+        normal[k] = cone_step[k, 0]
+        cone_step[k, 0] *= tan_phi[k]
+        for i in range(c):
+            x = 0.0
+            for j in range(c):
+                x += across[k, i, j] * cone_step[k, j]
+            slid_step[k, i] = free[1][k, i] - x
+        cone_step[k, 0] -= cone_off[k]
+        share = min(share, _leaves(cone[k], cone_step[k]), _leaves(slid[k], slid_step[k]))
+    for r in range(len(row)):
+        pressed = sign[r] * normal[row[r]]
+        spare_step[r] = pressed - lacks[r]
+        given_step[r] = free[2][r] - given[r] / spare[r] * pressed
+        if spare_step[r] < 0.0:
+            share = min(share, -spare[r] / spare_step[r])
+        if given_step[r] < 0.0:
+            share = min(share, -given[r] / given_step[r])
+    return share
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _leaves(x: Array, step: Array) -> float:
+    """Share of a step at which a vector leaves the cone x0 > |x|, infinite where it does not."""
+    size = went = along = 0.0
+    for j in range(1, len(x)):
+        size += x[j] * x[j]
+        went += step[j] * step[j]
+        along += x[j] * step[j]
+    size, went = np.sqrt(size), np.sqrt(went)
+    a = (step[0] - went) * (step[0] + went)
+    b = x[0] * step[0] - along
+    c = max((x[0] - size) * (x[0] + size), 0.0)
+    first = -x[0] / step[0] if step[0] < 0.0 else np.inf
+    if b * b >= a * c:
+        root = np.sqrt(max(b * b - a * c, 0.0))
+        share = c / (root - b) if b < 0.0 else (-b - root) / a if a < 0.0 else np.inf
+        if share >= 0.0:
+            first = min(first, share)
+    return first
