@@ -179,20 +179,14 @@ def elements(
     out : written, shape (k, 2 d, 2 d)
     """
     c, d = force.shape[1], basis.shape[1]
-    stiff, full, half = np.empty((c, 2 * d)), np.zeros((12, 12)), np.empty((12, 2 * d))
-    p = np.zeros((12, 2 * d))
-    p[:6, :d] = p[6:, d:] = basis
-    # rows of the entries of every column: most columns have one
-    count, row = np.zeros(2 * d, np.int64), np.zeros((2 * d, 12), np.int64)
-    for j in range(2 * d):
-        for h in range(12):
-            if p[h, j] != 0.0:
-                row[j, count[j]] = h
-                count[j] += 1
-    flat = wrenches.reshape(len(area), c, 2 * d)
-    f, total, a, b = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    flat, stiff = wrenches.reshape(len(area), c, 2 * d), np.empty(2 * d)
+    f, total, a, b, turned = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 3))
+    shift, spin = basis[:3].T.copy(), basis[3:6].T.copy()
+    shifts = np.array([j for j in range(d) if np.abs(shift[j]).max() > 0.0])
+    spins = np.array([j for j in range(d) if np.abs(spin[j]).max() > 0.0])
     for k in range(len(starts)):
-        out[k], total[:], a[:], b[:] = 0.0, 0.0, 0.0, 0.0
+        own = out[k]
+        own[:], total[:], a[:], b[:] = 0.0, 0.0, 0.0, 0.0
         for m in range(starts[k], starts[k + 1] if k + 1 < len(starts) else len(area)):
             for i in range(3):
                 f[i] = 0.0
@@ -212,49 +206,101 @@ def elements(
                     x = 0.0
                     for g in range(c):
                         x += tangent[m, h, g] * flat[m, g, j]
-                    stiff[h, j] = area[m] * x
-            for i in range(2 * d):
-                for h in range(c):
+                    stiff[j] = area[m] * x
+                for i in range(2 * d):
                     x = flat[m, h, i]
                     for j in range(2 * d):
-                        out[k, i, j] -= x * stiff[h, j]
-        # rows: force and moment on a, then on b; columns: shift and spin of a, then of b, see geometric_stiffness
-        for i in range(3):
-            for j in range(3):
-                turned = 0.0 if i == j else total[3 - i - j] * (1.0 if (j - i) % 3 == 2 else -1.0)
-                full[i, 3 + j], full[6 + i, 3 + j] = turned, -turned
-                full[3 + i, j], full[3 + i, 6 + j] = -turned, turned
-                full[3 + i, 3 + j], full[9 + i, 3 + j] = a[i, j], -b[i, j]
-                full[3 + i, 9 + j], full[9 + i, 9 + j] = -b[j, i], b[j, i]
-        for i in range(12):
-            for j in range(2 * d):
-                x = 0.0
-                for g in range(count[j]):
-                    x += full[i, row[j, g]] * p[row[j, g], j]
-                half[i, j] = x
-        for i in range(2 * d):
-            for g in range(count[i]):
-                h = row[i, g]
-                for j in range(2 * d):
-                    out[k, i, j] += p[h, i] * half[h, j]
+                        own[i, j] -= x * stiff[j]
+        # as in geometric_stiffness, where only what moves or turns a block counts
+        turned[0, 1], turned[0, 2], turned[1, 2] = -total[2], total[1], -total[0]
+        turned[1, 0], turned[2, 0], turned[2, 1] = total[2], -total[1], total[0]
+        for j in spins:
+            for i in shifts:
+                x = _between(shift[i], turned, spin[j])
+                own[i, j] += x
+                own[d + i, j] -= x
+                own[j, i] += x
+                own[j, d + i] -= x
+            for i in spins:
+                x, y = _between(spin[i], b, spin[j]), _between(spin[j], b, spin[i])
+                own[i, j] += _between(spin[i], a, spin[j])
+                own[d + i, j] -= x
+                own[i, d + j] -= y
+                own[d + i, d + j] += y
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _between(x: Array, a: Array, y: Array) -> float:
+    """Scalar product of x with a y."""
+    total = 0.0
+    for i in range(3):
+        total += x[i] * (a[i, 0] * y[0] + a[i, 1] * y[1] + a[i, 2] * y[2])
+    return total
 
 
 @njit(cache=True, error_model="numpy")
-def assembled(element: Array, row_scale: Array, column_scale: Array, slot: Index, out: Array) -> None:
-    """Add the entries of elements, (k, 2 d, 2 d), to their places in a sparse matrix; -1 for those of held blocks.
+def assembled(element: Array, scale: Array, slot: Index, out: Array) -> None:
+    """Add the entries of elements to their places in a sparse matrix.
 
     Parameters
     ----------
-    element : matrices of k elements, two blocks or ends of d degrees of freedom each
-    row_scale, column_scale : to own units, shape (d,)
+    element : matrices of k elements, two blocks or ends of d degrees of freedom each, shape (k, 2 d, 2 d)
+    scale : of every entry of an element, to own units, shape (2 d, 2 d)
     slot : place in ``out`` of every entry, -1 for those of held blocks, shape (k * 4 d^2,)
     out : entries of the sparse matrix, added to
     """
-    k, size = element.shape[:2]
-    d, place = len(row_scale), 0
-    for e in range(k):
+    size, flat = scale.size, scale.ravel()
+    for e in range(len(element)):
+        values, places = element[e].ravel(), slot[e * size : (e + 1) * size]
         for i in range(size):
-            for j in range(size):
-                if slot[place] >= 0:
-                    out[slot[place]] += element[e, i, j] * (row_scale[i % d] * column_scale[j % d])
-                place += 1
+            if places[i] >= 0:
+                out[places[i]] += values[i] * flat[i]
+
+
+@njit(cache=True, error_model="numpy")
+def relative(block_a: Index, block_b: Index, wrenches: Array, motion: Array, out: Array) -> None:
+    """Write the displacements of the points by a small motion of the blocks.
+
+    Parameters
+    ----------
+    wrenches : of :func:`point_wrenches`, shape (m, c, 2, d)
+    motion : of the degrees of freedom, shape (n, d)
+    out : written [m], shape (m, c)
+    """
+    for m in range(len(block_a)):
+        for c in range(out.shape[1]):
+            x = 0.0
+            for j in range(motion.shape[1]):
+                x += wrenches[m, c, 0, j] * motion[block_a[m], j] + wrenches[m, c, 1, j] * motion[block_b[m], j]
+            out[m, c] = x
+
+
+@njit(cache=True, error_model="numpy")
+def moved(motion: Array, shift: Array, turn: Array) -> None:
+    """Move blocks on, in place.
+
+    Parameters
+    ----------
+    motion : shift and rotation vector in global axes [m, rad], shape (n, 6)
+    shift, turn : displacement of the centroids [m], (n, 3), and rotation matrix less one, (n, 3, 3)
+    """
+    k, step, old = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    for m in range(len(motion)):
+        x, y, z = motion[m, 3], motion[m, 4], motion[m, 5]
+        angle = np.sqrt(x * x + y * y + z * z)
+        # sin(a)/a and (1 - cos(a))/a^2, as in rotation_matrices
+        first = np.sin(angle) / angle if angle > 0.0 else 1.0
+        half = np.sin(0.5 * angle) / (0.5 * angle) if angle > 0.0 else 1.0
+        second = 0.5 * half * half
+        k[0, 0] = k[1, 1] = k[2, 2] = 0.0
+        k[0, 1], k[0, 2], k[1, 2], k[1, 0], k[2, 0], k[2, 1] = -z, y, -x, z, -y, x
+        for i in range(3):
+            shift[m, i] += motion[m, i]
+            for j in range(3):
+                square = k[i, 0] * k[0, j] + k[i, 1] * k[1, j] + k[i, 2] * k[2, j]
+                step[i, j] = first * k[i, j] + second * square
+                old[i, j] = turn[m, i, j]
+        for i in range(3):
+            for j in range(3):
+                more = step[i, 0] * old[0, j] + step[i, 1] * old[1, j] + step[i, 2] * old[2, j]
+                turn[m, i, j] = old[i, j] + step[i, j] + more

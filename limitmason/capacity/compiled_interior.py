@@ -28,16 +28,24 @@ def sheared(
         size = np.sqrt(size)
         # the shear is less than its limit by the same product; its equation has one root between
         low, high = 0.0, min(most, size)
+        held, soft = 0.5 * high, ks[m] * product
         for _ in range(_BISECTIONS):
-            held = 0.5 * (low + high)
-            if held * (1.0 + ks[m] * product / max(most**2 - held**2, 1e-300)) < size:
+            spare = max((most - held) * (most + held), 1e-300)
+            over = held * (1.0 + soft / spare) - size
+            if over < 0.0:
                 low = held
             else:
                 high = held
-        slip = product * most / max(most**2 - low**2, 1e-300)
+            # Newton's method, halved in where it leaves the bracket
+            on = held - over / (1.0 + soft / spare + 2.0 * soft * (held / spare) * (held / spare))
+            on = on if low < on < high else 0.5 * (low + high)
+            if abs(on - held) <= 1e-15 * most:
+                break
+            held = on
+        slip = product * most / max((most - held) * (most + held), 1e-300)
         cone[m, 0], slid[m, 0] = most, slip
         for j in range(1, tried.shape[1]):
-            cone[m, j] = tried[m, j] * (low / max(size, 1e-300))
+            cone[m, j] = tried[m, j] * (held / max(size, 1e-300))
             slid[m, j] = -cone[m, j] * (slip / most)
 
 

@@ -51,6 +51,7 @@ class ContactGeometry(NamedTuple):
     free: Flags  # (n, d)
     shapes_a: Array  # displacement of the material points per unit of a shape, axes of their block, (m, 3, k)
     shapes_b: Array
+    centroid: Array  # of the blocks in the reference pose [m], (n, 3)
 
     @property
     def deforming(self) -> int:
@@ -95,7 +96,7 @@ def make_bodies(
         free = np.hstack([free, deformation.stiffness > 0.0])
     return ContactGeometry(
         points.block_a, points.block_b, points.place_a - x[points.block_a], points.place_b - x[points.block_b],
-        points.place_b - points.place_a, points.directions, points.area, basis, free, shapes_a, shapes_b,
+        points.place_b - points.place_a, points.directions, points.area, basis, free, shapes_a, shapes_b, x,
     )
 
 

@@ -7,6 +7,7 @@ mean weight over the mean stiffness of a contact point) and that over the size: 
 stalls at 1e-5 of a block's weight.
 """
 
+from collections.abc import Callable
 from copy import copy
 from typing import NamedTuple
 
@@ -32,6 +33,10 @@ from limitmason.capacity.path_loads import PathLoads
 from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, Returned, return_map, virgin
 from limitmason.capacity.ties import Pulled, pull, stiffness
 from limitmason.mechanics.tie_springs import NO_TIES, TieSprings
+from limitmason.multifrontal.unsymmetric import UnsymmetricFronts
+
+_LEFT, _ROUNDED = 1e-9, 1e-4  # of a right side that a solution may leave; where a correction makes that no less
+_CORRECTIONS = 4  # solutions by fronts at most
 
 
 class Evaluated(NamedTuple):
@@ -127,7 +132,7 @@ class System:
         own_slot = np.full(len(keep), -1)
         own_slot[keep], self._rest = slot[: keep.sum()], slot[keep.sum() :]
         self._slot, self._turning = np.split(own_slot, [len(dofs[0]) * dofs[0].shape[1] ** 2])
-        self._ordered: tuple[Index, Index, sparse.csc_matrix] | None = None
+        self._fronts: UnsymmetricFronts | None = None
         indices, indptr = (key % (order + 1)).astype(np.int32), indptr.astype(np.int32)
         self._pattern = sparse.csc_matrix((np.zeros(len(key)), indices, indptr), shape=(order + 1,) * 2)
 
@@ -175,10 +180,16 @@ class System:
 
     def relative(self, at: Evaluated, own: Array) -> tuple[Array, Array]:
         """Displacement of the points, (m, c), and elongation of the ties, (t,), by a small motion in own units [m]."""
-        motion = self._motion(own)
-        ends = np.stack([motion[self.bodies.block_a], motion[self.bodies.block_b]], axis=1)
+        motion, b = self._motion(own), self.bodies
         ends_of_ties = np.stack([motion[self.ties.block_a], motion[self.ties.block_b]], axis=1)
         longer = -np.einsum("tsd,tsd->t", at.pulled.wrenches, ends_of_ties)
+        if b.large:
+            from limitmason.capacity import compiled
+
+            displaced = np.empty(at.wrenches.shape[:2])
+            compiled.relative(b.block_a, b.block_b, at.wrenches, motion, displaced)
+            return displaced, longer
+        ends = np.stack([motion[b.block_a], motion[b.block_b]], axis=1)
         return np.einsum("mcsd,msd->mc", at.wrenches, ends), longer
 
     def virgin(self) -> PlasticHistory:
@@ -209,7 +220,14 @@ class System:
 
     def advanced(self, pose: Pose, own: Array) -> Pose:
         """The pose after a motion in own units of the free degrees of freedom."""
-        return moved(pose, self._motion(own) @ self.bodies.basis.T)
+        motion = self._motion(own) @ self.bodies.basis.T
+        if not self.bodies.large:
+            return moved(pose, motion)
+        from limitmason.capacity import compiled
+
+        shift, turn = pose.shift.copy(), pose.turn.copy()
+        compiled.moved(motion, shift, turn)
+        return Pose(shift, turn, pose.shapes)
 
     def _motion(self, own: Array) -> Array:
         """Motion of all degrees of freedom, shape (n, d), of the free ones in own units."""
@@ -217,32 +235,28 @@ class System:
         motion[self.bodies.free] = own
         return motion * self.motion_scale
 
-    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> "_Factors":
+    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> "_Factors | SuperLU":
         """Factors of the tangent, bordered by the control row, or by lambda = constant ("multiplier").
 
         Unknowns: motion and multiplier in own units; equations: equilibrium, and what is prescribed.
         """
-        return self._factors(self.tangent(at, prescribed, viscosity))
+        matrix = self.tangent(at, prescribed, viscosity)
+        if not self.bodies.large:
+            return self._pivoted(matrix)
+        if self._fronts is None:  # the pattern stays, so that its order is looked for once
+            count = self.bodies.free.sum(axis=1)
+            has = count > 0
+            node = np.repeat(np.arange(has.sum()), count[has])
+            self._fronts = UnsymmetricFronts(self._pattern, node, self.bodies.centroid[has])
+        factors = self._fronts.factors(matrix.data)
+        return self._pivoted(matrix) if factors is None else _Factors(matrix, self._fronts, *factors, self._pivoted)
 
-    def _factors(self, matrix: sparse.csc_matrix) -> "_Factors":
-        """Sparse factors of the bordered tangent; a large pattern keeps its order."""
+    def _pivoted(self, matrix: sparse.csc_matrix) -> SuperLU:
+        """Sparse factors of a bordered tangent, with rows exchanged wherever that is called for."""
         # the order is for pivots on the diagonal: elements of blocks that deform are so wide that leaving it for every
         # larger entry fills the factors to twice the size, in four times the time, and they solve no better
         worth_leaving = 0.1 if self.bodies.deforming or self.bodies.large else 1.0
-        if self._ordered is not None:
-            order, place, pattern = self._ordered
-            ordered = _filled(pattern, matrix.data[place])
-            # columns by themselves: panels and relaxed nodes cost more than they save on so narrow fronts
-            found = splu(ordered, permc_spec="NATURAL", diag_pivot_thresh=worth_leaving, relax=1, panel_size=1)
-            return _Factors(found, order)
-        found = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=worth_leaving)
-        if self.bodies.large and not self.bodies.deforming:  # the pattern stays, so that its order is looked for once
-            order = np.argsort(found.perm_c)
-            places = sparse.csc_matrix((np.arange(matrix.nnz), matrix.indices, matrix.indptr), shape=matrix.shape)
-            places = places[order][:, order]
-            places.sort_indices()
-            self._ordered = order, places.data, places
-        return _Factors(found)
+        return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=worth_leaving)
 
     def onward(self, at: Evaluated, move: float) -> Array | None:
         """Motion and multiplier, own units, by which the tangent goes on over a control displacement [m].
@@ -263,7 +277,7 @@ class System:
         prescribed : "control" or "multiplier", which is kept
         """
         try:
-            factors = self._factors(self.tangent(at, prescribed)).lu
+            factors = self._pivoted(self.tangent(at, prescribed))
         except RuntimeError:
             return 0
         signs = np.sign(factors.U.diagonal()).prod() * _parity(factors.perm_r) * _parity(factors.perm_c)
@@ -292,15 +306,16 @@ class System:
 
     def _summed(self, element: Array) -> Array:
         """Entries of the matrix that elements in newtons and metres come to, own units, shape (entries,)."""
+        rows, columns = np.concatenate([self.row_scale] * 2), np.concatenate([self.motion_scale] * 2)
+        scale = rows[:, None] * columns
         if self.bodies.large:
             from limitmason.capacity import compiled
 
             values = np.zeros(self._pattern.nnz)
-            compiled.assembled(element, self.row_scale, self.motion_scale, self._slot, values)
+            compiled.assembled(element, scale, self._slot, values)
             return values
         keep = self._slot >= 0
-        rows, columns = np.concatenate([self.row_scale] * 2), np.concatenate([self.motion_scale] * 2)
-        own = (element * (rows[:, None] * columns)).ravel()[keep]
+        own = (element * scale).ravel()[keep]
         return np.asarray(np.bincount(self._slot[keep], own, self._pattern.nnz), float)
 
     def _elements(self, at: Evaluated) -> Array:
@@ -382,18 +397,29 @@ def _filled(pattern: sparse.csc_matrix, values: Array) -> sparse.csc_matrix:
 
 
 class _Factors(NamedTuple):
-    """Factors of a matrix, and the order in which its rows and columns were put beforehand, None for their own."""
+    """Factors of a large matrix, front by front; what they do not solve is left to those with all exchanges of rows."""
 
-    lu: SuperLU
-    order: Index | None = None
+    matrix: sparse.csc_matrix
+    fronts: UnsymmetricFronts
+    store: Array
+    exchanged: Index
+    pivoted: Callable[[sparse.csc_matrix], SuperLU]
 
     def solve(self, right: Array) -> Array:
-        """The solution for a right side, shape (n,)."""
-        if self.order is None:
-            return np.asarray(self.lu.solve(right))
-        found = np.empty_like(right)
-        found[self.order] = self.lu.solve(right[self.order])
-        return found
+        """The solution for a right side, shape (n,); nan where the matrix is singular."""
+        most, found, off, left = float(np.abs(right).max(initial=0.0)), np.zeros_like(right), right, np.inf
+        for _ in range(_CORRECTIONS):
+            found = found + self.fronts.solve(self.store, self.exchanged, off)
+            off = right - self.matrix @ found
+            before, left = left, float(np.abs(off).max(initial=0.0))
+            if left <= _LEFT * most or left > 0.5 * before:  # as far as rounding lets it
+                break
+        if left <= _ROUNDED * most:
+            return found
+        try:
+            return np.asarray(self.pivoted(self.matrix).solve(right))
+        except RuntimeError:
+            return np.full_like(right, np.nan)
 
 
 def _parity(permutation: Index) -> int:

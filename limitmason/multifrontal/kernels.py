@@ -112,3 +112,136 @@ def substitute(
                 for i in range(j + 1, n):
                     total += column[i] * own[i]
                 own[j] = (own[j] - total) / column[j]
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def factor_unsymmetric(
+    value: Array, entries: tuple[Index, Index, Index], owned: Index, edge_start: Index,
+    children: tuple[Index, Index, Index, Index], starts: tuple[Index, Index], arrays: tuple[Array, Array, Array],
+    pivot: Index,
+) -> bool:
+    """Write the factors L U of a matrix of unsymmetric values front by front; False where it is singular.
+
+    Rows are exchanged within what a front eliminates. Of a front of s unknowns that eliminates n, ``store`` holds its
+    first n columns, L (with ones on its diagonal) below U, by columns; then the rest of its first n rows, U, by rows.
+
+    Parameters
+    ----------
+    value : entries of the matrix
+    entries : first of every front; number of the entry, and its place in the front: columns, then rows beside them
+    owned, edge_start : unknowns that a front eliminates, and first of those that it touches
+    children : first of every front; child; first place of its update in the parent, by child; those places
+    starts : where updates and factors of a front begin
+    arrays : ``work`` for what is beside the columns of a front, ``updates`` and ``store``
+    pivot : of every unknown, the row of its front that it was exchanged with
+    """
+    entry_start, entry, spot = entries
+    child_start, child, place_start, place = children
+    update_start, store_start = starts
+    work, updates, store = arrays
+    first = 0
+    for k in range(owned.size):
+        n, m = owned[k], edge_start[k + 1] - edge_start[k]
+        s = n + m
+        columns, beside = store[store_start[k] : store_start[k] + n * s], work[: s * m]
+        columns[:], beside[:] = 0.0, 0.0
+        for e in range(entry_start[k], entry_start[k + 1]):
+            if spot[e] < n * s:
+                columns[spot[e]] = value[entry[e]]
+            else:
+                beside[spot[e] - n * s] = value[entry[e]]
+        for q in range(child_start[k], child_start[k + 1]):
+            j = child[q]
+            size, own = edge_start[j + 1] - edge_start[j], 0
+            to = place[place_start[j] : place_start[j] + size]
+            while own < size and to[own] < n:
+                own += 1
+            for a in range(size):
+                at, update = to[a], updates[update_start[j] + a * size : update_start[j] + (a + 1) * size]
+                for b in range(own):
+                    columns[to[b] * s + at] += update[b]
+                for b in range(own, size):
+                    beside[at * m + to[b] - n] += update[b]
+        for j in range(n):
+            lower = columns[j * s : (j + 1) * s]
+            p, most = j, abs(lower[j])
+            for i in range(j + 1, n):
+                if abs(lower[i]) > most:
+                    p, most = i, abs(lower[i])
+            if not (0.0 < most < np.inf):
+                return False
+            pivot[first + j] = p
+            if p != j:
+                for b in range(n):
+                    columns[b * s + j], columns[b * s + p] = columns[b * s + p], columns[b * s + j]
+                for b in range(m):
+                    beside[j * m + b], beside[p * m + b] = beside[p * m + b], beside[j * m + b]
+            inverse = 1.0 / lower[j]
+            for i in range(j + 1, s):
+                lower[i] *= inverse
+            for b in range(j + 1, n):
+                column = columns[b * s : (b + 1) * s]
+                x = column[j]
+                for i in range(j + 1, s):
+                    column[i] -= x * lower[i]
+        for i in range(1, s):  # a row beside the columns less those above it
+            most, row, j = min(i, n), beside[i * m : (i + 1) * m], 0
+            while j + 4 <= most:
+                x0, x1 = columns[j * s + i], columns[(j + 1) * s + i]
+                x2, x3 = columns[(j + 2) * s + i], columns[(j + 3) * s + i]
+                u0, u1 = beside[j * m : (j + 1) * m], beside[(j + 1) * m : (j + 2) * m]
+                u2, u3 = beside[(j + 2) * m : (j + 3) * m], beside[(j + 3) * m : (j + 4) * m]
+                for b in range(m):
+                    row[b] -= x0 * u0[b] + x1 * u1[b] + x2 * u2[b] + x3 * u3[b]
+                j += 4
+            while j < most:
+                x0, u0 = columns[j * s + i], beside[j * m : (j + 1) * m]
+                for b in range(m):
+                    row[b] -= x0 * u0[b]
+                j += 1
+        at = store_start[k] + n * s
+        store[at : at + n * m] = beside[: n * m]
+        updates[update_start[k] : update_start[k] + m * m] = beside[n * m :]
+        first += n
+    return True
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def substitute_unsymmetric(
+    x: Array, owned: Index, edge_start: Index, edge: Index, store_start: Index, store: Array, pivot: Index
+) -> None:
+    """Solve with the factors of :func:`factor_unsymmetric`, in place, unknowns in order of elimination."""
+    first, work = 0, np.empty((owned + np.diff(edge_start)).max())
+    for k in range(owned.size):
+        n, m, e = owned[k], edge_start[k + 1] - edge_start[k], edge_start[k]
+        s, own = n + m, x[first : first + n]
+        for j in range(n):
+            p = pivot[first + j]
+            own[j], own[p] = own[p], own[j]
+        below = work[:s]
+        below[:n], below[n:] = own, 0.0
+        for j in range(n):
+            column, y = store[store_start[k] + j * s : store_start[k] + (j + 1) * s], below[j]
+            for i in range(j + 1, s):
+                below[i] -= y * column[i]
+        own[:] = below[:n]
+        for i in range(m):
+            x[edge[e + i]] += below[n + i]
+        first += n
+    for k in range(owned.size - 1, -1, -1):
+        n, m, e = owned[k], edge_start[k + 1] - edge_start[k], edge_start[k]
+        first -= n
+        s, own, beside, at = n + m, x[first : first + n], work[:m], store_start[k]
+        for i in range(m):
+            beside[i] = x[edge[e + i]]
+        for i in range(n):
+            row, y = store[at + n * s + i * m : at + n * s + (i + 1) * m], 0.0
+            for j in range(m):
+                y += row[j] * beside[j]
+            own[i] -= y
+        for j in range(n - 1, -1, -1):
+            column = store[at + j * s : at + j * s + j + 1]
+            own[j] /= column[j]
+            y = own[j]
+            for i in range(j):
+                own[i] -= y * column[i]

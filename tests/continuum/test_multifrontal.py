@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from scipy import sparse
 from scipy.sparse.linalg import splu
 
 import limitmason as lm
 from limitmason.continuum import Box, Continuum, push, solve_elastic
 from limitmason.continuum import factor as of_solids
 from limitmason.errors import NotApplicable
+from limitmason.multifrontal.unsymmetric import UnsymmetricFronts
 
 LEGS = [
     Box(np.zeros(3), np.array([1.2, 0.2, 0.6])), Box(np.array([0.0, 0.2, 0.0]), np.array([0.2, 0.7, 0.6])),
@@ -213,3 +215,25 @@ def test_the_path_is_that_of_a_factor_without_exchanges(monkeypatch):
     there = push(solid, **options)
     assert here.displacement == pytest.approx(there.displacement, rel=1e-12)
     assert here.load == pytest.approx(there.load, rel=1e-8)
+
+
+@pytest.mark.parametrize("dof", [1, 3])
+def test_fronts_of_unsymmetric_values_solve_what_was_asked_with_a_border(dof):
+    """A grid of 7 x 9 nodes; diagonals of nothing ask for exchanges of rows. Of no rank it is called singular."""
+    rng, (across, up) = np.random.default_rng(2), (7, 9)
+    place = np.stack(np.meshgrid(np.arange(across), np.arange(up), [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
+    near = np.abs(place[:, None] - place).max(axis=2) <= 1.0
+    full = np.kron(near, np.ones((dof, dof)))
+    full = np.block([[full, np.ones((len(full), 1))], [np.ones((1, len(full))), 1.0]])
+    pattern = sparse.csc_matrix(full)
+    pattern.sort_indices()
+    fronts = UnsymmetricFronts(pattern, np.repeat(np.arange(len(place)), dof), place)
+    for _ in range(3):
+        matrix = pattern.copy()
+        matrix.data = rng.normal(size=matrix.nnz)
+        if dof > 1:
+            matrix.setdiag(0.0)
+        right = rng.normal(size=len(full))
+        exact = np.linalg.solve(matrix.toarray(), right)
+        assert fronts.solve(*fronts.factors(matrix.data), right) == pytest.approx(exact, rel=1e-7, abs=1e-9)
+    assert fronts.factors(np.zeros(pattern.nnz)) is None

@@ -1,0 +1,108 @@
+"""Factors L U of sparse matrices with unsymmetric values, all of one pattern: order and fronts are found once.
+
+Rows are exchanged within a front only, so that the pattern stays; whether a solution is right its residual tells.
+Source: Duff and Reid (1984), The multifrontal solution of unsymmetric sets of linear equations.
+"""
+
+import numpy as np
+from scipy import sparse
+
+from limitmason.arrays import Array, Index
+from limitmason.multifrontal.dissection import dissect, elimination_tree
+from limitmason.multifrontal.fronts import Fronts
+
+_LEAF = 5  # nodes up to which a piece is eliminated at once
+
+
+class UnsymmetricFronts:
+    """Order and fronts of all matrices of one pattern with a border.
+
+    Parameters
+    ----------
+    pattern : shape (n + 1, n + 1), as symmetric as its values are not; its last row and column are the border,
+        eliminated last
+    node : of every unknown but the border, ascending, shape (n,)
+    position : of every node [m], shape (nodes, 3)
+    """
+
+    def __init__(self, pattern: sparse.csc_matrix, node: Index, position: Array) -> None:
+        """Find the order, and where every entry and every update goes."""
+        nodes = len(position)
+        node = np.append(node, nodes)
+        column = np.repeat(np.arange(pattern.shape[1]), np.diff(pattern.indptr))
+        ones = np.ones(pattern.nnz)
+        graph = sparse.coo_array((ones, (node[pattern.indices], node[column])), shape=(nodes + 1,) * 2).tocsr()
+        graph.setdiag(0)
+        graph.eliminate_zeros()
+        graph.sort_indices()
+        inner = graph[:nodes, :nodes]
+        order = dissect(inner, position, _LEAF)
+        order[-1] = np.append(order[-1], nodes)
+        tree = elimination_tree(graph, order)
+        sequence, width = np.concatenate(order), np.bincount(node)
+        by_node = np.argsort(np.argsort(sequence)[node], kind="stable")
+        self.order: Index = by_node  # unknown of every rank
+        rank = np.empty(len(node), np.intp)
+        rank[by_node] = np.arange(len(node))
+        self.fronts = fronts = Fronts(tree, width[sequence])
+        self.edge_size = edge = np.diff(fronts.edge_start)
+        size = fronts.owned + edge
+        stored = fronts.owned * (size + edge)
+        self._starts = _reused(edge, tree.parent), np.cumsum(stored) - stored
+        self._stored = int(stored.sum())
+        row, across = rank[pattern.indices], rank[column]
+        owner = fronts.eliminating(np.minimum(row, across))
+        entry = np.argsort(owner, kind="stable")
+        start = np.searchsorted(owner[entry], np.arange(len(order) + 1))
+        spot = np.empty(pattern.nnz, np.intp)
+        for k in range(len(order)):
+            of = entry[start[k] : start[k + 1]]
+            i, j, n = fronts.place(k, row[of]), fronts.place(k, across[of]), fronts.owned[k]
+            beside = n * size[k] + i * edge[k] + j - n
+            spot[start[k] : start[k + 1]] = np.where(j < n, j * size[k] + i, beside)
+        self._entries = start, entry, spot
+        kept = [fronts.place(int(p), fronts.edges[k]) if p >= 0 else fronts.edges[k] for k, p in enumerate(tree.parent)]
+        count = [len(c) for c in tree.children]
+        child = np.concatenate([np.array(c, np.intp) for c in tree.children])
+        self._children = np.append(0, np.cumsum(count)), child, fronts.edge_start, np.concatenate(kept)
+        room = int((self._starts[0] + edge**2).max())
+        self._work, self._updates = np.empty(int((size * edge).max())), np.empty(room)
+
+    def factors(self, value: Array) -> tuple[Array, Index] | None:
+        """Factors of the entries of a matrix, in the order of the pattern, and the exchanges of rows.
+
+        None where exchanges within the fronts find no pivot: it may be singular, or ask for others.
+        """
+        from limitmason.multifrontal.kernels import factor_unsymmetric  # compiled: loaded where a matrix is factored
+
+        store, pivot = np.empty(self._stored), np.empty(len(self.order), np.intp)
+        found = factor_unsymmetric(
+            value, self._entries, self.fronts.owned, self.fronts.edge_start, self._children, self._starts,
+            (self._work, self._updates, store), pivot,
+        )
+        return (store, pivot) if found else None
+
+    def solve(self, store: Array, pivot: Index, right: Array) -> Array:
+        """The solution for a right side, shape (n + 1,), by :meth:`factors`."""
+        from limitmason.multifrontal.kernels import substitute_unsymmetric
+
+        x, f = right[self.order], self.fronts
+        substitute_unsymmetric(x, f.owned, f.edge_start, f.edge, self._starts[1], store, pivot)
+        found = np.empty_like(x)
+        found[self.order] = x
+        return found
+
+
+def _reused(edge: Index, parent: Index) -> Index:
+    """Where the update of every front begins, in room that is used again once its parent has taken it."""
+    start, taken = np.zeros(len(edge), np.intp), list[tuple[int, int, int]]()  # begin, end, parent of what waits
+    for k, size in enumerate(edge**2):
+        taken = [t for t in taken if t[2] != k]
+        at = 0
+        for begin, end, _ in taken:
+            if begin - at >= size:
+                break
+            at = end
+        start[k] = at
+        taken = sorted([*taken, (at, at + int(size), int(parent[k]))])
+    return start
