@@ -148,3 +148,18 @@ def test_a_path_goes_on_under_the_same_points_only():
     first = lm.pushover(wall, high, to=0.01)
     with pytest.raises(lm.errors.InputError, match="'block' acts at another point"):
         lm.pushover(wall, low, to=0.02, start=first)
+
+
+@pytest.mark.exact
+def test_blocks_that_hardly_deform_rock_as_rigid_ones():
+    wall = block(1e11).with_material(lm.Material(young_modulus=1e13, poisson_ratio=0.2, density=2000.0))
+    weight, at = wall.weights[1], (0.2, 0.15, 1.0)
+    loads = lm.Loads.weight(wall).with_point_load(wall, 1, (0, 0, -2.0 * weight), at=at, case="dead")
+    loads = loads.with_point_load(wall, 1, (weight, 0, 0), at=at)
+    options = {"contacts": "first", "contact_model": "vertices", "to": 0.03}
+    rigid, soft = (lm.pushover(wall, loads, blocks=kind, **options) for kind in ("rigid", "simply deformable"))
+    places = [0.01, 0.02, 0.03]
+    assert np.interp(places, soft.displacement, soft.load) == pytest.approx(
+        np.interp(places, rigid.displacement, rigid.load), rel=1e-3
+    )
+    assert all(c.accepted for c in soft.certificates)
