@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.checks import positive
+from limitmason.continuum.equal_bricks import EqualBricks
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.result import SolidCurve, curve_of
 from limitmason.continuum.solid import Continuum
@@ -80,9 +82,10 @@ def push(
     Small displacements. Brittle solids snap back: at a prescribed displacement the load then falls at once, as in a
     stiff machine, and where it ends depends on what the run-through has broken. A homogeneous solid knows no joints: it
     cracks where strength is reached first, not where stones part. Energy is independent of the mesh where bricks are
-    cubes: a crack across a flat brick has its thickness for a band, not the cube root of its volume. Where strain is
-    the same all over, bricks whose strengths differ by less than five times ``energy_error`` crack together, on a path
-    of more energy than that of one crack.
+    cubes: a crack across a flat brick has its thickness for a band, not the cube root of its volume. Of a row of
+    bricks that one step would crack together one cracks, and a bar takes the energy of one crack, see
+    :class:`limitmason.continuum.equal_bricks.EqualBricks`. Where bricks of a row must begin together, as in the middle
+    of a beam, they go on together, on a path of more energy, and the curve says so.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     point, direction = read_vector("point of control", control[0]), read_vector("direction of control", control[1])
@@ -98,12 +101,12 @@ def push(
     step = first or to / 100.0
     longest = largest or to / 30.0
     least, budget = min(step, longest) / _CUTS, max(energy_error, 3.0 * tolerance)
-    status = REACHED
+    status, equal = REACHED, EqualBricks(solver)
     while (left := origin + to - nodes[-1].control) > 1e-9 * to:
         last = nodes[-1]
         solver.largest = max(abs(n.multiplier) for n in nodes)
         target = last.control + (left if left < 1.2 * step else step)
-        new = _stepped(solver, nodes, target, least, budget, say)
+        new = equal.stepped(partial(_stepped, solver, nodes, target, least, budget, say), last)
         if new is None:
             status = STOPPED
             break
@@ -118,7 +121,7 @@ def push(
         )
         if checkpoint is not None and len(nodes) % 10 == 0:
             curve_of(model, nodes, (point, direction), tolerance, INTERRUPTED, (), band).save(checkpoint)
-    warnings: tuple[str, ...] = _flat_bricks(model)
+    warnings: tuple[str, ...] = (*_flat_bricks(model), *equal.warnings(nodes[-1]))
     if status == STOPPED:
         end = 1e3 * (nodes[-1].control - origin)
         warnings = (*warnings, f"the path stops at {end:.4g} mm: no state beyond was found")

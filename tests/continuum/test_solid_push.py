@@ -1,5 +1,7 @@
 """Push-over of solids: energy of one crack, meshes, balance, going on, states that are refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -43,6 +45,86 @@ def test_one_brick_pulled_apart_takes_the_fracture_energy_of_its_section():
     assert curve.residual.max() <= 1e-3
     # the crack is as wide as the top has moved
     assert curve.crack_width().max() == pytest.approx(2e-3, rel=0.01)
+
+
+def pulled_block(bricks, axis=2, held=0.0, layers=(0,), nodes=8):
+    """Work and crack widths by place of a block of equal cubes, pulled along an axis from the end that is not held."""
+    h, counts = 0.1, np.roll(bricks, axis - 2)
+    material = lm.Material(8e8, 0.0, 0.0, tensile_strength=8e4, tensile_energy=12.0)
+    across = counts * h
+    boxes = []
+    for k in layers:
+        low, high = np.zeros(3), across.copy()
+        low[axis], high[axis] = k * h, (k + 1) * h if len(layers) > 1 else across[axis]
+        boxes.append(Box(low, high))
+    solid = Continuum.from_boxes(boxes, material, size=h, nodes=nodes, points=2)
+    x = solid.mesh.nodes
+    end = 0.0 if held else across[axis]
+    solid = replace(solid, held=np.repeat(np.abs(x[:, axis] - held) < 1e-9, 3).reshape(-1, 3))
+    face = np.abs(x[:, axis] - end) < 1e-9
+    pull = np.eye(3)[axis] * (-1.0 if held else 1.0)
+    forces = np.zeros(x.shape)
+    inner = np.ones(len(x))
+    for other in np.flatnonzero(np.arange(3) != axis):  # nodes at the edge of the face carry half
+        inner *= np.where(np.isclose(x[:, other], 0.0) | np.isclose(x[:, other], across[other]), 0.5, 1.0)
+    forces[face] = inner[face, None] * pull
+    point = np.where(np.arange(3) == axis, end, 0.5 * across)
+    curve = push(solid.with_forces(forces), control=(point, pull), to=1.5e-3)
+    return curve, curve.crack_width().mean(axis=1), solid.mesh.corners.mean(axis=1)[:, axis]
+
+
+@pytest.mark.parametrize("bricks", [(1, 1, 2), (1, 1, 5), (2, 2, 3)])
+def test_equal_bricks_under_equal_stress_take_the_energy_of_one_crack(bricks):
+    """Gf A whatever the number of bricks; they all cracked before, 1.96, 3.7 and 2.7 times that."""
+    curve, width, z = pulled_block(bricks)
+    section = bricks[0] * bricks[1] * 0.01
+    assert curve.energy.lost[-1] == pytest.approx(12.0 * section, rel=2e-3)
+    assert curve.peak.load == pytest.approx(8e4 * section, rel=0.01)
+    cracked = width > 1e-6
+    assert cracked.sum() == bricks[0] * bricks[1]
+    assert np.ptp(z[cracked]) < 1e-9  # one layer
+    assert not curve.warnings
+
+
+def test_the_brick_that_cracks_is_the_same_in_a_turned_mirrored_and_renumbered_bar():
+    """Of four the second from the held end: nearest to the middle, behind as the control point moves."""
+    for given in ({}, {"axis": 0}, {"axis": 1}, {"layers": (3, 0, 2, 1)}):
+        curve, width, z = pulled_block((1, 1, 4), **given)
+        assert z[np.argmax(width)] == pytest.approx(0.15)
+        assert curve.energy.lost[-1] == pytest.approx(0.12, rel=2e-3)
+    _, width, z = pulled_block((1, 1, 4), held=0.4)
+    assert z[np.argmax(width)] == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("part", [0.999, 0.99, 0.97])
+def test_of_nearly_equal_bricks_the_weakest_cracks(part):
+    """A step past both strengths cracked both, up to five times energy_error apart."""
+    h, materials = 0.1, [
+        lm.Material(8e8, 0.0, 0.0, tensile_strength=f * 8e4, tensile_energy=12.0) for f in (1.0, 1.0, part)
+    ]
+    boxes = [Box(np.array([0, 0, k * h]), np.array([h, h, (k + 1) * h]), k) for k in range(3)]
+    bar = Continuum.from_boxes(boxes, materials, size=h, nodes=8, points=2)
+    top = [(0, 0, 3 * h), (h, 0, 3 * h), (h, h, 3 * h), (0, h, 3 * h)]
+    curve = push(bar.with_patch_pressure(top, force=-1.0), control=((h / 2, h / 2, 3 * h), (0, 0, 1)), to=1.5e-3)
+    assert curve.energy.lost[-1] == pytest.approx(0.12, rel=2e-3)
+    assert curve.crack_width()[bar.mesh.material == 2].mean() == pytest.approx(1.5e-3, rel=0.01)
+
+
+def test_bricks_that_bending_opens_side_by_side_are_named():
+    """A beam of an even number of bricks over its span, loaded in the middle: by symmetry two begin together."""
+    length, depth, b = 0.6, 0.2, 0.1
+    material = lm.Material(8e8, 0.2, 0.0, tensile_strength=8e4, tensile_energy=12.0)
+    beam = Continuum.from_boxes([Box(np.zeros(3), np.array([length, b, depth]))], material, size=0.1, nodes=8, points=2)
+    x = beam.mesh.nodes
+    held = np.zeros(x.shape, dtype=bool)
+    foot = np.isclose(x[:, 2], 0.0)
+    held[foot & np.isclose(x[:, 0], 0.0)] = True
+    held[foot & np.isclose(x[:, 0], length), 1:] = True
+    forces = np.zeros(x.shape)
+    forces[np.isclose(x[:, 0], length / 2) & np.isclose(x[:, 2], depth), 2] = -1.0
+    middle = (length / 2, b / 2, 0.0)
+    curve = push(replace(beam, held=held).with_forces(forces), control=(middle, (0, 0, -1)), to=1.2e-3, largest=1e-4)
+    assert any("have cracked together and taken" in w for w in curve.warnings)
 
 
 @pytest.mark.slow

@@ -1,0 +1,169 @@
+"""Equally strong bricks in a row under equal stress: which one cracks, where a step would crack them together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from limitmason.arrays import Array, Flags, Index
+from limitmason.continuum.equilibrium import EquilibriumState, Solver
+from limitmason.continuum.rotating_crack import tensor
+
+_EQUAL = 2e-4  # of the strength: bricks this near to each other are equally near to it
+_TOGETHER = 1.2  # of the energy of one crack: rows that have taken more are named
+_ALONG = 0.9  # cosine between the normal of a crack and the way to the next brick from which that lies across it
+_STRONGER = 1.05  # times the strength of the bricks that stay whole, until the crack beside them has softened
+_SOFTENED = 0.9  # of its strength: below it a crack no longer lets equal bricks crack
+
+
+class EqualBricks:
+    """Rows of bricks that one step would crack together, and the one of each row that cracks.
+
+    A row of equal bricks under equal stress has many states of equilibrium: any number of its bricks may crack. With
+    one crack it takes the least energy, the fracture energy of its section. The brick that was nearest to its
+    strength before cracks. Of equal ones it is that nearest to the middle of all that are tied, and of two of these
+    the one behind as the control point moves. The others count 5 % stronger until it has softened by a tenth. A state
+    found in this way counts where it is in equilibrium without that.
+
+    Parameters
+    ----------
+    solver : of the path, whose curves it changes for steps that are tied
+
+    Attributes
+    ----------
+    together : rows that crack together, as no state with one crack was in equilibrium
+    """
+
+    def __init__(self, solver: Solver) -> None:
+        """Find the neighbours of every brick."""
+        mesh = solver.model.mesh
+        self.solver, self.true = solver, solver.curves
+        self.centre = mesh.corners.mean(axis=1)
+        first, second = mesh.solid.f2t
+        inner = second >= 0
+        self.pairs: Index = np.column_stack([first[inner], second[inner]])
+        way = self.centre[self.pairs[:, 1]] - self.centre[self.pairs[:, 0]]
+        self.way = way / np.linalg.norm(way, axis=1, keepdims=True)
+        control = solver.control.reshape(-1, 3)
+        self.towards = control.sum(axis=0)
+        self.place = np.abs(control).sum(axis=1) @ mesh.nodes / np.abs(control).sum()
+        self.chosen = np.full(len(mesh), -1)  # the brick that cracks in place of a brick, -1 for none
+        self.seen: Flags = np.zeros(len(mesh), dtype=np.bool_)  # bricks that crack together whatever is chosen
+        self.together: list[Index] = []
+
+    def stepped(
+        self, step: Callable[[], EquilibriumState | None], last: EquilibriumState
+    ) -> EquilibriumState | None:
+        """The next state by ``step``, with one crack in each row of equal bricks."""
+        self._release(last)
+        new = step()
+        if new is not None and (self.chosen >= 0).any():
+            new = self._checked(new) or self._without_choice(step)
+        if new is None or not (rows := self._rows(last, new)):
+            return new
+        before = self.chosen.copy()
+        for row, winner in rows:
+            self.chosen[row[row != winner]] = winner
+        self._strengthen()
+        other = step()
+        other = None if other is None else self._checked(other)
+        if other is not None and not self._rows(last, other):
+            return other
+        for row, _ in rows:
+            self.seen[row] = True
+            self.together.append(row)
+        self.chosen = before
+        self._strengthen()
+        return new
+
+    def _without_choice(self, step: Callable[[], EquilibriumState | None]) -> EquilibriumState | None:
+        """The state by a step where what was chosen before does not hold: those bricks are no longer asked."""
+        self.seen |= self.chosen >= 0
+        self.chosen[:] = -1
+        self._strengthen()
+        return step()
+
+    def _strengthen(self) -> None:
+        """Let the bricks that are to stay whole be stronger, the others as they are."""
+        stronger = np.repeat(self.chosen >= 0, self.solver.d.per_brick)
+        self.solver.curves = self.true._replace(tension=np.where(stronger, _STRONGER, 1.0) * self.true.tension)
+
+    def _release(self, last: EquilibriumState) -> None:
+        """Let bricks be as they are again where the crack in their stead has softened."""
+        tied = self.chosen >= 0
+        if not tied.any():
+            return
+        assert last.memory is not None
+        strain = self._per_brick(np.asarray(np.linalg.eigvalsh(last.memory.tension)[:, -1])).max(axis=1)
+        first = self._per_brick(self.true.tension / self.true.modulus)[:, 0]
+        soft = strain > first + np.log(1.0 / _SOFTENED) * self._per_brick(self.true.softening)[:, 0]
+        self.chosen[tied & soft[self.chosen]] = -1
+        self._strengthen()
+
+    def _checked(self, new: EquilibriumState) -> EquilibriumState | None:
+        """The state with the strengths as they are, None where it is then not in equilibrium."""
+        assert new.memory is not None
+        with_choice, self.solver.curves = self.solver.curves, self.true
+        now = self.solver.answer(new.displacement, new.memory)
+        off = float(np.linalg.norm(self.solver.unbalanced(now, new.multiplier))) / self.solver.size(new.multiplier)
+        self.solver.curves = with_choice
+        return new if off <= self.solver.tolerance else None
+
+    def _rows(self, last: EquilibriumState, new: EquilibriumState) -> list[tuple[Index, int]]:
+        """Bricks that begin to crack in one step as their neighbours across the crack do, and the one to crack."""
+        assert last.memory is not None
+        assert new.memory is not None
+        assert new.crack is not None
+        fresh = np.asarray((self._per_brick(last.memory.lost) <= 0.0).all(axis=1), dtype=np.bool_)
+        begins = fresh & (self._per_brick(new.crack) > 0.0).any(axis=1) & ~self.seen & (self.chosen < 0)
+        pairs = np.flatnonzero(begins[self.pairs].all(axis=1))
+        if not len(pairs):
+            return []
+        a, b = self.pairs[pairs].T
+        normal = np.linalg.eigh(new.memory.tension.reshape(len(self.chosen), -1, 3, 3).mean(axis=1))[1][:, :, -1]
+        along = [np.abs(np.einsum("pi,pi->p", normal[k], self.way[pairs])) > _ALONG for k in (a, b)]
+        tied = self.pairs[pairs[along[0] & along[1]]]
+        graph = coo_array((np.ones(len(tied)), tuple(tied.T)), shape=(len(self.chosen), len(self.chosen)))
+        label = connected_components(graph, directed=False)[1]
+        bricks = np.unique(tied)
+        rows = [bricks[label[bricks] == k] for k in np.unique(label[bricks])]
+        return [(row, self._first(row, bricks, normal, last)) for row in rows]
+
+    def _first(self, row: Index, bricks: Index, normal: Array, last: EquilibriumState) -> int:
+        """The brick of a row that cracks: of those nearest to their strength that in the middle of all tied bricks."""
+        assert last.stress is not None
+        along = np.linalg.svd(normal[row])[2][0]
+        for way in (self.towards, self.place - self.centre.mean(axis=0)):
+            if abs(along @ way) > 1e-3 * np.linalg.norm(way):
+                along = along * np.sign(along @ way)
+                break
+        strength = self._per_brick(self.true.tension)[row, 0]
+        stress = np.einsum("bcij,i,j->b", tensor(last.stress.reshape(len(self.chosen), -1, 6)[row]), along, along)
+        for reached in (np.maximum(stress, 0.0) / strength, 1.0 / strength):  # the second where nothing was loaded yet
+            most = row[reached >= (1.0 - _EQUAL) * reached.max()]
+            if reached.max() > 0.0:
+                break
+        x, all_along = self.centre @ along, np.abs(normal[bricks] @ along) > _ALONG
+        off = np.abs(x[most] - x[bricks[all_along]].mean())
+        near = most[off <= off.min() + 1e-6 * max(float(np.ptp(x)), 1e-300)]
+        return int(near[np.argmin(x[near])])
+
+    def _per_brick(self, values: Array) -> Array:
+        return values.reshape(len(self.chosen), -1)
+
+    def warnings(self, last: EquilibriumState) -> tuple[str, ...]:
+        """What a user should know of rows that crack together to the end."""
+        assert last.memory is not None
+        c = self.true
+        of_one = self._per_brick(c.tension * (c.softening + 0.5 * c.tension / c.modulus)).mean(axis=1)  # Gf / width
+        parts = self._per_brick(last.memory.lost).mean(axis=1) / of_one
+        times = [float(parts[row].sum()) for row in self.together]
+        if not times or max(times) < _TOGETHER:
+            return ()
+        row = self.together[int(np.argmax(times))]
+        x = self.centre[row[0]]
+        where = f"{len(row)} bricks in a row from ({x[0]:.3g}, {x[1]:.3g}, {x[2]:.3g}) m on"
+        return (f"{where} have cracked together and taken {max(times):.2g} times the energy of one crack",)
