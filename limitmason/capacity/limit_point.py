@@ -20,6 +20,12 @@ BELOW, RISEN = 0.02, 2e-4
 One that does not rise at all is passed where its displacement has doubled; paths go on until it falls or comes so far.
 """
 
+TOLD = 1e-4
+"""Displacement, of the median block size, over which the turn of a block changes its load by more than ``LEVEL`` [-].
+
+On stiff joints a displacement doubles in some nanometres, in which no load falls by as much.
+"""
+
 
 def passed(load: Array, way: Array, lacks: Array, size: float, doubled: float = 2.0) -> int | None:
     """The sample of the largest load before one that has passed it, or None where none is.
@@ -43,7 +49,7 @@ def passed(load: Array, way: Array, lacks: Array, size: float, doubled: float = 
         if top <= 0.0:
             return False
         level, creeps = (way[int(np.searchsorted(tops, top / (1.0 + rise)))] for rise in (LEVEL, RISEN))
-        return bool(0.0 < level < at / doubled or at - creeps > BELOW * size)
+        return bool((0.0 < level < at / doubled and at - level > TOLD * size) or at - creeps > BELOW * size)
 
     for k in range(1, len(load)):
         if load[k] > tops[k - 1] > load[k - 1]:

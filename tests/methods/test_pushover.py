@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from walls import on_slab
 
 import limitmason as lm
 from limitmason import experiments
@@ -388,6 +389,19 @@ def test_a_wall_that_slides_on_its_bed_ends_on_a_plateau(size):
     assert found.status == "solved"
     assert found.collapse_multiplier == pytest.approx(math.tan(math.radians(33.0)), rel=1e-5)
     assert found.details["curve"].status == "slides on at constant load"
+
+
+@pytest.mark.parametrize("stiffness", [1e12, 1e13, 1e14])
+@pytest.mark.parametrize(("friction_deg", "load", "status"), [
+    (40.0, 0.5, "limit point passed"), (20.0, math.tan(math.radians(20.0)), "slides on at constant load"),
+])
+def test_on_stiff_joints_a_block_that_rocks_does_not_slide_on(stiffness, friction_deg, load, status):
+    """A block rocks at b / h, and slides at tan(phi); in some nanometres neither load falls."""
+    block = on_slab([((0, 0, 0), (0.2, 0.2, 0.4))], joint=lm.Joint(friction_deg))
+    curve = lm.pushover(block, lm.Loads.horizontal(block), stiffness=stiffness)
+    assert curve.status == status
+    assert curve.first_limit_point.load == pytest.approx(load, rel=1e-6)
+    assert curve.displacement[-1] > 1e-5
 
 
 @pytest.mark.slow
