@@ -35,6 +35,7 @@ from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path_loads import PathLoads
 from limitmason.capacity.path_warnings import (
+    branch_warnings,
     edge_warnings,
     flat_top_warnings,
     pressure_sharing_warnings,
@@ -227,7 +228,7 @@ def pushover(
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
-    warnings += said + few
+    warnings += said + few + (branch_warnings(generations, nodes) if initial is None else [])
     if initial is None and named.any():
         warnings += _point_warnings(generations, nodes, contact_model, contact_model is None and grid is None)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")

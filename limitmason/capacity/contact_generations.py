@@ -23,6 +23,7 @@ MOVES_ON = 20.0
 """Overshoots by which a place where sides cross may move along the side that carries it in one step [-]."""
 
 _OPEN, _TURNS = 0.1, 3e-3
+_INVERSE = 4  # iterations for the smallest stiffness
 
 FIRMER = 0.9
 """Stiffness of a point over that at the other end of a step, below which it counts as weaker [-]."""
@@ -268,15 +269,31 @@ class Generations:
         step = self.systems[new.generation].onward(at._replace(returned=mixed), move)
         return np.nan if step is None else float(step[-1])
 
-    def senses(self, node: Node, before: Node | None) -> tuple[int, int]:
-        """Signs of the tangent's determinant at constant load and at constant control, see :meth:`System.sense`.
+    def sense(self, node: Node, before: Node | None, prescribed: str) -> int:
+        """Sign of the tangent's determinant at constant load ("multiplier") or "control", see :meth:`System.sense`.
 
         Parameters
         ----------
         before : node from which it was reached, whose slip decides which points slide on
         """
-        system, at = self.systems[node.generation], self._reached(node, before)
-        return system.sense(at, "multiplier"), system.sense(at, "control")
+        return self.systems[node.generation].sense(self._reached(node, before), prescribed)
+
+    def softest(self, node: Node, before: Node | None) -> float:
+        """Smallest stiffness at constant control, in weights per elastic length, by inverse iterations; 0 if singular.
+
+        Parameters
+        ----------
+        before : as of :meth:`sense`
+        """
+        system = self.systems[node.generation]
+        x = np.random.default_rng(0).standard_normal(system.order)
+        try:
+            factors = system.bordered(self._reached(node, before), "control")
+        except RuntimeError:
+            return 0.0
+        for _ in range(_INVERSE):
+            x = factors.solve(np.append(x / np.linalg.norm(x), 0.0))[:-1]
+        return 1.0 / max(float(np.linalg.norm(x)), 1e-300)
 
     def forces(self, node: Node) -> tuple[Array, Array, Array]:
         """Force components [N], displacements [m] and places [m] of a node's points, see :func:`certificate.forces`."""

@@ -39,6 +39,7 @@ LEVEL = 0.05
 
 _AT_END, _BEARS = 1e-3, 1e-2  # of the width of a joint, and of what it bears: a point that lies, or bears, inside
 _ENDLESS = 1e3  # times from which no number is told
+_NEUTRAL = 1e-3  # of the elastic length over the size of a block: stiffness of motions that nothing drives or holds
 _FAR = 1e6  # advance of the live load that outweighs what elastic forces cost, in block weights times elastic lengths
 
 
@@ -144,6 +145,31 @@ def pressure_sharing_warnings(generations: Generations, nodes: list[Node]) -> li
         f"with dilation as large as friction joints could bear {more}: where they slide hangs on how faces share their "
         "pressure among points, and a path on corners may be off by a third either way; give contact_model='lobatto' "
         "for faces"
+    ]
+
+
+def branch_warnings(generations: Generations, nodes: list[Node]) -> list[str]:
+    """What to say where a path goes on over states that do not stand even at a held displacement.
+
+    The determinant of the tangent, bordered by the control, changes its sign where another branch leaves. States that
+    are neutral there, as of parts that slide by themselves, do not count: the smallest stiffness must be seen beside
+    what displacements of an elastic length change in forces. An even number of modes lost at once is not seen, nor a
+    branch that is left in the step that comes to it.
+    """
+    first, found = generations.sense(nodes[0], None, "control"), []
+    for k in range(1, len(nodes)):
+        if generations.sense(nodes[k], nodes[k - 1], "control") == first:
+            continue
+        system = generations.systems[nodes[k].generation]
+        if generations.softest(nodes[k], nodes[k - 1]) > _NEUTRAL * system.length / system.size:
+            found.append(k)
+    if not found:
+        return []
+    start = nodes[found[0]]
+    return [
+        f"bifurcation: {len(found)} of {len(nodes)} samples do not stand even at a held displacement, the first at "
+        f"{start.control - nodes[0].control:.4g} m, lambda {start.multiplier:.5g}: there the smallest disturbance "
+        "leads off this path, to another load; curve.stability(k) tells of each sample"
     ]
 
 

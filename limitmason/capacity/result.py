@@ -269,11 +269,15 @@ class PushoverCurve(Curve):
         """
         assert self.generations is not None
         k = self._sample(step)
-        first = self.generations.senses(self.nodes[0], None)
-        now = self.generations.senses(self.nodes[k], self.nodes[k - 1] if k else None)
-        if now[1] != first[1]:
+        before = self.nodes[k - 1] if k else None
+        held, alone = (
+            self.generations.sense(self.nodes[k], before, prescribed)
+            == self.generations.sense(self.nodes[0], None, prescribed)
+            for prescribed in ("control", "multiplier")
+        )
+        if not held:
             return SampleStability.UNSTABLE
-        return SampleStability.STABLE if now[0] == first[0] else SampleStability.HELD
+        return SampleStability.STABLE if alone else SampleStability.HELD
 
     def _sample(self, step: int) -> int:
         if not -len(self) <= step < len(self):

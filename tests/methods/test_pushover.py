@@ -404,6 +404,36 @@ def test_on_stiff_joints_a_block_that_rocks_does_not_slide_on(stiffness, frictio
     assert curve.displacement[-1] > 1e-5
 
 
+@pytest.mark.parametrize("points", ["vertices", "lobatto"])
+def test_a_column_that_could_buckle_says_where_its_straight_path_is_left(points):
+    """(1 + lambda) W h / 2 = K: the springs of the foot against the weight and a load at the middle of the height.
+
+    K = kn b^4 / 12 on points that turn as the face does, three times that on corners.
+    """
+    kn, b, h = 3e6, 0.2, 0.8
+    column = on_slab([((0, 0, 0), (b, b, h))], joint=lm.Joint(40.0))
+    live = np.zeros((2, 6))
+    live[1, 2] = -column.weights[1]
+    loads = lm.Loads(lm.Loads.weight(column).dead, live)
+    critical = kn * b**4 / 12.0 * (3.0 if points == "vertices" else 1.0) / (column.weights[1] * h / 2.0) - 1.0
+    shortened = critical * column.weights[1] / (kn * b**2)
+
+    def pressed(to):
+        curve = lm.pushover(column, loads, stiffness=kn, contact_model=points, to=to, steps=Steps(largest=1e-3))
+        return curve, [w for w in curve.warnings if w.startswith("bifurcation")]
+
+    curve, said = pressed(0.99 * shortened)
+    assert not said
+    curve, said = pressed(1.2 * shortened)
+    straight = np.abs(curve.nodes[-1].pose.shift[1, :2]).max()
+    assert straight < 1e-9
+    stands = np.array([curve.stability(k) != "unstable" for k in range(len(curve))])
+    assert (stands == (curve.multiplier < critical)).all()
+    first = int(np.argmin(stands))
+    assert f"{(~stands).sum()} of {len(curve)} samples" in said[0]
+    assert f"lambda {curve.multiplier[first]:.5g}" in said[0]
+
+
 @pytest.mark.slow
 def test_a_glued_face_twists_off_as_in_limit_analysis_and_not_as_its_corners_would():
     # exactly 0.3826 c a^3 of torsion; cohesion at four corners alone would carry 0.7071
