@@ -50,10 +50,14 @@ def given_as_coefficient() -> Iterator[None]:
 
 
 def warn_of_joint(joint: Any, label: str) -> None:
-    """Warn of angles like radians, strengths like MPa, stiffnesses like N/mm3."""
+    """Warn of angles like radians, strengths like MPa, stiffnesses like N/mm3, and strengths that grow by failing."""
     if not _given_as_coefficient.get():
         _warn_of_angle(joint, label, "; use Joint.from_friction_coefficient for a joint this smooth")
     _warn_of_strengths(joint, label, "compressive_strength", "residual_cohesion", "residual_tensile_strength")
+    for field in ("cohesion", "tensile_strength"):
+        peak, rest = getattr(joint, field), getattr(joint, f"residual_{field}")
+        if rest is not None and rest > peak:
+            warn(f"{label}: residual_{field} = {rest:g} Pa exceeds {field} = {peak:g} Pa: it grows stronger by failing")
     for field in ("normal_stiffness", "shear_stiffness"):
         value = getattr(joint, field)
         if value is not None and 0.0 < value < _STIFFNESS_LIKE_N_PER_MM3:

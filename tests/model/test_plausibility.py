@@ -79,6 +79,12 @@ def test_coordinates_in_millimetres_or_centimetres(per_metre):
         lm.Assembly.from_polygons([brick], thickness=0.12 * per_metre, joint=JOINT)
 
 
+@pytest.mark.parametrize("strength", ["cohesion", "tensile_strength"])
+def test_a_joint_that_grows_stronger_by_failing(strength):
+    with pytest.warns(lm.PlausibilityWarning, match=f"residual_{strength} = 1e\\+06 Pa exceeds {strength} = 10000 Pa"):
+        lm.Joint(30.0, **{strength: 1e4, f"residual_{strength}": 1e6})
+
+
 def test_tolerance_too_large_for_the_smallest_block():
     with pytest.warns(lm.PlausibilityWarning, match=r"tolerance of 0.3 m is 30% of the width of block 'block-0'"):
         lm.Assembly.from_polyhedra([CUBE], joint=JOINT, tolerance=0.3)
