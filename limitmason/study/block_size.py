@@ -8,6 +8,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
+from limitmason.build.arguments import courses_from, unit_size
 from limitmason.build.wall import wall
 from limitmason.checks import choice, positive
 from limitmason.errors import InputError
@@ -85,10 +86,10 @@ def block_size_study(
         arguments = dict(build)
         if "unit" not in arguments and unit is None:
             raise InputError("the wall's arguments name no unit")
-        unit = tuple(arguments.pop("unit", unit)) if unit is None else unit
-        arguments.pop("unit", None)
-        if arguments.get("height") is None:
-            arguments["height"] = arguments.pop("courses") * unit[1]
+        own = arguments.pop("unit", None)
+        unit = own if unit is None else unit
+        _, tall, _ = unit_size(unit)
+        arguments["height"] = tall * courses_from(arguments.get("height"), arguments.pop("courses", None), tall)
         build = functools.partial(_wall, arguments, direction)
     elif unit is None:
         raise InputError("give the reference unit=(length, height, thickness) with a building function")
@@ -127,9 +128,10 @@ def _sizes_by_method(
     if isinstance(sizes, Mapping):
         if methods is not None:
             raise InputError("sizes are given by method: leave methods out")
-        return {m: [float(s) for s in own] for m, own in sizes.items()}
-    methods = (methods,) if isinstance(methods, str) else methods
-    return {m: [float(s) for s in sizes] for m in ((ASSOCIATIVE,) if methods is None else methods)}
+    else:
+        methods = (methods,) if isinstance(methods, str) else methods
+        sizes = dict.fromkeys((ASSOCIATIVE,) if methods is None else methods, sizes)
+    return {m: list(dict.fromkeys(map(float, own))) for m, own in sizes.items()}
 
 
 def _wall(arguments: Mapping[str, Any], direction: tuple[float, float, float], unit: Unit) -> tuple[Assembly, Loads]:

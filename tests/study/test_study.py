@@ -219,6 +219,8 @@ def test_sobol_gives_all_variance_to_what_the_multiplier_depends_on():
     (lambda: study.block_size_study(BRICKS, options={"dem": {}}), "'dem', which is not among"),
     (lambda: study.contact_point_study(*make_wall(), (1, 2)), "at least 2"),
     (lambda: scaled_unit((1, 1, 1), 1.0, "height"), "vary"),
+    (lambda: study.block_size_study({**BRICKS, "unit": (0.2, 0.1)}), r"unit must be \(length, height, thickness\)"),
+    (lambda: study.block_size_study({k: v for k, v in BRICKS.items() if k != "height"}), "one of height and courses"),
 ])
 def test_mistakes_are_named(call, message):
     with pytest.raises(ValueError, match=message):
@@ -272,6 +274,12 @@ def test_more_contact_points_take_the_torsion_of_the_dem_to_uniform_pressure_but
     assert off[0] > off[1] > off[2]
     assert off[2] < 0.005 * uniform  # the width of the bracket
     assert found.where(method="associative")["multiplier"] == pytest.approx([math.sqrt(0.5)] * 3, rel=1e-6)
+
+
+def test_a_size_that_is_asked_for_twice_is_one_row():
+    found = study.block_size_study(BRICKS, (1, 1.0), vary="in plane")
+    assert list(found["size"]) == [1.0, 1.0]  # of the wall, and of one piece of it
+    assert found["multiplier"] == pytest.approx([0.25, 0.25], abs=1e-6)
 
 
 def test_block_size_in_plane_keeps_the_slenderness_and_whole_block_moves_it():
