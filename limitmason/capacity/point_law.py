@@ -31,7 +31,7 @@ _PROBE = 1e-6
 """Step of the difference quotients of softening points, over their softening length [-]."""
 
 
-LARGE = 500
+LARGE = 200
 """Contact points from which compiled sums are loaded: below, that takes longer than what they save."""
 
 

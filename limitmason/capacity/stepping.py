@@ -16,8 +16,8 @@ from limitmason.mechanics.law import BELOW_THE_APEX
 
 PROGRAMS = 7
 
-MANY = 500
-"""Contact points from which descent costs less than programs: below, what a numpy call costs outweighs the work."""
+MANY, MANY_BY_DESCENT = 200, 500
+"""Contact points from which an interior path, and from which descent, costs less than programs."""
 
 SHORT = 10.0
 """Elastic lengths of a step of many points in plane that is halved no further before it may be a jump."""
@@ -149,7 +149,7 @@ def descent_first(system: System) -> bool:
 
     Programs hold strengths as they are: where these fall over a length, their fixed point swings to and fro.
     """
-    return _falls(system) or len(system.bodies.area) >= MANY
+    return _falls(system) or len(system.bodies.area) >= (MANY if _by_interior_path(system) else MANY_BY_DESCENT)
 
 
 def patience(system: System, move: float) -> int:
@@ -160,7 +160,12 @@ def patience(system: System, move: float) -> int:
     """
     if not descent_first(system):
         return 2
-    return 8 if interior.solve in _ways(system, False)[:1] and move > SHORT * system.length else 3
+    return 8 if _by_interior_path(system) and move > SHORT * system.length else 3
+
+
+def _by_interior_path(system: System) -> bool:
+    """Whether a step is first looked for by an interior path."""
+    return _ways(system, False)[0] is interior.solve
 
 
 def _falls(system: System) -> bool:

@@ -178,7 +178,7 @@ def test_factors_in_the_kept_order_solve_what_was_asked():
 @pytest.mark.slow
 @pytest.mark.parametrize("name, minimum", [("wall-2", 0.563), ("wall-4", 0.264)])
 def test_a_path_without_programs_ends_at_the_published_minimum(name, minimum, monkeypatch):
-    """As from 500 points on; the certificate of every step is as strict."""
+    """As from 200 points on; the certificate of every step is as strict."""
     monkeypatch.setattr(stepping, "MANY", 0)
     test = experiments.load("ferris-tin-loi-2001", name, dilatancy_deg=0.0)
     curve = lm.pushover(test.assembly(), test.loads(), stiffness=1e10)
