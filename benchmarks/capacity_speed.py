@@ -45,7 +45,7 @@ def sampled(curve, every):
     for k in range(2, len(nodes) - 1, every):
         last, target = made.begun(nodes[k]), nodes[k + 1].control
         system = made.systems[last.generation]
-        ratio = float(np.abs(system.live).sum())
+        ratio = float(np.abs(system.loads.live).sum())
         guess = extrapolated(system, [*nodes[:k], last], target - last.control)
         own, _ = seconds(lambda s=system, n=last, t=target, g=guess, r=ratio: stepping.step(s, n, t, g, r))
         at = system.evaluate(last.pose, last.history, last.multiplier)

@@ -163,7 +163,7 @@ def test_newton_descent_and_programs_find_the_same_tensions():
     wall, loads = tied_bond()
     curve = lm.pushover(wall, loads, contacts="first")
     made = curve.generations.systems[0]
-    ratio = float(np.abs(made.live).sum())
+    ratio = float(np.abs(made.loads.live).sum())
     for k in range(2, curve.first_limit_point.index - 3, 3):
         node, target = curve.nodes[k], curve.nodes[k + 3].control
         start = node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio
