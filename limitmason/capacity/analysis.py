@@ -123,8 +123,8 @@ def pushover(
 
         - "lobatto" with 15 points on a side where joints crush or lose strength. Corners alone carry twice and three
           times as much.
-        - A grid of 5 x 5 points in space where other joints have plastic cohesion or tension. At the corners alone
-          cohesion resists twisting 1.85 times as much as on a square face, at 5 x 5 points 0.98 times.
+        - "lobatto" with 7 points on a side in space where other joints have plastic cohesion or tension. At the corners
+          alone cohesion resists twisting 1.85 times as much as on a square face.
         - Else "vertices": rigid blocks rock on the ends of their joints, as in limit analysis. Faces of finite
           stiffness give way there, which lowers the largest load by up to 20 %. Where a stiffness is named the curve
           warns from 1.5 % on. Two points on a side also turn three times too stiffly, which every such curve says.
@@ -285,12 +285,11 @@ def _point_warnings(
         return []
     if weakening(generations.structures[0].assembly).any():
         return flat_top_warnings(nodes) if standard else []
-    if not standard:
-        return edge_warnings(generations, nodes, "more points by grid=")
     points = generations.structures[0].points
-    glued = standard_points(generations.structures[0].assembly, None)[0] == "grid" and points.components == 3
-    remedy = "contact_model='lobatto'" + ", grid=(9, 9)" * glued
-    return edge_warnings(generations, nodes, remedy, glued) + pressure_sharing_warnings(generations, nodes)
+    if not standard or (points.components == 3 and standard_points(generations.structures[0].assembly, None)[1]):
+        return edge_warnings(generations, nodes, "more points by grid=")
+    remedy = "contact_model='lobatto'"
+    return edge_warnings(generations, nodes, remedy) + pressure_sharing_warnings(generations, nodes)
 
 
 def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, int] | None) -> tuple[float, float]:

@@ -39,6 +39,7 @@ NO_CORNER = -1
 
 _MANY = 40_000  # points: beyond, fewer are put on the sides
 _FEWEST = 5
+_GLUED = (7, 7)  # points of joints in space that bear cohesion or tension
 
 _SAME = 1e-9  # of the largest of some lengths or forces: what rounding may change
 
@@ -81,14 +82,14 @@ def points_of_path(
 def standard_points(assembly: Assembly, plane: Plane | None) -> tuple[str, Grid | None, tuple[str, ...]]:
     """Contact model and grid that the joints' law needs, and a warning where there are too many joints for it.
 
-    "lobatto" where joints crush or lose strength; in space 5 x 5 points where they have cohesion or tensile strength,
-    since at the corners cohesion resists twisting 1.85 times as much as on a square face; else "vertices".
+    "lobatto" where joints crush or lose strength, and in space, with 7 x 7 points, where they have cohesion or tensile
+    strength, since at the corners cohesion resists twisting 1.85 times as much as on a square face; else "vertices".
     """
     x = assembly.arrays
     weak = weakening(assembly)
     if not weak.any():
         glued = plane is None and bool((np.maximum(x.cohesion, x.tensile_strength) > 0.0).any())
-        return ("grid", (5, 5), ()) if glued else ("vertices", None, ())
+        return (LOBATTO, _GLUED, ()) if glued else ("vertices", None, ())
     joints = int((~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])).sum())
     most = _MANY // max(joints, 1)
     n = max(_FEWEST, min(LOBATTO_POINTS, most if plane is not None else int(most**0.5)))

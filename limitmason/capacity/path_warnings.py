@@ -104,15 +104,14 @@ def flat_top_warnings(nodes: list[Node]) -> list[str]:
     ]
 
 
-def edge_warnings(generations: Generations, nodes: list[Node], remedy: str, partly: bool = False) -> list[str]:
+def edge_warnings(generations: Generations, nodes: list[Node], remedy: str) -> list[str]:
     """What to say where faces of the same stiffness would bear less than the few points of a path.
 
     Parameters
     ----------
     remedy : what to give for faces
-    partly : whether joints count too whose force only stands nearer to the edge than that of a face
     """
-    lost = lost_at_edges(generations, nodes, partly)
+    lost = lost_at_edges(generations, nodes)
     if lost < TOLD:
         return []
     return [
@@ -173,23 +172,16 @@ def branch_warnings(generations: Generations, nodes: list[Node]) -> list[str]:
     ]
 
 
-def _rotation(turn: Array) -> Array:
-    """Vector of a small rotation [rad], from its matrix less one."""
-    return 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-
-
-def lost_at_edges(generations: Generations, nodes: list[Node], partly: bool = False) -> float:
+def lost_at_edges(generations: Generations, nodes: list[Node]) -> float:
     """Part by which the largest load would be lower if joints gave way at their edges [-].
 
-    It is 0.0 without a limit point. Joints count that bear on their edges alone; ``partly`` also those whose force
-    stands nearer to the edge than that of a face, by what is missing. A face that bears N and has turned by
+    It is 0.0 without a limit point. Joints count that bear on their edges alone. A face that bears N and has turned by
     t is pressed over the length x = sqrt(2 N / (k t)), with k its stiffness per length, and its force acts x / 3 from
     the edge. The load lost by that falls with the way u as c / sqrt(u), while the curve itself falls by slope u. Their
     sum is least at 3 cbrt(slope c^2 / 4).
 
     It is wrong where blocks then move by another mechanism. On small structures in plane it was mostly within a quarter
-    of the difference, once at a third of it; in space it was too high on 2 of 12. With ``partly`` it is
-    within a quarter on a block of stiff joints, and up to 60 % too high on soft ones, where one sample decides.
+    of the difference, once at a third of it; in space it was too high on 2 of 12.
     """
     load = np.array([n.multiplier for n in nodes])
     way = np.array([n.control for n in nodes])
@@ -219,17 +211,9 @@ def lost_at_edges(generations: Generations, nodes: list[Node], partly: bool = Fa
         across, place = s.assembly.interfaces[k].polygon @ axis, p.place_b[rows] @ axis
         to_end = np.minimum(place - place.min(), place.max() - place) / float(np.ptp(across))
         per_length = p.kn[rows[0]] * s.assembly.arrays.area[k] / float(np.ptp(across))
-        # points that bear inside the face give way at its edge by themselves
-        missing = 1.0
         if float(np.maximum(node.force[rows, 0], 0.0)[to_end > _AT_END].sum()) > _BEARS * pressed:
-            if not partly:
-                continue
-            turned = float(_rotation(node.pose.turn[b] - node.pose.turn[a]) @ spin) / rate
-            length = np.sqrt(2.0 * pressed / (per_length * max(turned, 1e-300)))
-            centre = float(np.maximum(node.force[rows, 0], 0.0) @ place) / pressed
-            inside = min(centre - float(place.min()), float(place.max()) - centre)
-            missing = max(1.0 - 3.0 * inside / min(length, float(np.ptp(across))), 0.0)
-        shift += missing * pressed * np.sqrt(2.0 * pressed * rate * advance / per_length) / 3.0
+            continue  # points that bear inside the face give way at its edge by themselves
+        shift += pressed * np.sqrt(2.0 * pressed * rate * advance / per_length) / 3.0
     c = shift / abs(power)
     slope = max(abs(load[top]) - abs(load[-1]), 0.0) / abs(way[-1] - way[top])
     return 3.0 * float(np.cbrt(slope * c**2 / 4.0)) / float(abs(load[top]))

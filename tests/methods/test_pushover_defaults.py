@@ -146,21 +146,17 @@ def test_points_that_bear_on_the_edge_alone_say_how_much_a_face_would_lose_at_it
         assert curve.peak.load == pytest.approx(exact, rel=0.01)
 
 
-@pytest.mark.parametrize(("kn", "good"), [(3e8, 0.6), (1e9, 0.25), (3e9, 0.25)])
-def test_few_points_of_glued_joints_in_space_say_how_much_a_face_would_lose_at_its_corner(kn, good):
-    """Beside a path on so many points that they are a face; the cohesion is next to none.
-
-    On soft joints the estimate hangs on the sample at which the points inside have just let go.
-    """
+@pytest.mark.parametrize("kn", [3e8, 1e9, 3e9])
+@pytest.mark.parametrize("direction", [(1.0, 0.3, 0.0), (1.0, 1.0, 0.0)])
+def test_points_of_glued_joints_in_space_bear_what_a_face_bears_where_a_block_rocks_on_its_corner(kn, direction):
+    """Beside a path on so many points that they are a face; 5 x 5 even points bore 8 to 13 % more."""
     wall = block({"normal_stiffness": kn, "shear_stiffness": kn, "cohesion": 100.0}, space=True)
-    loads = lm.Loads.horizontal(wall, (1.0, 0.3, 0.0))
+    loads = lm.Loads.horizontal(wall, direction)
     curve = lm.pushover(wall, loads, to=0.05)
     face = lm.pushover(wall, loads, to=0.05, contact_model="lobatto", grid=(21, 21))
-    assert len(curve.nodes[0].force) == 25
-    said = re.search(r"would bear about ([\d.]+)% less", " ".join(curve.warnings))
-    assert said is not None
-    assert float(said[1]) / 100.0 == pytest.approx(1.0 - face.peak.load / curve.peak.load, rel=good)
-    assert "would bear" not in " ".join(face.warnings)
+    assert len(curve.nodes[0].force) == 49
+    assert curve.peak.load == pytest.approx(face.peak.load, rel=0.02)
+    assert "would bear" not in " ".join(curve.warnings)
 
 
 @pytest.mark.parametrize("cohesion", [8e5, 8e6])
