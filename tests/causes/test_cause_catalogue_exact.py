@@ -168,3 +168,20 @@ def test_readings_follow_their_law():
         shift.apply(1.1, 0.5, {"batch": "A"})
     with pytest.raises(ValueError, match="vertical"):
         catalogue.angle_offset().apply(3.0, 60.0, {})
+
+
+@pytest.mark.exact
+def test_a_load_that_is_turned_or_whose_block_grows_keeps_its_point():
+    """A force turned about its point is that force at that point; a block 1.1 times as high bears it as much higher."""
+    made, _ = block()
+    at, force = np.array((0.05, 0.1, 0.9)), np.array((100.0, 0.0, 0.0))
+    loads = lm.Loads.weight(made).with_point_load(made, "column-1", force, at=at)
+    turn = rotation_matrices((0.0, -np.deg2rad(10.0), 0.0))
+    taller, grown = extend("block size", 1.1, (made, loads), axes="z")
+    for found, (wall_, push, place) in (
+        (extend("load direction", 10.0, (made, loads))[1], (made, turn @ force, at)),
+        (grown, (taller, force, at * (1.0, 1.0, 1.1))),
+    ):
+        exact = lm.Loads.weight(wall_).with_point_load(wall_, "column-1", push, at=place)
+        for name in ("live", "live_arms"):
+            assert getattr(found, name) == pytest.approx(getattr(exact, name), abs=1e-9)
