@@ -1,9 +1,9 @@
-"""Joints that lose their strength at once: the step is cut where the first point reaches it, and what breaks is let go.
+"""Joints that lose their strength at once: a step ends where its first point reaches it, and what breaks is let go.
 
 Within a step such points keep their strength, so that the step stays a cone program with a Newton finish. A step that
-takes one of them beyond it ends where the first is at its strength; from there it breaks, at the same control
-displacement, and the points that the others then leave overloaded break with it, those with at least half of the
-largest overload at a time. The fall of the load is a jump: its energy is that of the break.
+takes any of them beyond it ends where the first is at its strength, found as a root. From there that point breaks, at
+the same control displacement. Points that the others then leave overloaded break with it, those with at least half of
+the largest overload at a time. The fall of the load is a jump: its energy is that of the break.
 """
 
 import numpy as np
@@ -11,13 +11,16 @@ import numpy as np
 from limitmason.arrays import Array, Index
 from limitmason.capacity import descent, newton
 from limitmason.capacity.certificate import SHORTEST, WITHIN
-from limitmason.capacity.kinematics import Pose, motion_between, moved
+from limitmason.capacity.kinematics import Pose, contact, motion_between, moved
 from limitmason.capacity.point_law import PlasticHistory, slip_under_strength, trial
 from limitmason.capacity.stepping import Node, by_programs, descent_first, node_of, quieted, step
 from limitmason.capacity.system import Evaluated, System
 
-_CUTS = 25  # tries to end a step where the first point breaks
-_LEAP, _SURE = 0.02, 8  # of the step, and tries: where the first point still breaks only beyond, the state leaps
+_CLOSE = 1e-5  # overload that a step is ended at; up to WITHIN counts where rounding or a bend lets it come no nearer
+_CUTS, _SURE = 40, 8  # tries to end a step where the first point breaks; those after which its far end is doubted
+_LEAP = 1e-6  # of the step: where the first point still breaks only beyond, the state leaps
+_BEYOND, _AIMS = 1.02, 3  # of the way to where a break is foreseen; and times that it is foreseen anew
+_ALIKE = 1e-7  # overload that counts as none, and by which points of a symmetric structure may differ
 _ROUNDS = 400  # of points that break one after the other at one displacement
 _TOGETHER = 0.5  # of the largest overload: what breaks in one round
 _SLIPS = 1e-6  # of the elastic slip at the cohesion: less is rounding
@@ -29,19 +32,23 @@ def brittle(system: System) -> bool:
     return softening is not None and bool(np.logical_or(*softening.sudden).any())
 
 
-def overload(system: System, old: PlasticHistory, at: Evaluated) -> Array:
+def overload(system: System, old: PlasticHistory, displacement: Array, stress: Array, new: PlasticHistory) -> Array:
     """Opening or slip beyond the strength of points that would break, over the elastic one at the strength, (m,).
 
     It is negative below the strength, and minus infinity where nothing can break.
+
+    Parameters
+    ----------
+    old : history that the state was reached from
+    displacement, stress, new : of the points in the state [m] and [Pa], both (m, c), and its history
     """
     law, softening = system.law, system.law.softening
     assert softening is not None
     damage = np.broadcast_to(np.asarray(old.damage), law.kn.shape)
     s = law.strength_at(damage)
-    stress, new = at.returned.stress, at.returned.history
     least = SHORTEST * system.length
-    opening = at.contact.displacement[:, 0] - new.lift - s.tension / law.kn
-    tried, free = trial(law, old, at.contact.displacement), law.kn * (new.lift - at.contact.displacement[:, 0])
+    opening = displacement[:, 0] - new.lift - s.tension / law.kn
+    tried, free = trial(law, old, displacement), law.kn * (new.lift - displacement[:, 0])
     slid = slip_under_strength(law, s, old, tried[:, 1:], free, np.linalg.norm(new.slip - old.slip, axis=1))
     spare = np.linalg.norm(stress[:, 1:], axis=1) - np.maximum(s.shear_strength(stress[:, 0]), 0.0)
     # an open point has no shear strength that slip could break, nor one beyond the tip of the cone
@@ -64,62 +71,146 @@ def weakened(history: PlasticHistory, rows: Index) -> PlasticHistory:
     return history._replace(damage=damage)
 
 
-def due(over: Array) -> Index:
-    """Points that break: the most overloaded one and those that are as near to their strength."""
+def worst_of(over: Array) -> Index:
+    """The most overloaded point, with those that are alike to it to rounding; none where no point is overloaded."""
     worst = float(over.max(initial=-np.inf))
-    return np.flatnonzero(over >= worst - WITHIN) if worst > 0.0 else np.empty(0, np.intp)
+    return np.flatnonzero(over >= worst - _ALIKE) if worst > 0.0 else np.empty(0, np.intp)
 
 
 def overload_of(system: System, old: PlasticHistory, node: Node) -> Array:
     """Overload of a node that was reached from a history."""
-    return overload(system, old, system.evaluate(node.pose, old, node.multiplier))
+    apart = contact(system.bodies, node.pose).displacement
+    return overload(system, old, apart, node.force / system.bodies.area[:, None], node.history)
 
 
-def cut(system: System, last: Node, new: Node, ratio: float) -> tuple[Node | None, Index | None]:
+def _overload_at(system: System, old: PlasticHistory, at: Evaluated) -> Array:
+    """Overload of a pose that was evaluated from a history."""
+    return overload(system, old, at.contact.displacement, at.returned.stress, at.returned.history)
+
+
+def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple[Node | None, Index | None]:
     """End a step where its first point breaks, and tell which points then break.
 
-    The control displacement of that state is closed in on by the secant, every fourth time by halving. A state counts
-    whose largest overload is between 0 and ``WITHIN``.
+    Two states enclose that one. On the straight line between them each point comes to its strength somewhere: the first
+    to do so is closed in on, by the secant and every fourth time by halving. A state counts that only it is beyond its
+    strength in, by no more than ``_CLOSE``. Points that are alike to it to rounding in both states break with it.
+
+    Where all states before it are below the strength, the far end may lie on another branch: it is found anew from
+    the last of them, and where no point is beyond its strength then, that is the end of the step.
 
     Parameters
     ----------
     last, new : states at the two ends of the step
+    low : the last state of the step in which no point is known to be beyond its strength, ``last`` itself at first
     ratio : work of the live load per control displacement [N], for programs
 
     Returns
     -------
     The state, and the rows of points that break at it. No state where a shorter step is not found, no rows where no
-    point
-    breaks.
+    point breaks.
     """
-    over = overload_of(system, last.history, new)
-    high, above = new, float(over.max(initial=-np.inf))
-    if above <= 0.0:
+    above = overload_of(system, last.history, new)
+    if not (above > _ALIKE).any():
         return new, None
     if new.jump:
-        return new, due(over)
-    low, below = last, float(overload_of(system, last.history, last).max(initial=-np.inf))
+        return new, worst_of(above)
     # a point that is due already would leave the secant no room
-    below = min(below, -WITHIN)
+    below = np.minimum(overload_of(system, last.history, low), -_ALIKE)
+    high, left, after = new, None, low
     for k in range(_CUTS):
-        if above <= WITHIN:
-            return high, due(over)
-        if k >= _SURE and abs(high.control - low.control) < _LEAP * abs(new.control - last.control):
+        first, rest = _first(below, above)
+        width = high.control - low.control
+        narrow = abs(width) < _LEAP * abs(new.control - last.control)
+        near = above[first].max() <= (WITHIN if narrow or k >= _SURE else _CLOSE)
+        if near and not (above[rest] > 0.0).any():
+            return high, first
+        if narrow:
             break
-        # aimed at the middle of what counts, so that the state found is past the strength
-        share = (0.5 * WITHIN - below) / (above - below) if k % 4 < 3 else 0.5
-        target = low.control + float(np.clip(share, 0.02, 0.98)) * (high.control - low.control)
-        tried = step(system, last, target, between(last, high, target), ratio)
+        share = 0.5
+        if k % 4 < 3:
+            share = _aimed(below, above, first, rest)
+            if left is not None and abs(after.control - left[0]) < abs(width):
+                # the last two states are nearer to each other than those that enclose it: their secant is truer
+                at, came = (below if after is low else above)[first[0]], left[1][first[0]]
+                rise = (at - came) / (after.control - left[0]) * width if np.isfinite([at, came]).all() else 0.0
+                onward = (0.5 * _CLOSE - at) / rise + (after is high) if rise > 0.0 else -1.0
+                share = onward if 0.0 < onward < 1.0 else share
+        doubted = high is new and k == _SURE
+        target = new.control if doubted else low.control + float(np.clip(share, 0.01, 0.99)) * width
+        begin = (low.pose, low.multiplier) if doubted else between(low, high, target)
+        tried = step(system, last, target, begin, ratio)
         if tried is None:
             return None, None
         found = overload_of(system, last.history, tried)
-        worst = float(found.max(initial=-np.inf))
-        if worst > 0.0:
-            high, above, over = tried, worst, found
+        if doubted and not (found > _ALIKE).any():
+            return tried, None
+        if (found > 0.0).any():
+            left, high, above = (high.control, above), tried, found
         else:
-            low, below = tried, min(worst, -0.01 * WITHIN)
+            left, low, below = (low.control, below), tried, np.minimum(found, -0.01 * _ALIKE)
+        after = tried
     # where the state leaps there is none just at the strength: the leap is part of the jump
-    return high._replace(jump=True), due(over)
+    return high._replace(jump=True), worst_of(above)
+
+
+def _first(below: Array, above: Array) -> tuple[Index, Index]:
+    """Points that come to their strength first between two states, by their overloads, and the others that do."""
+    rows = np.flatnonzero(above > 0.0)
+    share = _shares(below[rows], above[rows])
+    k = rows[int(np.argmin(share))]
+    alike = np.logical_and(*(np.isclose(x[rows], x[k], rtol=0.0, atol=_ALIKE) for x in (below, above)))
+    return rows[alike], rows[~alike]
+
+
+def _shares(below: Array, above: Array) -> Array:
+    """Shares of the way from one state to another at which points come to their strength on a straight line [-].
+
+    Infinity for those that do not come nearer to it, and a half for those that leap beyond it.
+    """
+    known = np.isfinite(below)
+    rises = known & (above > below)
+    share = np.where(known | (above <= 0.0), np.inf, 0.5)
+    share[rises] = -below[rises] / (above[rises] - below[rises])
+    return share
+
+
+def _aimed(below: Array, above: Array, first: Index, rest: Index) -> float:
+    """Share of the way at which only the first is beyond its strength, and by half of what it may be."""
+    share = float(_shares(below[first], above[first]).min())
+    second = float(_shares(below[rest], above[rest]).min(initial=1.0))
+    rise = float((above[first] - below[first]).max())
+    return share + min(0.5 * _CLOSE / rise, 0.5 * max(second - share, 0.0))
+
+
+def foreseen(
+    system: System, last: Node, guess: tuple[Pose, float], target: float, ratio: float
+) -> tuple[Node | None, Index | None]:
+    """The state at which the first point breaks and the points that do, where that is foreseen within a step.
+
+    Each point comes to its strength somewhere on the straight way to the guess, and then to what is found there. A step
+    ends a little beyond the first of these places: one to the guess would go far beyond it.
+
+    Parameters
+    ----------
+    guess : extrapolated pose and multiplier at the control displacement ``target`` [m]
+    ratio : work of the live load per control displacement [N], for programs
+    """
+    far, low = last._replace(pose=guess[0], multiplier=guess[1], control=target), last
+    above = _overload_at(system, last.history, system.evaluate(far.pose, last.history, far.multiplier))
+    below = np.minimum(overload_of(system, last.history, last), -_ALIKE)
+    for _ in range(_AIMS):
+        share = _BEYOND * float(_shares(below, above).min(initial=np.inf))
+        control = last.control + share * (far.control - last.control)
+        if (target - control) * (target - last.control) <= 0.0:
+            break
+        tried = step(system, last, control, between(last, far, control), ratio, patient=False)
+        if tried is None:
+            break
+        above = overload_of(system, last.history, tried)
+        if (above > 0.0).any():
+            return cut(system, last, low, tried, ratio)
+        far = low = tried
+    return None, None
 
 
 def between(last: Node, far: Node, target: float) -> tuple[Pose, float]:
@@ -154,9 +245,9 @@ def released(system: System, node: Node, rows: Index, ratio: float, target: floa
             if found is None:
                 return _fallen(system, node, history, broken, ratio, target, programs)
             solved, programs = found[0], programs + found[1]
-        over = overload(system, history, solved.state)
+        over = _overload_at(system, history, solved.state)
         worst = float(over.max(initial=-np.inf))
-        if worst <= WITHIN:
+        if worst <= _ALIKE:
             return node_of(system, solved, True, programs)._replace(broken=np.unique(np.concatenate(broken)))
         more = np.flatnonzero(over >= _TOGETHER * worst)
         broken.append(more)
@@ -204,7 +295,7 @@ def _fallen(
     """
 
     def breaks(old: PlasticHistory, at: Evaluated) -> PlasticHistory:
-        rows = due(overload(system, old, at))
+        rows = worst_of(_overload_at(system, old, at))
         if not len(rows):
             return at.returned.history
         broken.append(rows)

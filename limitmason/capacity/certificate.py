@@ -16,7 +16,7 @@ from limitmason.mechanics.law import SUDDEN, PointLaw
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
-WITHIN = 1e-3
+WITHIN = 1e-4
 """Opening or slip beyond the strength at which a brittle point must break, over the elastic one at the strength [-]."""
 
 SHORTEST = 0.1
@@ -120,19 +120,23 @@ class Structure(NamedTuple):
     tie_stiffness: Array = np.zeros(0)
 
 
+class StateForces(NamedTuple):
+    """Components of the force on block b along normal and tangents [N], (m, c), compression positive; displacement of b
+    against a along them [m], (m, c), opening positive; present places of b's points [m], (m, 3).
+    """
+
+    components: Array
+    apart: Array
+    place: Array
+
+
 def strength(s: Structure, at: PathState) -> PointLaw:
     """Strengths of the points [Pa] at the damage of a state."""
     return s.points.law.towards(s.points.rest, np.asarray(at.damage))
 
 
-def forces(s: Structure, at: PathState) -> tuple[Array, Array, Array]:
-    """Forces, displacements and places of the contact points in a state.
-
-    Returns
-    -------
-    Components of the force on block b along normal and tangents [N], (m, c), compression positive; displacement of b
-    against a along them [m], (m, c), opening positive; present places of b's points [m], (m, 3).
-    """
+def forces(s: Structure, at: PathState) -> StateForces:
+    """Forces, displacements and places of the contact points in a state."""
     p, x = s.points, s.assembly.centroids
     rotation = at.turn + np.eye(3)
     a, b = p.block_a, p.block_b
@@ -148,7 +152,7 @@ def forces(s: Structure, at: PathState) -> tuple[Array, Array, Array]:
     apart = np.einsum("mci,mi->mc", p.directions, in_a)
     normal = np.maximum(p.kn * (at.lift - apart[:, 0]), -strength(s, at).tension)
     shear = p.ks[:, None] * (at.slip - apart[:, 1:])
-    return np.column_stack([normal, shear]) * p.area[:, None], apart, p.place_b + moved_b
+    return StateForces(np.column_stack([normal, shear]) * p.area[:, None], apart, p.place_b + moved_b)
 
 
 def tensions(s: Structure, at: PathState) -> tuple[Array, Array, Array, Array]:
@@ -175,10 +179,13 @@ def tensions(s: Structure, at: PathState) -> tuple[Array, Array, Array, Array]:
     return pulls, ends[:, 0] + moved[0], ends[:, 1] + moved[1], along
 
 
-def equilibrium(s: Structure, at: PathState) -> float:
-    """Largest unbalanced force, or moment over a block's size, of a free motion or shape, in mean block weights."""
+def equilibrium(s: Structure, at: PathState, found: StateForces | None = None) -> float:
+    """Largest unbalanced force, or moment over a block's size, of a free motion or shape, in mean block weights.
+
+    ``found`` are the :func:`forces` of the state, where they are known.
+    """
     p = s.points
-    components, _, place = forces(s, at)
+    components, _, place = found or forces(s, at)
     local = np.einsum("mc,mci->mi", components, p.directions)
     force = np.einsum("mij,mj->mi", at.turn[p.block_a] + np.eye(3), local)
     total = s.loads.wrench_at("dead", at.turn) + at.multiplier * s.loads.wrench_at("live", at.turn)
@@ -212,13 +219,13 @@ def beyond_strength(s: Structure, at: PathState, apart: Array) -> Array:
     return np.asarray(np.maximum(apart[:, 0] - at.lift - strength(s, at).tension / s.points.kn, 0.0))
 
 
-def stored(s: Structure, at: PathState) -> float:
+def stored(s: Structure, at: PathState, found: StateForces | None = None) -> float:
     """Elastic energy of joints, blocks and ties in a state [J].
 
     What opening against the tensile strength keeps is in it, as a closing joint gives it back. Blocks that deform add
-    q' K q / 2, ties T^2 / (2 k).
+    q' K q / 2, ties T^2 / (2 k). ``found`` are the :func:`forces` of the state, where they are known.
     """
-    components, apart, _ = forces(s, at)
+    components, apart, _ = found or forces(s, at)
     stress = components / s.points.area[:, None]
     p = s.points
     held = strength(s, at).tension * beyond_strength(s, at, apart)
@@ -228,12 +235,15 @@ def stored(s: Structure, at: PathState) -> float:
     return float((density * p.area).sum()) + bent + pulled
 
 
-def damage_error(s: Structure, before: PathState, after: PathState) -> float:
-    """Departure of the damage after a step from what the law asks for [-], see :class:`StepCertificate`."""
+def damage_error(s: Structure, before: PathState, after: PathState, old: StateForces, new: StateForces) -> float:
+    """Departure of the damage after a step from what the law asks for [-], see :class:`StepCertificate`.
+
+    ``old`` and ``new`` are the :func:`forces` of both states.
+    """
     p = s.points
     if not p.softens:
         return 0.0
-    (began, from_, _), (components, apart, _) = forces(s, before), forces(s, after)
+    (began, from_, _), (components, apart, _) = old, new
     grown = np.asarray(after.damage) - before.damage
     now = strength(s, after)
     beyond = beyond_strength(s, after, apart)
@@ -271,7 +281,8 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
     jump : whether the load fell or blocks moved at once, so that energy is lost; flow rule and damage are then not
         asked
     """
-    old, new = forces(s, before)[0], forces(s, after)[0]
+    first, last = forces(s, before), forces(s, after)
+    old, new = first.components, last.components
     area = s.points.area
     shear = np.linalg.norm(new[:, 1:], axis=1)
     law = strength(s, after).over(area)
@@ -294,22 +305,22 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
     # plastic work by the trapezoidal rule: the error of the balance is then of third order in the step
     mean = 0.5 * (old + new)
     lost = float(-(mean[:, 1:] * slip).sum() - (mean[:, 0] * lift).sum())
-    broken = _released(s, before, after)
+    broken = _released(s, before, after, first.apart, last.apart)
     if s.assembly.ties:
-        first, pulls = tensions(s, before)[0], tensions(s, after)[0]
+        pulled, pulls = tensions(s, before)[0], tensions(s, after)[0]
         most = np.array([t.strength for t in s.assembly.ties])
         more = after.stretched - before.stretched
         excess = max(excess, float((pulls - most).max()) / s.weight)
         against = max(against, float((np.abs(more) * np.abs(most - pulls)).max()) / (s.weight * length))
         loss = np.append(loss, pulls * more)
-        lost += float((0.5 * (first + pulls) * more).sum())
+        lost += float((0.5 * (pulled + pulls) * more).sum())
     live = 0.5 * (before.multiplier + after.multiplier) * _work(s, "live", before, after)
     dead = _work(s, "dead", before, after)
-    change = stored(s, after) - stored(s, before)
+    change = stored(s, after, last) - stored(s, before, first)
     # a step that does no work to speak of (sliding without friction) is measured by the elastic work of a block
     # and one that self-stress drives, by the energy that it sets free
     gross = max(abs(live) + abs(dead), abs(change), 1e-6 * s.weight * elastic)
-    off, least = equilibrium(s, after), float(loss.min(initial=0.0)) / gross
+    off, least = equilibrium(s, after, last), float(loss.min(initial=0.0)) / gross
     if jump:
         taken = live + dead - change
         fell = float(np.max(np.asarray(before.damage) - after.damage, initial=0.0))
@@ -319,23 +330,23 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
         )
     error = (live + dead - change - lost - broken) / gross
     return (
-        StepCertificate(off, excess, flow, against, least, error, False, damage_error(s, before, after)),
+        StepCertificate(off, excess, flow, against, least, error, False, damage_error(s, before, after, first, last)),
         Balance(live, dead, change, lost, broken),
     )
 
 
-def _released(s: Structure, before: PathState, after: PathState) -> float:
+def _released(s: Structure, before: PathState, after: PathState, began: Array, apart: Array) -> float:
     """Stored energy that damage takes in a step [J]: the opening beyond the strength times what the tension falls by.
 
     Damage by opening goes with it, x = h / rate, so that the mean of x over the fall is exact; damage by slip meets
-    the mean of the step.
+    the mean of the step. ``began`` and ``apart`` are the displacements of the points in both states [m], (m, c).
     """
     p = s.points
     grown = np.asarray(after.damage) - before.damage
     if not p.softens or not np.any(grown):
         return 0.0
     fall = strength(s, before).tension - strength(s, after).tension
-    last, first = (beyond_strength(s, at, forces(s, at)[1]) for at in (after, before))
+    last, first = beyond_strength(s, after, apart), beyond_strength(s, before, began)
     gradual = np.where((p.by_opening > 0.0) & (p.by_opening < SUDDEN), p.by_opening, np.inf)
     last = np.where(np.isinf(gradual), last, np.minimum(last, after.damage / gradual))
     begun = np.where(np.isinf(gradual), first, np.minimum(np.maximum(first, before.damage / gradual), last))

@@ -132,6 +132,10 @@ class _Path(JudgedPath):
         target = last.control + self.sense * move
         on = self.ahead if self.cuts == 0 else None
         begin = guess if on is None else breaking.between(last, on, target)
+        if guess is not None and breaking.brittle(system):
+            new, due = breaking.foreseen(system, last, guess, target, self.ratio)
+            if new is not None:
+                return Try(system, last, move, guess, new._replace(generation=last.generation), due)
         new = stepping.step(system, last, target, begin, self.ratio, patient=patient)
         if new is None and patient:
             new = stepping.jump(system, last, target, self.ratio)
@@ -144,7 +148,7 @@ class _Path(JudgedPath):
                 new, move = self._beyond(system, last, left)
         due = None
         if new is not None and breaking.brittle(system):
-            new, due = breaking.cut(system, last, new, self.ratio)
+            new, due = breaking.cut(system, last, last, new, self.ratio)
         if new is not None:
             return Try(system, last, move, guess, new._replace(generation=last.generation), due)
         self.failures += 1

@@ -45,7 +45,7 @@ def begin(
         system = new.systems[0]
         if breaking.brittle(system):
             over = breaking.overload_of(system, system.virgin(), first)
-            if len(rows := breaking.due(over)):
+            if len(rows := breaking.worst_of(over)):
                 say(f"joints break under the dead load, {len(rows)} points first")
                 broken = breaking.released(system, first, rows, ratio, held)
                 if broken is None:

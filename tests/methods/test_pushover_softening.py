@@ -10,7 +10,7 @@ from referee.paths import finer
 
 import dem
 import limitmason as lm
-from limitmason.capacity import Steps, path, stepping
+from limitmason.capacity import Steps, breaking, certificate, path, stepping
 from limitmason.capacity.breaking import overload
 from limitmason.capacity.certificate import certify
 from limitmason.capacity.kinematics import moved
@@ -60,11 +60,77 @@ def test_a_joint_that_breaks_in_tension_at_once_gives_off_its_elastic_energy():
     assert [b.points for b in curve.breaks] == [curve.structure.points.count]
     broken = curve.breaks[0].sample
     assert curve.displacement[broken] == curve.displacement[broken - 1]
-    assert curve.multiplier[broken - 1] == pytest.approx(weight + 1e5 * AREA, rel=1e-3)
+    assert curve.multiplier[broken - 1] == pytest.approx(weight + 1e5 * AREA, rel=2e-5)
     assert curve.multiplier[broken] == pytest.approx(weight, rel=1e-9)
-    assert curve.breaks[0].energy == pytest.approx(AREA * 1e5**2 / (2.0 * 1e10), rel=3e-3)
+    assert curve.breaks[0].energy == pytest.approx(AREA * 1e5**2 / (2.0 * 1e10), rel=3e-5)
     assert curve.energy.jumped[-1] == curve.breaks[0].energy
     assert [e.where for e in curve.events if e.name == "joint breaks"] == ["base - column-1"]
+
+
+LOST = {"cohesion": 1e6, "residual_cohesion": 0.0, "residual_tensile_strength": 0.0, **STIFF}
+
+
+def square(x, z, wide=0.2):
+    """Corners of a rectangle 0.2 m high."""
+    return [(x, z), (x + wide, z), (x + wide, z + 0.2), (x, z + 0.2)]
+
+
+@pytest.mark.parametrize("weaker", ["left", "right"])
+def test_of_two_bonds_side_by_side_the_weaker_breaks_first_however_little_it_is_weaker(weaker):
+    """A block that only rises bears W + f1 A + f2 A at equal openings: W + 2 f1 A falls to W + f1 A, W + f2 A to W."""
+    weak, strong = (lm.Joint(35.0, tensile_strength=f, **LOST) for f in (1e5, 1.0005e5))
+    outlines = {"left": square(0.0, -0.2), "right": square(0.3, -0.2), "block": square(0.0, 0.0, 0.5)}
+    wall = lm.Assembly.from_polygons(
+        list(outlines.values()), thickness=0.2, joint=strong, fixed=["left", "right"], names=list(outlines),
+        joints={(weaker, "block"): weak},
+    )
+    wall = replace(wall, supports=(*wall.supports, lm.Support("block", dofs=("x", "ry"))))
+    loads = lm.Loads.weight(wall).with_point_load(wall, "block", (0.0, 0.0, 1.0))
+    curve = lm.pushover(wall, loads, to=3e-5)
+    assert certified(curve)
+    weight = float(wall.weights[wall.block_index("block")])
+    at = np.array([b.sample for b in curve.breaks])
+    assert len(at) == 2
+    assert curve.breaks[0].joints == (f"{weaker} - block",)
+    before, after = curve.multiplier[at - 1], curve.multiplier[at]
+    assert before == pytest.approx([weight + 2e5 * AREA, weight + 1.0005e5 * AREA], rel=2e-5)
+    assert after == pytest.approx([weight + 1e5 * AREA, weight], rel=2e-5)
+    openings = curve.displacement[at] - 0.5 * weight / AREA / 1e10
+    assert openings == pytest.approx([1e-5, 1.0005e-5], rel=2e-5)
+
+
+@pytest.mark.parametrize("more", [-50.0, 50.0])
+def test_of_two_bonds_one_above_the_other_only_the_one_that_comes_to_its_strength_breaks(more):
+    """The lower joint bears a block's weight less. What is left is the weight that still hangs on the load."""
+    wall = lm.build.column(width=0.2, depth=0.2, height=0.4, courses=2, joint=lm.Joint(35.0, **LOST))
+    weight, names = float(wall.weights.min()), [b.name for b in wall.blocks]
+    lower, upper = (lm.Joint(35.0, tensile_strength=f, **LOST) for f in (1e5, 1e5 + weight / AREA + more))
+    wall = wall.with_interfaces(
+        replace(i, joint=lower if i.kind == "base" else upper) for i in wall.interfaces
+    )
+    loads = lm.Loads.weight(wall).with_point_load(wall, names[2], (0.0, 0.0, 1.0))
+    curve = lm.pushover(wall, loads, to=3e-5)
+    assert certified(curve)
+    above = more < 0.0
+    assert [b.joints for b in curve.breaks] == [(" - ".join(names[1:] if above else names[:2]),)]
+    sample = curve.breaks[0].sample
+    first = weight + 1e5 * AREA + weight + min(more, 0.0) * AREA
+    assert curve.multiplier[sample - 1] == pytest.approx(first, rel=2e-5)
+    assert curve.multiplier[sample] == pytest.approx(weight if above else 2.0 * weight, rel=1e-6)
+
+
+@pytest.mark.parametrize("within", [1e-3, 1e-6])
+def test_which_points_break_in_turn_does_not_hang_on_how_far_beyond_strength_is_allowed(within, monkeypatch):
+    """In rubble in space pairs of points that come to it within 0.1 % broke as one, and the load was 5 % low."""
+    model = ENGINES["pushover bonds"].model(9104, 11)
+    usual = lm.pushover(*model.build(), to=8e-5)
+    monkeypatch.setattr(breaking, "WITHIN", within)
+    monkeypatch.setattr(certificate, "WITHIN", within)
+    other = lm.pushover(*model.build(), to=8e-5)
+    rows, others = ([n.broken.tolist() for n in c.nodes if n.broken is not None] for c in (usual, other))
+    assert rows == others
+    assert len(rows) > 8
+    assert other.first_limit_point.load == pytest.approx(usual.first_limit_point.load, rel=3e-3)
 
 
 @pytest.mark.parametrize("psi", [0.0, 10.0])
@@ -126,8 +192,10 @@ def test_a_cantilever_cracks_and_then_rocks(points):
     assert certified(curve)
     weight, p = float(wall.weights.min()), curve.structure.points
     inertia = float((p.area * (p.place_b[:, 0] - 0.1) ** 2).sum())
-    first = (1e5 + weight / AREA) * inertia / 0.1 / (0.5 * weight)
-    assert curve.multiplier[curve.breaks[0].sample - 1] == pytest.approx(first, rel=1e-3)
+    # less the lean of the springs, theta = (ft + W / A) / (kn b / 2), by which the weight overturns as well
+    edge = 1e5 + weight / AREA
+    first = edge * inertia / 0.1 / (0.5 * weight) - edge / (0.1 * 1e10)
+    assert curve.multiplier[curve.breaks[0].sample - 1] == pytest.approx(first, rel=2e-5)
     # with whole sections: ft b h^2 / 6 and the third moment of area, from three points on
     if points > 2:
         assert inertia == pytest.approx(0.2 * 0.2**3 / 12.0, rel=1e-9)
@@ -307,7 +375,8 @@ def test_how_far_a_bond_is_past_the_tip_of_its_cone_counts_however_little_it_sli
         motion = np.zeros((wall.n_blocks, 6))
         motion[~wall.fixed, 2], motion[~wall.fixed, 0] = stress / kn, slid * 2e4 / kn
         at = system.evaluate(moved(system.at_rest(), motion), system.virgin(), 0.0)
-        assert overload(system, system.virgin(), at).max() == pytest.approx(mu * stress / 2e4 - 1.0 + slid, rel=2e-3)
+        over = overload(system, system.virgin(), at.contact.displacement, at.returned.stress, at.returned.history)
+        assert over.max() == pytest.approx(mu * stress / 2e4 - 1.0 + slid, rel=2e-3)
 
 
 # ---- mutants
