@@ -448,7 +448,7 @@ def test_a_glued_face_twists_off_as_in_limit_analysis_and_not_as_its_corners_wou
     exact = lm.limit_analysis(glued, loads).collapse_multiplier
     found = lm.pushover(glued, loads, **options).peak.load
     assert exact == pytest.approx(1.0, abs=0.04)  # shear and bending go with the torsion
-    assert 0.95 * exact < found < 1.06 * exact  # points that open carry no cohesion; 5 x 5 points twist 1.04 times
+    assert 0.95 * exact < found < 1.005 * exact  # points that open carry no cohesion
     assert lm.pushover(glued, loads, contact_model="vertices", **options).peak.load > 1.5 * exact
     with pytest.raises(InputError, match="not used by contact_model='vertices'"):
         lm.pushover(glued, loads, contact_model="vertices", grid=(3, 3), **options)
