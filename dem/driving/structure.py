@@ -78,7 +78,10 @@ def unit_twist(drive: Drive, assembly: Assembly) -> tuple[Array, Flags]:
     taken = held & assembly.held
     if taken.any():
         name = assembly.blocks[int(np.flatnonzero(taken.any(axis=1))[0])].name
-        raise InputError(f"block {name!r} is held by a support in a degree of freedom that the drive moves")
+        raise InputError(
+            f"block {name!r} is held by a support in a degree of freedom that the drive moves: leave it out of fixed=, "
+            "and the drive holds it; a support that moves under the structure is a Drive of dem.simulate, after Settle"
+        )
     extra = [name for name in ("steps", "duration", "stop_when_moved") if getattr(drive, name) is not None]
     if extra:
         raise InputError(f"the drive of a push is a direction: leave out its {', '.join(extra)}; steps= is of push")

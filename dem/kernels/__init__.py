@@ -25,6 +25,7 @@ on a, so that elastic contact conserves energy and momentum exactly in continuou
 from dem.kernels.added_terms import COLUMNS, LAW_SIZE
 from dem.kernels.arrays import (
     E_APPLIED,
+    E_BEGUN,
     E_DAMPING,
     E_FRACTURE,
     E_FRICTION,
@@ -74,7 +75,7 @@ from dem.kernels.team import SHUT, threads_allowed
 from dem.kernels.ties import add_tie_forces
 
 __all__ = [
-    "ADDED", "APART", "COLUMNS", "CORNER", "CROSSING", "E_APPLIED", "E_DAMPING", "E_FRACTURE", "E_FRICTION",
+    "ADDED", "APART", "COLUMNS", "CORNER", "CROSSING", "E_APPLIED", "E_BEGUN", "E_DAMPING", "E_FRACTURE", "E_FRICTION",
     "E_KINETIC", "E_SIZE", "E_STEPS", "E_STOP", "E_SUPPORT", "E_VISCOSITY", "E_VISCOUS", "FACES", "LAW", "LAW_SIZE",
     "MOST", "OF_A", "OF_B", "OF_BOTH", "ON_A", "ROOM", "SHUT", "SUMS", "TURNED", "UNKNOWN", "Acting", "BlockModes",
     "Carrying", "Cut", "Heirs", "Joints", "Meetings", "NearPairs", "PieceArrays", "Points", "Poses", "RigidBodies",

@@ -79,6 +79,7 @@ class RigidBodies(NamedTuple):
     held: NDArray[np.bool_]  # (n, 6)
     contact: Array  # wrench of the joints about the centroid in the last step [N, N m], (n, 6)
     net: Array  # contact plus applied wrench, without damping, (n, 6)
+    axes: Array  # rows along which local damping acts, (n, 3, 3)
 
 
 class Acting(NamedTuple):
@@ -95,7 +96,7 @@ class Scheme(NamedTuple):
 
     dt: float  # [s]
     true_inertia: bool  # angular momentum stays exact in free flight: spin of second order at the half step
-    local: float  # Cundall's local damping, see ``braking.brake_of``, 0 for none
+    local: float  # local damping, see ``local_damping.brake_of``, 0 for none
     adaptive: float  # wanted power of global damping over the rate of change of kinetic energy, 0 for none
     kinetic_stop: bool  # all free velocities become zero whenever the kinetic energy has passed a peak
 
@@ -126,8 +127,8 @@ class Ties(NamedTuple):
 
 # entries of the vector of accumulated scalars
 E_FRICTION, E_VISCOUS, E_DAMPING, E_APPLIED, E_SUPPORT = 0, 1, 2, 3, 4
-E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP, E_FRACTURE = 5, 6, 7, 8, 9
-E_SIZE = 10
+E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP, E_FRACTURE, E_BEGUN = 5, 6, 7, 8, 9, 10
+E_SIZE = 11
 
 
 class Part(NamedTuple):

@@ -1,5 +1,6 @@
 """Local damping: what it takes of a force while blocks, their shapes and the nodes of zones move."""
 
+from dem.kernels.arrays import Array
 from dem.kernels.compiled import kernel
 
 
@@ -41,3 +42,36 @@ def brake_of(local: float, drifts: bool | None, force: float, past: float, speed
     if drifts is not None and drifts:
         brake = against_change(local, force, force - past, brake)
     return brake
+
+
+@kernel(inline="always")
+def brakes_of(
+    local: float, drifts: bool | None, force: Array, i: int, at: int, past: Array, speed: Array, held: Array,
+    axes: Array,
+) -> tuple[float, float, float]:
+    """Local damping of block i's unbalanced force [N], or moment, along its own axes: x, y and z of it.
+
+    What moves steadily along one axis then brakes nothing along the others, however the structure stands in space.
+
+    Parameters
+    ----------
+    local, drifts : as :func:`brake_of` takes them
+    force, held : forces and freedoms that do not count, both from column ``at`` on, shape (n, 6)
+    past : force of the step before, from entry ``at`` on, shape (6,)
+    speed : velocity before the step, shape (n, 3)
+    axes : see :class:`dem.kernels.arrays.RigidBodies`
+    """
+    x = y = z = 0.0
+    for c in range(3):
+        f = v = before = 0.0
+        for k in range(3):
+            if not held[i, at + k]:
+                f += axes[i, c, k] * force[i, at + k]
+                v += axes[i, c, k] * speed[i, k]
+                if drifts is not None:
+                    before += axes[i, c, k] * past[at + k]
+        brake = brake_of(local, drifts, f, before, v)
+        x += brake * axes[i, c, 0]
+        y += brake * axes[i, c, 1]
+        z += brake * axes[i, c, 2]
+    return x, y, z

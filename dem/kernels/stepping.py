@@ -30,7 +30,7 @@ from dem.kernels.arrays import (
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import move_modes
 from dem.kernels.joint_forces import _crossing_forces, _joint_forces
-from dem.kernels.local_damping import brake_of
+from dem.kernels.local_damping import brakes_of
 from dem.kernels.team import SHUT, meet
 from dem.kernels.ties import add_tie_forces
 
@@ -174,6 +174,8 @@ def _accelerate(
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
     dt, kick, viscosity, keep, lag = at
     moving = False
+    push = brakes_of(local, drifts, net, i, 0, past, vel, held, bodies.axes)
+    turn = brakes_of(local, drifts, net, i, 3, past, spin, held, bodies.axes)
     for k in range(3):
         if held[i, k]:
             vel[i, k] = _driven(acting, step, i, k)
@@ -181,7 +183,7 @@ def _accelerate(
         else:
             f = net[i, k]
             v = float(vel[i, k])
-            brake = brake_of(local, drifts, f, past[k], v)
+            brake = push[k]
             vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * kick) * lag
             damping += brake * 0.5 * (v + vel[i, k]) * dt
             damping += viscosity * bodies.mass[i] * (0.5 * (v + vel[i, k])) ** 2 * dt
@@ -189,8 +191,7 @@ def _accelerate(
             ang[i, k] = 0.0
         else:
             f = net[i, 3 + k]
-            w = float(spin[i, k])
-            brake, before = brake_of(local, drifts, f, past[3 + k], w), float(ang[i, k])
+            brake, before = turn[k], float(ang[i, k])
             ang[i, k] = (before * keep + (f - brake) * kick) * lag
             # its work waits for the spin at the end of the step
             past[3 + k] = brake + viscosity * 0.5 * (before + ang[i, k])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dem import kernels
-from dem.kernels import BlockModes, RigidBodies
+from dem.kernels import BlockModes, Joints, Points, RigidBodies
 from dem.model.joints import DEFAULT_POINTS, Grid, JointOptions, chosen_points, make_joints, make_points
 from dem.model.stable_step import block_stiffness, scaled_masses, stable_step
 from dem.model.state import DYNAMIC, ENDS, QUASI_STATIC, State
@@ -43,12 +43,24 @@ def _real_masses(assembly: Assembly) -> tuple[Array, Array]:
     return mass, inertia
 
 
-def _at_rest(mass: Array, inertia: Array, held: Flags) -> RigidBodies:
+def _own_axes(points: Points, joints: Joints, n: int) -> Array:
+    """Axes of the largest joint of every block, of equal ones the first, shape (n, 3, 3): no axes of space."""
+    axes, least = np.tile(np.eye(3), (n, 1, 1)), np.zeros(n)
+    for j, area in enumerate(np.add.reduceat(points.area, joints.start[:-1])):
+        for block in (joints.block_a[j], joints.block_b[j]):
+            if area > least[block] * (1.0 + 1e-9):
+                axes[block], least[block] = joints.frame[j], area
+    axes[np.abs(axes) < 1e-12] = 0.0
+    return axes
+
+
+def _at_rest(mass: Array, inertia: Array, held: Flags, axes: Array) -> RigidBodies:
     """Bodies in their reference position.
 
     Parameters
     ----------
     mass, inertia, held : [kg], [kg m2] and held degrees of freedom, shapes (n,), (n, 3, 3), (n, 6)
+    axes : along which they are damped, shape (n, 3, 3)
     """
     n = len(mass)
     zero, quat = np.zeros((n, 3)), np.zeros((n, 4))
@@ -56,7 +68,7 @@ def _at_rest(mass: Array, inertia: Array, held: Flags) -> RigidBodies:
     return RigidBodies(
         shift=zero, quat=quat, rot=np.zeros((n, 3, 3)), vel=zero.copy(), spin=zero.copy(), ang=zero.copy(), mass=mass,
         inv_mass=1.0 / mass, inv_inertia=np.ascontiguousarray(np.linalg.inv(inertia)), held=held,
-        contact=np.zeros((n, 6)), net=np.zeros((n, 6)),
+        contact=np.zeros((n, 6)), net=np.zeros((n, 6)), axes=axes,
     )
 
 
@@ -159,7 +171,7 @@ def initial_state(
         dt = safety * largest if dt is None else dt
         if dt > largest:
             raise InputError(f"dt = {dt:g} s is above the stable time step of {largest:g} s of these joints and masses")
-    bodies = _at_rest(mass, inertia, held)
+    bodies = _at_rest(mass, inertia, held, _own_axes(points, joints, n))
     total = np.zeros(kernels.E_SIZE)
     total[kernels.E_VISCOSITY] = 0.01 / dt
     return State(

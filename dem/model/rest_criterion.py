@@ -124,13 +124,13 @@ def unbalance_of_blocks(state: State, scale: Scale) -> tuple[Array, Array]:
     Against the mean load of all blocks a stone of a fortieth of the largest one's size would be in equilibrium while it
     falls.
     """
-    net = np.abs(state.bodies.net) * (scale.free & ~state.bodies.held)
-    force = net[:, :3].max(axis=1)
+    net = state.bodies.net * (scale.free & ~state.bodies.held)
+    force = np.linalg.norm(net[:, :3], axis=1)
     if state.modes is not None and state.deformation is not None:
         # what acts on a mode, over the largest displacement it makes, is a force at a corner
         reach = np.where(state.modes.inv_mass > 0.0, state.deformation.reach, np.inf)
         force = np.maximum(force, (np.abs(state.modes.net) / reach).max(axis=1))
-    return force / scale.load, net[:, 3:].max(axis=1) / (scale.load * scale.arm)
+    return force / scale.load, np.linalg.norm(net[:, 3:], axis=1) / (scale.load * scale.arm)
 
 
 def displacement_since(state: State, shift: Array, quat: Array, scale: Scale) -> float:

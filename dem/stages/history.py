@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dem.kernels import E_BEGUN
 from dem.model.joint_marks import MARKS, JointMarks
 from dem.model.joints import losses
 from dem.model.state import DYNAMIC, State
@@ -327,12 +328,13 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
     def energy_error(self) -> Array:
         """Energy from nowhere [J].
 
-        Kinetic + elastic + friction + fracture + viscous + damping - applied - support. Damping is artificial, or what
-        searches for contacts take: those found anew never store more than those that they replace.
+        Kinetic + elastic + friction + fracture + viscous + damping - applied - support, less what was kinetic and
+        elastic before the first step. Damping is artificial, or what searches for contacts take: those found anew never
+        store more than those that they replace.
         """
         s = self.scalars
         stored = s["kinetic"] + s["elastic"] + s["friction"] + s["fracture"] + s["viscous"] + s["damping"]
-        return stored - s["applied"] - s["support"]
+        return stored - s["applied"] - s["support"] - self.state.total[E_BEGUN]
 
     @property
     def _work(self) -> float:

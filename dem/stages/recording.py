@@ -276,6 +276,8 @@ class Recorder:
         if state.mode == DYNAMIC and state.total[kernels.E_STEPS] == 0.0 and still:
             stand_back(state, self.assembly, np.tensordot(state.factors, self.cases, 1))
             self.begun = self._energies()
+        if state.total[kernels.E_STEPS] == 0.0:
+            state.total[kernels.E_BEGUN] = self.begun["kinetic"] + self.begun["elastic"]
         self.start_looking()
 
     def start_looking(self) -> None:

@@ -27,7 +27,8 @@ class Damping:
 
     Parameters
     ----------
-    local : Cundall's local damping, F - local |F| sign(v) per component; takes momentum from free flight
+    local : Cundall's local damping, F - local |F| sign(v) along each axis of a block's largest joint, or of space for
+        zones; takes momentum from free flight
     adaptive : ratio of the power of global viscous damping to the rate of change of kinetic energy; 0 for none
     kinetic : stop all blocks whenever the kinetic energy has passed a peak; settles without overshoot
     combined : where motion is steady (kinetic energy small beside the elastic), half of the local damping acts against
@@ -107,7 +108,7 @@ class Settle(Stage):
     max_steps : the stage ends there in any case; the history then says "not settled"
     gently : steps over which the loads come on evenly, in the first stage of a structure without load. At once they
         overshoot, by twice their elastic settlement undamped, and joints slide that would stick; how far hangs on the
-        way, on the axes too, since damping acts by components: 24 of 60 small structures came to rest 2 to 31 %
+        way, and on its direction against the block's joints: 24 of 60 small structures came to rest 2 to 31 %
         elsewhere, over 1000 steps none by more than 1 %. A run says where they slid; a push does it again evenly
     """
 

@@ -87,7 +87,8 @@ joints = Joints(np.zeros(1, int), np.ones(1, int), np.array([0, 1]), np.eye(3)[N
     at(0, 0, 0), at(0, 0, -1e-3), row, at(0, 0, 0), at(0, 0, 0, 0))
 two = np.zeros((2, 3))
 bodies = RigidBodies(two, np.array([[1.0, 0, 0, 0]] * 2), np.zeros((2, 3, 3)), two, two, two, np.ones(2), np.ones(2),
-    np.stack([np.eye(3)] * 2), np.zeros((2, 6), bool), np.zeros((2, 6)), np.zeros((2, 6)))
+    np.stack([np.eye(3)] * 2), np.zeros((2, 6), bool), np.zeros((2, 6)), np.zeros((2, 6)),
+    np.stack([np.eye(3)] * 2))
 force = np.zeros((1, 3))
 measure(points, joints, bodies, np.zeros((1, 3)), force, np.zeros(1), np.zeros((1, 2)))
 print(force[0, 2], sum(measure.stats.cache_hits.values()))

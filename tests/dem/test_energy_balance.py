@@ -58,6 +58,20 @@ def test_friction_takes_mu_n_times_the_way_of_a_block_that_slides_to_rest():
     assert errors[1] < errors[0] / 10.0
 
 
+def test_what_is_kinetic_before_the_first_step_is_no_energy_from_nowhere():
+    flight, weight = thrown(1e-4, 1.0, (1.0, -2.0, 3.0), duration=0.01)
+    put = 0.5 * weight / 9.81 * 14.0
+    assert np.abs(flight.energy_error).max() < 1e-12 * put
+    on = dem.simulate(flight.assembly, dem.Hold(duration=0.01), start=flight, detect_every=None, sample=1)
+    assert np.abs(on.energy_error).max() < 1e-12 * put
+    bounce, _ = thrown(2e-5, 0.002, (0.0, 0.0, -0.2), duration=0.03)
+    # thrown down from 2 mm onto a spring: what it stores is what was kinetic and what it fell and sank through
+    put, spring = weight * (0.04 / 19.62 + 0.002), 1e8 * 0.09
+    stored = put + weight * (weight + np.sqrt(weight**2 + 2.0 * spring * put)) / spring
+    assert (bounce["elastic"].max(), bounce["elastic"][-1]) == (pytest.approx(stored, rel=5e-3), 0.0)
+    assert abs(bounce.energy_error[-1]) < 1e-3 * stored
+
+
 @pytest.mark.parametrize("velocity", [(0.0, 0.0, -0.2), (0.5, 0.2, -0.2)])
 def test_what_a_block_that_bounces_gains_or_loses_fades_with_the_square_of_the_step(velocity):
     errors = []
