@@ -263,26 +263,33 @@ class Tabulator:
         Every interval whose midpoint the curve misses by more than ``TOLERANCE`` is halved, the worst first, up to the
         number of levels. Sizes that are factors are halved by the geometric mean.
         """
-        rest = tuple(0.0 for _ in self.free)
+        measured = tuple(0.0 for _ in self.free)  # nuisance inputs at their measured values
+        most = max(self.levels, 5)
         ends = sorted({cause.baseline, *cause.sides})
-        halfway = (lambda a, b: float(np.sqrt(a * b))) if _is_factor(cause) else (lambda a, b: 0.5 * (a + b))
-        x = np.array(sorted({v for a, b in pairwise(ends) for v in (a, halfway(a, b), b)}))
-        y = self.evaluate((cause,), [((v,), rest) for v in x])
+        middle_of = (lambda a, b: float(np.sqrt(a * b))) if _is_factor(cause) else (lambda a, b: 0.5 * (a + b))
+
+        def called(sizes: np.ndarray) -> np.ndarray:
+            return self.evaluate((cause,), [((size,), measured) for size in sizes])
+
+        x = np.array(sorted({v for a, b in pairwise(ends) for v in (a, middle_of(a, b), b)}))
+        y = called(x)
         intervals = [(a, b, 0.0) for a, b in pairwise(x)]  # with half of what the curve missed there before
         worst = 0.0
-        while intervals and len(x) < max(self.levels, 5):
-            some = max(self.levels, 5) - len(x)
-            asked, left = intervals[:some], intervals[some:]
-            middle = np.array([halfway(a, b) for a, b, _ in asked])
-            true = self.evaluate((cause,), [((v,), rest) for v in middle])
+        while intervals and len(x) < most:
+            room = most - len(x)
+            halved, waiting = intervals[:room], intervals[room:]
+            middle = np.array([middle_of(a, b) for a, b, _ in halved])
+            true = called(middle)
             miss = np.max(np.abs(_curve(cause, x, y)(middle) - true) / self.noise, axis=1)
             order = np.argsort(np.concatenate([x, middle]))
             x, y = np.concatenate([x, middle])[order], np.concatenate([y, true])[order]
             # the curve through twice as many levels misses about a quarter as much, half beside a kink
-            worst = max(0.5 * float(miss.max()), *(m for _, _, m in left), 0.0)
-            bad = [k for k in np.argsort(-miss) if miss[k] > TOLERANCE]  # where not all can be halved, the worst are
-            intervals = [(*end, 0.5 * float(miss[k])) for k in bad
-                         for end in ((asked[k][0], middle[k]), (middle[k], asked[k][1]))]
+            worst = max(0.5 * float(miss.max()), *(m for _, _, m in waiting), 0.0)
+            intervals = []
+            for k in np.argsort(-miss):  # where not all can be halved, the worst are
+                if miss[k] > TOLERANCE:
+                    (a, b, _), m, left = halved[k], middle[k], 0.5 * float(miss[k])
+                    intervals += [(a, m, left), (m, b, left)]
         return x, worst
 
     def _from_corners(self, cause: Cause, levels: np.ndarray) -> tuple[np.ndarray, float]:

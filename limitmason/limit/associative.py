@@ -1,4 +1,4 @@
-"""Associative limit analysis: the static theorem, its mechanism from the dual, and what is made of either."""
+"""Associative limit analysis: the static theorem and its mechanism from the dual, by the solvers that suit."""
 
 import time
 from collections.abc import Iterator
@@ -7,26 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.answers.acceptance import GAP, Certificate
-from limitmason.answers.results import Bound, BoundKind, FlowRule, Mechanism, Prediction, Resultants, Status
+from limitmason.answers.results import Prediction, Resultants, Status
 from limitmason.arrays import Array
 from limitmason.errors import InputError
-from limitmason.limit.associative_warnings import REASON, warnings_of
+from limitmason.limit.associative_prediction import prediction_from
 from limitmason.limit.interior_point.coverage import unsupported
 from limitmason.limit.program.cones import Cones, make_cones
-from limitmason.limit.program.face_cells import Cells, refined, spread_cohesion
-from limitmason.limit.program.idle_joints import without_rounding
+from limitmason.limit.program.face_cells import Cells, refined
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.program.scaling import balanced, spread
-from limitmason.limit.program.static import Solution, carries_any, in_balance, opening_motion, stands_under_dead_load
+from limitmason.limit.program.static import Solution, carries_any, stands_under_dead_load
 from limitmason.limit.solvers import choose_solver, solve_program
 from limitmason.limit.torsion import with_torsion_limit
-from limitmason.mechanics.certificate import certify
-from limitmason.mechanics.residuals import load_on_blocks
-from limitmason.model.load import Loads
-
-WIDE_GAP = 3e-7
-"""Relative gap between the bounds above which a better repair of the mechanism is looked for."""
 
 WIDE_LOADS = 1e5
 """Largest over smallest load of a block from which the program is first solved with every block in its own units."""
@@ -107,7 +99,7 @@ def analyse(
 def _first_certified(
     problem: Problem, solver: str, *, torsion: float, tolerance: float, check_dead_load: bool, verbose: bool
 ) -> tuple[Prediction, float]:
-    """The first answer that its certificate accepts, or else the best, and the seconds spent in solvers.
+    """The first answer that its certificate accepts, or else the best, and the seconds spent in solvers [s].
 
     Parameters
     ----------
@@ -118,41 +110,76 @@ def _first_certified(
     best: Prediction | None = None
     spent, tried, unknown = 0.0, [], False
     for scaled, name in _attempts(problem, "clarabel" if torsion else solver):
-        cones = make_cones(scaled)
-        solution = solve_program(
-            scaled, cones, solver=name, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose,
-            judged=True,
+        prediction, stands, seconds = _attempted(
+            problem, scaled, name, torsion=torsion, tolerance=tolerance, check_dead_load=check_dead_load,
+            verbose=verbose,
         )
-        spent += solution.seconds
-        if solution.status == Status.UNBOUNDED and not carries_any(scaled, solution):
-            solution = solution._replace(status=Status.NOT_CONVERGED)
-        details: dict[str, Any] = {FREE: scaled.live_scale * solution.free} if len(scaled.free) else {}
-        if torsion and solution.status in (Status.SOLVED, Status.ALMOST_SOLVED):
-            solution, seconds, details = with_torsion_limit(scaled, solution, tolerance, torsion, verbose=verbose)
-            spent += seconds
-        scaled = scaled.with_free(solution.free)
-        solution, stands, falling, seconds = _dead_load_checked(problem, scaled, cones, solution, check_dead_load)
         spent += seconds
-        prediction, seconds = prediction_from(scaled, solution, bool(torsion), details, tolerance, stands, falling)
-        spent += seconds
-        tried.append(f"{solution.solver}: {prediction.status}")
+        tried.append(f"{prediction.provenance['solver']}: {prediction.status}")
         if best is None or _rank(prediction) < _rank(best):
             best, unknown = prediction, check_dead_load and stands is None
         if torsion or _sure(best, problem):
             break
     assert best is not None, "there is at least one attempt"
-    if best.status == Status.CANNOT_STAND and not _falls(best) and not problem.cells:
-        reason = "neither forces that carry the dead load were found nor a motion that proves it cannot be carried"
-        best = replace(best, status=Status.NOT_CONVERGED, mechanism=None, warnings=(reason,))
-    elif unknown and best.status == Status.UNBOUNDED:
-        # a structure that cannot stand has no multiplier, whatever the live load would hold up
-        best = replace(best, status=Status.NOT_CONVERGED, collapse_multiplier=float("nan"))
-    elif unknown and best.status == Status.SOLVED:
-        reason = "reduced accuracy: whether it stands without live load was not found out"
-        best = replace(best, status=Status.ALMOST_SOLVED, warnings=(*best.warnings, reason))
+    best = _as_far_as_proven(best, problem, unknown=unknown)
     if len(tried) > 1:
         best = replace(best, provenance=dict(best.provenance, attempts=tuple(tried)))
     return best, spent
+
+
+def _attempted(
+    problem: Problem, scaled: Problem, solver: str, *, torsion: float, tolerance: float, check_dead_load: bool,
+    verbose: bool,
+) -> tuple[Prediction, bool | None, float]:
+    """The answer of one solver in one scaling.
+
+    Parameters
+    ----------
+    scaled : the problem as the solver gets it
+    torsion, tolerance, check_dead_load : as of :func:`_first_certified`
+
+    Returns
+    -------
+    prediction : with its certificate
+    stands : whether the structure stands without live load, None where that is unknown
+    seconds : spent in solvers [s]
+    """
+    cones = make_cones(scaled)
+    solution = solve_program(
+        scaled, cones, solver=solver, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose,
+        judged=True,
+    )
+    spent = solution.seconds
+    if solution.status == Status.UNBOUNDED and not carries_any(scaled, solution):
+        solution = solution._replace(status=Status.NOT_CONVERGED)
+    details: dict[str, Any] = {FREE: scaled.live_scale * solution.free} if len(scaled.free) else {}
+    if torsion and solution.status in (Status.SOLVED, Status.ALMOST_SOLVED):
+        solution, seconds, details = with_torsion_limit(scaled, solution, tolerance, torsion, verbose=verbose)
+        spent += seconds
+    scaled = scaled.with_free(solution.free)
+    solution, stands, falling, seconds = _dead_load_checked(problem, scaled, cones, solution, check_dead_load)
+    spent += seconds
+    prediction, seconds = prediction_from(scaled, solution, bool(torsion), details, tolerance, stands, falling)
+    return prediction, stands, spent + seconds
+
+
+def _as_far_as_proven(best: Prediction, problem: Problem, *, unknown: bool) -> Prediction:
+    """The best answer, with the status that it has a proof for.
+
+    Parameters
+    ----------
+    unknown : whether it was asked in vain if the structure stands without live load
+    """
+    if best.status == Status.CANNOT_STAND and not _falls(best) and not problem.cells:
+        reason = "neither forces that carry the dead load were found nor a motion that proves it cannot be carried"
+        return replace(best, status=Status.NOT_CONVERGED, mechanism=None, warnings=(reason,))
+    if unknown and best.status == Status.UNBOUNDED:
+        # a structure that cannot stand has no multiplier, whatever the live load would hold up
+        return replace(best, status=Status.NOT_CONVERGED, collapse_multiplier=float("nan"))
+    if unknown and best.status == Status.SOLVED:
+        reason = "reduced accuracy: whether it stands without live load was not found out"
+        return replace(best, status=Status.ALMOST_SOLVED, warnings=(*best.warnings, reason))
+    return best
 
 
 def _attempts(problem: Problem, solver: str) -> Iterator[tuple[Problem, str]]:
@@ -295,123 +322,3 @@ def carry(problem: Problem) -> tuple[Resultants | None, Prediction | None]:
             break
         problem = make_problem(problem.assembly, problem.loads, in_plane=False, cells=cells, live_required=False)
     return None, None
-
-
-def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None, dict]:
-    """The motion by which the dead load falls, scaled to a mean velocity of one along it, and what it proves.
-
-    Its kinematic bound is for the dead load itself: the structure falls where less than all of it can be carried.
-    """
-    if velocity is None:
-        return None, {}
-    fall = Loads(np.zeros_like(problem.loads.dead), problem.loads.dead)
-    m = problem.mechanism(fall, velocity)
-    if m is None:
-        return None, {}
-    bound = problem.proven_by(fall, m.twists).multiplier
-    if not bound < 1.0:
-        # as the solver gives it the motion may close joints by rounding: let one that opens all of them repair it
-        motion, _ = opening_motion(problem)
-        if motion is not None:
-            bound = problem.proven_by(fall, m.twists, (problem.twists(motion),)).multiplier
-    blocks = tuple(problem.assembly.blocks[i].name for i in m.moving_blocks(1e-4))
-    return m, {"falling_blocks": blocks, "falling_margin": 1.0 - bound}
-
-
-def prediction_from(
-    problem: Problem, solution: Solution, torsion: bool, details: dict, tolerance: float, stands: bool | None,
-    falling: Array | None,
-) -> tuple[Prediction, float]:
-    """Unscaled, certified prediction from a scaled solution, and the seconds that the certificate's programs took.
-
-    Parameters
-    ----------
-    torsion, stands : whether a torsion limit holds, and whether the dead load alone is carried, None where not known
-    falling, tolerance : scaled motion by which the dead load falls; of the solver [-]
-    """
-    assembly, loads, points = problem.assembly, problem.loads, problem.points
-    provenance = {
-        "flow_rule": "associative",
-        "contact_model": problem.contact_model,
-        "plane": problem.plane is not None,
-        "crushing": "stress block" if problem.stress_block.count else "points",
-        "solver": solution.solver,
-        "tolerance": tolerance,
-        "iterations": solution.iterations,
-        "contact_points": points.count,
-    }
-    if solution.fallback:
-        provenance["solver_fallback"] = solution.fallback
-    facts = {"flow_rule": FlowRule.ASSOCIATIVE, **problem.contact_facts}
-    law = "associative law (psi = phi)"
-    bound = Bound(BoundKind.EXACT, f"exact for the {law}")
-    if torsion:
-        bound = Bound(BoundKind.ESTIMATE, "estimate: torsion limited to that of uniform pressure")
-    if problem.contact_model == "grid" and problem.plane is None and (spread_cohesion(assembly) > 0).any():
-        words = f"estimate: {law} at the points of a grid, which overstate the torsion of cohesive faces"
-        bound = Bound(BoundKind.ESTIMATE, words)
-    method = "limit analysis, associative" + (", torsion limit" if torsion else "")
-    if solution.status in (Status.CANNOT_STAND, Status.UNBOUNDED, Status.NOT_CONVERGED):
-        value = np.inf if solution.status == Status.UNBOUNDED else np.nan
-        mechanism, proof = _falling(problem, falling)
-        status = solution.status
-        reason = REASON[Status(status)]
-        if mechanism is not None:
-            count, first = len(proof["falling_blocks"]), proof["falling_blocks"][0]
-            reason += f"; the mechanism is that of the fall ({count} blocks move, among them {first!r})"
-        if status == Status.UNBOUNDED and stands is None:
-            reason += "; whether it stands without live load was not found out"
-        return Prediction(
-            method, float(value), Bound(BoundKind.NONE), status, mechanism, provenance=provenance,
-            details={**details, **proof}, warnings=(reason,), **facts,
-        ), 0.0
-    value = solution.multiplier * problem.live_scale
-    own = load_on_blocks(assembly, loads, value)
-    force = problem.forces(in_balance(problem, solution.force, solution.multiplier))
-    force = without_rounding(assembly, own, points.interface, force)
-    mechanism = problem.mechanism(loads, solution.velocity)
-    prediction = Prediction(
-        method=method, collapse_multiplier=value, bound=bound, status=solution.status, mechanism=mechanism,
-        resultants=problem.resultants(force), provenance=provenance, details=details,
-        **facts,
-    )
-    certificate, seconds = _certified(problem, prediction, torsion)
-    if not torsion:
-        # what counts is the certificate, not what the solver calls itself: it may stop short of its own tolerance with
-        # an answer that is good enough, or call an answer solved that is not
-        provenance["solver_status"] = prediction.status
-        prediction = replace(prediction, status=Status.SOLVED if certificate.accepted else Status.ALMOST_SOLVED)
-        if certificate.discretisation > GAP:
-            words = f"lower bound for the {law}, {certificate.gap:.1e} below an upper one (cells of cohesive faces)"
-            bound = Bound(BoundKind.LOWER, words)
-    warnings = warnings_of(problem, replace(prediction, certificate=certificate), certificate.confinement, torsion)
-    if np.isfinite(certificate.force_cap):
-        warnings.append(
-            "no motion opens every joint (blocks are wedged between supports): the kinematic bound holds for joint "
-            f"forces up to {certificate.force_cap:.3g} times the load"
-        )
-    return replace(prediction, bound=bound, certificate=certificate, warnings=tuple(warnings)), seconds
-
-
-def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple[Certificate, float]:
-    """Certificate; where the simple opening motions give too wide a gap, one is computed for this assembly.
-
-    Parameters
-    ----------
-    torsion : whether a torsion limit holds, so that only forces can be certified
-    """
-    certificate = certify(problem.assembly, problem.loads, prediction)
-    if torsion:
-        # the torsion limit is no part of the law that the kinematic value knows: only the forces are certified
-        nan = float("nan")
-        return replace(
-            certificate, flow_residual=nan, complementarity=nan, kinematic_multiplier=nan, gap=nan, discretisation=0.0,
-            force_cap=float("inf"),
-        ), 0.0
-    if certificate.gap - certificate.discretisation <= WIDE_GAP and np.isinf(certificate.force_cap):
-        return certificate, 0.0
-    motion, seconds = opening_motion(problem)
-    if motion is None:
-        return certificate, seconds
-    candidates = (problem.twists(motion),)
-    return certify(problem.assembly, problem.loads, prediction, candidates=candidates), seconds

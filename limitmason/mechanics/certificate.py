@@ -191,14 +191,14 @@ def certify(
     pairs = stress_blocks_of(assembly, prediction)
     if pairs is not None:
         state = state._replace(law=state.law.without_crushing(pairs.ends))
-    slip = np.linalg.norm(state.sliding, axis=1)
-    size = max(float(np.abs(state.opening).max(initial=0.0)), float(slip.max(initial=0.0)))
     rate = float((loads.live * twists).sum())
     unit = max(abs(rate), 1e-300) * scale / max(live_size(assembly, loads), 1e-300)
     if not rate > 0.0:
         return forces  # a motion on which the live load does no work is no collapse mechanism
     if prediction.flow_rule == FlowRule.NON_ASSOCIATIVE:
         short, opposed = state.law.flow_residual(state.normal_force, state.shear_force, state.opening, state.sliding)
+        slip = np.linalg.norm(state.sliding, axis=1)
+        size = max(float(np.abs(state.opening).max(initial=0.0)), float(slip.max(initial=0.0)))
         flow = float(short.max(initial=0.0) / max(size, 1e-300))
         lumped = Dissipation(assembly, prediction, state).spread(twists, state.sliding) / rate
         return replace(
@@ -207,21 +207,34 @@ def certify(
         )
     k = kinematic_multiplier(assembly, loads, prediction, candidates=candidates)
     power, _ = point_dissipation(state.law, state.opening, state.sliding)
-    used = (state.normal_force * state.opening) + (state.shear_force * state.sliding).sum(axis=1)
-    slack = np.abs(used + power) if pairs is None else np.full(1, np.nan)  # a stress block's two ends act together
+    by_forces = (state.normal_force * state.opening) + (state.shear_force * state.sliding).sum(axis=1)
+    slack = np.abs(by_forces + power) if pairs is None else np.full(1, np.nan)  # a stress block's two ends act together
     static = prediction.collapse_multiplier
-    # relative to the multiplier itself, unless that is next to nothing beside the one at which the live load does as
-    # much work as the dead load of the blocks that move could
-    weight = np.linalg.norm(loads.dead[:, :3], axis=1) * np.linalg.norm(twists[:, :3], axis=1)
-    couple = np.linalg.norm(loads.dead[:, 3:], axis=1) * np.linalg.norm(twists[:, 3:], axis=1)
-    unity = float((weight + couple).sum()) / max(abs(rate), 1e-300)
-    measure = max(LEAST_MULTIPLIER * unity, abs(static), 1e-300)
+    measure = _gap_measure(loads, twists, static)
     return replace(
         forces, flow_residual=k.violation, complementarity=float(slack.max(initial=0.0) / unit),
         kinematic_multiplier=k.multiplier,
         gap=(k.multiplier - static) / measure, discretisation=(k.multiplier - k.at_points) / measure,
         force_cap=k.force_cap,
     )
+
+
+def _gap_measure(loads: Loads, twists: Array, static: float) -> float:
+    """What the gap between the bounds is divided by [-].
+
+    The multiplier itself, unless it is next to nothing beside the one at which the live load does as much work as the
+    dead load of the blocks that move could.
+
+    Parameters
+    ----------
+    twists : of the mechanism, shape (n_blocks, 6)
+    static : multiplier of the forces [-]
+    """
+    by_weight = np.linalg.norm(loads.dead[:, :3], axis=1) * np.linalg.norm(twists[:, :3], axis=1)
+    by_couples = np.linalg.norm(loads.dead[:, 3:], axis=1) * np.linalg.norm(twists[:, 3:], axis=1)
+    by_live_load = abs(float((loads.live * twists).sum()))
+    equal_work = float((by_weight + by_couples).sum()) / max(by_live_load, 1e-300)
+    return max(LEAST_MULTIPLIER * equal_work, abs(static), 1e-300)
 
 
 def _forces_certified(

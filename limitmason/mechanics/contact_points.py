@@ -98,32 +98,20 @@ def contact_points(
     """
     choice("contact_model", contact_model, tuple(ContactModel))
     x = assembly.arrays
-    kinds = np.array([i.kind for i in assembly.interfaces])
     active = np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b]))
-    lattice = lattices.lobatto_points if contact_model == LOBATTO else partial(lattices.edge_points, elastic=elastic)
     if isinstance(grid, int | float) and contact_model != "vertices":
         sizes = _spaced_sizes(assembly, grid, plane)
     else:
+        kinds = np.array([i.kind for i in assembly.interfaces])
         sizes = _grid_sizes(assembly, kinds, contact_model, (2, 2) if isinstance(grid, int | float) else grid)
-    n_corners = np.diff(x.corner_start)
     position, interface, area = [np.empty((0, 3))], [np.empty(0, np.intp)], [np.empty(0)]
     # faces with as many corners and points are laid out at once
-    key = np.column_stack([n_corners, sizes])
-    for group in np.unique(key[active], axis=0) if len(active) else ():
-        rows = active[(key[active] == group).all(axis=1)]
-        corners = x.corners[x.corner_start[rows][:, None] + np.arange(group[0])]
-        if contact_model != "vertices" and group[0] == 4:
-            corners = _turned(assembly, rows, corners)
-        if plane is not None:
-            points, weight = lattices.plane_points(corners, x, rows, plane, int(group[1]), lattice)
-        elif contact_model == "vertices":
-            points, weight = corners, lattices.corner_areas(corners, x.normal[rows])
-        elif group[0] == 4:
-            points, weight = lattices.lattice_points(corners, int(group[1]), int(group[2]), x.normal[rows], lattice)
-        else:
-            points, weight = lattices.fan_points(corners, int(max(group[1:])), x.normal[rows], lattice)
+    corners_and_sizes = np.column_stack([np.diff(x.corner_start), sizes])
+    for alike in np.unique(corners_and_sizes[active], axis=0) if len(active) else ():
+        rows = active[(corners_and_sizes[active] == alike).all(axis=1)]
+        points, share = _laid_out(assembly, rows, alike, contact_model, plane, elastic=elastic)
         position.append(points.reshape(-1, 3))
-        area.append(weight.ravel())
+        area.append(share.ravel())
         interface.append(np.repeat(rows, points.shape[1]))
     if ties and assembly.ties:
         x = assembly.links
@@ -135,16 +123,47 @@ def contact_points(
     owner = np.concatenate(interface)
     order = np.argsort(owner, kind="stable")
     owner = owner[order]
-    n, at = x.normal[owner], np.concatenate(position)[order]
+    normal, at = x.normal[owner], np.concatenate(position)[order]
     if plane is None:
-        directions = np.stack([n, x.tangent_1[owner], x.tangent_2[owner]], axis=1)
+        directions = np.stack([normal, x.tangent_1[owner], x.tangent_2[owner]], axis=1)
     else:
         # what a face is off the plane by rounding is a moment out of it, and much for a light block between heavy ones
         at += (plane.level - at @ plane.normal)[:, None] * plane.normal
-        n = n - (n @ plane.normal)[:, None] * plane.normal
-        n /= np.linalg.norm(n, axis=1)[:, None]
-        directions = np.stack([n, np.cross(plane.normal, n)], axis=1)
+        normal = normal - (normal @ plane.normal)[:, None] * plane.normal
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        directions = np.stack([normal, np.cross(plane.normal, normal)], axis=1)
     return ContactPoints(at, owner, np.concatenate(area)[order], directions, x.block_a[owner], x.block_b[owner])
+
+
+def _laid_out(
+    assembly: Assembly, rows: Index, alike: Index, contact_model: str, plane: Plane | None, *, elastic: bool
+) -> tuple[Array, Array]:
+    """Contact points of faces that are alike, and their tributary areas.
+
+    Parameters
+    ----------
+    rows : numbers of the faces, shape (r,)
+    alike : number of corners k, and of points along and across, of each of them, shape (3,)
+    contact_model, plane, elastic : as of :func:`contact_points`
+
+    Returns
+    -------
+    points : [m], shape (r, p, 3)
+    area : [m2], shape (r, p)
+    """
+    x = assembly.arrays
+    n_corners, along, across = (int(number) for number in alike)
+    lattice = lattices.lobatto_points if contact_model == LOBATTO else partial(lattices.edge_points, elastic=elastic)
+    corners = x.corners[x.corner_start[rows][:, None] + np.arange(n_corners)]
+    if contact_model != "vertices" and n_corners == 4:
+        corners = _turned(assembly, rows, corners)
+    if plane is not None:
+        return lattices.plane_points(corners, x, rows, plane, along, lattice)
+    if contact_model == "vertices":
+        return corners, lattices.corner_areas(corners, x.normal[rows])
+    if n_corners == 4:
+        return lattices.lattice_points(corners, along, across, x.normal[rows], lattice)
+    return lattices.fan_points(corners, max(along, across), x.normal[rows], lattice)
 
 
 _ENOUGH = 5  # points on a side of a joint that crushes or loses strength

@@ -9,7 +9,7 @@ from walls import running_bond
 
 import limitmason as lm
 from limitmason.geometry import box
-from limitmason.limit.associative import prediction_from
+from limitmason.limit.associative_prediction import prediction_from
 from limitmason.limit.program.cones import make_cones
 from limitmason.limit.program.face_cells import whole_faces
 from limitmason.limit.program.problem import make_problem

@@ -1,0 +1,140 @@
+"""From a solution of the static theorem's program to a prediction with its certificate."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from limitmason.answers.acceptance import GAP, Certificate
+from limitmason.answers.results import Bound, BoundKind, FlowRule, Mechanism, Prediction, Status
+from limitmason.arrays import Array
+from limitmason.limit.associative_warnings import REASON, warnings_of
+from limitmason.limit.program.face_cells import spread_cohesion
+from limitmason.limit.program.idle_joints import without_rounding
+from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static import Solution, in_balance, opening_motion
+from limitmason.mechanics.certificate import certify
+from limitmason.mechanics.residuals import load_on_blocks
+from limitmason.model.load import Loads
+
+WIDE_GAP = 3e-7
+"""Relative gap between the bounds above which a better repair of the mechanism is looked for."""
+
+
+def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None, dict]:
+    """The motion by which the dead load falls, scaled to a mean velocity of one along it, and what it proves.
+
+    Its kinematic bound is for the dead load itself: the structure falls where less than all of it can be carried.
+    """
+    if velocity is None:
+        return None, {}
+    fall = Loads(np.zeros_like(problem.loads.dead), problem.loads.dead)
+    m = problem.mechanism(fall, velocity)
+    if m is None:
+        return None, {}
+    bound = problem.proven_by(fall, m.twists).multiplier
+    if not bound < 1.0:
+        # as the solver gives it the motion may close joints by rounding: let one that opens all of them repair it
+        motion, _ = opening_motion(problem)
+        if motion is not None:
+            bound = problem.proven_by(fall, m.twists, (problem.twists(motion),)).multiplier
+    blocks = tuple(problem.assembly.blocks[i].name for i in m.moving_blocks(1e-4))
+    return m, {"falling_blocks": blocks, "falling_margin": 1.0 - bound}
+
+
+def prediction_from(
+    problem: Problem, solution: Solution, torsion: bool, details: dict, tolerance: float, stands: bool | None,
+    falling: Array | None,
+) -> tuple[Prediction, float]:
+    """Unscaled, certified prediction from a scaled solution, and the seconds that the certificate's programs took.
+
+    Parameters
+    ----------
+    torsion, stands : whether a torsion limit holds, and whether the dead load alone is carried, None where not known
+    falling, tolerance : scaled motion by which the dead load falls; of the solver [-]
+    """
+    assembly, loads, points = problem.assembly, problem.loads, problem.points
+    provenance = {
+        "flow_rule": "associative",
+        "contact_model": problem.contact_model,
+        "plane": problem.plane is not None,
+        "crushing": "stress block" if problem.stress_block.count else "points",
+        "solver": solution.solver,
+        "tolerance": tolerance,
+        "iterations": solution.iterations,
+        "contact_points": points.count,
+    }
+    if solution.fallback:
+        provenance["solver_fallback"] = solution.fallback
+    facts = {"flow_rule": FlowRule.ASSOCIATIVE, **problem.contact_facts}
+    law = "associative law (psi = phi)"
+    bound = Bound(BoundKind.EXACT, f"exact for the {law}")
+    if torsion:
+        bound = Bound(BoundKind.ESTIMATE, "estimate: torsion limited to that of uniform pressure")
+    if problem.contact_model == "grid" and problem.plane is None and (spread_cohesion(assembly) > 0).any():
+        words = f"estimate: {law} at the points of a grid, which overstate the torsion of cohesive faces"
+        bound = Bound(BoundKind.ESTIMATE, words)
+    method = "limit analysis, associative" + (", torsion limit" if torsion else "")
+    if solution.status in (Status.CANNOT_STAND, Status.UNBOUNDED, Status.NOT_CONVERGED):
+        value = np.inf if solution.status == Status.UNBOUNDED else np.nan
+        mechanism, proof = _falling(problem, falling)
+        status = solution.status
+        reason = REASON[Status(status)]
+        if mechanism is not None:
+            count, first = len(proof["falling_blocks"]), proof["falling_blocks"][0]
+            reason += f"; the mechanism is that of the fall ({count} blocks move, among them {first!r})"
+        if status == Status.UNBOUNDED and stands is None:
+            reason += "; whether it stands without live load was not found out"
+        return Prediction(
+            method, float(value), Bound(BoundKind.NONE), status, mechanism, provenance=provenance,
+            details={**details, **proof}, warnings=(reason,), **facts,
+        ), 0.0
+    value = solution.multiplier * problem.live_scale
+    own = load_on_blocks(assembly, loads, value)
+    force = problem.forces(in_balance(problem, solution.force, solution.multiplier))
+    force = without_rounding(assembly, own, points.interface, force)
+    mechanism = problem.mechanism(loads, solution.velocity)
+    prediction = Prediction(
+        method=method, collapse_multiplier=value, bound=bound, status=solution.status, mechanism=mechanism,
+        resultants=problem.resultants(force), provenance=provenance, details=details,
+        **facts,
+    )
+    certificate, seconds = _certified(problem, prediction, torsion)
+    if not torsion:
+        # what counts is the certificate, not what the solver calls itself: it may stop short of its own tolerance with
+        # an answer that is good enough, or call an answer solved that is not
+        provenance["solver_status"] = prediction.status
+        prediction = replace(prediction, status=Status.SOLVED if certificate.accepted else Status.ALMOST_SOLVED)
+        if certificate.discretisation > GAP:
+            words = f"lower bound for the {law}, {certificate.gap:.1e} below an upper one (cells of cohesive faces)"
+            bound = Bound(BoundKind.LOWER, words)
+    warnings = warnings_of(problem, replace(prediction, certificate=certificate), certificate.confinement, torsion)
+    if np.isfinite(certificate.force_cap):
+        warnings.append(
+            "no motion opens every joint (blocks are wedged between supports): the kinematic bound holds for joint "
+            f"forces up to {certificate.force_cap:.3g} times the load"
+        )
+    return replace(prediction, bound=bound, certificate=certificate, warnings=tuple(warnings)), seconds
+
+
+def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple[Certificate, float]:
+    """Certificate; where the simple opening motions give too wide a gap, one is computed for this assembly.
+
+    Parameters
+    ----------
+    torsion : whether a torsion limit holds, so that only forces can be certified
+    """
+    certificate = certify(problem.assembly, problem.loads, prediction)
+    if torsion:
+        # the torsion limit is no part of the law that the kinematic value knows: only the forces are certified
+        nan = float("nan")
+        return replace(
+            certificate, flow_residual=nan, complementarity=nan, kinematic_multiplier=nan, gap=nan, discretisation=0.0,
+            force_cap=float("inf"),
+        ), 0.0
+    if certificate.gap - certificate.discretisation <= WIDE_GAP and np.isinf(certificate.force_cap):
+        return certificate, 0.0
+    motion, seconds = opening_motion(problem)
+    if motion is None:
+        return certificate, seconds
+    candidates = (problem.twists(motion),)
+    return certify(problem.assembly, problem.loads, prediction, candidates=candidates), seconds
