@@ -224,7 +224,15 @@ class Solver:
     ) -> tuple[Array, float, PointResponse, Array]:
         """Largest share of the step that leaves less unbalanced than before, else the best of four.
 
-        ``r`` is the unbalanced force at ``u``. Returned are displacement, multiplier, response and unbalanced force.
+        Parameters
+        ----------
+        u, factor : displacements [m], shape (3 n,), and multiplier [-] before the step
+        step, more : their changes in a whole step, displacements in the order of elimination [m], shape (r,)
+        r : unbalanced force at ``u`` [N], shape (r,)
+
+        Returns
+        -------
+        displacement, multiplier, response, unbalanced : behind the step, as ``u``, ``factor``, of the points, and ``r``
         """
         spread = self.d.spread(step)
         before = float(np.linalg.norm(r))

@@ -56,15 +56,12 @@ class Memory(NamedTuple):
 
 
 class PointResponse(NamedTuple):
-    """Stress (xx, yy, zz, xy, yz, zx) [Pa], (n, 6).
+    """What n points answer to a strain."""
 
-    New memory. Tangent [Pa], (n, 6, 6). Crack strain [-], (n,).
-    """
-
-    stress: Array
+    stress: Array  # (xx, yy, zz, xy, yz, zx), tension positive [Pa], (n, 6)
     memory: Memory
-    tangent: Array
-    crack: Array
+    tangent: Array  # [Pa], (n, 6, 6)
+    crack: Array  # crack strain [-], (n,)
 
 
 def tensor(components: Array) -> Array:
@@ -169,8 +166,12 @@ def uniaxial(c: Curves, strain: Array, tension: Array, compression: Array) -> tu
 
     Parameters
     ----------
-    strain : equivalent strain [-], shape (n, 3)
+    strain : equivalent strain, tension positive [-], shape (n, 3)
     tension, compression : largest ones before, as positive numbers [-], shape (n, 3)
+
+    Returns
+    -------
+    stress, slope : [Pa], shape (n, 3) each
     """
     reached = np.where(strain >= 0.0, np.maximum(strain, tension), np.minimum(strain, -compression))
     stress, slope, _ = envelope(c, reached)
@@ -270,10 +271,18 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Poin
 
 
 def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Array, Array]:
-    """Principal stresses that fit the curves, equivalent strains and slopes, shape (n, 3) each.
+    """Principal stresses that fit the curves, by Newton's method.
 
     The equivalent strain of a direction is that of a uniaxial test with its stress: Poisson's part is taken off.
-    Stresses that fit the curves are found by Newton's method.
+
+    Parameters
+    ----------
+    eps : principal strains, tension positive [-], shape (n, 3)
+    kt, kc : largest equivalent strains before, in tension and compression, both positive [-], shape (n, 3)
+
+    Returns
+    -------
+    stress, equivalent, slope : [Pa], [-] and [Pa], shape (n, 3) each
     """
     nu, e = c.poisson[:, None], c.modulus[:, None]
     lame = nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
@@ -313,7 +322,14 @@ def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Arra
 
 
 def _remember(c: Curves, before: Memory, axes: Array, equivalent: Array, kt: Array, kc: Array) -> Memory:
-    """Memory grown by what directions exceeded, and the energy that this took."""
+    """Memory grown by what directions exceeded, and the energy that this took.
+
+    Parameters
+    ----------
+    axes : principal directions as rows, shape (n, 3, 3)
+    equivalent : equivalent strains, tension positive [-], shape (n, 3)
+    kt, kc : largest ones before, in tension and compression, both positive [-], shape (n, 3)
+    """
     more_t = np.maximum(equivalent - np.maximum(kt, 0.0), 0.0)
     more_c = np.maximum(-equivalent - kc, 0.0)
     grown = [
