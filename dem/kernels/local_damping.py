@@ -1,7 +1,11 @@
 """Local damping: what it takes of a force while blocks, their shapes and the nodes of zones move."""
 
-from dem.kernels.arrays import Array
+import numpy as np
+
+from dem.kernels.arrays import Array, RigidBodies
 from dem.kernels.compiled import kernel
+
+ROUNDING = 1e-12  # velocity over the speed of its block below which it has no sign
 
 
 @kernel(forceinline=True)
@@ -45,9 +49,26 @@ def brake_of(local: float, drifts: bool | None, force: float, past: float, speed
 
 
 @kernel(inline="always")
+def least_speeds(bodies: RigidBodies, i: int) -> tuple[float, float]:
+    """Velocity [m/s] and spin [rad/s] of block i that are zero but for rounding.
+
+    What a motion does not excite moves by rounding, up or down as the structure stands in space: its sign would turn
+    all of its damping about.
+    """
+    moves = turns = 0.0
+    for k in range(3):
+        moves += bodies.vel[i, k] * bodies.vel[i, k]
+        turns += bodies.spin[i, k] * bodies.spin[i, k]
+    inv = bodies.inv_inertia[i]
+    # 1 / r^2 of a radius about as large as those of gyration
+    per = max(bodies.mass[i] * (inv[0, 0] + inv[1, 1] + inv[2, 2]), 1e-300)
+    return ROUNDING * np.sqrt(moves + turns / per), ROUNDING * np.sqrt(moves * per + turns)
+
+
+@kernel(inline="always")
 def brakes_of(
-    local: float, drifts: bool | None, force: Array, i: int, at: int, past: Array, speed: Array, held: Array,
-    axes: Array,
+    local: float, drifts: bool | None, force: Array, i: int, at: int, past: Array, speed: Array, least: float,
+    held: Array, axes: Array,
 ) -> tuple[float, float, float]:
     """Local damping of block i's unbalanced force [N], or moment, along its own axes: x, y and z of it.
 
@@ -58,7 +79,7 @@ def brakes_of(
     local, drifts : as :func:`brake_of` takes them
     force, held : forces and freedoms that do not count, both from column ``at`` on, shape (n, 6)
     past : force of the step before, from entry ``at`` on, shape (6,)
-    speed : velocity before the step, shape (n, 3)
+    speed, least : velocity before the step, shape (n, 3), and of :func:`least_speeds` what of it has no sign
     axes : see :class:`dem.kernels.arrays.RigidBodies`
     """
     x = y = z = 0.0
@@ -70,7 +91,7 @@ def brakes_of(
                 v += axes[i, c, k] * speed[i, k]
                 if drifts is not None:
                     before += axes[i, c, k] * past[at + k]
-        brake = brake_of(local, drifts, f, before, v)
+        brake = brake_of(local, drifts, f, before, v * (abs(v) > least))
         x += brake * axes[i, c, 0]
         y += brake * axes[i, c, 1]
         z += brake * axes[i, c, 2]

@@ -30,7 +30,7 @@ from dem.kernels.arrays import (
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import move_modes
 from dem.kernels.joint_forces import _crossing_forces, _joint_forces
-from dem.kernels.local_damping import brakes_of
+from dem.kernels.local_damping import brakes_of, least_speeds
 from dem.kernels.team import SHUT, meet
 from dem.kernels.ties import add_tie_forces
 
@@ -174,8 +174,9 @@ def _accelerate(
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
     dt, kick, viscosity, keep, lag = at
     moving = False
-    push = brakes_of(local, drifts, net, i, 0, past, vel, held, bodies.axes)
-    turn = brakes_of(local, drifts, net, i, 3, past, spin, held, bodies.axes)
+    least = least_speeds(bodies, i)
+    push = brakes_of(local, drifts, net, i, 0, past, vel, least[0], held, bodies.axes)
+    turn = brakes_of(local, drifts, net, i, 3, past, spin, least[1], held, bodies.axes)
     for k in range(3):
         if held[i, k]:
             vel[i, k] = _driven(acting, step, i, k)

@@ -58,7 +58,7 @@ def test_damped_motion_is_the_same_in_all_axes(damping):
             wall.transformed(turn), dem.Hold(steps=400), loads=seen, damping=damping, contact_points=(4, 4), sample=50
         )
         places.append(run.shift[:, 1] @ turn)
-    assert places == pytest.approx(np.broadcast_to(places[0], (4, 8, 3)), abs=1e-3 * np.abs(places[0]).max())
+    assert places == pytest.approx(np.broadcast_to(places[0], (4, 8, 3)), abs=1e-6 * np.abs(places[0]).max())
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.5])
