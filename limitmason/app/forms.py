@@ -13,7 +13,7 @@ import limitmason as lm
 from limitmason.experiments import registry
 from limitmason.methods import COMPARED_METHODS, available_methods
 
-_UNIT = re.compile(r"\[(m|deg|rad|kg|kg/m3|N|Pa|Pa/m|J/m2|s|%|-)\]")
+_UNIT = re.compile(r"\[(m|deg|rad|kg|kg/m3|N|N/m3|Pa|Pa/m|J/m2|s|%|-)\]")
 _QUOTED = re.compile(r'"([^"]+)"')
 
 

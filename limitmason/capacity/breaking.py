@@ -145,7 +145,8 @@ def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple
         if doubted and not (found > _ALIKE).any():
             return tried, None
         if (found > 0.0).any():
-            left, high, above = (high.control, above), tried, found
+            # an end found anew and the old one are at one displacement: no secant goes through them
+            left, high, above = None if doubted else (high.control, above), tried, found
         else:
             left, low, below = (low.control, below), tried, np.minimum(found, -0.01 * _ALIKE)
         after = tried

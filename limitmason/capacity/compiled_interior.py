@@ -16,12 +16,12 @@ _BISECTIONS = 50
 
 @njit(cache=True, error_model="numpy")
 def sheared(
-    tried: Array, normal: Array, tan_phi: Array, cohesion: Array, ks: Array, product: float, cone: Array, slid: Array
+    tried: Array, strength: Array, ks: Array, product: float, cone: Array, slid: Array
 ) -> None:
     """Write limit of shear, shear and slip, (m, c), whose product is one value, from the shear without a limit."""
     least = 1e-3 * np.sqrt(product)
-    for m in range(len(normal)):
-        most = max(cohesion[m] + tan_phi[m] * normal[m], least)
+    for m in range(len(strength)):
+        most = max(strength[m], least)
         size = 0.0
         for j in range(1, tried.shape[1]):
             size += tried[m, j] * tried[m, j]
@@ -59,13 +59,13 @@ def linearised(
 
     Parameters
     ----------
-    laws : tan(phi), tan(psi), cohesion
+    laws : tan(phi), tan(psi), shear strength
     rows : row, sign and bound of the spare strength
     state : normal force, cone, slip, spare strength and what has been given of it
     elastic : forces without limits
     linear : to be written, see ``interior._Linear``
     """
-    tan_phi, tan_psi, cohesion = laws
+    tan_phi, tan_psi, strength = laws
     row, sign, bound = rows
     normal, cone, slid, spare, given = state
     inverse, across, tangent, off, cone_off, lacks = linear
@@ -128,7 +128,7 @@ def linearised(
         off[k, 0] = (normal[k] - elastic[k, 0]) / stiff[k, 0] - (tan_psi[k] * slid[k, 0] + lifted[k])
         for j in range(1, c):
             off[k, j] = (cone[k, j] - elastic[k, j]) / stiff[k, j] - slid[k, j]
-        cone_off[k] = first - (cohesion[k] + tan_phi[k] * normal[k])
+        cone_off[k] = first - strength[k]
     return True
 
 

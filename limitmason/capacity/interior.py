@@ -107,7 +107,7 @@ class _Points:
         spare = np.where(free > 0.0, large, product * kn[self.row] / large)
         normal = spare[: len(kn)] - s.tension
         cone, slid = np.empty(tried.shape), np.empty(tried.shape)
-        compiled_interior.sheared(tried, normal, s.tan_phi, s.cohesion, ks, product, cone, slid)
+        compiled_interior.sheared(tried, s.shear_strength(normal), ks, product, cone, slid)
         return Inner(normal, cone, slid, spare, product / spare)
 
     def linearised(self, at: Evaluated, x: Inner) -> _Linear | None:
@@ -124,7 +124,7 @@ class _Points:
         a = _Linear(inverse, across, tangent, np.empty((m, c)), np.empty(m), np.empty(len(self.row)))
         rows = self.row, self.sign, self.bound
         found = compiled_interior.linearised(
-            (s.tan_phi, s.tan_psi, s.cohesion), self.stiff, rows, tuple(x), self.elastic(at), tuple(a)
+            (s.tan_phi, s.tan_psi, s.shear_strength(x.normal)), self.stiff, rows, tuple(x), self.elastic(at), tuple(a)
         )
         return a if found else None
 

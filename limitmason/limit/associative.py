@@ -110,12 +110,12 @@ def _first_certified(
     best: Prediction | None = None
     spent, tried, unknown = 0.0, [], False
     for scaled, name in _attempts(problem, "clarabel" if torsion else solver):
-        prediction, stands, seconds = _attempted(
+        prediction, words, stands, seconds = _attempted(
             problem, scaled, name, torsion=torsion, tolerance=tolerance, check_dead_load=check_dead_load,
             verbose=verbose,
         )
         spent += seconds
-        tried.append(f"{prediction.provenance['solver']}: {prediction.status}")
+        tried.append(words)
         if best is None or _rank(prediction) < _rank(best):
             best, unknown = prediction, check_dead_load and stands is None
         if torsion or _sure(best, problem):
@@ -130,7 +130,7 @@ def _first_certified(
 def _attempted(
     problem: Problem, scaled: Problem, solver: str, *, torsion: float, tolerance: float, check_dead_load: bool,
     verbose: bool,
-) -> tuple[Prediction, bool | None, float]:
+) -> tuple[Prediction, str, bool | None, float]:
     """The answer of one solver in one scaling.
 
     Parameters
@@ -141,6 +141,7 @@ def _attempted(
     Returns
     -------
     prediction : with its certificate
+    words : the solver that gave it, and its status
     stands : whether the structure stands without live load, None where that is unknown
     seconds : spent in solvers [s]
     """
@@ -160,7 +161,7 @@ def _attempted(
     solution, stands, falling, seconds = _dead_load_checked(problem, scaled, cones, solution, check_dead_load)
     spent += seconds
     prediction, seconds = prediction_from(scaled, solution, bool(torsion), details, tolerance, stands, falling)
-    return prediction, stands, spent + seconds
+    return prediction, f"{solution.solver}: {prediction.status}", stands, spent + seconds
 
 
 def _as_far_as_proven(best: Prediction, problem: Problem, *, unknown: bool) -> Prediction:

@@ -34,7 +34,8 @@ def test_every_number_has_its_unit():
         ("joint", "Joint", "friction_angle_deg"): "deg", ("joint", "Joint", "cohesion"): "Pa",
         ("joint", "Joint", "normal_stiffness"): "Pa/m", ("joint", "Joint", "fracture_energy_shear"): "J/m2",
         ("joint", "Joint", "residual_cohesion"): "Pa", ("more", "with_point_load", "force"): "N",
-        ("more", "with_pressure", "pressure"): "Pa", ("analysis", "pushover", "to"): "m",
+        ("more", "with_pressure", "pressure"): "Pa", ("more", "with_pressure", "unit_weight"): "N/m3",
+            ("analysis", "pushover", "to"): "m",
         ("drawing", "drawing", "mortar"): "m", ("drawing", "drawing", "density"): "kg/m3",
     }
     units = {

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import re
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from multiprocessing import get_context
@@ -134,7 +135,8 @@ def test_a_copy_by_pickle_or_deepcopy_holds_the_same_and_is_read_only_too(name, 
     for path in mine.keys() & others.keys():
         if mine[path].dtype != object:
             np.testing.assert_array_equal(mine[path], others[path], err_msg=path)
-    assert len(mine.keys() & others.keys()) >= 0.8 * len(mine)
+    # a prediction leaves its structure and loads behind, as its docstring says
+    assert all(re.search(r"(^|\bprediction)\.loads\.", path) for path in mine.keys() - others.keys())
 
 
 @pytest.mark.exact
