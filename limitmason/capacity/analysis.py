@@ -35,6 +35,7 @@ from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path_loads import PathLoads
 from limitmason.capacity.path_warnings import (
+    GLUED_FACES,
     branch_warnings,
     edge_warnings,
     flat_top_warnings,
@@ -286,8 +287,9 @@ def _point_warnings(
     if weakening(generations.structures[0].assembly).any():
         return flat_top_warnings(nodes) if standard else []
     points = generations.structures[0].points
-    if not standard or (points.components == 3 and standard_points(generations.structures[0].assembly, None)[1]):
-        return edge_warnings(generations, nodes, "more points by grid=")
+    glued = points.components == 3 and standard_points(generations.structures[0].assembly, None)[1] is not None
+    if not standard or glued:
+        return edge_warnings(generations, nodes, "more points by grid=") + [GLUED_FACES] * (standard and glued)
     remedy = "contact_model='lobatto'"
     return edge_warnings(generations, nodes, remedy) + pressure_sharing_warnings(generations, nodes)
 

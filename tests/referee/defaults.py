@@ -136,7 +136,8 @@ CALLS = {
                  f"{TOLD}|{FLAT}", OF_A_PATH),
     "path points": Call("`lm.pushover`", "pushover", _path_on, {"faces": True},
                         "9 x 9 Lobatto points, 21 x 21 where joints crush or break",
-                        "would bear about|could bear|was not reached|times as stiffly|or anywhere from", OF_A_PATH),
+                        "would bear about|could bear|was not reached|times as stiffly|or anywhere from|for each face",
+                        OF_A_PATH),
     "path simply deformable": Call(
         '`lm.pushover(blocks="simply deformable")`', "pushover simply deformable",
         lambda m, **o: _path(m, blocks="simply deformable", **o), {"finer": 4}, "all steps 4 times finer",
