@@ -62,8 +62,9 @@ def smallest_ratio(numerator: ArrayLike, denominator: ArrayLike, low: float, hig
     n, d = np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
     slope = (n[1] * d[0] - n[0] * d[1], 2.0 * (n[2] * d[0] - n[0] * d[2]), n[2] * d[1] - n[1] * d[2])
     points = [low, high]
-    scale = max(abs(slope[0]), abs(slope[1]) * high, abs(slope[2]) * high**2, 1e-300)
-    if abs(slope[2]) * high**2 > 1e-14 * scale:
+    far = max(abs(low), abs(high))
+    scale = max(abs(slope[0]), abs(slope[1]) * far, abs(slope[2]) * far**2, 1e-300)
+    if abs(slope[2]) * far**2 > 1e-14 * scale:
         inside = slope[1] ** 2 - 4.0 * slope[2] * slope[0]
         if inside >= 0.0:
             # the pair of roots without cancellation

@@ -397,3 +397,9 @@ def test_rocking_terms_are_the_polynomials_of_the_power_balance():
         powers = np.array([1.0, s, s * s])
         assert terms.numerator @ powers == pytest.approx(power.lift + power.overload_lift + power.friction, rel=1e-12)
         assert terms.denominator @ powers == pytest.approx(power.travel, rel=1e-12)
+
+
+def test_the_smallest_ratio_is_found_inside_an_interval_that_ends_at_zero():
+    found = smallest_ratio((0.25, 1.0, 1.0), (1.0, 0.5, 1.0), -1.0, 0.0)
+    assert found.value == pytest.approx(0.0, abs=1e-15)
+    assert found.at == pytest.approx(-0.5)
