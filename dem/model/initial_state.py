@@ -7,7 +7,7 @@ import numpy as np
 from dem import kernels
 from dem.kernels import BlockModes, Joints, Points, RigidBodies
 from dem.model.joints import DEFAULT_POINTS, Grid, JointOptions, chosen_points, make_joints, make_points
-from dem.model.stable_step import block_stiffness, scaled_masses, stable_step
+from dem.model.stable_step import SAFETY, block_stiffness, scaled_masses, stable_step
 from dem.model.state import DYNAMIC, ENDS, QUASI_STATIC, State
 from dem.model.strain_shapes import (
     Start,
@@ -103,8 +103,8 @@ def initial_state(
     safety : fraction of the bound of the stable time step that is used; 0.65 by default: local damping up to 0.8 makes
         a decelerating block 1.8 times as stiff, and 0.9 falls into a limit cycle
     plane : of a plane problem whose normal is a global axis, from :func:`limitmason.mechanics.plane.find_plane`: one
-        row of
-        contact points lies on it, and every block is held in the motions out of it; found where ``stress`` asks for it
+        row of contact points lies on it, and every block is held in the motions out of it; found where ``stress`` asks
+        for it
     blocks : "rigid", or "simply deformable": blocks with a material strain uniformly, bend and twist, see
         :func:`limitmason.deformable.simply_deformable_block`; blocks without one, and wholly held ones, stay rigid.
         Loads do not deform a block but through its joints: they act as body forces, whose moments follow their points
@@ -139,11 +139,9 @@ def initial_state(
     finer = "give contact_model='lobatto' and contact_points=(15, 15)"
     warnings = (*warnings, *said, *on_few_points(assembly, finer, None if coarse else contacts))
     stiffness = block_stiffness(points, joints, n, ties=ties)
-    moves = np.ones(6, dtype=bool)
-    if plane is not None:
-        moves = ~out_of_plane(plane)
-        stiffness *= moves[:, None] & moves
-    safety = 0.65 if safety is None else safety
+    moves = np.ones(6, dtype=bool) if plane is None else ~out_of_plane(plane)
+    stiffness *= moves[:, None] & moves
+    safety = SAFETY if safety is None else safety
     start = Start.of(assembly, stress, plane) if blocks == SIMPLY_DEFORMABLE else None
     if start is not None and (rigid := int(free.sum()) - len(start.stiffness)):
         warnings = (*warnings, f"{rigid} of {int(free.sum())} free blocks have no material and stay rigid")

@@ -12,6 +12,9 @@ from limitmason.arrays import Array, Flags, Index
 from limitmason.mechanics.joint_shapes import motion_at
 from limitmason.multifrontal.dissection import ragged_ranges
 
+SAFETY = 0.65
+"""Fraction of the bound of the stable step that is used by default."""
+
 
 def point_motions(points: Points, joints: Joints, arm: Array, frame: Array, side: Array | None = None) -> Array:
     """Displacement of every point along t1, t2, n by the motions of one of its blocks and by its shapes, (m, 3, 6 + k).

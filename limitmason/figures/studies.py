@@ -124,6 +124,17 @@ def _cut(text: str, width: int = 60) -> str:
     return text if len(text) <= width else text[: width - 1] + "…"
 
 
+def _draw_published(ax: Axes, published: Mapping[str, Sequence[tuple[float, float]]]) -> list[Line2D]:
+    """Draw the points of every source, by its name, and give their entries of the legend."""
+    handles = []
+    for number, (name, points) in enumerate(published.items()):
+        u, v = np.array(points, dtype=float).T
+        mark = ("x", "+", "*")[number % 3]
+        ax.plot(u, v, mark, color=style.BLACK, markersize=6, zorder=4, gid="published")
+        handles.append(Line2D([], [], color=style.BLACK, marker=mark, linestyle="none", label=name))
+    return handles
+
+
 @style.in_print_style
 def study_lines(
     table: Iterable[Mapping[str, Any]],
@@ -202,12 +213,7 @@ def study_lines(
                     markersize=4.5, gid="extrapolated")
         if by:
             handles.append(Line2D([], [], label=_group_name(by, group), **look))
-    for number, (name, points) in enumerate((published or {}).items()):
-        u, v = np.array(points, dtype=float).T
-        ax.plot(u, v, ("x", "+", "*")[number % 3], color=style.BLACK, markersize=6, zorder=4, gid="published")
-        handles.append(
-            Line2D([], [], color=style.BLACK, marker=("x", "+", "*")[number % 3], linestyle="none", label=name)
-        )
+    handles += _draw_published(ax, published or {})
     if log:
         ax.set_xscale("log")
         ticks = [edge] * any(r[x] <= 0 for r in rows) + positive
