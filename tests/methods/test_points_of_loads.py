@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import limitmason as lm
+from limitmason.capacity.path_loads import PathLoads
 from limitmason.geometry import box
 from limitmason.geometry.rotation import rotation_matrices
 
@@ -163,3 +164,21 @@ def test_blocks_that_hardly_deform_rock_as_rigid_ones():
         np.interp(places, rigid.displacement, rigid.load), rel=1e-3
     )
     assert all(c.accepted for c in soft.certificates)
+
+
+@pytest.mark.exact
+def test_the_tangent_of_turning_arms_is_the_derivative_of_their_moments():
+    wall = block()
+    loads = lm.Loads.weight(wall).with_point_load(wall, 1, (1e3, -2e3, 5e2), at=(0.1, 0.05, 0.8), case="dead")
+    loads = loads.with_point_load(wall, 1, (-4e2, 1e3, 2e3), at=(0.3, 0.2, 0.4))
+    path, turn, spin, h = PathLoads.of(loads, np.eye(6), np.ones((2, 6), bool)), np.zeros((2, 3, 3)), np.eye(3), 1e-6
+    turn[1] = TURN - np.eye(3)
+
+    def wrench(by):
+        moved = turn.copy()
+        moved[1] = rotation_matrices(tuple(by)) @ TURN - np.eye(3)
+        dead, live = path.at(moved)
+        return (dead + 0.7 * live)[1]
+
+    differences = np.column_stack([(wrench(h * d) - wrench(-h * d)) / (2 * h) for d in spin])
+    assert path.stiffness(turn, 0.7)[0][:, 3:] == pytest.approx(differences, abs=1e-4)
