@@ -160,13 +160,17 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         return self.point(int(falls[0])) if len(falls) else None
 
     def ultimate(self, share: float = 0.8) -> CurvePoint | None:
-        """First sample after the peak with at most ``share`` of its load [-].
+        """Where the load has first fallen to ``share`` of its peak [-].
 
-        It is None where the load never falls so far.
+        On a straight line between two samples; the index is that of the second. It is None where the load never falls
+        so far.
         """
         top = self.peak
         below = np.flatnonzero(self._sense * (self.load[top.index :] - share * top.load) <= 0.0)
-        return self.point(top.index + int(below[0])) if len(below) else None
+        if not len(below):
+            return None
+        k = top.index + int(below[0])
+        return self.point(k) if k == top.index else CurvePoint(k, self._straight(k, share * top.load), share * top.load)
 
     def stiffness(self, low: float = 0.1, high: float = 0.4) -> float:
         """Secant stiffness between two shares of the peak on the way up.
@@ -196,6 +200,10 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
             if self._sense * (self.load[0] - load) > 0.0:
                 raise InputError(f"the curve starts at {self.load[0]:g} {self.load_unit}, beyond {load:g}")
             return float(self.displacement[0])
+        return self._straight(k, load)
+
+    def _straight(self, k: int, load: float) -> float:
+        """Displacement at which a load is passed between samples k - 1 and k."""
         x, y = self.displacement[k - 1 : k + 1], self.load[k - 1 : k + 1]
         return float(x[0] + (load - y[0]) / (y[1] - y[0]) * (x[1] - x[0]))
 

@@ -175,7 +175,7 @@ def pushover(
     energies strength is lost along the step, which ends on the falling law. Where it is lost at once the step ends at
     the first point that reaches its strength; that point and those it overloads break at the same displacement: two
     samples, the second a jump with its energy in ``curve.breaks``. The load then often recovers: with such joints
-    ``to=None`` goes on until a fifth of the largest load is lost.
+    ``to=None`` ends where a fifth of the largest load is lost, to ``steps.peak``.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     refuse(assembly)

@@ -11,7 +11,7 @@ import numpy as np
 from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.limit_point import DROP, LEVEL
 from limitmason.capacity.outcomes import PathEnd, Phase, StepOutcome, Try
-from limitmason.capacity.stepping import Node
+from limitmason.capacity.stepping import Node, handed_over
 from limitmason.capacity.steps import Steps, bend, may_have_fallen, senses, until_open, until_stuck
 
 FARTHEST = 0.5
@@ -50,7 +50,8 @@ class JudgedPath:
     short: int = 0  # steps of this round
     taken_off: float = 0.0  # largest fall where contacts were found anew, of the largest load
     steepest: float = 0.0  # rise of the load over displacement so far [1/m]
-    cuts: int = 0  # of this step, for its bend
+    cuts: int = 0  # of this step, for its bend or for the end of the path
+    closer: int = 0  # tries to end where the load is that ends the path
     steady: int = 0  # steps that grow no longer than one that was cut, for points that ran off
     ahead: Node | None = None  # what was found beyond the bend
     near: Try | None = None  # the shortest step from a state that loses energy: a jump, should none go on without
@@ -73,7 +74,7 @@ class JudgedPath:
     def judged(self, a: Try) -> StepOutcome | PathEnd:
         """The first verdict on a try that does not accept it."""
         judges = self._leaps, self._skips_a_fall, self._goes_too_far, self._outruns, self._bends, self._hides_a_fall
-        for judge in (*judges, self._makes_energy, self._keeps_bonds):
+        for judge in (*judges, self._makes_energy, self._keeps_bonds, self._passes_its_end):
             verdict = judge(a)
             if verdict is not StepOutcome.ACCEPTED:
                 return verdict
@@ -252,3 +253,24 @@ class JudgedPath:
         if not bonded:
             return StepOutcome.ACCEPTED
         return StepOutcome.SHORTER if self._halve(a) else self._stopped(a.last, bonded, PathEnd.OPENED)
+
+    def _passes_its_end(self, a: Try) -> StepOutcome:
+        """A step over the load at which a path of softening joints ends is cut there, to the width of a limit point.
+
+        Where the load falls at one displacement, or leaps, the crossing is that fall.
+        """
+        if self.to is not None or a.system.law.softening is None or a.new.jump or a.due is not None:
+            return StepOutcome.ACCEPTED
+        new = a.new._replace(handed=self.generations.handed(self.nodes[-1], a.last, a.new, self.toward))
+        made = [*self.nodes[self.begin :], new]
+        loads = self.toward * np.array([n.multiplier for n in made])
+        pushed, loads = float(loads.max()), loads + handed_over(self.toward, made)
+        before, after = loads[-2:] - (1.0 - DROP_OF_SOFTENING) * pushed
+        width = self.steps.peak * pushed
+        if not before > 0.0 > after + width or a.move <= self.shortest or self.closer >= ROUNDS:
+            return StepOutcome.ACCEPTED
+        # half of the width beyond, so that the sample is the last; from one that is short of it the path goes on
+        share = (before + 0.5 * width) / (before - after)
+        self.closer, self.ahead, self.cuts = self.closer + 1, a.new, 1
+        self.advance = float(np.clip(share, 0.02, 0.98)) * a.move
+        return StepOutcome.SHORTER

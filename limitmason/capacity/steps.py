@@ -33,7 +33,7 @@ class Steps:
     first : first step, in elastic lengths (mean block weight over the mean stiffness of a contact point) [-]
     largest : largest step over the median block size [-]
     smooth : departure of the multiplier from its extrapolation up to which steps grow, of the largest so far [-]
-    peak : width in load within which the first limit point is known, of its load [-]
+    peak : width in load within which the first limit point is known, and where a fifth of it is lost, of its load [-]
     energy : energy that a step may leave over, of its gross work [-]
     opening : gap to which a point that bears may open in a step, over the median block size [-]: where several points
         may let go, and one of them does, a longer step may end with another open, on a branch that no continuous path

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from referee.engines import ENGINES
+from referee.paths import finer
 
 import limitmason as lm
 from limitmason.capacity.limit_point import first_limit_point
@@ -69,3 +71,29 @@ def test_a_limit_point_has_the_sense_of_the_push_and_none_is_found_on_the_way_ba
     assert released.peak.load == released.load.max()  # it never comes to a load of the other sense
     assert away.load[-1] < 0.0
     assert back.first_limit_point.load == pytest.approx(0.4, rel=2e-3)
+
+
+@pytest.mark.parametrize("times", [0.5, 1.0, 3.0])
+def test_a_path_ends_where_its_joints_have_lost_a_fifth_of_the_largest_load(times):
+    """W + A s = 0.8 (W + A ft) on the straight softening branch; by the steps it ended at 0.04 to 0.62 of the peak."""
+    energy, ft, kn, area = 20.0, 1e5, 1e10, 0.04
+    joint = lm.Joint(35.0, cohesion=1e6, tensile_strength=ft, fracture_energy_tension=energy, normal_stiffness=kn)
+    cube = lm.build.column(width=0.2, depth=0.2, height=0.2, courses=1, joint=joint)
+    pulled = lm.Loads.weight(cube).with_point_load(cube, "column-1", (0.0, 0.0, 1.0))
+    pressure = float(cube.weights.min()) / area
+    curve = lm.pushover(cube, pulled, steps=finer(times))
+    assert curve.status == "limit point passed"
+    assert 0.0 <= 0.8 - curve.load[-1] / curve.peak.load <= 2e-4 / times + 1e-9
+    lost = 1.0 - (0.8 * ft - 0.2 * pressure) / ft
+    ends = pressure / kn + ft / kn + lost * (2.0 * energy / ft - ft / kn)
+    assert curve.displacement[-1] == pytest.approx(ends, rel=2e-3)
+    assert curve.ultimate().displacement == pytest.approx(ends, rel=2e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "number"), [(7, 5), (9104, 3)])
+def test_where_a_path_has_lost_a_fifth_of_its_load_does_not_hang_on_the_steps(seed, number):
+    """At .0390 and .0312 m: the first sample below 80 % was as far beyond it as a step is long."""
+    model = ENGINES["pushover bonds"].model(seed, number)
+    ends = [lm.pushover(*model.build(), steps=finer(times)).displacement[-1] for times in (1.3, 3.0)]
+    assert ends[0] == pytest.approx(ends[1], rel=5e-3)
