@@ -240,7 +240,10 @@ class System:
 
         Unknowns: motion and multiplier in own units; equations: equilibrium, and what is prescribed.
         """
-        matrix = self.tangent(at, prescribed, viscosity)
+        return self._factored(self.tangent(at, prescribed, viscosity))
+
+    def _factored(self, matrix: sparse.csc_matrix) -> "_Factors | SuperLU":
+        """Factors of a matrix of the pattern: large ones by fronts."""
         if not self.bodies.large:
             return self._pivoted(matrix)
         if self._fronts is None:  # the pattern stays, so that its order is looked for once
@@ -276,12 +279,16 @@ class System:
         ----------
         prescribed : "control" or "multiplier", which is kept
         """
+        matrix = self.tangent(at, prescribed)
         try:
-            factors = self._pivoted(self.tangent(at, prescribed))
+            factors = self._factored(matrix)
+            if isinstance(factors, _Factors):
+                if factors.corrected(np.ones(self.order + 1))[1] <= _ROUNDED:
+                    return factors.fronts.sense(factors.store, factors.exchanged)
+                factors = self._pivoted(matrix)
         except RuntimeError:
             return 0
-        signs = np.sign(factors.U.diagonal()).prod() * _parity(factors.perm_r) * _parity(factors.perm_c)
-        return int(signs)
+        return int(np.sign(factors.U.diagonal()).prod() * _parity(factors.perm_r) * _parity(factors.perm_c))
 
     def tangent(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> sparse.csc_matrix:
         """The matrix of :meth:`bordered`, with an eta of viscous force in own units, one or of every unknown.
@@ -407,19 +414,24 @@ class _Factors(NamedTuple):
 
     def solve(self, right: Array) -> Array:
         """The solution for a right side, shape (n,); nan where the matrix is singular."""
-        most, found, off, left = float(np.abs(right).max(initial=0.0)), np.zeros_like(right), right, np.inf
-        for _ in range(_CORRECTIONS):
-            found = found + self.fronts.solve(self.store, self.exchanged, off)
-            off = right - self.matrix @ found
-            before, left = left, float(np.abs(off).max(initial=0.0))
-            if left <= _LEFT * most or left > 0.5 * before:  # as far as rounding lets it
-                break
-        if left <= _ROUNDED * most:
+        found, left = self.corrected(right)
+        if left <= _ROUNDED * float(np.abs(right).max(initial=0.0)):
             return found
         try:
             return np.asarray(self.pivoted(self.matrix).solve(right))
         except RuntimeError:
             return np.full_like(right, np.nan)
+
+    def corrected(self, right: Array) -> tuple[Array, float]:
+        """The solution by fronts, corrected as far as rounding lets it, and the largest entry that it leaves over."""
+        most, found, off, left = float(np.abs(right).max(initial=0.0)), np.zeros_like(right), right, np.inf
+        for _ in range(_CORRECTIONS):
+            found = found + self.fronts.solve(self.store, self.exchanged, off)
+            off = right - self.matrix @ found
+            before, left = left, float(np.abs(off).max(initial=0.0))
+            if left <= _LEFT * most or left > 0.5 * before:
+                break
+        return found, left
 
 
 def _parity(permutation: Index) -> int:

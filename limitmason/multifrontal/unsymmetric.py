@@ -92,6 +92,14 @@ class UnsymmetricFronts:
         found[self.order] = x
         return found
 
+    def sense(self, store: Array, pivot: Index) -> int:
+        """Sign of the determinant, by :meth:`factors`: that of the pivots, turned by every exchange of two rows."""
+        owned = self.fronts.owned
+        within = np.arange(len(self.order)) - np.repeat(self.fronts.first, owned)
+        size = np.repeat(owned + self.edge_size, owned)
+        diagonal = store[np.repeat(self._starts[1], owned) + within * (size + 1)]
+        return int(np.sign(diagonal).prod()) * (-1) ** int((pivot != within).sum())
+
 
 def _reused(edge: Index, parent: Index) -> Index:
     """Where the update of every front begins, in room that is used again once its parent has taken it."""

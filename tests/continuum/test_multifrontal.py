@@ -235,5 +235,7 @@ def test_fronts_of_unsymmetric_values_solve_what_was_asked_with_a_border(dof):
             matrix.setdiag(0.0)
         right = rng.normal(size=len(full))
         exact = np.linalg.solve(matrix.toarray(), right)
-        assert fronts.solve(*fronts.factors(matrix.data), right) == pytest.approx(exact, rel=1e-7, abs=1e-9)
+        factors = fronts.factors(matrix.data)
+        assert fronts.solve(*factors, right) == pytest.approx(exact, rel=1e-7, abs=1e-9)
+        assert fronts.sense(*factors) == np.linalg.slogdet(matrix.toarray())[0]
     assert fronts.factors(np.zeros(pattern.nnz)) is None
