@@ -29,8 +29,9 @@ supports
     ``fixed``: names or numbers of blocks; ``supports``: [{"block": "a", "translations": true, "dofs": ["rx"]}].
 loads
     One of ``horizontal``, ``body_force`` (directions) and ``tilting`` (axis), added to the self weight; ``point_loads``
-    [{"block", "force" [N], "at" [m], "case"}]; ``pressures`` [{"block", "pressure" [Pa], "face", "case"}];
-    ``precompression`` {"force" [N], "block"}; or the wrenches per block themselves, ``dead`` and ``live`` [N, N m].
+    [{"block", "force" [N], "at" [m], "case"}]; ``pressures`` [{"block", "pressure" [Pa], "level" [m], "unit_weight"
+    [N/m3], "face", "case"}], or "traction" [Pa] in their place; ``precompression`` {"force" [N], "block"}; or the
+    wrenches per block themselves, ``dead`` and ``live`` [N, N m], with ``dead_arms`` and ``live_arms`` [N m].
 recipe
     Anything. Keys that start with an underscore are comments.
 
