@@ -9,6 +9,9 @@ from limitmason.arrays import Array
 TOGETHER = 10
 """Steps whose mean counts: a joint that breaks sends waves through the blocks, whose crest is a third too high."""
 
+SHOCK = 10
+"""Means at the start of a stage that are never the largest: where the pace changes at once, masses push back."""
+
 
 @dataclass
 class DriveWork:
@@ -22,6 +25,7 @@ class DriveWork:
     last : mean of the last ten; 0 before there are ten
     largest, since : largest mean since the last sample, and steps from the middle of its ten to now; 0 where there
         is none
+    tens : how many times ten steps are done
     """
 
     begun: float = 0.0
@@ -29,6 +33,7 @@ class DriveWork:
     last: float = 0.0
     largest: float = 0.0
     since: float = 0.0
+    tens: int = 0
 
     def add(self, works: Array) -> None:
         """Go on by the works of further steps, shape (steps,)."""
@@ -41,7 +46,10 @@ class DriveWork:
         means = np.append(self.begun, works[first : first + whole].reshape(-1, TOGETHER).sum(axis=1)) / TOGETHER
         left = works[first + whole :]
         self.begun, self.count, self.last = float(left.sum()), len(left), float(means[-1])
-        best = int(np.argmax(means))
+        first, self.tens = max(SHOCK - self.tens, 0), self.tens + len(means)
+        if first >= len(means):
+            return
+        best = first + int(np.argmax(means[first:]))
         if not self.since or means[best] > self.largest:
             self.largest = float(means[best])
             self.since = len(left) + (len(means) - 1 - best) * TOGETHER + 0.5 * TOGETHER
