@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -108,10 +108,10 @@ class PushCurve(Curve, JointMarks):
         units, rows = super().tabulated()
         if not len(self.highest):
             return units, rows
-        made = [(*row, float(x)) for row, x in zip(rows, self.highest, strict=True)]
-        return {**units, "largest load since": self.load_unit}, made
+        rows = [(*row, float(x)) for row, x in zip(rows, self.highest, strict=True)]
+        return {**units, "largest load since": self.load_unit}, rows
 
-    def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Curve:
+    def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Self:
         """This curve in other units, see :meth:`limitmason.Curve.in_units`."""
         made = super().in_units(displacement_unit, displacement, load_unit, load)
         return replace(made, highest=self.highest * load, highest_at=self.highest_at * displacement)

@@ -43,8 +43,8 @@ def run(
     if drives is None or speeds is None:
         drives, speeds = np.zeros((0, cases.shape[1], 6)), np.zeros((steps, 0))
     # copies: to the compiler loads that may not be written are another type, and the kernel is compiled twice
-    given = (np.array(v, dtype=float, order="C") for v in (cases, factors, drives, speeds))
-    acting = kernels.Acting(*given, watched, np.empty(0) if work is None else work)
+    loads, parts, ways, paces = (np.array(v, dtype=float, order="C") for v in (cases, factors, drives, speeds))
+    acting = kernels.Acting(loads, parts, ways, paces, watched, np.empty(0) if work is None else work)
     scheme = kernels.Scheme(
         float(state.dt), state.mode == DYNAMIC, float(damping.local), float(damping.adaptive), damping.kinetic
     )

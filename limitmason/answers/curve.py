@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -259,7 +259,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         """The point of the first event of a name, or None where it did not happen."""
         return next((self.point(e.index) for e in self.events if e.name == name), None)
 
-    def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Curve:
+    def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Self:
         """This curve in other units.
 
         Values are multiplied by the factors given [new unit / old unit].
