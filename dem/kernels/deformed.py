@@ -47,20 +47,32 @@ def face_motion(side: Array, j: int, x: Array, i: int, space: bool | None) -> Nu
 
 @kernel(forceinline=True)
 def slopes(u: Numbers) -> Numbers:
-    """A motion c + w x (s, t, 0) of block a's face as d and g of :func:`dem.kernels.sums.point_sums`."""
+    """A motion c + w x (s, t, 0) of block a's face as d and g of :func:`dem.kernels.sums.point_sums`.
+
+    Returns
+    -------
+    c [m], then its slopes d/ds and d/dt component by component [-]: c1, c2, c3, 0, -w3, w3, 0, -w2, w1
+    """
     return u[0], u[1], u[2], 0.0, -u[5], u[5], 0.0, -u[4], u[3]
 
 
 @kernel(forceinline=True)
 def turned_slopes(u: Numbers, g: Numbers, space: bool | None) -> Numbers:
-    """Motion of block b's face by its strains in block a's frame: place, and slopes along both axes.
+    """Motion of block b's face by its strains, R (c + w x X) with X = (s, t, 0), in block a's frame.
+
+    The counterpart of :func:`slopes` for a face that has turned with its block by R = R_rel against block a.
 
     Parameters
     ----------
-    u : three displacements and three rotations of the face in its own axes
-    g : columns of b's frame in a's, less the unit vectors
+    u : displacement c [m] and rotation w [rad] of the face, three numbers each, in block b's axes
+    g : first two columns of R - I, row by row: G11, G12, G21, G22, G31, G32 [-]; the third column of R follows
     space : None in a plane, where no face turns about its normal
+
+    Returns
+    -------
+    R c [m], then d/ds and d/dt of R (w x X) [-], component by component: nine numbers as those of :func:`slopes`
     """
+    # w x (s, t, 0) = (-w3 t, w3 s, w1 t - w2 s)
     z1, z2, z3 = third_axis(g)
     r11, r12, r21, r22, r31, r32 = 1.0 + g[0], g[1], g[2], 1.0 + g[3], g[4], g[5]
     c1, c2, c3, w1, w2, w3 = u

@@ -179,12 +179,19 @@ def _bearable(stiff: Array, along: Array, most: Array, allowed: float) -> float:
 def keep_energy(
     new: Points, cut: Joints, heirs: Heirs, start: Index, rows: Index, pressure: Array, sheared: Array, push: Array
 ) -> None:
-    """Let families of joints that are cut store the elastic energy of those they follow, as far as their law bears it.
+    """Make joints found anew store the elastic energy of the joints that they replace, as far as their law bears it.
+
+    Contacts found anew have other points and areas. Without this the energy would jump, and blocks would be kicked.
+    A joint is "cut" where its contact polygon is computed by cutting the faces of two displaced blocks by each other.
+    A "family" is a set of pairs of blocks between which forces are shared out anew, as where one block slides from one
+    stone to the next: what one joint of it loses another takes over, so that energy is kept in the family as a whole.
+    Pressure first: depths are set back until 1/2 sum kn A x^2 fits. Then shear: one factor on all elastic slips, each
+    held below what Coulomb's law bears at the new pressure.
 
     Parameters
     ----------
-    new, cut, heirs : points and joints that are cut; gaps, setbacks and slips are changed
-    start, rows : joints of each family, run after run
+    new, cut, heirs : points and joints found anew; gaps, setbacks and slips are changed
+    start, rows : joints of family f are ``rows[start[f] : start[f + 1]]``
     pressure, sheared, push : energy of pressure and of shear [J] and normal force [N] of the family's old joints, (f,)
     """
     for f in range(len(pressure)):

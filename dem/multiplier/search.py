@@ -167,10 +167,23 @@ def increments(
 class _Bracket:
     """The largest load held, the smallest one refused above it, and which load to try next.
 
+    All loads are multipliers of the live load [-].
+
     Parameters
     ----------
-    settled : multiplier held at the beginning [-]
-    through, up_to : multipliers to be held first, and that beyond which nothing is tried [-]
+    settled : multiplier held at the beginning
+    through, up_to : multipliers to be held first, and that beyond which nothing is tried
+
+    Attributes
+    ----------
+    stable : largest load held
+    refused : smallest load above it that was not held, whether blocks kept moving or it stayed undecided; else infinite
+    moving : smallest load at which blocks kept moving; infinite where none did
+    refused_from : load that was held when ``refused`` came on, at the foot of its stride
+    queue : loads asked for that are still to be tried, rising
+    last_asked : the largest load asked for; above it strides grow
+    stride : from the largest load held to the next one tried, while nothing is refused
+    begins_near_collapse : whether loads were asked for: then the first stride above them is a bracket wide
     """
 
     def __init__(self, settled: float, through: Sequence[float], c: Controls, up_to: float) -> None:
@@ -180,10 +193,13 @@ class _Bracket:
         ----------
         settled, through, up_to : multipliers [-]: the one that stood, those to try first, and the largest to try
         """
+        self.c, self.up_to = c, up_to
         self.stable, self.refused, self.moving, self.refused_from = settled, np.inf, np.inf, 0.0
         self.queue = [x for x in through if x > settled]
-        self.step, self.last = (c.tolerance * self.queue[-1], self.queue[-1]) if self.queue else (c.first, settled)
-        self.near, self.c, self.up_to = bool(through), c, up_to
+        self.stride, self.last_asked = c.first, settled
+        if self.queue:
+            self.stride, self.last_asked = c.tolerance * self.queue[-1], self.queue[-1]
+        self.begins_near_collapse = bool(through)
 
     @property
     def width(self) -> float:
@@ -202,15 +218,15 @@ class _Bracket:
             return None if self.stable - self.refused_from <= 4.0 * self.width else self.refused
         if self.queue:
             return self.queue.pop(0)
-        new = min(self.stable + self.step, self.up_to)
+        new = min(self.stable + self.stride, self.up_to)
         # a thousand times the usual size of a multiplier: no load of this kind makes it fall
         return np.inf if self.stable >= self.up_to or new > 1e3 * self.c.unit else new
 
     def held(self, new: float, record: list[tuple[float, LoadVerdict]]) -> None:
         """Count a load as held.
 
-        One above a refused load shows that the latter was refused for the stride that led to it: the bracket opens
-        again.
+        One that is held though it was refused before was refused for the long stride that led to it, which shook the
+        blocks: the bracket opens again.
 
         Parameters
         ----------
@@ -219,16 +235,16 @@ class _Bracket:
         if new >= self.refused:
             # reopen the bracket: up to the next refused load, or upwards again
             above = [(x, v.outcome) for x, v in record if v.outcome != EQUILIBRIUM and x > new]
-            self.refused, self.step = min((x for x, _ in above), default=np.inf), new - self.stable
+            self.refused, self.stride = min((x for x, _ in above), default=np.inf), new - self.stable
             self.moving = min((x for x, outcome in above if outcome == MOVING), default=np.inf)
             self.refused_from = 0.0
         self.stable = new
         self.queue = [x for x in self.queue if x > new]
-        if not np.isfinite(self.refused) and new > self.last:
-            # beyond the loads that were asked for. Where these lead near to collapse strides begin at the tolerance and
-            # double; else the first climb takes longer strides, to a quarter of the load
+        if not np.isfinite(self.refused) and new > self.last_asked:
+            # where loads asked for lead near to collapse strides begin at the bracket's width and double; else the
+            # first climb takes longer strides, to a quarter of the load
             longest = max(2.0 * self.c.first, 0.25 * new)
-            self.step = 2.0 * self.step if self.near else min(1.5 * self.step, longest)
+            self.stride = 2.0 * self.stride if self.begins_near_collapse else min(1.5 * self.stride, longest)
 
     def refuse(self, new: float, verdict: LoadVerdict) -> None:
         """Count a load as refused: the blocks kept moving, or it stayed undecided."""

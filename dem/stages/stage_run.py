@@ -20,9 +20,11 @@ from limitmason.model import Assembly
 from limitmason.model.base_motion import COAST, BaseMotion
 from limitmason.model.stages import Damping, Drive, Servo, Settle, Stage
 
+# local damping takes no part of an answer at rest; it sets how soon that is reached. Nothing moves on while a structure
+# settles: as much as is still stable brings it to rest soonest. Under load too much would carry a part of the push
 _SETTLING = Damping(local=0.8)
 _LOADING = Damping(local=0.5)
-_FREE = Damping()
+_FREE = Damping()  # in a dynamic run damping is the user's to state
 
 CALM_EVERY = 25
 """Steps after which a drive that waits for calm looks whether there is."""
@@ -142,9 +144,12 @@ class StageRun:
     def _open(self, number: int, at: Position | None) -> None:
         """Begin a stage, or go on in it where ``at`` says; one without length pauses at once.
 
+        Damping is the stage's own, else that of the run, else the usual one of its kind.
+
         Parameters
         ----------
         number : of the stage, from 0
+        at : where a run that is resumed stood in it; None begins it
         """
         if number and at is None:
             self._close()
@@ -152,11 +157,13 @@ class StageRun:
         rec.status, self.stage = self.status, stage
         self.sample, damping = rec.settings.sample, rec.settings.damping
         dynamic, settles = state.mode == DYNAMIC, isinstance(stage, Settle)
+        # in a quasi-static run masses are scaled, and damping only brings blocks to rest
         usual = _FREE if dynamic else _SETTLING if settles else _LOADING
         self.brake = stage.damping or damping or usual
         self.steps, duration = (stage.max_steps, None) if isinstance(stage, Settle) else stage_length(stage)
         self.duration = duration or 0.0
         if at is None:
+            # what blocks have moved, what is held and the energy count from the beginning of the stage
             at = Position(
                 stage=number, done=0, begun=state.time, dt=state.dt, factors=state.factors.copy(),
                 shift=state.bodies.shift.copy(), quat=state.bodies.quat.copy(), held=state.bodies.held.copy(), quiet=0,

@@ -99,17 +99,22 @@ def secants(objective: Objective, x: Array, r: Array, moves: Array, axes: Sequen
 def one_deviation(objective: Objective, x: Array, slopes: Array, most: Array, best: Minimum) -> Array:
     """Move of every parameter that changes the residuals by one standard deviation, within limits, shape (p,).
 
+    With J_k the slopes of all residuals with parameter k and s^2 the variance of the residuals, it is s / |J_k|.
+
     Parameters
     ----------
+    x : parameters at which the slopes hold, shape (p,)
     most : largest move of every parameter, shape (p,)
+    best : minimum whose residuals tell the variance, where it is not stated
     """
     width = objective.scale.high - objective.scale.low
+    # a smaller move is lost in the rounding of the parameter
     least = 1e-7 * np.maximum(np.abs(x), 1e-6 * width)
-    with np.errstate(divide="ignore"):
-        one = np.sqrt(objective.variance(best)) / np.linalg.norm(slopes, axis=0)
-    one = np.clip(one, np.minimum(least, most), most)
-    # in powers of sqrt(2), so that what differs by rounding is the same run
-    return np.asarray(np.minimum(width * np.exp2(0.5 * np.round(2.0 * np.log2(one / width))), most))
+    with np.errstate(divide="ignore"):  # a parameter that nothing sees has zero slopes, and moves by ``most``
+        move = np.sqrt(objective.variance(best)) / np.linalg.norm(slopes, axis=0)
+    move = np.clip(move, np.minimum(least, most), most)
+    # in powers of sqrt(2): moves that differ by rounding ask for the same run of the model, which is then known
+    return np.asarray(np.minimum(width * np.exp2(0.5 * np.round(2.0 * np.log2(move / width))), most))
 
 
 def descend(

@@ -279,21 +279,27 @@ class Generations:
         return self.systems[node.generation].sense(self._reached(node, before), prescribed)
 
     def softest(self, node: Node, before: Node | None) -> float:
-        """Smallest stiffness at constant control, in weights per elastic length, by inverse iterations; 0 if singular.
+        """Smallest stiffness of the structure where its control displacement is held; 0 if singular.
+
+        It is the smallest absolute eigenvalue of the tangent K, bordered by the control displacement held at zero and
+        the multiplier as its reaction. Inverse iterations, x = K^-1 (x / |x|), tend to its reciprocal. Unit: mean
+        block weight over elastic length (load over displacement in the units of :mod:`limitmason.capacity.system`).
 
         Parameters
         ----------
-        before : as of :meth:`sense`
+        before : node from which it was reached, whose slip decides which points slide on
         """
         system = self.systems[node.generation]
-        x = np.random.default_rng(0).standard_normal(system.order)
+        # any start that is not orthogonal to the softest motion; the seed makes runs repeat
+        motion = np.random.default_rng(0).standard_normal(system.order)
         try:
             factors = system.bordered(self._reached(node, before), "control")
         except RuntimeError:
             return 0.0
         for _ in range(_INVERSE):
-            x = factors.solve(np.append(x / np.linalg.norm(x), 0.0))[:-1]
-        return 1.0 / max(float(np.linalg.norm(x)), 1e-300)
+            # the right side: a force of length one, and no displacement of the control
+            motion = factors.solve(np.append(motion / np.linalg.norm(motion), 0.0))[:-1]
+        return 1.0 / max(float(np.linalg.norm(motion)), 1e-300)
 
     def forces(self, node: Node) -> tuple[Array, Array, Array]:
         """Force components [N], displacements [m] and places [m] of a node's points, see :func:`certificate.forces`."""

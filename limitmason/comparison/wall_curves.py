@@ -14,7 +14,7 @@ from limitmason.capacity.analysis import whole_pushover
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.steps import Steps
-from limitmason.comparison.wall_modes import mode_of_shares, motions
+from limitmason.comparison.wall_modes import joint_motions, mode_of_shares
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.modern_walls import BEAM, THIN, units_per_course
 from limitmason.experiments.record import Experiment
@@ -49,7 +49,7 @@ class WallCurve:
     """Capacity curve of a wall: drift [%], force [kN], what gave way up to every sample, and how the path ended.
 
     ``slid`` and ``slips``, the largest slip of a bed joint and that of all, ``apart`` and ``past``, vertical planes
-    that moved apart and past each other, are those of :func:`limitmason.comparison.wall_modes.motions` since the dead
+    moved apart and past each other, are of :func:`limitmason.comparison.wall_modes.joint_motions` since the dead
     load, over the motion of the top. ``cracked`` is the share of the cracks across units that have given way; of the
     DEM, that has reached its strength. ``coarse`` is the number of units along a course, and up, that one block stands
     for, ``points`` the number of contact points. ``rate`` is the difference of the DEM's peaks at two speeds.
@@ -214,6 +214,6 @@ def shares(wall: Assembly, moved: Sequence[np.ndarray]) -> dict[str, Any]:
     """
     found = []
     for motion in moved:
-        sideways, apart, past = motions(wall, motion)
-        found.append((sideways.max(), sideways.sum(), apart, past))
+        joints = joint_motions(wall, motion)
+        found.append((joints.bed_slips.max(), joints.bed_slips.sum(), joints.apart, joints.past))
     return dict(zip(("slid", "slips", "apart", "past"), np.array(found).T.tolist(), strict=True))

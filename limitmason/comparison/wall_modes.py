@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -24,8 +26,16 @@ def mode_inside(assembly: Assembly, twists: ArrayLike) -> str:
     SL where one bed joint has most of the motion of the top; G where columns slide past each other along their vertical
     planes without moving apart; S for the rest.
     """
-    sideways, apart, past = motions(assembly, twists)
-    return mode_of_shares(sideways.max(), apart, past)
+    moved = joint_motions(assembly, twists)
+    return mode_of_shares(moved.bed_slips.max(), moved.apart, moved.past)
+
+
+class JointMotions(NamedTuple):
+    """Motion of a wall's joints over the horizontal motion of its top [-]."""
+
+    bed_slips: np.ndarray  # slip of every bed joint, averaged over the length of the wall, shape (beds,)
+    apart: float  # horizontal opening of the vertical planes, averaged over the height of the wall, then summed
+    past: float  # vertical slip along them, likewise
 
 
 def mode_of_shares(slid: float, apart: float, past: float) -> str:
@@ -41,34 +51,36 @@ def mode_of_shares(slid: float, apart: float, past: float) -> str:
     return "G" if past > 0.4 and apart < 0.3 * past else "S"
 
 
-def motions(assembly: Assembly, twists: ArrayLike) -> tuple[np.ndarray, float, float]:
-    """Slip of every bed joint over its length, and how far vertical planes move apart and past each other.
+def joint_motions(assembly: Assembly, twists: ArrayLike) -> JointMotions:
+    """How bed joints slip, and vertical planes (head joints, cracks) move apart and past each other.
 
-    All over the motion of the top; vertical planes are head joints and cracks, summed over the wall and weighed by
-    their height over that of the wall.
+    A joint's motion is that of its two blocks against each other at its centre, over the motion of the beam's
+    underside. In a bed of several joints it is weighed by their lengths over that of the wall, in vertical planes by
+    their heights over that of the wall.
 
     Parameters
     ----------
     twists : shift of the centroids and rotation of every block, up to a common factor, shape (n, 6)
     """
-    moved, at = np.asarray(twists, dtype=float), assembly.centroids
+    moved, centroids = np.asarray(twists, dtype=float), assembly.centroids
     beam = assembly.block_index(BEAM)
     height = float(assembly.blocks[beam].bounds[0, 2])
     length = float(np.ptp(assembly.blocks[beam].vertices[:, 0]))
 
     def velocity(block: int, place: np.ndarray) -> np.ndarray:
-        return moved[block, :3] + np.cross(moved[block, 3:], place - at[block])
+        return moved[block, :3] + np.cross(moved[block, 3:], place - centroids[block])
 
-    top = abs(velocity(beam, np.array([at[beam, 0], at[beam, 1], height]))[0]) or np.inf
-    beds: dict[float, float] = {}
+    # a top at rest gives zeros
+    top = abs(velocity(beam, np.array([centroids[beam, 0], centroids[beam, 1], height]))[0]) or np.inf
+    slip_at_level: dict[float, float] = {}
     apart = past = 0.0
-    for i in assembly.interfaces:
-        place = i.polygon.mean(axis=0)
-        jump = np.abs(velocity(i.block_b, place) - velocity(i.block_a, place)) / top
-        wide, high = np.ptp(i.polygon[:, 0]) / length, np.ptp(i.polygon[:, 2]) / height
-        if i.kind in ("head", "crack"):
-            apart, past = apart + jump[0] * high, past + jump[2] * high
+    for joint in assembly.interfaces:
+        centre = joint.polygon.mean(axis=0)
+        relative = np.abs(velocity(joint.block_b, centre) - velocity(joint.block_a, centre)) / top
+        wide, high = np.ptp(joint.polygon[:, 0]) / length, np.ptp(joint.polygon[:, 2]) / height
+        if joint.kind in ("head", "crack"):
+            apart, past = apart + relative[0] * high, past + relative[2] * high
         else:
-            level = round(float(place[2]), 4)
-            beds[level] = beds.get(level, 0.0) + float(jump[0] * wide)
-    return np.array(list(beds.values())), float(apart), float(past)
+            level = round(float(centre[2]), 4)
+            slip_at_level[level] = slip_at_level.get(level, 0.0) + float(relative[0] * wide)
+    return JointMotions(np.array(list(slip_at_level.values())), float(apart), float(past))

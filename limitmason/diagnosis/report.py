@@ -147,7 +147,15 @@ class Diagnosis(Findings):
         return lines
 
     def state_of(self, names: tuple[str, ...]) -> str:
-        """Whether the explanation by causes of these names was kept, why not, or that it needed no test."""
+        """What became of the explanation by these causes together: "kept", "rejected: ..." or "not tested".
+
+        An explanation is kept unless one of its p values falls below the threshold of the rule. One without p values
+        was not tested.
+
+        Parameters
+        ----------
+        names : of one cause, or of two that act together
+        """
         tested = self.verdict.tested[names]
         if tested.kept:
             return "kept"

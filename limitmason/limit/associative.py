@@ -3,7 +3,7 @@
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -110,14 +110,14 @@ def _first_certified(
     best: Prediction | None = None
     spent, tried, unknown = 0.0, [], False
     for scaled, name in _attempts(problem, "clarabel" if torsion else solver):
-        prediction, words, stands, seconds = _attempted(
+        attempt = _attempted(
             problem, scaled, name, torsion=torsion, tolerance=tolerance, check_dead_load=check_dead_load,
             verbose=verbose,
         )
-        spent += seconds
-        tried.append(words)
-        if best is None or _rank(prediction) < _rank(best):
-            best, unknown = prediction, check_dead_load and stands is None
+        spent += attempt.seconds
+        tried.append(attempt.outcome)
+        if best is None or _rank(attempt.prediction) < _rank(best):
+            best, unknown = attempt.prediction, check_dead_load and attempt.stands is None
         if torsion or _sure(best, problem):
             break
     assert best is not None, "there is at least one attempt"
@@ -127,23 +127,30 @@ def _first_certified(
     return best, spent
 
 
+class _Attempt(NamedTuple):
+    """What one solver made of the problem in one scaling."""
+
+    prediction: Prediction  # with its certificate
+    outcome: str  # the solver that gave it, and its status
+    stands: bool | None  # whether the structure stands without live load, None where that is unknown
+    seconds: float  # spent in solvers [s]
+
+
 def _attempted(
     problem: Problem, scaled: Problem, solver: str, *, torsion: float, tolerance: float, check_dead_load: bool,
     verbose: bool,
-) -> tuple[Prediction, str, bool | None, float]:
-    """The answer of one solver in one scaling.
+) -> _Attempt:
+    """Solve once, by one solver in one scaling, and certify the answer.
+
+    The program with live load comes first, then the limit of torsion if asked for, last the check of the dead load
+    alone: each may take back what the one before it says.
 
     Parameters
     ----------
-    scaled : the problem as the solver gets it
-    torsion, tolerance, check_dead_load : as of :func:`_first_certified`
-
-    Returns
-    -------
-    prediction : with its certificate
-    words : the solver that gave it, and its status
-    stands : whether the structure stands without live load, None where that is unknown
-    seconds : spent in solvers [s]
+    scaled : the problem in the units that the solver gets
+    torsion : torsional strength at uniform pressure over the limit put on torsion [-], 0 for no limit
+    tolerance : of the solver [-]
+    check_dead_load : whether it is also asked if the structure stands without live load
     """
     cones = make_cones(scaled)
     solution = solve_program(
@@ -161,7 +168,7 @@ def _attempted(
     solution, stands, falling, seconds = _dead_load_checked(problem, scaled, cones, solution, check_dead_load)
     spent += seconds
     prediction, seconds = prediction_from(scaled, solution, bool(torsion), details, tolerance, stands, falling)
-    return prediction, f"{solution.solver}: {prediction.status}", stands, spent + seconds
+    return _Attempt(prediction, f"{solution.solver}: {prediction.status}", stands, spent + seconds)
 
 
 def _as_far_as_proven(best: Prediction, problem: Problem, *, unknown: bool) -> Prediction:

@@ -123,18 +123,21 @@ class Mac(Displayed, Tabular, ReadOnly):
 
 
 def _groups(frequency: Array) -> list[list[int]]:
-    """Groups of modes whose frequencies [Hz] follow each other closely, as their numbers.
+    """Numbers of the modes, from 0, in groups in which each frequency follows the last within ``CLOSE`` of it.
 
-    Without frequencies every mode is a group of its own.
+    Parameters
+    ----------
+    frequency : [Hz], shape (k,); NaN where unknown, which makes the mode a group of its own
     """
-    out: list[list[int]] = []
+    groups: list[list[int]] = []
     for i in np.argsort(frequency, kind="stable"):
-        near = bool(out) and frequency[i] - frequency[out[-1][-1]] <= CLOSE * frequency[i]
-        if near:
-            out[-1].append(int(i))
+        # no comparison with NaN is true
+        close = bool(groups) and frequency[i] - frequency[groups[-1][-1]] <= CLOSE * frequency[i]
+        if close:
+            groups[-1].append(int(i))
         else:
-            out.append([int(i)])
-    return sorted(out)
+            groups.append([int(i)])
+    return sorted(groups)
 
 
 def _root(gram: Array) -> Array:

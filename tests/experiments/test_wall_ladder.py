@@ -13,7 +13,7 @@ from limitmason.comparison.wall_ladder import (
     ROCKS,
     predict_walls,
 )
-from limitmason.comparison.wall_modes import mode_inside, motions, rocking_force
+from limitmason.comparison.wall_modes import joint_motions, mode_inside, rocking_force
 from limitmason.errors import InputError
 from limitmason.experiments.modern_walls.inputs import inputs_of
 from limitmason.limit import limit_analysis
@@ -81,7 +81,7 @@ def test_mode_is_named_by_what_gave_way(options, mode):
     rocks = found.collapse_multiplier / rocking_force(test)
     assert ("F" if rocks >= ROCKS else mode_inside(wall, found.mechanism.twists)) == mode
     if mode == "SL":  # the whole top moves on one bed joint: mu N
-        beds, apart, past = motions(wall, found.mechanism.twists)
+        beds, apart, past = joint_motions(wall, found.mechanism.twists)
         assert beds.max() == pytest.approx(1.0, abs=1e-3)
         assert apart + past < 1e-3
         assert found.collapse_multiplier < 0.1 * rocking_force(test)

@@ -111,8 +111,20 @@ specimens = names_in(NAME, "specimens.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """Values of one specimen, "S1" to "S13" without "S4"; there is no assembly."""
-    chosen_options({}, options, NAME)
+    """Measured and published multipliers of one specimen; it has no assembly, since its plan is not published.
+
+    Parameters
+    ----------
+    specimen : "S1" to "S13" without "S4", which the source does not use
+    options : none are taken; any is refused by name
+
+    Returns
+    -------
+    Experiment
+        ``measured``: lambda = tan of the tilt angle at collapse [-] and that angle [deg]. ``published``: lambda by 3DEC
+        with psi = 0, and with psi = phi. ``targets`` say which theory each is compared with.
+    """
+    chosen_options({}, options, NAME)  # refuses any
     table = read_table(NAME, "specimens.csv")
     row = table.row(specimen)
     return Experiment(

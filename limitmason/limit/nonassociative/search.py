@@ -183,90 +183,145 @@ def search_smallest(
     known : exact state to begin with
     progress : called with every trial
     """
-    planned = len(effort.slopes) * len(effort.mixings) + effort.random_starts + len(effort.pushes)
-    random = np.random.default_rng(seed)
-    polisher = Polisher(law, accuracy, descents=effort.descents, random=random, deadline=deadline)
-    trials: list[Trial] = []
-    best = known
-    nearest, least = None, np.inf
-    first: SchemeRun | None = None
+    search = _Search(law, effort, seed, accuracy, deadline, floor, known, progress)
+    interrupted = False
+    try:
+        search.sequences(start)
+        search.random_starts(start)
+        search.pushes()
+    except KeyboardInterrupt:
+        interrupted = True
+        ends_early()
+    closed = search.closed
+    stopped = (interrupted or time.perf_counter() > deadline) and not closed
+    return SearchOutcome(
+        search.best, search.nearest, tuple(search.trials), search.first_run, stopped, closed,
+        interrupted=stopped and interrupted,
+    )
 
-    def keep(strategy: str, candidate: ForceState | None, run: SchemeRun | None, since: float) -> None:
+
+class _Search:
+    """A search under way: every trial so far, and the best states that they gave.
+
+    Arguments are those of :func:`search_smallest`.
+
+    Attributes
+    ----------
+    best : the lowest state that meets the law; None while there is none
+    nearest, least_violation : the state that violates the law least, and by how much [-]
+    first_run : the first sequence of the scheme
+    """
+
+    def __init__(
+        self, law: JointLaw, effort: Effort, seed: int, accuracy: float, deadline: float, floor: float,
+        known: ForceState | None, progress: Callable[[Trial], None] | None,
+    ) -> None:
+        """Begin without any trial."""
+        self.law, self.effort, self.accuracy, self.deadline, self.floor = law, effort, accuracy, deadline, floor
+        self.progress = progress
+        self.planned = len(effort.slopes) * len(effort.mixings) + effort.random_starts + len(effort.pushes)
+        self.random = np.random.default_rng(seed)
+        self.polisher = Polisher(law, accuracy, descents=effort.descents, random=self.random, deadline=deadline)
+        self.trials: list[Trial] = []
+        self.best = known
+        self.nearest: ForceState | None = None
+        self.least_violation = np.inf
+        self.first_run: SchemeRun | None = None
+
+    @property
+    def closed(self) -> bool:
+        """Whether the lowest state meets the bound that no state passes."""
+        best, floor = self.best, self.floor
+        return best is not None and best.multiplier <= floor + CLOSED * max(1.0, abs(floor))
+
+    @property
+    def over(self) -> bool:
+        """Whether no further trial is to begin: it is closed, or its time is up."""
+        return self.closed or time.perf_counter() > self.deadline
+
+    def sequences(self, start: Array) -> None:
+        """Try every slope and mixing of the scheme, mixings nearest to the usual 0.6 first.
+
+        Parameters
+        ----------
+        start : normal forces to begin with, scaled, shape (m,)
+        """
+        for mixing in sorted(self.effort.mixings, key=lambda b: abs(b - 0.6)):
+            for slope in _slopes(self.law, self.effort.slopes):
+                if not (self.over and (self.trials or self.best is not None)):
+                    variant = SchemeSettings(slope=slope, mixing=mixing)
+                    self._attempt(f"sequence, {variant}", start, variant, push=self.effort.lower_each)
+
+    def random_starts(self, start: Array) -> None:
+        """Run the scheme from random normal forces, with random settings.
+
+        Parameters
+        ----------
+        start : normal forces that are disturbed while no state meets the law, scaled, shape (m,)
+        """
+        for k in range(self.effort.random_starts):
+            if self.over:
+                break
+            good = start if self.best is None else split(self.law, self.best.force)[0]
+            kind, normal = _random_start(self.law, self.polisher, good, self.random, k)
+            slope, mixing = 10 ** self.random.uniform(-3, -1), self.random.uniform(0.3, 0.95)
+            variant = SchemeSettings(slope=float(slope), mixing=float(mixing))
+            if normal is not None:
+                self._attempt(f"{kind}, {variant}", normal, variant, push=False)
+
+    def pushes(self) -> None:
+        """Push the best state down: by every weight of the effort, in space at the end as far as it goes."""
+        for theta in self.effort.pushes:
+            if self.over or self.best is None:
+                break
+            since = time.perf_counter()
+            self._keep(f"push, weight {theta:g}", self.polisher.push(self.best, theta, self.deadline), None, since)
+        if self.polisher.plane is None and self.best is not None and not self.over:
+            since = time.perf_counter()
+            lowered = lower(self.polisher.cones, self.best, tolerance=self.accuracy, deadline=self.deadline)
+            self._keep("push of the best", lowered, None, since)
+
+    def _attempt(self, strategy: str, normal: Array, variant: SchemeSettings, *, push: bool) -> None:
+        """Run the sequential scheme, make its end exact and, in space, push it down.
+
+        Parameters
+        ----------
+        normal : normal forces to begin with, scaled, shape (m,)
+        """
+        since = time.perf_counter()
+        run = run_sequence(self.law, normal, variant, deadline=self.deadline)
+        self.first_run = self.first_run or run
+        candidate = run.state
+        if candidate is not None and not self.over:
+            candidate = self.polisher.exact_near(candidate, self.deadline)
+        self._keep(strategy, candidate, run, since)
+        if push and self.polisher.plane is None and exact(candidate, self.law, self.accuracy):
+            since = time.perf_counter()
+            lowered = lower(self.polisher.cones, candidate, tolerance=self.accuracy, deadline=self.deadline)
+            self._keep(f"{strategy}, pushed", lowered, None, since)
+
+    def _keep(self, strategy: str, candidate: ForceState | None, run: SchemeRun | None, since: float) -> None:
         """Record a candidate; keep the lowest that meets the law, and the nearest else.
 
         Parameters
         ----------
         since : reading of ``time.perf_counter`` at which the work for it began
         """
-        nonlocal best, nearest, least
-        off = np.inf if candidate is None else violation(law, candidate).worst
-        good = candidate if off <= accuracy else None
-        if candidate is not None and off < least:
-            nearest, least = candidate, off
-        if good is not None and (best is None or good.multiplier < best.multiplier - 1e-9):
-            best = good
+        off = np.inf if candidate is None else violation(self.law, candidate).worst
+        good = candidate if off <= self.accuracy else None
+        if candidate is not None and off < self.least_violation:
+            self.nearest, self.least_violation = candidate, off
+        if good is not None and (self.best is None or good.multiplier < self.best.multiplier - 1e-9):
+            self.best = good
         raw = run.state.multiplier if run is not None and run.state is not None else np.nan
         trial = Trial(
             strategy, raw, run.steps if run else 0, np.nan if good is None else good.multiplier, off,
-            time.perf_counter() - since, np.nan if best is None else best.multiplier,
+            time.perf_counter() - since, np.nan if self.best is None else self.best.multiplier,
         )
-        trials.append(trial)
-        reached(min(len(trials) / planned, 1.0))
-        if progress is not None:
-            progress(trial)
-
-    def attempt(strategy: str, normal: Array, variant: SchemeSettings, *, push: bool) -> None:
-        """Run the sequential scheme from normal forces [N], shape (m,), make its end exact and, in space, push it
-        down.
-        """
-        nonlocal first
-        since = time.perf_counter()
-        run = run_sequence(law, normal, variant, deadline=deadline)
-        first = first or run
-        candidate = run.state if run.state is None or over() else polisher.exact_near(run.state, deadline)
-        keep(strategy, candidate, run, since)
-        if push and polisher.plane is None and exact(candidate, law, accuracy):
-            since = time.perf_counter()
-            lowered = lower(polisher.cones, candidate, tolerance=accuracy, deadline=deadline)
-            keep(f"{strategy}, pushed", lowered, None, since)
-
-    def closed() -> bool:
-        return best is not None and best.multiplier <= floor + CLOSED * max(1.0, abs(floor))
-
-    def over() -> bool:
-        return closed() or time.perf_counter() > deadline
-
-    def every_trial() -> None:
-        for mixing in sorted(effort.mixings, key=lambda b: abs(b - 0.6)):
-            for slope in _slopes(law, effort.slopes):
-                if not (over() and (trials or best is not None)):
-                    variant = SchemeSettings(slope=slope, mixing=mixing)
-                    attempt(f"sequence, {variant}", start, variant, push=effort.lower_each)
-        for k in range(effort.random_starts):
-            if over():
-                break
-            good = start if best is None else split(law, best.force)[0]
-            kind, normal = _random_start(law, polisher, good, random, k)
-            variant = SchemeSettings(slope=float(10 ** random.uniform(-3, -1)), mixing=float(random.uniform(0.3, 0.95)))
-            if normal is not None:
-                attempt(f"{kind}, {variant}", normal, variant, push=False)
-        for theta in effort.pushes:
-            if over() or best is None:
-                break
-            since = time.perf_counter()
-            keep(f"push, weight {theta:g}", polisher.push(best, theta, deadline), None, since)
-        if polisher.plane is None and best is not None and not over():
-            since = time.perf_counter()
-            keep("push of the best", lower(polisher.cones, best, tolerance=accuracy, deadline=deadline), None, since)
-
-    interrupted = False
-    try:
-        every_trial()
-    except KeyboardInterrupt:
-        interrupted = True
-        ends_early()
-    stopped = (interrupted or time.perf_counter() > deadline) and not closed()
-    return SearchOutcome(best, nearest, tuple(trials), first, stopped, closed(), interrupted=stopped and interrupted)
+        self.trials.append(trial)
+        reached(min(len(self.trials) / self.planned, 1.0))
+        if self.progress is not None:
+            self.progress(trial)
 
 
 def _slopes(law: JointLaw, slopes: tuple[float, ...]) -> tuple[float, ...]:
