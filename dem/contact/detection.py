@@ -164,6 +164,17 @@ class _Search:
     code : of the blocks of every near pair of pieces
     looked : codes of the pairs of blocks that are looked at
     beside : also see the joints beside them
+
+    Attributes
+    ----------
+    rows, state, now : joints that are seen, their part of the state, and what their points measure now
+    code, turn, slip : of every such joint its pair code, turn since it was made [rad] and largest slip [m]
+    outworn, stays : joints that are to be made anew, and those of pairs without any, shape (k,)
+    pairs, key, met : near pairs of pieces looked at, the pair code of each, and how they meet
+    makes : of these, those that make a joint
+    beside : the joint beside each that meets on the face that goes on, by row of ``pairs``
+    family, group : families of pairs whose joints share their energy, and that of every joint
+    active : pair codes whose joints are to be made or made anew
     """
 
     def __init__(
@@ -258,19 +269,20 @@ class _Search:
         rows = np.flatnonzero(self.makes & ~among(self.key, np.sort(self.code[self.stays])))
         if not len(rows):
             return None, rows
-        first, key = shape.base_first[rows], self.key[rows]
+        key = self.key[rows]
         # block a carries the face, the base of the meeting
-        p, q = owner[self.pairs[rows]].T
-        before = np.flatnonzero(self.state.contact != CROSSING)
-        known, at = np.unique(self.code[before], return_index=True)
-        beside = np.array([self.beside.get(row, -1) for row in rows.tolist()], dtype=np.int64)
-        # the law of its own joint, else of one beside it; edges that cross take that of a face
-        own = among(key, known)
-        like = np.where(own, before[at][np.searchsorted(known, key) * own], beside) if len(known) else beside
+        first, (p, q) = shape.base_first[rows], owner[self.pairs[rows]].T
+        block_a, block_b = np.where(first, p, q), np.where(first, q, p)
+        # the joint whose law each takes: one of its own pair, else the one beside it; edges that cross (-1) take that
+        # of a face
+        on_faces = np.flatnonzero(self.state.contact != CROSSING)
+        known, at = np.unique(self.code[on_faces], return_index=True)
+        like = np.array([self.beside.get(row, -1) for row in rows.tolist()], dtype=np.int64)
+        if len(known):
+            own = among(key, known)
+            like = np.where(own, on_faces[at][np.searchsorted(known, key) * own], like)
         like = np.where(shape.kind[rows] == CROSSING, -1, like)
-        made, kept = cut(
-            self.assembly, self.state, shape, rows, (np.where(first, p, q), np.where(first, q, p)), like
-        )
+        made, kept = cut(self.assembly, self.state, shape, rows, (block_a, block_b), like)
         if not len(kept):
             return None, kept
         key = key[kept]

@@ -146,8 +146,16 @@ def area_of(shape: kernels.Meetings) -> Array:
 def on_next_faces(met: PiecesMeet, joints: Joints, bearings: Bearings, n_blocks: int) -> dict[int, int]:
     """Let pairs that overlap little along two axes meet on the face that goes on beside them.
 
-    The corner between two blocks of a course is no edge for the block that slides over both. Returned is, for the rows
-    of pairs that do, the joint beside each.
+    The corner between two blocks of a course is no edge for the block that slides over both.
+
+    Parameters
+    ----------
+    met : the pairs, changed where they now meet on such a face
+    joints, bearings : those there are, and which of them carry
+
+    Returns
+    -------
+    number of the joint beside, by row of the pairs that were changed
     """
     shape, owner = met.now, met.pieces.owner
     rows = np.flatnonzero((shape.kind != APART) & (shape.beside > -met.margin))
@@ -156,7 +164,8 @@ def on_next_faces(met: PiecesMeet, joints: Joints, bearings: Bearings, n_blocks:
     found, parts = np.empty((len(rows), 4), dtype=np.int64), np.searchsorted(owner, np.arange(n_blocks + 1))
     by = bearings.carrying(joints, n_blocks)
     kernels.faces_that_go_on(met.arrays, owner, parts, by, met.pairs, rows, shape, found)
-    on = found[:, 0] >= 0
-    met.meet_on(rows[on], found[on, 1], found[on, 2])
-    beside = on & (found[:, 3] == 0)
-    return dict(zip(rows[beside].tolist(), bearings.row[found[beside, 0]].tolist(), strict=True))
+    bearing, piece, face, own = found.T
+    on = bearing >= 0
+    met.meet_on(rows[on], piece[on], face[on])
+    beside = on & (own == 0)
+    return dict(zip(rows[beside].tolist(), bearings.row[bearing[beside]].tolist(), strict=True))

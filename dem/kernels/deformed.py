@@ -141,7 +141,9 @@ def strained_sums(
     """Forces, moments and losses of joint j, added to the shapes of its blocks too.
 
     ``space`` is None in a plane. Points within their strength are summed first; only a joint with one that is not is
-    summed again by the whole law.
+    summed again by the whole law. Returned are the force on block b [N] and its moment about block a's joint origin
+    [N m], three numbers each in the joint's axes, then work, lost, broken and beyond of
+    :func:`dem.kernels.sums.point_sums`.
 
     Parameters
     ----------

@@ -175,7 +175,10 @@ def elements(
     Parameters
     ----------
     area, tangent, wrenches : of every point: [m2], derivative of the stress (m, c, c), and :func:`point_wrenches`
+    directions, force : axes of its frame (m, c, 3), and its force along them (m, c)
+    arm_a, arm_b : from the centroids of its two blocks, global axes, shape (m, 3)
     starts : first point of every run, shape (k,)
+    basis : degrees of freedom of a block: velocity and spin by each of them, shape (6, d)
     out : written, shape (k, 2 d, 2 d)
     """
     c, d = force.shape[1], basis.shape[1]

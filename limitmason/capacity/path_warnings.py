@@ -56,7 +56,7 @@ def stiffness_warnings(assembly: Assembly, points: ContactPoints, named: Flags) 
     ----------
     named : interfaces whose stiffness was given, shape (k,)
     """
-    times = stiffer(assembly, points)[named[np.unique(points.interface)]]
+    times = second_moment_ratio(assembly, points)[named[np.unique(points.interface)]]
     too_stiff = times[times > STIFFER]
     if not len(too_stiff):
         return []
@@ -67,30 +67,38 @@ def stiffness_warnings(assembly: Assembly, points: ContactPoints, named: Flags) 
     ]
 
 
-def stiffer(assembly: Assembly, points: ContactPoints) -> Array:
-    """Largest ratio of the second moments of a joint's points and of its face [-], per joint that has points.
+def second_moment_ratio(assembly: Assembly, points: ContactPoints) -> Array:
+    """How much stiffer a joint's points turn than its face: the largest ratio of their second moments [-].
 
-    It is 3 of two points on a side, and 4 of the corners of a triangle.
+    With J = sum A r r^T over the points, and the integral of r r^T over the face, r from the face's centroid in its
+    plane, it is the largest eigenvalue of J_face^-1 J_points. It is 3 of two points on a side, and 4 of the corners of
+    a triangle.
+
+    Returns
+    -------
+    one number for every joint that has points, in the order of the interfaces
     """
     x, first = assembly.arrays, np.flatnonzero(np.diff(points.interface, prepend=-1))
     tangents = np.zeros((len(x.area), *points.directions[0, 1:].shape))
     tangents[points.interface[first]] = points.directions[first, 1:]
 
     def along(place: Array, owner: Index) -> Array:
+        """Coordinates of places in the plane of their faces, from the centroid [m]."""
         return np.asarray(np.einsum("mci,mi->mc", tangents[owner], place - x.centre[owner]))
 
-    # triangles from the centroid to the sides: their area over twelve, times what their corners are multiplied by
+    # triangles from the centroid to the sides. With p and q its other corners a triangle of area A has
+    # A / 12 ((p + q)(p + q)^T + p p^T + q q^T); the cross product is twice the area
     owner, following = x.corner_owner, np.arange(1, len(x.corners) + 1)
     following[x.corner_start[1:] - 1] = x.corner_start[:-1]
     one, two = x.corners - x.centre[owner], (x.corners - x.centre[owner])[following]
     part = np.einsum("mi,mi->m", np.cross(one, two), x.normal[owner]) / 24.0
     one, two = along(x.corners, owner), along(x.corners[following], owner)
-    face = np.einsum("m,mi,mj->mij", part, one + two, one + two)
-    face += np.einsum("m,mi,mj->mij", part, one, one) + np.einsum("m,mi,mj->mij", part, two, two)
-    face = np.add.reduceat(face, x.corner_start[:-1])[points.interface[first]]
+    of_face = np.einsum("m,mi,mj->mij", part, one + two, one + two)
+    of_face += np.einsum("m,mi,mj->mij", part, one, one) + np.einsum("m,mi,mj->mij", part, two, two)
+    of_face = np.add.reduceat(of_face, x.corner_start[:-1])[points.interface[first]]
     arm = along(points.position, points.interface)
-    own = np.add.reduceat(np.einsum("m,mi,mj->mij", points.area, arm, arm), first)
-    return np.asarray(np.linalg.eigvals(np.linalg.solve(face, own)).real.max(axis=1))
+    of_points = np.add.reduceat(np.einsum("m,mi,mj->mij", points.area, arm, arm), first)
+    return np.asarray(np.linalg.eigvals(np.linalg.solve(of_face, of_points)).real.max(axis=1))
 
 
 def flat_top_warnings(nodes: list[Node]) -> list[str]:

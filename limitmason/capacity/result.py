@@ -16,7 +16,7 @@ from limitmason.capacity.certificate import StepCertificate, Structure, strength
 from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.limit_point import first_limit_point
-from limitmason.capacity.path_warnings import STIFFER, stiffer
+from limitmason.capacity.path_warnings import STIFFER, second_moment_ratio
 from limitmason.capacity.stepping import Node, handed_over
 from limitmason.deformable.levels import RIGID
 from limitmason.errors import InputError, NotApplicable
@@ -194,7 +194,7 @@ class PushoverCurve(Curve):
             warnings = ("the path was followed in its plane: only modes in this plane are found, none across it",)
         label = f"blocks at {self.displacement[sample]:.3g} m of a capacity curve, {found}"
         points = ContactPoints(p.place_a, p.interface, p.area, p.directions, p.block_a, p.block_b)
-        if (times := stiffer(s.assembly, points).max()) > STIFFER:
+        if (times := second_moment_ratio(s.assembly, points).max()) > STIFFER:
             warnings += (
                 f"joints with two points on a side turn up to {times:.2g} times as stiffly as their faces: frequencies "
                 f"are up to {times**0.5:.2g} times too high; follow the path with contact_model='grid'",

@@ -155,7 +155,10 @@ def equilibrium_path(test: Experiment, to: float, tries: int) -> PushoverCurve:
 
 
 def curve_of_path(test: Experiment, curve: PushoverCurve) -> WallCurve:
-    """Curve of a wall from its path of equilibrium."""
+    """Curve of a wall from its path of equilibrium.
+
+    The live load of a wall is 1 kN at its beam, so that the multiplier is the force [kN].
+    """
     assert curve.generations is not None
     wall, first = curve.structure.assembly, curve.nodes[0].pose
     crack = np.array([i.kind == "crack" for i in wall.interfaces] + [False])  # the last is of points without a joint

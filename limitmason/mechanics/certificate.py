@@ -7,7 +7,7 @@ rigid velocities at the contact points.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from limitmason.answers.acceptance import GAP, Certificate
 from limitmason.answers.results import FlowRule, Prediction, Resultants
-from limitmason.arrays import Array, Index
+from limitmason.arrays import Array, Flags, Index
 from limitmason.mechanics.dissipation import Dissipation, point_dissipation, point_state
 from limitmason.mechanics.residuals import (
     PointState,
@@ -56,13 +56,13 @@ def kinematic_multiplier(
 ) -> Kinematics:
     """Upper bound of the associative multiplier from the prediction's mechanism, repaired to be admissible.
 
-    lambda = [ -w_dead . v + sum D(e) ] / (w_live . v), valid for every v with e_n >= tan(phi) |e_t| at all points
-    without crushing. A solver's v violates this by its tolerance. The repair adds just enough of a motion that opens
-    every joint: the blocks flying apart affinely, v = (x, y, k z), or a candidate supplied by the caller; blocks that
-    no chain of joints between free blocks joins to the mechanism stay where they are. Where no motion opens every joint
-    (blocks wedged between supports) the remaining violation is charged with the power of a joint force of at most
-    ``FORCE_CAP`` times the load (or the largest force found): the bound then holds for all stress states within that
-    cap, not beyond.
+    lambda = [ -w_dead . v + sum D(e) ] / (w_live . v), valid for every motion v that nowhere violates the flow rule:
+    g = e_n - tan(phi) |e_t| >= 0 at all points without crushing, with e_n the rate of opening and e_t that of sliding.
+    A solver's v violates this by its tolerance. The repair adds just enough of a motion that opens every joint: the
+    blocks flying apart affinely, v = (x, y, k z), or a candidate supplied by the caller; blocks that no chain of joints
+    between free blocks joins to the mechanism stay where they are. Where no motion opens every joint (blocks wedged
+    between supports) the remaining violation is charged with the power of a joint force of at most ``FORCE_CAP`` times
+    the load (or the largest force found): the bound then holds for all stress states within that cap, not beyond.
 
     Parameters
     ----------
@@ -74,61 +74,90 @@ def kinematic_multiplier(
     twists = np.where(assembly.held, 0.0, mechanism.twists)
     state = point_state(assembly, resultants, twists)
     joints = Dissipation(assembly, prediction, state)
-    rigid = joints.rigid
+    uncrushed = joints.rigid  # points without crushing: only there g < 0 is a violation
 
-    def value(v: Array) -> tuple[float, float, Array]:
-        """Bound by motion v, the same summed over points, and the margin g of every point; NaN without live power."""
-        rate = float((loads.live * v).sum())
+    def bound_by(v: Array) -> _MotionBound:
+        """Bound that a motion gives; NaN where the live load does no work."""
+        live = float((loads.live * v).sum())
         exact, at_points, g = joints.power(v)
-        if not rate > 0:
-            return float("nan"), float("nan"), g
-        work = float((loads.dead * v).sum())
-        return (exact - work) / rate, (at_points - work) / rate, g
+        if not live > 0:
+            return _MotionBound(float("nan"), float("nan"), g)
+        dead = float((loads.dead * v).sum())
+        return _MotionBound((exact - dead) / live, (at_points - dead) / live, g)
 
-    first, at_points, g = value(twists)
+    def violation_of(g: Array) -> float:
+        return float(np.where(uncrushed, -g, 0.0).max(initial=0.0))
+
+    given = bound_by(twists)
     size = max(float(np.abs(state.opening).max(initial=0.0)), float(np.abs(state.sliding).max(initial=0.0)), 1e-300)
-    worst = float(np.where(rigid, -g, 0.0).max(initial=0.0))
-    near = prediction.collapse_multiplier + 0.1 * GAP * abs(prediction.collapse_multiplier)
+    worst = violation_of(given.free_opening)
     # a bound this near to the answer, within a tenth of the gap that is accepted, is not worth a repair
+    near = prediction.collapse_multiplier + 0.1 * GAP * abs(prediction.collapse_multiplier)
     admissible = worst <= 0.0
-    if admissible and (first <= near or rigid.all()):
-        return Kinematics(first, at_points, 0.0, twists=twists)
+    if admissible and (given.multiplier <= near or uncrushed.all()):
+        return Kinematics(given.multiplier, given.at_points, 0.0, twists=twists)
     # points that close by next to nothing crush by rounding alone, which at a high strength is much power
-    firm = rigid if rigid.all() else rigid | (g > -AT_REST * size)
+    firm = uncrushed if uncrushed.all() else uncrushed | (given.free_opening > -AT_REST * size)
     rate = np.abs(twists[:, :3]).max(axis=1) + np.abs(twists[:, 3:]).max(axis=1) * np.cbrt(assembly.volumes)
-    best, best_at_points = (first, at_points) if admissible else (float("nan"), float("nan"))
-    best_twists = twists
+    best, best_twists = given if admissible else _MotionBound(float("nan"), float("nan"), given.free_opening), twists
     # what hardly moves is better left at rest: to lift a very large block by next to nothing may be too much work
     for still in (0.0, AT_REST):
         moving = rate > still * rate.max()
         motion = np.where(moving[:, None], twists, 0.0)
-        g = value(motion)[2] if still else g
+        g = bound_by(motion).free_opening if still else given.free_opening
         label = part_labels(assembly, moving & ~assembly.fixed)
         touched = ((label[assembly.links.block_a] >= 0) | (label[assembly.links.block_b] >= 0))[
             resultants.point_interface
         ]
-        for field in (*_opening_fields(assembly, label), *candidates):
-            field = np.where(moving[:, None], field, 0.0)
-            opening, sliding = joints.rates(field)
-            free = state.law.free_opening(opening, np.linalg.norm(sliding, axis=1))
-            for points in (rigid & touched, firm & touched)[: 1 if firm is rigid else 2]:
-                margin = free[points]
-                if margin.min(initial=np.inf) <= 0.0:
-                    continue
-                # g is concave in v, so adding t field raises every g by at least t times the field's own margin
-                need = np.max(np.maximum(-g[points], 0.0) / margin, initial=0.0)
-                trial = motion + (1.0 + 1e-9) * need * field
-                repaired, repaired_at_points, after = value(trial)
-                if np.where(rigid, -after, 0.0).max(initial=0.0) <= 1e-14 * size and not repaired >= best:
-                    best, best_at_points, best_twists = repaired, repaired_at_points, trial
-        if best <= near or (rate <= AT_REST * rate.max()).sum() == (rate == 0.0).sum():
+        fields = (np.where(moving[:, None], f, 0.0) for f in (*_opening_fields(assembly, label), *candidates))
+        to_open = (uncrushed & touched, firm & touched)[: 1 if firm is uncrushed else 2]
+        for trial in _repairs(state, joints, motion, g, fields, to_open):
+            repaired = bound_by(trial)
+            if violation_of(repaired.free_opening) <= 1e-14 * size and not repaired.multiplier >= best.multiplier:
+                best, best_twists = repaired, trial
+        if best.multiplier <= near or (rate <= AT_REST * rate.max()).sum() == (rate == 0.0).sum():
             break
-    if not np.isnan(best):
-        return Kinematics(best, best_at_points, worst / size, twists=best_twists)
+    if not np.isnan(best.multiplier):
+        return Kinematics(best.multiplier, best.at_points, worst / size, twists=best_twists)
+    # no repair: what closes against the law is charged with the largest force that a joint may have
     scale = total_load(assembly, loads)
     cap = max(FORCE_CAP * scale, float(np.abs(state.normal_force).max(initial=0.0)))
-    excess = cap * float(np.maximum(-value(twists)[2][rigid], 0.0).sum()) / float((loads.live * twists).sum())
-    return Kinematics(first + excess, at_points + excess, worst / size, cap / scale)
+    violated = float(np.maximum(-given.free_opening[uncrushed], 0.0).sum())
+    excess = cap * violated / float((loads.live * twists).sum())
+    return Kinematics(given.multiplier + excess, given.at_points + excess, worst / size, cap / scale)
+
+
+class _MotionBound(NamedTuple):
+    """Bound of the associative multiplier by one motion."""
+
+    multiplier: float  # with every joint's dissipation as a whole [-]
+    at_points: float  # with that of its contact points [-]
+    free_opening: Array  # g = e_n - tan(phi) |e_t| of every point, negative where the flow rule is violated, (m,)
+
+
+def _repairs(
+    state: PointState, joints: Dissipation, motion: Array, g: Array, fields: Iterable[Array], to_open: Iterable[Flags],
+) -> Iterator[Array]:
+    """The motion with just enough of an opening motion added that no point of a set violates the flow rule.
+
+    Opening motions that do not open every point of the set are passed over.
+
+    Parameters
+    ----------
+    motion, g : twists to repair (n_blocks, 6), and their free opening at every point (m,)
+    fields : opening motions, (n_blocks, 6) each
+    to_open : sets of points, flags of shape (m,)
+    """
+    for field in fields:
+        opening, sliding = joints.rates(field)
+        opened = state.law.free_opening(opening, np.linalg.norm(sliding, axis=1))
+        for points in to_open:
+            margin = opened[points]
+            if margin.min(initial=np.inf) <= 0.0:
+                continue
+            # g is concave in v, so adding t field raises every g by at least t times the field's own margin
+            need = np.max(np.maximum(-g[points], 0.0) / margin, initial=0.0)
+            yield motion + (1.0 + 1e-9) * need * field
 
 
 def _opening_fields(assembly: Assembly, label: Index) -> Iterator[Array]:

@@ -137,17 +137,18 @@ def face_motions(start: Index, place: Array, area: Array, displacement: Array) -
     displacement at the origin and rotation per shape, axes of the joint, shape (k, 6, n); of motions that no point
     notices none
     """
+    # normal equations, weighed by area. Places are taken over a length of the joint, so that rotations are of the size
+    # of displacements; its area is in that length, as a joint of one point has no other
     size = np.sqrt(np.add.reduceat(area, start[:-1]) + np.maximum.reduceat((place**2).sum(axis=1), start[:-1]))
     owner = np.repeat(np.arange(len(start) - 1), np.diff(start))
-    # places over the joint's size: rotations then are of the size of displacements
-    b = motion_at(place / size[owner][:, None])
-    weighted = area[:, None, None] * b
-    gram = np.add.reduceat(np.einsum("mci,mcj->mij", weighted, b), start[:-1], axis=0)
+    rigid = motion_at(place / size[owner][:, None])
+    weighted = area[:, None, None] * rigid
+    gram = np.add.reduceat(np.einsum("mci,mcj->mij", weighted, rigid), start[:-1], axis=0)
     right = np.add.reduceat(np.einsum("mci,mcn->min", weighted, displacement), start[:-1], axis=0)
-    out = np.linalg.pinv(gram, rcond=_SEEN, hermitian=True) @ right
+    motions = np.linalg.pinv(gram, rcond=_SEEN, hermitian=True) @ right
     # back to rotations [rad]
-    out[:, 3:] /= size[:, None, None]
-    return np.asarray(out)
+    motions[:, 3:] /= size[:, None, None]
+    return np.asarray(motions)
 
 
 def fitted(points: ContactPoints, rows: Index, samples: Array, weights: Array) -> Array:

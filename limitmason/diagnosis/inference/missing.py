@@ -77,29 +77,32 @@ def leave_each_out(
     chances = Draws.make([seed, 78, design.n], design.n, design.inputs, design.noise, count)
     ratio = known.scale / design.scale
     parts = [_planted(design, known, cause, chances, ratio) for cause in design.causes]
+    # data sets, one a row: ``count`` of each planted cause
     y = np.concatenate(parts)
-    hidden = np.repeat(np.arange(len(names)), count)
+    planted = np.repeat(np.arange(len(names)), count)
     replicate = np.tile(chances.replicate * float(np.mean(ratio)) ** 2, len(names))
+    # every cause fitted to every data set: log-likelihood, whether it fits, and its lead on every model discrepancy
     fits = design.fits(design.listed, y, None, replicate)
     gains, along = np.array([f.loglik for f in fits]), design.trends.along(y)
     good = np.array([_adequate(design, name, f, along) for name, f in zip(design.listed, fits, strict=True)])
-    over = excess(design.listed, fits, y, replicate)
+    lead = excess(design.listed, fits, y, replicate)
     rows = np.arange(len(y))
-    own = over[hidden, rows]  # of the planted cause, which the list then lacks
-    left = gains.copy()
-    left[hidden, rows] = -np.inf
-    best = left.argmax(axis=0)
-    reached = left[best, rows]  # by the best of the others; then by the second best, for how far it stands alone
-    left[best, rows] = -np.inf
-    alone = (reached - left.max(axis=0) >= APART) & good[best, rows] if len(names) > 1 else np.zeros(len(y), bool)
-    wrong = over[best, rows]
+    own = lead[planted, rows]  # of the planted cause itself
+    # the list without the planted cause: its best name, and whether that fits, far ahead of the second best
+    others = gains.copy()
+    others[planted, rows] = -np.inf
+    best = others.argmax(axis=0)
+    reached = others[best, rows]
+    others[best, rows] = -np.inf
+    alone = (reached - others.max(axis=0) >= APART) & good[best, rows] if len(names) > 1 else np.zeros(len(y), bool)
+    wrong = lead[best, rows]
     both = np.zeros_like(alone)  # those in which two kinds of evidence show one size of the name
     held: dict[int, tuple[np.ndarray, tuple[Evidence, ...]]] = {}
     for row in np.flatnonzero(alone & (wrong >= min(floor, agreed))):
         fit, grid = fits[best[row]], design.singles[names[best[row]]]
         effect = grid.effect(design.null, fit.node[[row]], fit.position[[row]])
-        left = y[row] - grid.values_from(fit.node[[row]], fit.position[[row]])[0]
-        kinds = by_kind(design, effect, y[row], y[row], left, float(np.mean(ratio)))
+        residual = y[row] - grid.values_from(fit.node[[row]], fit.position[[row]])[0]
+        kinds = by_kind(design, effect, y[row], y[row], residual, float(np.mean(ratio)))
         held[int(row)], both[row] = (effect, kinds), agree(kinds)
     margins, less = (_margins(names, best[some], wrong[some], len(y), least, share, each)
                      for some, least in ((alone, floor), (both, agreed)))
@@ -108,7 +111,7 @@ def leave_each_out(
     named = [rest(names[best[k]], held[k][0], float(gains[best[k], k]), y[k], held[k][1]) for k in map(int, passing)]
     return Missing(
         len(y) if len(names) > 1 else 0, int(alone.sum()), sum(named), margins, less,
-        {n: float(np.mean(own[hidden == i] >= limit[i])) for i, n in enumerate(names)},
+        {n: float(np.mean(own[planted == i] >= limit[i])) for i, n in enumerate(names)},
     )
 
 

@@ -68,24 +68,27 @@ class Trends:
         self.n = len(scale)
         weight = 1.0 / np.asarray(scale, dtype=float)
         weight = (weight / weight.mean())[:, None]
-        told = list(dict.fromkeys(kinds)) if len(set(kinds)) > 1 else []
-        inside = np.array([[k == kind for kind in told] for k in kinds], dtype=float).reshape(self.n, -1)
+        # kinds of evidence, such as forces and frequencies, if there are several; 1 where a row is of one, (n, kinds)
+        of_kinds = list(dict.fromkeys(kinds)) if len(set(kinds)) > 1 else []
+        indicator = np.array([[k == kind for kind in of_kinds] for k in kinds], dtype=float).reshape(self.n, -1)
 
-        def turned(columns: np.ndarray) -> np.ndarray:
+        def whitened(columns: np.ndarray) -> np.ndarray:
             return columns * weight if mix is None else mix @ (columns * weight)
 
-        one, each = np.ones((self.n, 1)), _orthonormal(turned(inside), np.zeros((self.n, 0)))
-        about_all = _orthonormal(turned(one), np.zeros((self.n, 0)))
+        none, one = np.zeros((self.n, 0)), np.ones((self.n, 1))
+        mean_of_all, mean_of_each = _orthonormal(whitened(one), none), _orthonormal(whitened(indicator), none)
         self.trends: list[Trend] = []
-        self._means = about_all, each
+        self._means = mean_of_all, mean_of_each
         for name, column in covariates.items():
-            whole = not told or name in ROWS
-            means = about_all if whole else each
-            apart = [one[:, 0]] if whole or name.endswith(tuple(f" in {k}" for k in told)) else list(inside.T)
+            # a trend is of all rows, or one of each kind of evidence with a slope of its own
+            whole = not of_kinds or name in ROWS
+            means = mean_of_all if whole else mean_of_each
+            one_slope = whole or name.endswith(tuple(f" in {k}" for k in of_kinds))
+            parts = [one[:, 0]] if one_slope else list(indicator.T)
             for kind, columns in _columns(column):
-                basis = _orthonormal(turned(np.hstack([columns * part[:, None] for part in apart])), means)
+                basis = _orthonormal(whitened(np.hstack([columns * part[:, None] for part in parts])), means)
                 k = basis.shape[1]
-                bends = kind != "quadratic" or k == 2 * len(apart)
+                bends = kind != "quadratic" or k == 2 * len(parts)
                 if k and self.n - means.shape[1] - k >= 2 and bends:
                     self.trends.append(Trend(name, kind, basis, means))
         self._turn = np.concatenate([*self._means, *(s.basis for s in self.trends)], axis=1)

@@ -183,7 +183,7 @@ def search_smallest(
     known : exact state to begin with
     progress : called with every trial
     """
-    search = _Search(law, effort, seed, accuracy, deadline, floor, known, progress)
+    search = _Trials(law, effort, seed, accuracy, deadline, floor, known, progress)
     interrupted = False
     try:
         search.sequences(start)
@@ -200,7 +200,7 @@ def search_smallest(
     )
 
 
-class _Search:
+class _Trials:
     """A search under way: every trial so far, and the best states that they gave.
 
     Arguments are those of :func:`search_smallest`.
