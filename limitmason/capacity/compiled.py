@@ -147,7 +147,8 @@ def returned(
         if not len(tangent):
             continue
         # derivatives of stress by displacement: of n first, then of the shears
-        cone, sliding = not apex and not tip and p > 0.0, p > 0.0
+        cone = not apex and not tip and p > 0.0
+        sliding = p > 0.0 or cohesion[m] + mu * normal <= 0.0
         share = held / max(size, 1e-300) if sliding else 1.0
         slope = mu if cone else 0.0
         flow = kn[m] * psi * (1.0 / ks[m] if tip else 1.0 / hardness if cone and not crushed else 0.0)

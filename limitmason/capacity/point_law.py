@@ -314,7 +314,8 @@ def _plastic(law: ElastoplasticLaw, s: PointLaw, old: PlasticHistory, tried: _El
     found, kn, ks = _plastic_corrector(law, s, old.lift, tried), law.kn, law.ks
     along, cone, tip = found.along, found.cone, found.tip
     history = PlasticHistory(old.slip - found.slip[:, None] * along, found.lift, old.damage)
-    sliding = found.slip > 0.0
+    # a point that can hold no shear slides by any, though it may bear none yet
+    sliding = (found.slip > 0.0) | (s.shear_strength(found.normal) <= 0.0)
     # of the trial shear that is held, by which the stiffness across the slip is less
     share = np.where(sliding, found.held / np.maximum(tried.size, 1e-300), 1.0)
     m, c = len(kn), along.shape[1] + 1

@@ -6,6 +6,7 @@ import pytest
 from dem import kernels
 from dem.kernels.joint_law import plain_peak_of, softening_of
 from dem.kernels.sums import point_sums
+from limitmason.capacity import point_law
 from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, virgin
 from limitmason.mechanics.law import PointLaw, Softening
 
@@ -83,6 +84,44 @@ def test_the_tangent_of_a_softening_and_crushing_point_is_the_derivative_of_its_
         numeric[:, :, k] = -(ends[0] - ends[1]) / 2e-7
     close = np.abs(numeric - found.tangent).max(axis=(1, 2)) < 1e-4
     assert close.mean() > 0.99  # but for points within the step of a kink
+
+
+def derivative(law, old, at, step=1e-5):
+    """-d(stress)/d(displacement) from either side, by differences extrapolated to no step, shape (2, m, c, c)."""
+    found, m, c = return_map(law, old, at).stress, *at.shape
+    sides = np.zeros((2, 2, m, c, c))
+    for i, sign in enumerate((1.0, -1.0)):
+        for j, part in enumerate((1.0, 0.5)):
+            for k in range(c):
+                moved = at + sign * part * step * np.eye(c)[k]
+                sides[i, j, :, :, k] = (found - return_map(law, old, moved).stress) / (sign * part * step)
+    return 2.0 * sides[:, 1] - sides[:, 0]
+
+
+@pytest.mark.parametrize("softens", [False, True])
+@pytest.mark.parametrize("components", [2, 3])
+@pytest.mark.parametrize("compiled", [False, True])
+def test_the_tangent_is_the_derivative_wherever_the_law_has_one(components, softens, compiled, monkeypatch):
+    """All terms at random, in a third of the points without shear: where no shear can be held it was ks for 0."""
+    monkeypatch.setattr(point_law, "LARGE", 0 if compiled else 10**9)
+    rng, m = np.random.default_rng(3), 2000
+    mu, cohesion, tension = rng.choice([0.0, 0.6], m), rng.choice([0.0, 0.3], m), rng.choice([0.0, 0.2, 0.8], m)
+    peak = PointLaw(mu, mu * rng.choice([0.0, 0.5, 1.0], m), cohesion, tension, rng.choice([0.5, np.inf], m))
+    rest = PointLaw(0.8 * mu, peak.tan_psi, 0.1 * cohesion, 0.1 * tension, peak.crushing)
+    soft = Softening(rest, rng.choice([0.0, 0.9], m), rng.choice([0.0, 0.7], m)) if softens else None
+    law = ElastoplasticLaw(peak, 2.0 * np.ones(m), 3.0 * np.ones(m), soft)
+    slip = 0.1 * rng.normal(size=(m, components - 1))
+    damage = softens * rng.uniform(0.0, 0.9, m)
+    old, at = PlasticHistory(slip, 0.05 * np.abs(rng.normal(size=m)), damage), 0.4 * rng.normal(size=(m, components))
+    still = rng.random(m) < 0.3
+    at[still, 1:] = slip[still]
+    found = return_map(law, old, at)
+    sides = derivative(law, old, at)
+    smooth = np.abs(sides[0] - sides[1]).max(axis=(1, 2)) < 1e-6
+    assert smooth.mean() > 0.97
+    kinds = still, found.history.lift > old.lift, found.stress[:, 0] > 0.5 - 1e-12, found.stress[:, 0] < 0.0
+    assert min((kind & smooth).mean() for kind in kinds) > 0.05
+    assert found.tangent[smooth] == pytest.approx(sides.mean(axis=0)[smooth], abs=1e-6)
 
 
 @pytest.mark.parametrize(("by_slip", "damage"), [(0.3, 0.2), (0.1, 0.098 / 0.99)])
