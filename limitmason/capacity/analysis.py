@@ -105,11 +105,12 @@ def pushover(
     Parameters
     ----------
     assembly, loads : the problem; loads keep their direction and act at points that move with their blocks
-    control : what is prescribed: "live", the mean displacement along the live forces, sum(live . shift) / sum |live|;
-        or (block, "x"), "y" or "z" of its centroid, of the mean over the block where it deforms. A block that is held
-        along this axis is a support that moves: the loads are then dead only, and the load of the curve is the force
-        along the axis with which the support acts on the structure [N]. A list of wholly held blocks moves as one, and
-        is one block of the curve's structure, under the name of its first
+    control : what is prescribed: "live", the mean displacement along the live forces, sum(live . shift) / sum |live|,
+        of the blocks' centroids, also where a force acts off them (:meth:`.PushoverCurve.displacement_of` is at a
+        point); or (block, "x"), "y" or "z" of its centroid, of the mean over the block where it deforms. A block that
+        is held along this axis is a support that moves: the loads are then dead only, and the load of the curve is the
+        force along the axis with which the support acts on the structure [N]. A list of wholly held blocks moves as
+        one, and is one block of the curve's structure, under the name of its first
     to : control displacement from the state under dead load [m]; negative for the other sense; None goes on until the
         load has fallen 0.2 % below its first limit point, or stayed below it for 0.02 blocks, at most to half a block;
         a support needs a number; 0 without live loads ends in the state under dead load, the curve's only sample
@@ -166,9 +167,10 @@ def pushover(
     leave a face or come to another are found after each step (an event of the curve), as are places where sides of two
     faces cross in space. Points inside a grid stay with the block that carries them until they have left the face; in
     space they then go on at its side. A path of rigid blocks ends, and names two of them, where these would go through
-    each other without a point. Blocks deform by small strains, in axes that turn with them; body forces strain no block
-    but through its joints. Ties are unstressed in the reference pose; they follow their ends at any rotation, yield at
-    their strength and hang loose when they shorten.
+    each other without a point. Blocks deform by small strains, in axes that turn with them. Body forces act
+    on no shape, exactly: under its own weight a block is strained by its joints. Point loads strain it through its
+    joints too, which leaves out what they strain between them. Ties are unstressed in the reference pose; they follow
+    their ends at any rotation, yield at their strength and hang loose when they shorten.
 
     Joints without residual values and fracture energies are perfectly plastic, and tension that opens one leaves no
     damage: a path ends where open joints still bear such a bond to an effect, and names the joint. Over fracture

@@ -61,6 +61,24 @@ def test_lumped_column_is_the_same_springs():
     assert curve.multiplier[-1] == pytest.approx(1.0, rel=1e-9)
 
 
+@pytest.mark.parametrize("count", [1, 4])
+@pytest.mark.parametrize(("blocks", "within"), [(SIMPLY_DEFORMABLE, 1e-9), (RITZ, 1e-4)])
+@pytest.mark.parametrize("state", STATES)
+def test_blocks_under_their_own_weight_shorten_by_the_stress_in_their_middle(blocks, within, state, count):
+    """sigma = gamma z: from face to face a block of height h shortens by gamma z h / E, z of its middle."""
+    high = 2.0
+    h = high / count
+    wall = stack(count, SLIDING, size=(0.2, 0.1, h))
+    sides = (5, 5) if state == SOLID else (5, 2)
+    curve = lm.pushover(
+        wall, lm.Loads.weight(wall), to=0.0, blocks=blocks, stress=state, contact_model="grid", grid=sides
+    )
+    for k, centre in enumerate(wall.centroids[1:], start=1):
+        foot, top = (curve.displacement_of(k, centre + (0.0, 0.0, z))[0, 2] for z in (-0.5 * h, 0.5 * h))
+        stress = wall.weights[k] / 0.02 * (count - k + 0.5)
+        assert foot - top == pytest.approx(stress * h / bar_modulus(state), rel=within)
+
+
 @pytest.mark.parametrize("blocks", LEVELS)
 @pytest.mark.parametrize("state", STATES)
 def test_patch_test_of_a_running_bond(blocks, state):
