@@ -195,6 +195,7 @@ def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | 
 
     Parameters
     ----------
+    step : time step and factors of the scheme, see :class:`dem.kernels.arrays.BlockStep`
     local : factor of local damping [-]
     drifts : whether motion is steady, and damping the combined one; None where it never is
     """

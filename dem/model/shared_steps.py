@@ -27,6 +27,8 @@ def shared_advance(state: State, acting: Acting, scheme: Scheme, drifts: bool | 
     sums, gate = state.total, np.zeros(1, dtype=np.int64)
     bodies = state.bodies
     if parts > 1:
+        # where the parts leave their sums for each other, and the counter at which the threads wait for each other;
+        # each part adds up the forces on blocks by itself
         sums, gate = np.empty(2 * parts * kernels.SUMS), np.zeros(kernels.SUMS, dtype=np.int64)
         bodies = bodies._replace(contact=np.empty((parts * n, 6)))
 

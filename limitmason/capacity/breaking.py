@@ -9,7 +9,7 @@ the largest overload at a time. The fall of the load is a jump: its energy is th
 import numpy as np
 
 from limitmason.arrays import Array, Index
-from limitmason.capacity import descent, newton
+from limitmason.capacity import frozen_friction, newton
 from limitmason.capacity.certificate import SHORTEST, WITHIN
 from limitmason.capacity.kinematics import Pose, contact, motion_between, moved
 from limitmason.capacity.point_law import PlasticHistory, slip_under_strength, trial
@@ -272,7 +272,7 @@ def _solved(
     """
     for by_descent in (True, False) if descent_first(system) else (False, True):
         if by_descent:
-            solved = descent.solve(system, pose, multiplier, history, target)
+            solved = frozen_friction.solve(system, pose, multiplier, history, target)
             found = None if solved is None else (solved, 0)
         else:
             found = by_programs(system, node.pose, history, target, node.multiplier, node.force[:, 0], ratio)

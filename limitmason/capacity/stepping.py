@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array, Index
-from limitmason.capacity import descent, interior, newton
+from limitmason.capacity import frozen_friction, interior, newton
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory, trial
 from limitmason.capacity.program import solve_step
@@ -122,7 +122,7 @@ def step(
     found = by_programs(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio)
     if found is not None:
         return node_of(system, found[0], programs=found[1])
-    solved = None if early else descent.solve(system, start, load, node.history, target)
+    solved = None if early else frozen_friction.solve(system, start, load, node.history, target)
     return None if solved is None else node_of(system, solved)
 
 
@@ -138,10 +138,10 @@ def _ways(system: System, patient: bool) -> tuple[Callable[..., newton.Solved | 
     """
     strength = system.law.strength
     if _falls(system) or bool((strength.tension > (1.0 + BELOW_THE_APEX) * strength.apex).any()):
-        return newton.solve, descent.solve
+        return newton.solve, frozen_friction.solve
     if system.bodies.directions.shape[1] > 2:
-        return newton.solve, descent.solve, interior.solve
-    return (interior.solve, descent.solve) if patient else (interior.solve,)
+        return newton.solve, frozen_friction.solve, interior.solve
+    return (interior.solve, frozen_friction.solve) if patient else (interior.solve,)
 
 
 def descent_first(system: System) -> bool:

@@ -120,8 +120,9 @@ def virgin(n: int) -> Memory:
 def envelope(c: Curves, strain: Array) -> tuple[Array, Array, Array]:
     """Stress, slope and area of the curves at equivalent strains never exceeded before.
 
-    Tension is linear to ft, then falls exponentially. Compression is linear to fc / 3, rises on a parabola to fc at a
-    strain of 5 fc / (3 E), and falls on another one to zero over `end`. The area is the energy under the curve.
+    Tension is linear to ft, then falls as ft exp(-(e - ft / E) / softening). Compression is linear to fc / 3 and rises
+    on a parabola to fc at a strain of 5 fc / (3 E); with t from 0 to 1 on this branch it is fc / 3 (1 + 4 t - 2 t^2).
+    It falls as fc (1 - s^2), with s from 0 to 1 over the strain `end`. The area is the energy under the curve.
 
     Parameters
     ----------
@@ -273,7 +274,9 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Poin
 def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Array, Array]:
     """Principal stresses that fit the curves, by Newton's method.
 
-    The equivalent strain of a direction is that of a uniaxial test with its stress: Poisson's part is taken off.
+    The equivalent strain of a direction is that of a uniaxial test with its stress: Poisson's part is taken off. So
+    sigma_i = f(eps_i + nu / E (sigma_j + sigma_k)), with f the uniaxial curve, is solved for all three at once. Points
+    whose elastic stresses fit already, within 1e-12, are left out of the iterations.
 
     Parameters
     ----------

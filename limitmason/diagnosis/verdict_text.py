@@ -5,8 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from limitmason.causes.cause import Cause
-from limitmason.diagnosis.inference.discrepancy import CONSTANT, DRIFT, TOGETHER
+from limitmason.diagnosis.inference.discrepancy import CONSTANT, TOGETHER
 from limitmason.diagnosis.inference.gain import told_error
+from limitmason.diagnosis.inference.rivals import DRIFT
 from limitmason.diagnosis.inference.verdict import Identification
 from limitmason.diagnosis.outliers import carried_by_outliers, outlier_words
 from limitmason.diagnosis.result import Findings

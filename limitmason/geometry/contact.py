@@ -13,8 +13,9 @@ from limitmason.arrays import Array, Flags, Index
 from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.geometry.facing import Faces, FacingPairs, all_faces, facing_pairs
+from limitmason.geometry.merged_patches import ContactPatch, merged
 from limitmason.geometry.overlap import near_pairs, penetrations
-from limitmason.geometry.polygon import area_in_space, axes_in_plane, joined_in_pairs
+from limitmason.geometry.polygon import area_in_space
 from limitmason.geometry.polyhedron import Solid
 
 LOOKED_AT_DEG = 45.0
@@ -353,15 +354,6 @@ def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None =
     return sorted(out, key=lambda d: (d.a, d.b))
 
 
-class _Patch(NamedTuple):
-    """A contact patch: its polygon [m], normal, area [m2] and the tolerance of its blocks [m]."""
-
-    polygon: Array
-    normal: Array
-    area: float
-    tolerance: float
-
-
 def _merge_patches(
     a: Index, b: Index, polygons: list[Array], normals: Array, areas: Array, tolerance: Array, overlaps: list,
     doubts: list[DoubtfulContact],
@@ -375,59 +367,14 @@ def _merge_patches(
     """
     if not len(a):
         return ContactPatches(a, b, [], np.empty((0, 3)), overlaps, doubts)
-    # two patches of one pair of blocks are joined at a time until no two fill their hull
-    groups: dict[tuple[int, int], list[_Patch]] = {}
+    groups: dict[tuple[int, int], list[ContactPatch]] = {}
     rows = np.lexsort((b, a))
     for k in rows.tolist():
-        patch = _Patch(polygons[k], normals[k], float(areas[k]), float(tolerance[k]))
+        patch = ContactPatch(polygons[k], normals[k], float(areas[k]), float(tolerance[k]))
         groups.setdefault((int(a[k]), int(b[k])), []).append(patch)
-    kept = [(pair, patch) for pair, group in groups.items() for patch in joined_in_pairs(group, _hull_if_filled)]
+    kept = [(pair, patch) for pair, group in groups.items() for patch in merged(group)]
     ends = np.array([pair for pair, _ in kept], dtype=np.intp)
     found = [patch for _, patch in kept]
     return ContactPatches(
         ends[:, 0], ends[:, 1], [p.polygon for p in found], np.array([p.normal for p in found]), overlaps, doubts
     )
-
-
-def _hull_if_filled(one: _Patch, other: _Patch) -> _Patch | None:
-    """Two coplanar patches as one, where they fill their convex hull."""
-    p, q, n_p, n_q, tolerance = one.polygon, other.polygon, one.normal, other.normal, one.tolerance
-    area = one.area + other.area
-    if n_p @ n_q < 1.0 - 1e-9 or np.abs((q - p[0]) @ n_p).max() > tolerance:
-        return None
-    points = np.vstack([p, q])
-    flat = (points - p[0]) @ axes_in_plane(p, n_p)
-    hull = _hull(flat, 1e-3 * tolerance)
-    x, y = flat[hull].T
-    hull_area = 0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
-    if abs(hull_area - area) > tolerance * np.sqrt(area):
-        return None
-    return _Patch(points[hull], n_p, area, tolerance)
-
-
-def _hull(points: Array, slack: float) -> list[int]:
-    """Convex hull of points (n, 2) as their numbers, counter-clockwise.
-
-    It has no vertices closer than ``slack`` [m] to the line through their neighbours.
-    """
-    # points above each other but for rounding are taken as such, or rounding would order them: a corner is lost then
-    order = np.argsort(points[:, 0], kind="stable")
-    column = np.empty(len(points), dtype=np.intp)
-    column[order] = np.cumsum(np.diff(points[order, 0], prepend=points[order[0], 0]) > slack)
-    order = np.lexsort((points[:, 1], column))
-
-    def half(sequence: Index) -> list[int]:
-        """Lower half of the hull, from points in order along x."""
-        chain: list[int] = []
-        for i in sequence:
-            while len(chain) >= 2:
-                u, v = points[chain[-1]] - points[chain[-2]], points[i] - points[chain[-2]]
-                if u[0] * v[1] - u[1] * v[0] > slack * np.linalg.norm(v):
-                    break
-                chain.pop()
-            if not chain or np.linalg.norm(points[i] - points[chain[-1]]) > slack:
-                chain.append(int(i))
-        return chain
-
-    lower, upper = half(order), half(order[::-1])
-    return lower[:-1] + upper[:-1]

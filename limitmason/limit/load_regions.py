@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import nnls
-from scipy.spatial import HalfspaceIntersection
 
 from limitmason.answers.acceptance import OWN_RESIDUAL
 from limitmason.answers.results import Bound, BoundKind, Prediction, Resultants, Status
@@ -19,6 +17,7 @@ from limitmason.arrays import Array
 from limitmason.checks import numbers, positive, several
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError, NotConverged
+from limitmason.geometry.convex_set import corners_of_half_spaces, extreme_points, extreme_rays, nearest_in_hull
 from limitmason.limit.program.cones import make_cones
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.program.scaling import balanced
@@ -95,7 +94,7 @@ class LoadRegion(Displayed):
             return None
         size = np.abs(self.corners).max(axis=0) + np.abs(self.corners).max() * 1e-12
         cone = self.cone / size if len(self.cone) else None
-        return True if np.linalg.norm(y / size - _nearest(self.corners / size, y / size, cone)) <= 1e-9 else None
+        return True if np.linalg.norm(y / size - nearest_in_hull(self.corners / size, y / size, cone)) <= 1e-9 else None
 
     def to_json(self, path: str | Path) -> None:
         """Write corners, half-planes, cone and gap to a file."""
@@ -202,7 +201,7 @@ def load_region(
         homogeneous = region(assembly.with_joints(_endless), replace(dead, dead=0.0 * dead.dead), np.ones(len(cases)))
         size = np.linalg.norm(homogeneous.corners, axis=1)
         rays = homogeneous.corners[size > 1e-6] / size[size > 1e-6, None]
-        found = replace(found, cone=_extreme_rays(rays))
+        found = replace(found, cone=extreme_rays(rays))
     if any(i.joint.tan_psi < i.joint.tan_phi for i in assembly.interfaces):
         # with friction tan(psi) the same motions are associative: what lies inside is safe for any flow rule
         reduced = assembly.with_joints(inside)
@@ -351,8 +350,9 @@ def _closed(
         extent = np.maximum(np.ptp(inner, axis=0), FLAT * support.unit)
         size = float(np.linalg.norm(np.ptp(inner / extent, axis=0)))
         # where the outer set stands out of the inner one: its corners, and the nearest points of the inner set
-        far = _outer_corners(planes, inner, extent)
-        foot = np.array([_nearest(inner / extent, w) for w in far])
+        normal, offset = np.array([p.normal for p in planes]) * extent, np.array([p.offset for p in planes])
+        far = corners_of_half_spaces(normal, offset, inner / extent)
+        foot = np.array([nearest_in_hull(inner / extent, w) for w in far])
         away = np.linalg.norm(far - foot, axis=1) if len(far) else np.zeros(0)
         gap = float(away.max(initial=0.0)) / size
         # outwards from there, as directions of the multipliers themselves
@@ -370,66 +370,8 @@ def _closed(
                 corners.append(y)
                 forces.append(force)
             planes += [] if plane is None else [plane]
-    keep = _extreme(np.array(corners), extent)
+    keep = extreme_points(np.array(corners) / extent)
     return LoadRegion(
         names, "closed" if gap <= tolerance else "not closed", np.array(corners)[keep],
         tuple(forces[i] for i in keep), tuple(planes), gap, limits,
     )
-
-
-def _outer_corners(planes: list[HalfPlane], inner: Array, extent: Array) -> Array:
-    """Corners of the outer set in multipliers over ``extent``, shape (m, k).
-
-    Parameters
-    ----------
-    inner, extent : points of the inner set, shape (n, k), and its size along every axis, shape (k,) [-]
-    planes : half-planes that bound the outer set
-    """
-    normal = np.array([p.normal for p in planes]) * extent
-    length = np.linalg.norm(normal, axis=1)
-    offset = np.array([p.offset for p in planes]) / length
-    normal = normal / length[:, None]
-    if normal.shape[1] == 1:
-        return np.array([[offset[normal[:, 0] > 0].min()], [-offset[normal[:, 0] < 0].min()]])
-    # a hair wider, so that what is found of a flat set has an inside
-    room = 1e-10 + np.maximum(((inner / extent) @ normal.T).max(axis=0) - offset, 0.0)
-    middle = (inner / extent).mean(axis=0)
-    return np.asarray(HalfspaceIntersection(np.column_stack([normal, -offset - room]), middle).intersections)
-
-
-def _nearest(points: Array, w: Array, rays: Array | None = None) -> Array:
-    """The point of the convex hull of points, and of what rays add to it, that is nearest to w."""
-    rays = np.zeros((0, len(w))) if rays is None else rays
-    scale = max(float(np.abs(points - w).max()), 1e-300)
-    # the shares sum to one by a row that outweighs the distance a thousandfold; what is left of it is divided out
-    weight = np.append(np.full(len(points), 1e3), np.zeros(len(rays)))
-    rows = np.vstack([np.hstack([(points - w).T / scale, rays.T]), weight])
-    share = nnls(rows, np.append(np.zeros(len(w)), 1e3))[0]
-    total = share[: len(points)].sum()
-    return np.asarray((share[: len(points)] @ points + scale * (share[len(points) :] @ rays)) / total)
-
-
-def _extreme_rays(rays: Array) -> Array:
-    """Rays that are no sum of the others."""
-    return rays[_needed(len(rays), lambda i, rest: nnls(rays[rest].T, rays[i])[1] < 1e-6)]
-
-
-def _extreme(points: Array, extent: Array) -> list[int]:
-    """Numbers of the points that are not between others."""
-    at = points / extent
-    return _needed(len(at), lambda i, rest: float(np.linalg.norm(at[i] - _nearest(at[rest], at[i]))) < 1e-7)
-
-
-def _needed(count: int, made_of: Callable[[int, list[int]], bool]) -> list[int]:
-    """Those of ``count`` things that the others do not make, taken out one by one.
-
-    Parameters
-    ----------
-    made_of : whether one is made of a list of others
-    """
-    kept = list(range(count))
-    for i in range(count):
-        rest = [j for j in kept if j != i]
-        if rest and made_of(i, rest):
-            kept = rest
-    return kept

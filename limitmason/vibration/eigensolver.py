@@ -171,7 +171,10 @@ def _orthonormal(x: Array, mass: sparse.csc_array) -> Array:
 
 
 def _eigenvalues_below(system: VibratingSystem, shift: float) -> int | None:
-    """Eigenvalues below a shift, or None where the factor is no proof."""
+    """How many eigenvalues lie below a shift, or None where the factor is no proof.
+
+    By Sylvester's law of inertia they are as many as the negative pivots of L D L^T = K - shift M.
+    """
     if system.below is not None:
         return system.below(shift)
     matrix = (system.stiffness - shift * system.mass).tocsc()

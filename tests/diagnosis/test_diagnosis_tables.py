@@ -8,8 +8,8 @@ from scipy import stats
 from scipy.optimize import minimize
 
 from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study
+from limitmason.diagnosis.inference.bootstrap import Tally, add_draws
 from limitmason.diagnosis.inference.cells import descend
-from limitmason.diagnosis.inference.confidence_set import Tally, add_draws
 from limitmason.diagnosis.inference.fit import Likelihood, fits
 from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.noise import Draws

@@ -10,9 +10,10 @@ from diagnosis_models import CAUSES, GAIN, ROUNDING, data, study
 from scipy.stats import multivariate_normal
 
 from limitmason.diagnosis import Cause, Observation, Rule, Study
-from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, Rivals, dependences
+from limitmason.diagnosis.inference.discrepancy import AMPLITUDES
 from limitmason.diagnosis.inference.fit import Likelihood
 from limitmason.diagnosis.inference.judge import Judge
+from limitmason.diagnosis.inference.rivals import Rivals, dependences
 from limitmason.diagnosis.inference.shared_noise import Components
 from limitmason.diagnosis.inference.trends import Trends, one_of_each, same
 

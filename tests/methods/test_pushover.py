@@ -5,13 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from walls import on_slab
 
 import limitmason as lm
 from limitmason import experiments
-from limitmason.capacity import Steps, path, stepping
-from limitmason.capacity import system as equations
-from limitmason.capacity.kinematics import at_rest
+from limitmason.capacity import Steps
 from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry.polyhedron import box
 
@@ -309,129 +306,6 @@ def test_ctrl_c_keeps_the_path_so_far_and_start_goes_on_to_the_closed_form():
     # a load on the way to a verdict is no verdict
     with pytest.raises(KeyboardInterrupt):
         lm.predict(*model, "pushover", progress=interrupting(5))
-
-
-# ---- mutants: each takes a term out, and the tests above must notice ----------------------------------------------
-
-
-@pytest.mark.slow
-def test_a_path_in_the_reference_geometry_is_refused(monkeypatch):
-    real = equations.contact
-
-    def undeformed(bodies, pose):
-        at, reference = real(bodies, pose), real(bodies, at_rest(len(pose.shift)))
-        return at._replace(directions=reference.directions, arm_a=reference.arm_a, arm_b=reference.arm_b)
-
-    monkeypatch.setattr(equations, "contact", undeformed)
-    curve = lm.pushover(*column(1), to=0.01, stiffness=1e8)
-    assert len(curve) > 5
-    assert not all(c.accepted for c in curve.certificates)
-
-
-def test_a_path_that_does_not_commit_its_history_is_refused(monkeypatch):
-    real = stepping.node_of
-
-    def forgetful(system, solved, *arguments, **options):
-        node = real(system, solved, *arguments, **options)
-        return node._replace(history=node.history._replace(slip=np.zeros_like(node.history.slip)))
-
-    monkeypatch.setattr(stepping, "node_of", forgetful)
-    w = lm.build.column(width=0.4, depth=0.4, height=0.2, courses=1, joint=lm.Joint(25.0))
-    curve = lm.pushover(w, lm.Loads.horizontal(w), to=0.01, stiffness=1e8, steps=Steps(most=30))
-    assert not all(c.accepted for c in curve.certificates)
-
-
-def test_a_path_with_the_associative_lift_left_in_is_refused(monkeypatch):
-    real = equations.return_map
-
-    def dilating(law, old, displacement):
-        s = law.strength
-        return real(law._replace(strength=s._replace(tan_psi=s.tan_phi)), old, displacement)
-
-    monkeypatch.setattr(equations, "return_map", dilating)
-    w = lm.build.column(width=0.4, depth=0.4, height=0.2, courses=1, joint=lm.Joint(25.0))
-    curve = lm.pushover(w, lm.Loads.horizontal(w), to=0.01, stiffness=1e8)
-    assert not all(c.accepted for c in curve.certificates)
-
-
-def test_a_path_that_drops_the_lift_of_open_points_is_refused(monkeypatch):
-    real = equations.return_map
-
-    def dropping(law, old, displacement):
-        found = real(law, old, displacement)
-        lift = np.where(found.stress[:, 0] <= 0.0, old.lift, found.history.lift)
-        return found._replace(history=found.history._replace(lift=lift))
-
-    monkeypatch.setattr(equations, "return_map", dropping)
-    curve = lm.pushover(*ferris("wall-1", PHI * (1 - 1e-12)), stiffness=1e10)
-    assert not all(c.accepted for c in curve.certificates)
-
-
-def test_a_block_that_lifts_itself_is_refused(monkeypatch):
-    real = path.stepping.step
-
-    def lifted(system, node, *arguments, **options):
-        raised = node._replace(history=node.history._replace(lift=node.history.lift + 1e-6))
-        return real(system, raised, *arguments, **options)
-
-    monkeypatch.setattr(path.stepping, "step", lifted)
-    w = lm.build.column(width=0.4, depth=0.4, height=0.2, courses=1, joint=lm.Joint(25.0))
-    curve = lm.pushover(w, lm.Loads.horizontal(w), to=0.01, stiffness=1e8)
-    assert not all(c.accepted for c in curve.certificates)
-    assert min(c.dissipation for c in curve.certificates) < -1e-3
-
-
-@pytest.mark.parametrize("size", [1e-2, 1.0])
-def test_a_wall_that_slides_on_its_bed_ends_on_a_plateau(size):
-    """It slides at tan(phi) and the load never falls: the plateau is the limit."""
-    wall = lm.build.wall(length=0.8 * size, courses=3, unit=(0.4 * size, 0.2 * size, 0.2 * size), joint=lm.Joint(33.0))
-    found = lm.predict(wall, lm.Loads.horizontal(wall), "pushover")
-    assert found.status == "solved"
-    assert found.collapse_multiplier == pytest.approx(math.tan(math.radians(33.0)), rel=1e-5)
-    assert found.details["curve"].status == "slides on at constant load"
-
-
-@pytest.mark.parametrize("stiffness", [1e12, 1e13, 1e14])
-@pytest.mark.parametrize(("friction_deg", "load", "status"), [
-    (40.0, 0.5, "limit point passed"), (20.0, math.tan(math.radians(20.0)), "slides on at constant load"),
-])
-def test_on_stiff_joints_a_block_that_rocks_does_not_slide_on(stiffness, friction_deg, load, status):
-    """A block rocks at b / h, and slides at tan(phi); in some nanometres neither load falls."""
-    block = on_slab([((0, 0, 0), (0.2, 0.2, 0.4))], joint=lm.Joint(friction_deg))
-    curve = lm.pushover(block, lm.Loads.horizontal(block), stiffness=stiffness)
-    assert curve.status == status
-    assert curve.first_limit_point.load == pytest.approx(load, rel=1e-6)
-    assert curve.displacement[-1] > 1e-5
-
-
-@pytest.mark.parametrize("points", ["vertices", "lobatto"])
-def test_a_column_that_could_buckle_says_where_its_straight_path_is_left(points):
-    """(1 + lambda) W h / 2 = K: the springs of the foot against the weight and a load at the middle of the height.
-
-    K = kn b^4 / 12 on points that turn as the face does, three times that on corners.
-    """
-    kn, b, h = 3e6, 0.2, 0.8
-    column = on_slab([((0, 0, 0), (b, b, h))], joint=lm.Joint(40.0))
-    live = np.zeros((2, 6))
-    live[1, 2] = -column.weights[1]
-    loads = lm.Loads(lm.Loads.weight(column).dead, live)
-    critical = kn * b**4 / 12.0 * (3.0 if points == "vertices" else 1.0) / (column.weights[1] * h / 2.0) - 1.0
-    shortened = critical * column.weights[1] / (kn * b**2)
-
-    def pressed(to):
-        curve = lm.pushover(column, loads, stiffness=kn, contact_model=points, to=to, steps=Steps(largest=1e-3))
-        return curve, [w for w in curve.warnings if w.startswith("bifurcation")]
-
-    curve, said = pressed(0.99 * shortened)
-    assert not said
-    curve, said = pressed(1.2 * shortened)
-    straight = np.abs(curve.nodes[-1].pose.shift[1, :2]).max()
-    assert straight < 1e-9
-    stands = np.array([curve.stability(k) != "unstable" for k in range(len(curve))])
-    assert (stands == (curve.multiplier < critical)).all()
-    first = int(np.argmin(stands))
-    assert f"{(~stands).sum()} of {len(curve)} samples" in said[0]
-    assert f"lambda {curve.multiplier[first]:.5g}" in said[0]
 
 
 @pytest.mark.slow

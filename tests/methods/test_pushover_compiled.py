@@ -6,7 +6,7 @@ import pytest
 import limitmason as lm
 from limitmason.capacity import kinematics, point_law
 from limitmason.capacity.contacts import first_contacts, turned_over
-from limitmason.capacity.descent import frozen
+from limitmason.capacity.frozen_friction import frozen
 from limitmason.capacity.kinematics import at_rest, block_wrenches, contact, make_bodies, moved, point_wrenches
 from limitmason.capacity.path_loads import PathLoads
 from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, returned_stress

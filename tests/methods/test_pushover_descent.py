@@ -7,7 +7,7 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments
-from limitmason.capacity import descent, interior, stepping
+from limitmason.capacity import frozen_friction, interior, stepping
 from limitmason.capacity.contacts import first_contacts
 from limitmason.capacity.kinematics import at_rest, contact, geometric_stiffness, make_bodies, moved
 from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, trial
@@ -31,7 +31,7 @@ def test_stresses_at_frozen_friction_are_the_gradient_of_a_convex_potential(comp
     tension = np.minimum(rng.choice([0.0, 0.2], m), cohesion / 0.6)
     strength = PointLaw(0.6 * one, rng.uniform(0.0, 0.6, m), cohesion, tension, np.full(m, np.inf))
     old = PlasticHistory(0.2 * rng.normal(size=(m, components - 1)), 0.1 * np.abs(rng.normal(size=m)))
-    law = descent.frozen(ElastoplasticLaw(strength, 2.0 * one, 3.0 * one), np.abs(rng.normal(size=m)))
+    law = frozen_friction.frozen(ElastoplasticLaw(strength, 2.0 * one, 3.0 * one), np.abs(rng.normal(size=m)))
     at, other = 0.4 * rng.normal(size=(2, m, components))
     stress, h = return_map(law, old, at).stress, 1e-6
     for k in range(components):
@@ -52,7 +52,7 @@ def test_friction_frozen_at_the_normal_stress_of_a_pose_gives_the_stress_of_the_
     old = PlasticHistory(0.2 * rng.normal(size=(m, 2)), np.zeros(m))
     at = 0.4 * rng.normal(size=(m, 3))
     true = return_map(law, old, at)
-    frozen = return_map(descent.frozen(law, true.stress[:, 0]), old, at)
+    frozen = return_map(frozen_friction.frozen(law, true.stress[:, 0]), old, at)
     assert frozen.stress == pytest.approx(true.stress, abs=1e-12)
 
 
@@ -89,7 +89,7 @@ def test_descent_interior_path_and_programs_find_the_same_states(psi, to, modulu
         ratio = float(np.abs(system.loads.live).sum())
         start = node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio
         programs = stepping.by_programs(system, *start)[0]
-        for way in (descent, interior) if to[1] == 0.0 else (descent,):
+        for way in (frozen_friction, interior) if to[1] == 0.0 else (frozen_friction,):
             found = way.solve(system, node.pose, node.multiplier, node.history, target)
             assert found.multiplier == pytest.approx(programs.multiplier, abs=1e-8)
             assert found.state.force == pytest.approx(programs.state.force, abs=1e-5 * system.weight)

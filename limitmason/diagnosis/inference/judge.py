@@ -13,14 +13,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import chdtri
 
-from limitmason.diagnosis.inference.confidence_set import ConfidenceSet, share_of
+from limitmason.diagnosis.inference.bootstrap import share_of
+from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.discrepancy import DRIFT, Discrepancy, Rivals
+from limitmason.diagnosis.inference.discrepancy import Discrepancy
 from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, by_kind
 from limitmason.diagnosis.inference.fit import Likelihood
 from limitmason.diagnosis.inference.gain import left_out
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
 from limitmason.diagnosis.inference.noise import Draws
+from limitmason.diagnosis.inference.rivals import DRIFT, Rivals
 from limitmason.diagnosis.inference.shared_noise import Shares, estimated_shares
 from limitmason.diagnosis.inference.verdict import CONDITIONS, Identification, Rule, Verdict, VerdictKind
 

@@ -90,21 +90,27 @@ def estimated_shares(
             within = one_of_each([f"{q} of {label}" for q, label in pairs])
             if within.shape[1] < design.n:
                 blocks[f"{name} of each quantity"] = within
-    components = Components(design, blocks)
-    best, shares = components.likeliest(y, np.zeros((design.n, 0)))
+    components, unfitted = Components(design, blocks), np.zeros((design.n, 0))
+    # costs are minus log-likelihoods, each with the shares that suit its explanation best
+    cost_of_baseline, shares = components.likeliest(y, unfitted)
     if price is not None:
-        none = dict.fromkeys(blocks, 0.0)
+        # single causes: residuals about the fit, and the direction in which the size of the cause moves them
         about = {c.name: _about_its_fit(design, c, y) for c in design.causes}
-        tried = {name: components.likeliest(r, g)[0] for name, (r, g) in about.items()}
-        first = min(tried, key=lambda name: tried[name])
-        left, along = about[first]
-        options = [(best, y, np.zeros((design.n, 0))), (tried[first] + price, left, along)]
-        for cause in design.causes:
-            both = np.hstack([along, _whole_effect(design, cause)])
-            options.append((components.likeliest(left, both)[0] + 2.0 * price, left, both))
+        cost_of_single = {name: components.likeliest(r, g)[0] for name, (r, g) in about.items()}
+        single = min(cost_of_single, key=lambda name: cost_of_single[name])
+        residuals, direction = about[single]
+        # the explanation that is worth its causes: none, the best single one, or that with a second
+        options = [(cost_of_baseline, y, unfitted), (cost_of_single[single] + price, residuals, direction)]
+        for second in design.causes:
+            both = np.hstack([direction, _whole_effect(design, second)])
+            options.append((components.likeliest(residuals, both)[0] + 2.0 * price, residuals, both))
         _, r, free = min(options, key=lambda option: option[0])
         least, shares = components.likeliest(r, free)
-        evidence = [components.cost(none, left, along) - tried[first], components.cost(none, r, free) - least]
+        # noise counts as shared where that is likelier both beside the best single cause and beside what was chosen
+        none = dict.fromkeys(blocks, 0.0)
+        evidence = [
+            components.cost(none, residuals, direction) - cost_of_single[single], components.cost(none, r, free) - least
+        ]
         if min(evidence) < EVIDENCE:
             shares = none
     kept = {k: v for k, v in shares.items() if v >= LEAST - 1e-9}

@@ -1,0 +1,71 @@
+"""Convex sets of a few dimensions by points or half-spaces: corners, nearest points, extreme points and rays."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.spatial import HalfspaceIntersection
+
+from limitmason.arrays import Array
+
+
+def corners_of_half_spaces(normal: Array, offset: Array, inner: Array) -> Array:
+    """Corners of the set normal . y <= offset, shape (m, k).
+
+    Parameters
+    ----------
+    normal, offset : of every half-space, shapes (p, k) and (p,)
+    inner : points within all of them, shape (n, k)
+    """
+    length = np.linalg.norm(normal, axis=1)
+    offset, normal = offset / length, normal / length[:, None]
+    if normal.shape[1] == 1:
+        return np.array([[offset[normal[:, 0] > 0].min()], [-offset[normal[:, 0] < 0].min()]])
+    # a hair wider, so that what is found of a flat set has an inside
+    room = 1e-10 + np.maximum((inner @ normal.T).max(axis=0) - offset, 0.0)
+    middle = inner.mean(axis=0)
+    return np.asarray(HalfspaceIntersection(np.column_stack([normal, -offset - room]), middle).intersections)
+
+
+def nearest_in_hull(points: Array, w: Array, rays: Array | None = None) -> Array:
+    """The point of the convex hull of points, and of what rays add to it, that is nearest to w, by least squares.
+
+    Parameters
+    ----------
+    points, rays, w : shapes (n, k), (r, k) and (k,); sums of rays with shares from zero up may be added to the hull
+    """
+    rays = np.zeros((0, len(w))) if rays is None else rays
+    scale = max(float(np.abs(points - w).max()), 1e-300)
+    # the shares sum to one by a row that outweighs the distance a thousandfold; what is left of it is divided out
+    weight = np.append(np.full(len(points), 1e3), np.zeros(len(rays)))
+    rows = np.vstack([np.hstack([(points - w).T / scale, rays.T]), weight])
+    share = nnls(rows, np.append(np.zeros(len(w)), 1e3))[0]
+    total = share[: len(points)].sum()
+    return np.asarray((share[: len(points)] @ points + scale * (share[len(points) :] @ rays)) / total)
+
+
+def extreme_rays(rays: Array) -> Array:
+    """Rays that are no sum of the others."""
+    return rays[_needed(len(rays), lambda i, rest: nnls(rays[rest].T, rays[i])[1] < 1e-6)]
+
+
+def extreme_points(points: Array) -> list[int]:
+    """Numbers of the points that are not between others, of a set whose size is about one."""
+    return _needed(
+        len(points), lambda i, rest: float(np.linalg.norm(points[i] - nearest_in_hull(points[rest], points[i]))) < 1e-7
+    )
+
+
+def _needed(count: int, made_of: Callable[[int, list[int]], bool]) -> list[int]:
+    """Those of ``count`` things that the others do not make, taken out one by one.
+
+    Parameters
+    ----------
+    made_of : whether one is made of a list of others
+    """
+    kept = list(range(count))
+    for i in range(count):
+        rest = [j for j in kept if j != i]
+        if rest and made_of(i, rest):
+            kept = rest
+    return kept
