@@ -225,6 +225,8 @@ class _Search:
         assert self.bearings is not None
         joints, shape, outworn = self.state.joints, self.met.now, self.outworn
         normal = np.einsum("kij,kj->ki", self.rot[joints.block_a], joints.frame[:, 2])
+        # a pair that meets on the face of joint k, which goes on: its joints across that face were at an edge that is
+        # none, and a pair without another joint takes over a part of k
         for row, k in self.beside.items():
             own = np.flatnonzero(self.code == self.key[row])
             across = np.abs(normal[own] @ shape.plane[row, :3]) < FLAT

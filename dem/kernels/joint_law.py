@@ -314,9 +314,12 @@ def return_map(
     in what its dashpot takes then: its force before a step is taken for that after it. Else the balance is exact.
     """
     kn, ks, fc = peak.kn, peak.ks, peak.crushing
+    # elastic predictor: shear of the springs is ks (a1, a2), with the sign of the stress on b, their pressure n0
     a1, a2 = slip_1 - e1, slip_2 - e2
     n0 = kn * (lift - w)
     mu, dil, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)
+    # tensile strength and the pull from which tension unloads to nothing: ``held`` and ``reached`` before the step,
+    # ``ft`` and ``reach`` after it
     held = reach = ft
     reached = ft if softening is None else ft + damage * softening.secant
     if dashpot is None and (dilates or softening is not None):
@@ -337,6 +340,7 @@ def return_map(
         stiffer = 1.0 + z * per_dt
         total = np.sqrt(b1 * b1 + b2 * b2)
         pressed = n0 - z * kn * r3
+    # the strengths that are left at the end of the step, of the damage ``h`` then
     before_mu, before_c, h = mu, c, damage
     if softening is not None:
         h, mu, dil, c, ft, reach = _weakened(
@@ -361,6 +365,7 @@ def return_map(
         # no pull beyond the strength
         z3 = max(z * kn * ((new - lift) * per_dt - r3), -ft - spring)
         n = spring + z3
+    # return to the cone: g is the plastic slip of the step, q the shear of spring and dashpot that is left
     cap = max(c + mu * n, 0.0)
     ratio = min(cap / max(total, 1e-300), 1.0)
     if dashpot is None:

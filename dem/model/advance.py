@@ -72,11 +72,15 @@ def without_arms(cases: Array) -> Array:
 
 
 def stand_back(state: State, assembly: Assembly, wrench: Array) -> None:
-    """Give blocks at rest the velocities of half a step ago, under loads, shape (n, 15 or 6), and their joints'
-    forces.
+    """Give blocks at rest the velocities of half a step ago, under loads and their joints' forces.
 
     v(-1/2) = -dt F / (2 m): the first step then leads to v(1/2) = dt F / (2 m), and x(n) is that of time n dt. A whole
     step from rest would be half a step ahead for good.
+
+    Parameters
+    ----------
+    wrench : force and moment about the centroid of every block [N, N m], and the nine arms of its load [N m] where
+        loads have them, shape (n, 6 or 15)
     """
     b, now = state.bodies, state.measured(assembly)
     wrench, arms, place = wrench[:, :6].copy(), wrench[:, 6:].reshape(-1, 3, 3), assembly.centroids + b.shift

@@ -132,8 +132,9 @@ def _nearby(objective: Objective, at: Minimum, guess: Array, slopes: Slopes) -> 
 def furthest(j: Array, r: Array, limit: float, axis: int, sign: int, low: Array, high: Array) -> Array:
     """Move that takes one parameter furthest while |r + j d|^2 stays within a limit, in a box.
 
-    An ellipsoid has its furthest point in closed form. Another parameter that leaves the box is held at its end, and
-    the point found anew.
+    With C = (J^T J)^-1, centre m = -C J^T r and reach s = limit - |r + J m|^2, the furthest point of the ellipsoid
+    along axis k is m + C_k / C_kk sqrt(s C_kk). Another parameter that leaves the box is held at its end, and the point
+    found anew.
 
     Parameters
     ----------

@@ -338,19 +338,22 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
 def _released(s: Structure, before: PathState, after: PathState, began: Array, apart: Array) -> float:
     """Stored energy that damage takes in a step [J]: the opening beyond the strength times what the tension falls by.
 
-    Damage by opening goes with it, x = h / rate, so that the mean of x over the fall is exact; damage by slip meets
-    the mean of the step. ``began`` and ``apart`` are the displacements of the points in both states [m], (m, c).
+    Damage h by opening goes with the opening x, h = rate x, so that the mean of x over the fall is exact; damage by
+    slip meets the mean of the step. ``began`` and ``apart`` are the displacements of the points in both states [m],
+    shape (m, c).
     """
     p = s.points
     grown = np.asarray(after.damage) - before.damage
     if not p.softens or not np.any(grown):
         return 0.0
-    fall = strength(s, before).tension - strength(s, after).tension
-    last, first = beyond_strength(s, after, apart), beyond_strength(s, before, began)
-    gradual = np.where((p.by_opening > 0.0) & (p.by_opening < SUDDEN), p.by_opening, np.inf)
-    last = np.where(np.isinf(gradual), last, np.minimum(last, after.damage / gradual))
-    begun = np.where(np.isinf(gradual), first, np.minimum(np.maximum(first, before.damage / gradual), last))
-    return float((0.5 * (begun + last) * fall * p.area).sum())
+    fall = strength(s, before).tension - strength(s, after).tension  # [Pa]
+    # opening beyond the strength while the tension falls, at the beginning and at the end of the step [m]
+    end, begin = beyond_strength(s, after, apart), beyond_strength(s, before, began)
+    # where damage goes with the opening it tells from which opening and up to which the tension fell
+    rate = np.where((p.by_opening > 0.0) & (p.by_opening < SUDDEN), p.by_opening, np.inf)
+    end = np.where(np.isinf(rate), end, np.minimum(end, after.damage / rate))
+    begin = np.where(np.isinf(rate), begin, np.minimum(np.maximum(begin, before.damage / rate), end))
+    return float((0.5 * (begin + end) * fall * p.area).sum())
 
 
 def _work(s: Structure, case: str, before: PathState, after: PathState) -> float:

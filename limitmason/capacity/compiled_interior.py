@@ -20,15 +20,15 @@ def sheared(
 ) -> None:
     """Write limit of shear, shear and slip, (m, c), whose product is one value, from the shear without a limit.
 
-    The smoothed Coulomb law of an interior path: with k the limit of the shear T, slip g lies along T and
-    g (k^2 - T^2) / k = mu. The springs give T = T_trial - ks g. As mu goes to zero, T < k means g = 0.
+    The smoothed Coulomb law of an interior path: with k the limit of the shear T, g = mu k / (k^2 - T^2) and the slip
+    is g T / k. The springs give T = T_trial - ks g T / k. As mu goes to zero, T < k means g = 0.
 
     Parameters
     ----------
     tried : trial shear T_trial, components from 1 on, shape (m, c)
     strength, ks : limit k and shear stiffness of every point, shape (m,)
     product : mu
-    cone, slid : written: (k, T) and (g, slip against the shear), shape (m, c)
+    cone, slid : written: (k, T) and (g, -g T / k), shape (m, c)
     """
     least = 1e-3 * np.sqrt(product)
     for m in range(len(strength)):

@@ -118,7 +118,10 @@ def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str | None) 
 def deformation(
     assembly: Assembly, points: ContactPoints, blocks: str, stress: str, plane: Plane | None, kn: Array, ks: Array
 ) -> CondensedShapes:
-    """Shapes of the blocks at the joint points.
+    """Shapes of the blocks at the joint points, as few as the joints feel.
+
+    With K the stiffness of a block's shapes and k those of its joint points, phi their displacement, the shapes are
+    turned into the eigenvectors of phi^T k phi against K. Those that the joints do not feel are left out.
 
     Parameters
     ----------
@@ -145,11 +148,11 @@ def deformation(
             values.append((mine, [np.zeros((len(r), 3, 0)) for r in mine]))
             continue
         phi = np.concatenate([at[side][r][:, :, : shape.count] for side, r in enumerate(mine)])  # (p, 3, k)
-        # how much the joints feel of every shape, over the block's own stiffness: the rest is left out
-        seen = np.sqrt(springs[rows])[:, :, None] * (points.directions[rows] @ phi)
+        # eigenvectors by singular values of k^1/2 phi L^-T, with K = L L^T
+        felt = np.sqrt(springs[rows])[:, :, None] * (points.directions[rows] @ phi)
         root = np.linalg.cholesky(shape.stiffness)
-        own = solve_triangular(root, seen.reshape(-1, shape.count).T, lower=True).T
-        _, singular, axes = np.linalg.svd(own, full_matrices=False)
+        over_own = solve_triangular(root, felt.reshape(-1, shape.count).T, lower=True).T
+        _, singular, axes = np.linalg.svd(over_own, full_matrices=False)
         axes = axes[singular > _UNSEEN * max(float(singular.max(initial=0.0)), 1e-300)]
         basis = solve_triangular(root.T, axes.T, lower=False)
         moved = phi @ basis

@@ -168,7 +168,7 @@ def find_contacts(
     if (doubtful := (code != MADE) & (code != NOTHING)).any():
         rows = np.flatnonzero(doubtful)
         # faces with a third block between them do not meet
-        code[rows[filled(places(pairs, rows), found.a[rows], found.b[rows], solids, owner)]] = NOTHING
+        code[rows[filled(closed_centres(pairs, rows), found.a[rows], found.b[rows], solids, owner)]] = NOTHING
     doubts = doubts_of(found, code, np.arange(len(code))) if reach is not None else []
     made = np.flatnonzero((code == MADE) | (code == _CLOSED) | (code == _IN_PART))
     polygons = [pairs.points[k, : pairs.corners_of[k]] for k in made]
@@ -279,7 +279,7 @@ def _mean_width(polygon: Array) -> float:
     return float(2.0 * area_in_space(polygon) / perimeter) if len(polygon) > 2 else 0.0
 
 
-def places(pairs: FacingPairs, rows: Index) -> Array:
+def closed_centres(pairs: FacingPairs, rows: Index) -> Array:
     """Centroid of the half of the common area where the gap is smaller [m], shape (len(rows), 3).
 
     What fills the mouth of a wedge need not reach its edge, so the open half tells less.

@@ -272,7 +272,7 @@ def _within(found: Candidates, reach: Array, angle_deg: float) -> Candidates:
 def _filled(found: Candidates, rows: Index, pieces: BlockPieces) -> Flags:
     """Whether another block fills the space between the two faces of some candidates."""
     return contact.filled(
-        contact.places(found.pairs, rows), found.a[rows], found.b[rows], pieces.solids, pieces.owner
+        contact.closed_centres(found.pairs, rows), found.a[rows], found.b[rows], pieces.solids, pieces.owner
     )
 
 

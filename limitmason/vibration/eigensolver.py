@@ -98,12 +98,13 @@ def _inverse(system: VibratingSystem, largest: float) -> tuple[Callable[[Array],
     k, m = system.stiffness, system.mass
     try:
         solve = _corrected(k) if system.solve is None else system.solve
+        # inverse iterations: the growth tends to one over the lowest eigenvalue
         u, growth = np.random.default_rng(3).standard_normal(k.shape[0]), np.inf
-        for _ in range(3):  # towards the lowest eigenvalue
+        for _ in range(3):
             u = u / np.sqrt(u @ (m @ u))
             u = solve(m @ u)
             growth = np.sqrt(u @ (m @ u))
-        if growth * REST * largest < 1.0:
+        if growth * REST * largest < 1.0:  # the lowest eigenvalue is above REST times the largest
             return solve, 0.0
     except (RuntimeError, NotApplicable):  # singular
         pass

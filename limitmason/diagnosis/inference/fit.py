@@ -277,6 +277,7 @@ def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None, Array]:
         penalty = ((z[:, None, :] - cells["z"][None]) ** 2).sum(axis=-1)
         ranks = data.loglik(loss, penalty)
         return np.argmax(ranks, axis=1), None, ranks
+    # y F - |F|^2 / 2 ranks nodes as -|y - F|^2 / 2 does: |y|^2 is the same for all nodes of a data set
     known, rows = like.kind == "known", np.arange(len(y))
     products = cells.products(y, data.beside, known)
     if known:
