@@ -83,11 +83,13 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     looked = np.union1d(code[due & (joined | ~around.apart)], own[~among(own, np.sort(code))])
     if not len(looked):
         return Found([], np.inf)
+    # first the joints of these pairs alone: most of them stay
     search = _Search(assembly, state, pieces, around, code, looked, margin)
     active, soonest = search.active, search.soonest()
     near = state.near = around.looked_at(among(code, looked), *search.allowances(code, None))
     if not len(active):
         return Found([], soonest)
+    # then, where joints are outworn or new, with all that lies beside them
     search = _Search(assembly, state, pieces, around._replace(near=near), code, active, margin, beside=True)
     search.cut()
     made, families = search.make()
@@ -100,6 +102,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     stored = search.state.part(np.flatnonzero(~search.stays)).measured(assembly).elastic_energy
     stays = np.ones(len(state.contact), dtype=bool)
     stays[search.rows] = search.stays
+    # blocks that have turned so far that their stiffness, by which masses are scaled, is to be made anew
     changed = np.zeros(assembly.n_blocks, dtype=bool)
     limit = PIVOT_TURN if state.mode == DYNAMIC else STIFF_TURN
     joints = search.state.joints

@@ -72,9 +72,11 @@ def solve(
             )
             if found is not None:
                 return found._replace(iterations=found.iterations + k)
+        # one iteration of Newton's method on the potential of the law whose friction is frozen here
         law = frozen(system.law, now.returned.stress[:, 0], now.returned.history.damage)
         returned = return_map(law, old, now.contact.displacement)
         damping = viscosity + min(DAMPING * unbalance, _MOST)
+        # what the control displacement lacks of its target, in elastic lengths
         missing = 0.0 if target is None else (target - system.controlled(now.pose)) / system.length
         force = returned.stress * system.bodies.area[:, None]
         rest = system.unbalanced(now.pose, now.wrenches, force, now.pulled, multiplier) - viscosity * done
@@ -86,6 +88,7 @@ def solve(
         if not np.isfinite(step).all():
             return None
         multiplier += float(step[-1])
+        # while the control still moves there is no potential to go down on: the whole step is made
         share = 1.0
         if abs(missing) < 1e-6 * max(1.0, float(np.abs(step[:-1]).max(initial=0.0))):
             share = _lowest(system, law, old, now, step[:-1], multiplier, viscosity, done)
