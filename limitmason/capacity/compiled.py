@@ -166,8 +166,8 @@ def returned(
 
 @njit(cache=True, error_model="numpy")
 def elements(
-    area: Array, wrenches: Array, tangent: Array, directions: Array, arm_a: Array, arm_b: Array, force: Array,
-    starts: Index, basis: Array, out: Array,
+    components: tuple[int, ...], freedoms: tuple[int, ...], area: Array, wrenches: Array, tangent: Array,
+    directions: Array, arm_a: Array, arm_b: Array, force: Array, starts: Index, basis: Array, out: Array,
 ) -> None:
     """Write the derivative of the wrenches on the two blocks of every run of points by the blocks' motions.
 
@@ -175,6 +175,7 @@ def elements(
 
     Parameters
     ----------
+    components, freedoms : tuples of c and d numbers, whose lengths the compiler knows and writes loops out by
     area, tangent, wrenches : of every point: [m2], derivative of the stress (m, c, c), and :func:`point_wrenches`
     directions, force : axes of its frame (m, c, 3), and its force along them (m, c)
     arm_a, arm_b : from the centroids of its two blocks, global axes, shape (m, 3)
@@ -182,7 +183,7 @@ def elements(
     basis : degrees of freedom of a block: velocity and spin by each of them, shape (6, d)
     out : written, shape (k, 2 d, 2 d)
     """
-    c, d = force.shape[1], basis.shape[1]
+    c, d = len(components), len(freedoms)
     flat, stiff = wrenches.reshape(len(area), c, 2 * d), np.empty(2 * d)
     f, total, a, b, turned = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 3))
     shift, spin = basis[:3].T.copy(), basis[3:6].T.copy()

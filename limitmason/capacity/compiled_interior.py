@@ -2,6 +2,7 @@
 
 Forces are in mean block weights, displacements in elastic lengths. A point has c components, normal first. Rows are
 those of its spare strength, each of a point ``row[r]`` and of a sense ``sign[r]``: against opening, against crushing.
+``axes`` is any tuple of c numbers: its length is known to the compiler, which writes out the loops over components.
 """
 
 import numpy as np
@@ -62,7 +63,7 @@ def sheared(
 
 @njit(cache=True, error_model="numpy")
 def linearised(
-    laws: tuple[Array, Array, Array], stiff: Array, rows: tuple[Index, Array, Array],
+    axes: tuple[int, ...], laws: tuple[Array, Array, Array], stiff: Array, rows: tuple[Index, Array, Array],
     state: tuple[Array, ...], elastic: Array,
     linear: tuple[Array, ...],
 ) -> bool:
@@ -80,7 +81,7 @@ def linearised(
     row, sign, bound = rows
     normal, cone, slid, spare, given = state
     inverse, across, tangent, off, cone_off, lacks = linear
-    m, c = cone.shape
+    m, c = len(cone), len(axes)
     lifted, soft = np.zeros(m), np.zeros(m)
     for r in range(len(row)):
         k = row[r]
@@ -145,9 +146,9 @@ def linearised(
 
 @njit(cache=True, error_model="numpy")
 def freed(
-    tan_psi: Array, row: Index, sign: Array, state: tuple[Array, ...],
+    axes: tuple[int, ...], tan_psi: Array, row: Index, sign: Array, state: tuple[Array, ...],
     linear: tuple[Array, ...], aim: float, second: bool,
-    first: tuple[Array, ...], force: Array, slip: Array, gap: Array,
+    first: tuple[Array, ...], steps: tuple[Array, Array, Array],
 ) -> None:
     """Write steps of forces and slips, (m, c), and of gaps, per row, in a pose that is held.
 
@@ -156,10 +157,12 @@ def freed(
     state, linear : as in :func:`linearised`
     aim : product that is aimed at
     second, first : whether the products of a first step are taken off, and that step
+    steps : to be written: forces, slips and gaps
     """
+    force, slip, gap = steps
     _, cone, slid, spare, given = state
     inverse, _, tangent, off, cone_off, lacks = linear
-    m, c = cone.shape
+    m, c = len(cone), len(axes)
     opened, right, lack = np.zeros(m), np.empty(c), np.empty(c)
     for r in range(len(row)):
         pair = aim - spare[r] * given[r]
@@ -198,7 +201,7 @@ def freed(
 
 @njit(cache=True, error_model="numpy")
 def stepped(
-    tan_phi: Array, row: Index, sign: Array, state: tuple[Array, ...],
+    axes: tuple[int, ...], tan_phi: Array, row: Index, sign: Array, state: tuple[Array, ...],
     linear: tuple[Array, ...], free: tuple[Array, Array, Array], moved: Array,
     step: tuple[Array, ...],
 ) -> float:
@@ -213,7 +216,7 @@ def stepped(
     _, cone, slid, spare, given = state
     _, across, tangent, _, cone_off, lacks = linear
     normal, cone_step, slid_step, spare_step, given_step = step
-    m, c = cone.shape
+    m, c = len(cone), len(axes)
     share = np.inf
     for k in range(m):
         for i in range(c):
@@ -229,7 +232,7 @@ def stepped(
                 x += across[k, i, j] * cone_step[k, j]
             slid_step[k, i] = free[1][k, i] - x
         cone_step[k, 0] -= cone_off[k]
-        share = min(share, _leaves(cone[k], cone_step[k]), _leaves(slid[k], slid_step[k]))
+        share = min(share, _leaves(axes, cone[k], cone_step[k]), _leaves(axes, slid[k], slid_step[k]))
     for r in range(len(row)):
         pressed = sign[r] * normal[row[r]]
         spare_step[r] = pressed - lacks[r]
@@ -242,10 +245,10 @@ def stepped(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _leaves(x: Array, step: Array) -> float:
+def _leaves(axes: tuple[int, ...], x: Array, step: Array) -> float:
     """Share of a step at which a vector leaves the cone x0 > |x|, infinite where it does not."""
     size = went = along = 0.0
-    for j in range(1, len(x)):
+    for j in range(1, len(axes)):
         size += x[j] * x[j]
         went += step[j] * step[j]
         along += x[j] * step[j]

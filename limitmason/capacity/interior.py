@@ -76,6 +76,7 @@ class _Points:
         law, area = system.law, system.bodies.area
         self.strength = law.strength_at(old.damage).over(area).in_units_of(system.weight)
         c = system.bodies.directions.shape[1]
+        self.axes = (0,) * c  # see compiled_interior
         stiff = np.column_stack([law.kn, *[law.ks] * (c - 1)]) * area[:, None]
         self.stiff: Array = stiff * (system.length / system.weight)
         s, every = self.strength, np.arange(len(area))
@@ -124,7 +125,8 @@ class _Points:
         a = _Linear(inverse, across, tangent, np.empty((m, c)), np.empty(m), np.empty(len(self.row)))
         rows = self.row, self.sign, self.bound
         found = compiled_interior.linearised(
-            (s.tan_phi, s.tan_psi, s.shear_strength(x.normal)), self.stiff, rows, tuple(x), self.elastic(at), tuple(a)
+            self.axes, (s.tan_phi, s.tan_psi, s.shear_strength(x.normal)), self.stiff, rows, tuple(x),
+            self.elastic(at), tuple(a),
         )
         return a if found else None
 
@@ -146,7 +148,8 @@ class _Points:
         steps = np.empty(x.cone.shape), np.empty(x.cone.shape), np.empty(len(self.row))
         first = tuple(x if second is None else second)
         compiled_interior.freed(
-            self.strength.tan_psi, self.row, self.sign, tuple(x), tuple(a), aim, second is not None, first, *steps
+            self.axes, self.strength.tan_psi, self.row, self.sign, tuple(x), tuple(a), aim, second is not None, first,
+            steps,
         )
         return steps
 
@@ -165,7 +168,7 @@ class _Points:
 
         step = Inner(*(np.empty_like(part) for part in x))
         share = compiled_interior.stepped(
-            self.strength.tan_phi, self.row, self.sign, tuple(x), tuple(a), freed, displaced, tuple(step)
+            self.axes, self.strength.tan_phi, self.row, self.sign, tuple(x), tuple(a), freed, displaced, tuple(step)
         )
         return step, share
 

@@ -335,8 +335,8 @@ class System:
             out = np.empty((len(self.starts), 2 * d, 2 * d))
             x = at.contact
             compiled.elements(
-                b.area, at.wrenches, at.returned.tangent, x.directions, x.arm_a, x.arm_b, at.force, self.starts,
-                b.basis, out,
+                (0,) * c, (0,) * d, b.area, at.wrenches, at.returned.tangent, x.directions, x.arm_a, x.arm_b, at.force,
+                self.starts, b.basis, out,
             )
             return out
         # -B k B^T of every point, B its wrenches as (2 d, c)

@@ -115,6 +115,61 @@ def substitute(
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
+def _less_columns(column: Array, columns: Array, s: int, many: int) -> None:
+    """Take from a column of a front its multiples of so many before it, whose ones stand on the diagonal."""
+    j = 0
+    while j + 3 <= many:
+        c0, c1 = columns[j * s : (j + 1) * s], columns[(j + 1) * s : (j + 2) * s]
+        c2 = columns[(j + 2) * s : (j + 3) * s]
+        x0 = column[j]
+        x1 = column[j + 1] - x0 * c0[j + 1]
+        x2 = column[j + 2] - x0 * c0[j + 2] - x1 * c1[j + 2]
+        column[j + 1], column[j + 2] = x1, x2
+        for i in range(j + 3, s):
+            column[i] -= x0 * c0[i] + x1 * c1[i] + x2 * c2[i]
+        j += 3
+    while j < many:
+        c0, x0 = columns[j * s : (j + 1) * s], column[j]
+        for i in range(j + 1, s):
+            column[i] -= x0 * c0[i]
+        j += 1
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def _less_above(columns: Array, beside: Array, n: int, m: int) -> None:
+    """Take from the rows beside the n columns of a front, of width m, their multiples of the first n, downwards.
+
+    Two rows and three columns at a time: with more, the compiler asks whether they overlap and does not vectorise.
+    """
+    s = n + m
+    for i in range(0, s - 1, 2):
+        most, row, after, j = min(i, n), beside[i * m : (i + 1) * m], beside[(i + 1) * m : (i + 2) * m], 0
+        while j + 3 <= most:
+            x0, x1, x2 = columns[j * s + i], columns[(j + 1) * s + i], columns[(j + 2) * s + i]
+            y0, y1, y2 = columns[j * s + i + 1], columns[(j + 1) * s + i + 1], columns[(j + 2) * s + i + 1]
+            u0, u1 = beside[j * m : (j + 1) * m], beside[(j + 1) * m : (j + 2) * m]
+            u2 = beside[(j + 2) * m : (j + 3) * m]
+            for b in range(m):
+                row[b] -= x0 * u0[b] + x1 * u1[b] + x2 * u2[b]
+                after[b] -= y0 * u0[b] + y1 * u1[b] + y2 * u2[b]
+            j += 3
+        _less(row, columns, beside, s, i, j, most)
+        _less(after, columns, beside, s, i + 1, j, min(i + 1, n))
+    if s % 2:
+        _less(beside[(s - 1) * m : s * m], columns, beside, s, s - 1, 0, min(s - 1, n))
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def _less(row: Array, columns: Array, beside: Array, s: int, i: int, begin: int, end: int) -> None:
+    """Take from row i, beside columns of length s, its multiples of the rows begin to end."""
+    m = len(row)
+    for j in range(begin, end):
+        x, above = columns[j * s + i], beside[j * m : (j + 1) * m]
+        for b in range(m):
+            row[b] -= x * above[b]
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
 def factor_unsymmetric(
     value: Array, entries: tuple[Index, Index, Index], owned: Index, edge_start: Index,
     children: tuple[Index, Index, Index, Index], starts: tuple[Index, Index], arrays: tuple[Array, Array, Array],
@@ -162,43 +217,28 @@ def factor_unsymmetric(
                     columns[to[b] * s + at] += update[b]
                 for b in range(own, size):
                     beside[at * m + to[b] - n] += update[b]
-        for j in range(n):
-            lower = columns[j * s : (j + 1) * s]
-            p, most = j, abs(lower[j])
-            for i in range(j + 1, n):
-                if abs(lower[i]) > most:
-                    p, most = i, abs(lower[i])
+        for b in range(n):  # a column less those before it, then its pivot
+            column = columns[b * s : (b + 1) * s]
+            for j in range(b):
+                p = pivot[first + j]
+                column[j], column[p] = column[p], column[j]
+            _less_columns(column, columns, s, b)
+            p, most = b, abs(column[b])
+            for i in range(b + 1, n):
+                if abs(column[i]) > most:
+                    p, most = i, abs(column[i])
             if not (0.0 < most < np.inf):
                 return False
-            pivot[first + j] = p
-            if p != j:
-                for b in range(n):
-                    columns[b * s + j], columns[b * s + p] = columns[b * s + p], columns[b * s + j]
-                for b in range(m):
-                    beside[j * m + b], beside[p * m + b] = beside[p * m + b], beside[j * m + b]
-            inverse = 1.0 / lower[j]
-            for i in range(j + 1, s):
-                lower[i] *= inverse
-            for b in range(j + 1, n):
-                column = columns[b * s : (b + 1) * s]
-                x = column[j]
-                for i in range(j + 1, s):
-                    column[i] -= x * lower[i]
-        for i in range(1, s):  # a row beside the columns less those above it
-            most, row, j = min(i, n), beside[i * m : (i + 1) * m], 0
-            while j + 4 <= most:
-                x0, x1 = columns[j * s + i], columns[(j + 1) * s + i]
-                x2, x3 = columns[(j + 2) * s + i], columns[(j + 3) * s + i]
-                u0, u1 = beside[j * m : (j + 1) * m], beside[(j + 1) * m : (j + 2) * m]
-                u2, u3 = beside[(j + 2) * m : (j + 3) * m], beside[(j + 3) * m : (j + 4) * m]
-                for b in range(m):
-                    row[b] -= x0 * u0[b] + x1 * u1[b] + x2 * u2[b] + x3 * u3[b]
-                j += 4
-            while j < most:
-                x0, u0 = columns[j * s + i], beside[j * m : (j + 1) * m]
-                for b in range(m):
-                    row[b] -= x0 * u0[b]
-                j += 1
+            pivot[first + b] = p
+            if p != b:
+                for j in range(b + 1):
+                    columns[j * s + b], columns[j * s + p] = columns[j * s + p], columns[j * s + b]
+                for j in range(m):
+                    beside[b * m + j], beside[p * m + j] = beside[p * m + j], beside[b * m + j]
+            inverse = 1.0 / column[b]
+            for i in range(b + 1, s):
+                column[i] *= inverse
+        _less_above(columns, beside, n, m)
         at = store_start[k] + n * s
         store[at : at + n * m] = beside[: n * m]
         updates[update_start[k] : update_start[k] + m * m] = beside[n * m :]
