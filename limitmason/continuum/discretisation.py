@@ -48,6 +48,7 @@ class Discretisation:
             raise InputError("a solid needs nodes that are held and nodes that are free")
         self.unknowns: Index = (3 * mesh.connectivity[:, :, None] + np.arange(3)).reshape(len(mesh), -1)
         place, weight = get_quadrature(RefHex, 2 * points - 1)
+        self.place: Array = place  # integration points in the reference cube, (3, q)
         self.per_brick = len(weight)
         corners = mesh.corners - mesh.corners[:, :1]
         size = float(np.abs(corners).max())

@@ -13,7 +13,6 @@ from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.rotating_crack import tensor
 
 _EQUAL = 2e-4  # of the strength: bricks this near to each other are equally near to it
-_TOGETHER = 1.2  # of the energy of one crack: rows that have taken more are named
 _ALONG = 0.9  # cosine between the normal of a crack and the way to the next brick from which that lies across it
 _STRONGER = 1.05  # times the strength of the bricks that stay whole, until the crack beside them has softened
 _SOFTENED = 0.9  # of its strength: below it a crack no longer lets equal bricks crack
@@ -31,10 +30,6 @@ class EqualBricks:
     Parameters
     ----------
     solver : of the path, whose curves it changes for steps that are tied
-
-    Attributes
-    ----------
-    together : rows that crack together, as no state with one crack was in equilibrium
     """
 
     def __init__(self, solver: Solver) -> None:
@@ -52,7 +47,6 @@ class EqualBricks:
         self.place = np.abs(control).sum(axis=1) @ mesh.nodes / np.abs(control).sum()
         self.chosen = np.full(len(mesh), -1)  # the brick that cracks in place of a brick, -1 for none
         self.seen: Flags = np.zeros(len(mesh), dtype=np.bool_)  # bricks that crack together whatever is chosen
-        self.together: list[Index] = []
 
     def stepped(
         self, step: Callable[[], EquilibriumState | None], last: EquilibriumState
@@ -74,7 +68,6 @@ class EqualBricks:
             return other
         for row, _ in rows:
             self.seen[row] = True
-            self.together.append(row)
         self.chosen = before
         self._strengthen()
         return new
@@ -153,17 +146,3 @@ class EqualBricks:
 
     def _per_brick(self, values: Array) -> Array:
         return values.reshape(len(self.chosen), -1)
-
-    def warnings(self, last: EquilibriumState) -> tuple[str, ...]:
-        """What a user should know of rows that crack together to the end."""
-        assert last.memory is not None
-        c = self.true
-        of_one = self._per_brick(c.tension * (c.softening + 0.5 * c.tension / c.modulus)).mean(axis=1)  # Gf / width
-        parts = self._per_brick(last.memory.lost).mean(axis=1) / of_one
-        times = [float(parts[row].sum()) for row in self.together]
-        if not times or max(times) < _TOGETHER:
-            return ()
-        row = self.together[int(np.argmax(times))]
-        x = self.centre[row[0]]
-        where = f"{len(row)} bricks in a row from ({x[0]:.3g}, {x[1]:.3g}, {x[2]:.3g}) m on"
-        return (f"{where} have cracked together and taken {max(times):.2g} times the energy of one crack",)

@@ -53,7 +53,7 @@ class Solver:
         ``control`` is the row of the control displacement over all unknowns, ``band`` the width of a crack band over
         the cube root of a brick's volume, ``tolerance`` the unbalanced force over the load [-].
         """
-        self.model, self.control, self.tolerance = model, control, tolerance
+        self.model, self.control, self.tolerance, self.band = model, control, tolerance, band
         d = self.d = model.discretisation
         width = band * np.cbrt(d.volume.sum(axis=1))
         material = np.repeat(model.mesh.material, d.per_brick)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.answers.curve import Curve, Energy, Event
 from limitmason.arrays import Array
+from limitmason.continuum.crack_energy import CrackEnergy, crack_energy
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.papers import PAPERS
 from limitmason.continuum.rotating_crack import Memory, strain_tensor
@@ -83,6 +84,13 @@ class SolidCurve(Curve):
         assert crack is not None
         width = self.band * np.cbrt(self.model.discretisation.volume.sum(axis=1))
         return np.asarray(self._by_brick(crack) * width[:, None])
+
+    def crack_energy(self, sample: int = -1) -> CrackEnergy:
+        """Energy that cracks have taken beside that of single cracks of the same opening and area [J]."""
+        node = self._full(sample)
+        assert node.memory is not None
+        solver = Solver(self.model, self.model.functional(*self.control), self.tolerance, self.band)
+        return crack_energy(solver, solver.curves, node.memory)
 
     def strain(self, sample: int = -1) -> Array:
         """Largest principal strain at the integration points [-], shape (m, q)."""

@@ -1,0 +1,148 @@
+"""What cracks have taken beside the fracture energy: rows of points across each crack, from brick to brick."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from limitmason.arrays import Array, Flags, Index
+from limitmason.continuum.equilibrium import Solver
+from limitmason.continuum.mesh import CORNERS
+from limitmason.continuum.rotating_crack import Curves, Memory, envelope
+
+_OFF = 0.03  # of the energy of one crack from which a curve warns
+_ALONG = 0.9  # cosine between the normal of a crack and the way to the next brick from which that lies across it
+
+
+class CrackEnergy(NamedTuple):
+    """Energy that cracks have taken, and what single cracks of the same openings take [J].
+
+    ``place`` is the middle of the brick that is furthest off [m], shape (3,).
+    """
+
+    taken: float
+    of_one: float
+    place: Array
+
+    @property
+    def ratio(self) -> float:
+        """Taken over that of single cracks [-], 1 without a crack."""
+        return self.taken / self.of_one if self.of_one > 0.0 else 1.0
+
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know where the cracks have not taken the fracture energy of their area."""
+        if abs(self.ratio - 1.0) <= _OFF:
+            return ()
+        x, y, z = self.place
+        why = "bricks side by side crack together" if self.ratio > 1.0 else "rows of points of a brick crack alone"
+        return (
+            f"cracks have taken {self.ratio:.2f} times the fracture energy of their area, most of the difference at "
+            f"({x:.3g}, {y:.3g}, {z:.3g}) m: {why}",
+        )
+
+
+def crack_energy(solver: Solver, curves: Curves, memory: Memory) -> CrackEnergy:
+    """Energy taken by the cracks of a state beside that of one crack across every row of points.
+
+    A row runs across a crack, through all cracked bricks that touch along its normal. Its points have opened by
+    w = sum e l, with the crack strain e and the length l of each. One crack of that opening takes
+    G(w), the area under the softening curve less what unloading gives back: Gf where nothing is left to carry.
+
+    Parameters
+    ----------
+    solver : of the path
+    curves : of all integration points, as the materials are
+    memory : of the state
+
+    Notes
+    -----
+    Openings are the largest that were reached. Crushing is left out. A crack that turned, and a second one across it,
+    count as more. Rows of neighbours are matched by their place in the brick, so bricks are read in one order.
+    """
+    d, mesh = solver.d, solver.model.mesh
+    m, p = len(mesh), d.points
+    value, axes = np.linalg.eigh(memory.tension)
+    reached = np.maximum(value[:, 2:], 0.0)
+    stress, _, _ = envelope(curves, reached)
+    opened = (reached - stress / curves.modulus[:, None]).reshape(m, -1)
+    shortest = -np.maximum(np.linalg.eigvalsh(memory.compression), 0.0)
+    held, _, area = envelope(curves, shortest)
+    lost = (memory.lost - (area - 0.5 * held * shortest).sum(axis=1)).reshape(m, -1)
+    cracked: Flags = np.asarray((opened > 1e-6 * curves.tension.reshape(m, -1) / curves.modulus.reshape(m, -1))
+                                .any(axis=1))
+    if not cracked.any():
+        return CrackEnergy(0.0, 0.0, np.zeros(3))
+    normal = axes.reshape(m, -1, 3, 3)[np.arange(m), opened.argmax(axis=1), :, 2]
+    edge = _edge(mesh.corners, normal)
+    stack = _stacks(mesh.solid.f2t, mesh.corners.mean(axis=1), normal, cracked)
+    width = solver.band * np.cbrt(d.volume.sum(axis=1))
+    row = p * p * stack[:, None] + _rows(d.place, edge)
+    # every row of a brick is as long as its crack band
+    within = (p * p * np.arange(m)[:, None] + _rows(d.place, edge)).ravel()
+    of_row = np.bincount(within, d.volume.ravel(), minlength=p * p * m)[within].reshape(m, -1)
+    length = width[:, None] * d.volume / of_row
+    every = (cracked[:, None] & (opened >= 0.0)).ravel()
+    n = int(row.max()) + 1
+
+    def summed(values: Array) -> Array:
+        return np.bincount(row.ravel()[every], values.ravel()[every], minlength=n).astype(np.float64)
+
+    opening, bricks = summed(opened * length), np.maximum(summed(length / width[:, None]), 1e-300)
+    across = summed(d.volume / width[:, None]) / bricks
+    # the law of the point that has opened most stands for its row
+    most = np.zeros(n, dtype=np.intp)
+    order = np.argsort(np.where(every, opened.ravel(), -1.0), kind="stable")
+    most[row.ravel()[order]] = order
+    one = _of_one(curves.rows(most), opening, width[most // d.per_brick]) * across
+    taken = summed(lost * d.volume)
+    off = np.bincount(stack[most // d.per_brick], taken - one, minlength=m)
+    worst = int(np.flatnonzero(stack == int(np.abs(off).argmax()))[0])
+    return CrackEnergy(float(taken.sum()), float(one.sum()), mesh.corners[worst].mean(axis=0))
+
+
+def _edge(corners: Array, normal: Array) -> Index:
+    """Edge of every brick, 0 to 2, nearest to a normal, shape (m,)."""
+    edge = np.einsum("nk,mni->mki", CORNERS - 0.5, corners)
+    edge /= np.linalg.norm(edge, axis=2, keepdims=True)
+    return np.asarray(np.abs(np.einsum("mki,mi->mk", edge, normal)).argmax(axis=1))
+
+
+def _rows(place: Array, edge: Index) -> Index:
+    """Number of the row of every point, 0 to p^2 - 1, where rows run along the edge of a brick, shape (m, q)."""
+    rank = np.array([np.unique(np.round(x, 9), return_inverse=True)[1] for x in place])
+    p = int(rank.max()) + 1
+    return np.asarray(np.array([p * rank[a] + rank[b] for a, b in ((1, 2), (0, 2), (0, 1))])[edge])
+
+
+def _stacks(faces: Index, centre: Array, normal: Array, cracked: Flags) -> Index:
+    """Number of the stack of every brick: cracked bricks that touch along the normals of their cracks, shape (m,)."""
+    pairs = faces[:, faces[1] >= 0].T
+    pairs = pairs[cracked[pairs].all(axis=1)]
+    way = centre[pairs[:, 1]] - centre[pairs[:, 0]]
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    tied = pairs[(np.abs(np.einsum("pki,pi->pk", normal[pairs], way)) > _ALONG).all(axis=1)]
+    graph = coo_array((np.ones(len(tied)), tuple(tied.T)), shape=(len(centre), len(centre)))
+    return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def _of_one(c: Curves, opening: Array, width: Array) -> Array:
+    """Energy per area of one crack of an opening [J/m2], shape (n,), zero where nothing has opened.
+
+    Its strain past the strength, s x, follows from s x + (1 - exp(-x)) ft / E = w / h, by Newton's method from below.
+    """
+    out = np.zeros(len(opening))
+    rows = np.flatnonzero((opening > 0.0) & np.isfinite(c.tension))
+    ft, scale, h = c.tension[rows], c.softening[rows], width[rows]
+    first, target = ft / c.modulus[rows], opening[rows] / width[rows]
+    x = np.zeros(len(rows))
+    for _ in range(60):
+        step = (target - scale * x - first * (1.0 - np.exp(-x))) / (scale + first * np.exp(-x))
+        x += step
+        if (np.abs(step) <= 1e-12 * np.maximum(x, 1e-12)).all():
+            break
+    left = ft * np.exp(-x)
+    out[rows] = h * (0.5 * ft * first + scale * (ft - left) - 0.5 * left * (first + scale * x))
+    return out
