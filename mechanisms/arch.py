@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from limitmason.checks import finite
 from limitmason.errors import InputError
 
 
@@ -50,7 +51,7 @@ def arch_limit(angle_deg: float = 180.0) -> ArchLimit:
     the centroids on the centre line. Wrong for few voussoirs (joints miss the haunch: slightly thinner arches stand),
     where friction is too small for the springings, and for other cuts (0.1095 with vertical joints).
     """
-    if not 60.0 <= angle_deg <= 180.0:
+    if not 60.0 <= finite("angle_deg", angle_deg) <= 180.0:
         raise InputError(f"angle_deg must lie between 60 and 180, got {angle_deg!r}")
     # scipy.optimize takes a quarter of a second to load, which whoever asks for walls need not wait for
     from scipy.optimize import brentq, minimize_scalar

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.checks import numbers, positive
+from limitmason.checks import finite, numbers, positive
 from limitmason.errors import InputError
 
 
@@ -51,12 +51,11 @@ def light_damage(
         raise InputError(f"displacement and load must be curves of equal length, got shapes {d.shape} and {f.shape}")
     if not (np.diff(d) > 0.0).all() or d[0] < 0.0:
         raise InputError("displacement must grow from zero on: cut the curve before it turns")
-    if not 0.0 < drop < 1.0:
+    if not 0.0 < finite("drop", drop) < 1.0:
         raise InputError(f"drop must lie between 0 and 1, got {drop!r}")
     away = d > 0.0
     d, f = d[away], f[away]
-    k0 = float(f[0] / d[0]) if initial_stiffness is None else float(initial_stiffness)
-    positive("initial_stiffness", k0)
+    k0 = positive("initial_stiffness", f[0] / d[0] if initial_stiffness is None else initial_stiffness)
     # load above the line of the reduced secant; its first sign change is the point
     spare = f - (1.0 - drop) * k0 * d
     if spare[0] < 0.0:

@@ -83,6 +83,13 @@ def writable(text: str) -> Path:
     return path
 
 
+def dots(text: str) -> int:
+    """Dots per inch that a figure can be drawn with, checked before an analysis begins."""
+    if not text.isdecimal() or not 10 <= int(text) <= 2400:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of dots per inch from 10 to 2400")
+    return int(text)
+
+
 def page_file(text: str) -> Path:
     """A path that a page can be written to, checked before an analysis begins."""
     path = writable(text)

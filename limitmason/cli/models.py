@@ -35,7 +35,8 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     figure.add_argument("target", metavar="TARGET")
     figure.add_argument("-o", "--output", type=console.figure_file, metavar="FILE", help="default: KIND.png")
     figure.add_argument("--view", choices=("auto", "elevation", "3d"), default="auto")
-    figure.add_argument("--dpi", type=int, default=200)
+    figure.add_argument("--dpi", type=console.dots, default=200, metavar="DOTS",
+                        help="per inch, 10 to 2400; default: 200")
     console.analysis_options(figure)
     console.drawing_options(figure)
 

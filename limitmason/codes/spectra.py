@@ -175,7 +175,7 @@ class RecordSpectrum:
     record : acceleration of the ground [m/s2], shape (n,)
     sample_step : [s]
     least : shortest period asked, that of the elastic branch [s]
-    ag : peak over g that the record stands for; of the record itself by default
+    ag : peak over g that the record stands for, at most 2; 0, the default, is that of the record itself
     """
 
     record: ArrayLike
@@ -184,15 +184,17 @@ class RecordSpectrum:
     ag: float = 0.0
 
     def __post_init__(self) -> None:
-        """Take the peak where none is given."""
-        samples = np.asarray(self.record, dtype=float)
+        """Check the samples; take their peak where none is given."""
+        samples = numbers("record", self.record)
         if samples.ndim != 1 or len(samples) < 2 or not np.isfinite(samples).all() or not samples.any():
             raise InputError("record: give two or more finite samples, not all zero")
         for name in ("sample_step", "least"):
             positive(f"record: {name}", getattr(self, name), "s")
         object.__setattr__(self, "record", samples)
-        if not self.ag:
-            object.__setattr__(self, "ag", float(np.abs(samples).max()) / GRAVITY)
+        given = not_negative("record: ag", self.ag)
+        if given > LARGEST_AG:
+            raise InputError(f"record: ag is over g, got {self.ag!r}; is it in m/s2?")
+        object.__setattr__(self, "ag", given or float(np.abs(samples).max()) / GRAVITY)
 
     def scaled(self, ag: float) -> RecordSpectrum:
         """The record of another peak."""

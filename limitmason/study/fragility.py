@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from limitmason.arrays import Array
-from limitmason.checks import numbers
+from limitmason.checks import finite, numbers
 from limitmason.errors import InputError, NotConverged
 from limitmason.storage.frozen import ReadOnly
 from limitmason.study.table import Table
@@ -96,7 +96,7 @@ def fragility(table: Table, intensity: str, failed: str, *, level: float = 0.9) 
     estimate; below some 20 failures or 20 stands they are too narrow. They say what the number of runs leaves open, not
     how good records and model are.
     """
-    if not 0.0 < level < 1.0:
+    if not 0.0 < finite("level", level) < 1.0:
         raise InputError(f"level must lie between 0 and 1, got {level!r}")
     x, y = (numbers(f"column {c!r}", [np.nan if v is None else v for v in table[c]]) for c in (intensity, failed))
     kept = np.isfinite(x) & np.isfinite(y)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import stats
 
 from limitmason.arrays import Array
-from limitmason.checks import choice, finite, positive
+from limitmason.checks import choice, finite, law_number, positive
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -76,7 +76,7 @@ def uniform(low: float, high: float) -> Any:
 
     ``scipy.stats.uniform``.
     """
-    if not high > low:
+    if not finite("uniform: high", high) > finite("uniform: low", low):
         raise InputError(f"uniform: the upper value {high!r} must exceed the lower one {low!r}")
     return stats.uniform(loc=low, scale=high - low)
 
@@ -111,10 +111,13 @@ class Random:
         frozen = not isinstance(self.distribution, stats.rv_continuous | stats.rv_discrete)
         if not (frozen and hasattr(self.distribution, "ppf") and hasattr(self.distribution, "cdf")):
             raise InputError(f"distribution must be a frozen one of scipy.stats, got {self.distribution!r}")
+        for name in ("low", "high"):
+            law_number(name, getattr(self, name), endless=True, signed=True)
         if not self.high > self.low:
             raise InputError(f"high = {self.high} must exceed low = {self.low}")
         spatial = self.per in ("interface", "block")
-        if not self.correlation_length >= 0.0 or (self.correlation_length > 0.0 and not spatial):
+        length = finite("correlation_length", self.correlation_length)
+        if length < 0.0 or (length > 0.0 and not spatial):
             raise InputError("correlation_length must not be negative, and needs per='interface' or 'block'")
 
     def value(self, share: Array | float, bounds: tuple[float, float] = (-math.inf, math.inf)) -> Array:

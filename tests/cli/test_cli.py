@@ -218,6 +218,16 @@ def test_a_figure_that_cannot_be_written_is_refused_before_the_analysis(name, wo
     assert not out
 
 
+@pytest.mark.parametrize("dots", ["-3", "0", "100000", "nan"])
+def test_dots_that_no_picture_has_are_refused_before_the_analysis(dots, capsys):
+    with pytest.raises(SystemExit) as stop:
+        run("figure", "mechanism", "ferris-tin-loi-2001/wall-1", "--dpi", dots, capsys=capsys)
+    out, err = capsys.readouterr()
+    assert stop.value.code == 2
+    assert f"--dpi: '{dots}' is no whole number" in err
+    assert not out
+
+
 @pytest.mark.slow
 def test_a_session_does_what_the_command_does(tmp_path, capsys):
     # what the command line reaches is in the library: template, drawing, table of a series with its file and figure

@@ -284,6 +284,13 @@ def test_spectra_that_make_no_sense_are_refused_by_name(spectrum, message):
             GroundSpectrum(**{"ag": 0.15, "f0": 2.45, "tc_star": 0.28, **wrong})
     with pytest.raises(InputError, match="record: least must be positive"):
         RecordSpectrum([0.0, 1.0, 0.0], 0.01, least=0.0)
+    for wrong, words in (
+        (-0.3, "must not be negative"), (np.nan, "a finite number"), ("0.2", "a finite number"), (2.943, "over g"),
+    ):
+        with pytest.raises(InputError, match=f"record: ag .*{words}"):
+            RecordSpectrum([0.0, 1.0, 0.0], 0.01, least=0.1, ag=wrong)
+    with pytest.raises(InputError, match="record must be numbers"):
+        RecordSpectrum("accelerogram", 0.01, least=0.1)
     with pytest.raises(InputError, match=r"control must be 'live' or \(block, 'x'\), got 3"):
         lm.assess(*wall(1), SITE, control=3)
     with pytest.raises(InputError, match="ground must be a GroundSpectrum"):

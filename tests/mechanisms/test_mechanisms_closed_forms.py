@@ -373,6 +373,8 @@ def test_arch_limit_is_approached_from_below_by_the_thrust_line_program(angle):
     limit = me.arch_limit(angle).thickness
     assert few < limit
     assert many == pytest.approx(limit, rel=1e-3)
+    with pytest.raises(ValueError, match="angle_deg must be a finite number"):
+        me.arch_limit(str(angle))
 
 
 # ---- the search itself ----------------------------------------------------------------------------------------------

@@ -182,5 +182,8 @@ def test_light_damage_refuses_curves_that_do_not_show_it():
         me.light_damage([0.0, 1.0, 2.0], [0.0, 5.0, 10.0])
     with pytest.raises(ValueError, match="displacement must grow"):
         me.light_damage([0.0, 1.0, 0.5], [0.0, 5.0, 10.0])
+    for name in ("drop", "initial_stiffness"):
+        with pytest.raises(ValueError, match=f"{name} must be a finite number, got 'high'"):
+            me.light_damage([0.0, 1.0, 2.0], [0.0, 5.0, 9.0], **{name: "high"})
     with pytest.raises(ValueError, match="drop"):
         me.light_damage([0.0, 1.0], [0.0, 5.0], drop=2.0)

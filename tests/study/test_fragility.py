@@ -91,6 +91,8 @@ def test_what_gives_no_curve_says_why():
         fragility(drawn(3, 120), "pga", "fell").probability([1.0, -1.0])
     with pytest.raises(InputError, match="'pga' must be positive"):
         fragility(table([0.0, 2.0], [True, False]), "pga", "fell")
+    with pytest.raises(InputError, match="level must be a finite number, got '90 %'"):
+        fragility(drawn(3, 120), "pga", "fell", level="90 %")
     # rows without an answer do not count, and are counted
     rows = drawn(5, 100)
     more = Table((*rows.rows, {"pga": 3.0, "fell": None}), rows.units)
