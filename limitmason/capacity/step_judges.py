@@ -24,7 +24,8 @@ _CUTS = 4  # of a step for its bend
 _STEADY = 4  # steps that do not grow after one in which a point ran off
 _OUTRUN, _MOVED = 3.0, 1e-7  # motion over a tangent's, and over the median block size, that may be a leap
 _ASIDE = 0.3  # of the motion of a step: distance from where it was going that may hide a fall
-MISSED = 2e-3  # of the largest load: rise to a jump that may be left unseen
+MISSED = 2e-3  # of the largest load: fall behind which nothing is looked for, and rise that may hide one
+_UNSEEN = 1e-3  # of the largest load: rise to a jump that may be left unseen
 DROP_OF_SOFTENING = 0.2  # fall that ends a path whose joints lose strength: others may take over
 
 
@@ -84,13 +85,23 @@ class JudgedPath:
         return max(abs(n.multiplier) for n in self.nodes[self.begin :])
 
     def _leaps(self, a: Try) -> StepOutcome:
-        """A step that leaps while the load still rises to more than ever may have passed over the largest load."""
-        if not a.new.jump or a.guess is None or a.system.law.softening is None or a.move <= self.shortest:
-            return StepOutcome.ACCEPTED
-        if self.toward * a.guess[1] <= (1.0 + MISSED) * self._largest():
+        """A step that leaps while the load still rises to more than ever may have passed over the largest load.
+
+        Where joints soften; where they are plastic it has if the leap ends by a fall that passes a limit point.
+        """
+        falls = a.system.law.softening is not None or (
+            self.toward * a.new.multiplier < (1.0 - DROP) * self._largest()
+        )
+        if not a.new.jump or not falls or not self._rises_unseen(a):
             return StepOutcome.ACCEPTED
         self.advance = self.bound = 0.5 * a.move
         return StepOutcome.SHORTER
+
+    def _rises_unseen(self, a: Try) -> bool:
+        """Whether the load would rise within a step to more than ever, if it went on as it came."""
+        if a.guess is None or a.move <= self.shortest:
+            return False
+        return self.toward * a.guess[1] > (1.0 + _UNSEEN) * self._largest()
 
     def _skips_a_fall(self, a: Try) -> StepOutcome:
         """Past a limit point: where a load that fell rises again, the fall between that may end the path is looked for.
@@ -216,8 +227,12 @@ class JudgedPath:
             return StepOutcome.ACCEPTED
         if self._halve(a):
             return StepOutcome.SHORTER
-        if went > _OUTRUN * last:
-            self._jumped(a)
+        if went <= _OUTRUN * last:
+            return StepOutcome.ACCEPTED
+        if self._rises_unseen(a):
+            self.advance = 0.5 * a.move
+            return StepOutcome.SHORTER
+        self._jumped(a)
         return StepOutcome.ACCEPTED
 
     def _halve(self, a: Try) -> bool:
