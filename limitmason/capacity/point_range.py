@@ -90,6 +90,8 @@ def _in_cone(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
         # along the cone there is one end; on a generator that is the apex
         single = np.where(b == 0.0, -bears / grows, k / far)
     out = np.full(len(a), np.inf)
+    # along: shear grows as the strength does, the line is parallel to the cone. Across: it grows faster, and the line
+    # leaves the cone at both ends; else it goes on inside for ever towards growing strength
     along, across = np.abs(a) <= _ALONG * (shear**2 + grows**2), a > 0.0
     low, high = np.where(grows > 0.0, ends[1], -out), np.where(grows > 0.0, out, ends[0])
     real = (b * b >= a * k) & (bears + grows * middle >= 0.0)
