@@ -119,13 +119,13 @@ def _planes(assembly: Assembly, loads: Loads, driven: Array | None) -> Iterator[
         p = p / np.linalg.norm(p) * (1.0 if p[np.abs(p).argmax()] > 0 else -1.0)
         if abs(p[1]) > 0.5 and p[1] < 0:
             p = -p
-        across = corners @ p
-        middle = x.centroid[free] @ p
-        level = float(np.median(middle))
+        level = float(np.median(x.centroid[free] @ p))
+        # joints are mirrored by the plane and lie square to it; centroids of blocks and ties lie in it
+        across = np.sort(corners @ p, axis=1)
+        off = np.concatenate([x.centroid[free], assembly.links.centre[ties]]) @ p - level
         mirrored = (
-            np.abs(np.sort(across, axis=1) + np.sort(across, axis=1)[:, ::-1] - 2 * level).max() <= 1e-7 * length
-            and np.abs(middle - level).max() <= 1e-7 * length
-            and np.abs(assembly.links.centre[ties] @ p - level).max(initial=0.0) <= 1e-7 * length
+            np.abs(across + across[:, ::-1] - 2 * level).max() <= 1e-7 * length
+            and np.abs(off).max() <= 1e-7 * length
         )
         spread = np.sort(np.abs(np.stack([edge @ p, (corners[:, 2] - corners[:, 1]) @ p], axis=1)), axis=1)
         rectangular = spread[:, 0].max() <= 1e-7 * length
