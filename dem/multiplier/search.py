@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from dem.model.held_load import EQUILIBRIUM, MOVING, UNDECIDED, LoadOnset, LoadVerdict, hold
-from dem.model.rest_criterion import EVENLY, SLID, Scale, slid_and_moved
+from dem.model.rest_criterion import EVENLY, SETTLING, SLID, Scale, slid_and_moved
 from dem.model.state import State
 from limitmason.answers.results import Mechanism, Status
 from limitmason.arrays import Array
@@ -16,8 +16,6 @@ from limitmason.mechanics.resultants import scaled_mechanism
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
 from limitmason.storage.interrupts import ends_early
-
-SETTLING = Damping(local=0.8)
 
 RATE = 1000
 """Steps over which as much live load comes on as there is dead load: what acts at once overshoots, and slips."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from dem.model.advance import run
-from dem.model.rest_criterion import displacement_since, restless
+from dem.model.rest_criterion import SETTLING, displacement_since, restless
 from dem.model.stable_step import block_stiffness
 from dem.model.state import DYNAMIC, State, UnstableError
 from dem.stages.recording import Recorder
@@ -20,9 +20,7 @@ from limitmason.model import Assembly
 from limitmason.model.base_motion import COAST, BaseMotion
 from limitmason.model.stages import Damping, Drive, Servo, Settle, Stage
 
-# local damping takes no part of an answer at rest; it sets how soon that is reached. Nothing moves on while a structure
-# settles: as much as is still stable brings it to rest soonest. Under load too much would carry a part of the push
-_SETTLING = Damping(local=0.8)
+# as much as while a structure settles would carry a part of a push
 _LOADING = Damping(local=0.5)
 _FREE = Damping()  # in a dynamic run damping is the user's to state
 
@@ -158,7 +156,7 @@ class StageRun:
         self.sample, damping = rec.settings.sample, rec.settings.damping
         dynamic, settles = state.mode == DYNAMIC, isinstance(stage, Settle)
         # in a quasi-static run masses are scaled, and damping only brings blocks to rest
-        usual = _FREE if dynamic else _SETTLING if settles else _LOADING
+        usual = _FREE if dynamic else SETTLING if settles else _LOADING
         self.brake = stage.damping or damping or usual
         self.steps, duration = (stage.max_steps, None) if isinstance(stage, Settle) else stage_length(stage)
         self.duration = duration or 0.0
