@@ -12,7 +12,6 @@ import limitmason as lm
 from limitmason.cli import console, models
 from limitmason.errors import InputError
 from limitmason.limit import axle_envelope, load_region, thrust
-from limitmason.model.load import Loads
 from limitmason.stability_check import stability
 
 
@@ -107,7 +106,7 @@ def _region(options: argparse.Namespace) -> int:
             vector = [float(v) for v in force]
         except ValueError:
             raise InputError(f"--push {block} {' '.join(force)}: a block and three numbers [N]") from None
-        cases.append(_push(dead.with_point_load(assembly, block, vector), f"push on {block}", cases))
+        cases.append(replace(dead.with_point_load(assembly, block, vector), name=f"push on {block}"))
     if not cases:
         raise InputError("region: give --push BLOCK X Y Z once for every load, or --live")
     within = options.within
@@ -127,12 +126,6 @@ def _region(options: argparse.Namespace) -> int:
     if options.figure:
         console.write_figure(options.figure, lm.figures.load_region(found, title=title))
     return 0 if found.status == "closed" else 3
-
-
-def _push(loads: Loads, name: str, others: list[Loads]) -> Loads:
-    """A load under a name of its own."""
-    same = sum(other.name.startswith(name) for other in others)
-    return replace(loads, name=f"{name} ({same + 1})" if same else name)
 
 
 def _assess(options: argparse.Namespace) -> int:

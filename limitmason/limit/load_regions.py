@@ -143,7 +143,8 @@ def load_region(
     ----------
     assembly : the structure
     dead : its dead load
-    cases : one to three loads; the live part of each is what is multiplied, and its name is kept
+    cases : one to three loads; the live part of each is what is multiplied, and its name is kept; a
+        second of the same name is numbered
     tolerance : gap at which the set counts as closed, see :class:`LoadRegion`
     within : sizes of the multipliers up to which the set is wanted; without, ten times the largest that is found where
         the set has no end
@@ -188,7 +189,7 @@ def load_region(
     live = np.array([c.live for c in cases])
     if np.linalg.matrix_rank(np.where(assembly.held, 0.0, live).reshape(len(cases), -1)) < len(cases):
         raise InputError("cases: one of the loads is made of the others")
-    names = tuple(c.name or f"case {k}" for k, c in enumerate(cases))
+    names = _names(cases)
     model = {"contact_model": contact_model, "grid": chosen_grid(contact_model, grid), "in_plane": in_plane}
 
     def region(made: Assembly, dead: Loads, limit: Array | None) -> LoadRegion:
@@ -310,6 +311,13 @@ class _Support:
         normal = np.tensordot(self.live, k.twists, 2)
         size = float(np.linalg.norm(normal)) if works else 1.0
         return HalfPlane(normal / size, offset / size, k.twists)
+
+
+def _names(cases: Sequence[Loads]) -> tuple[str, ...]:
+    """Name of every load case, no two alike: axes of a figure and columns of a file are told apart by it."""
+    told = [c.name or f"case {k}" for k, c in enumerate(cases)]
+    before = [told[:k].count(name) for k, name in enumerate(told)]
+    return tuple(f"{name} ({n + 1})" if n else name for name, n in zip(told, before, strict=True))
 
 
 def _closed(

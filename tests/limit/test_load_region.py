@@ -92,6 +92,15 @@ def test_a_region_without_end_has_its_cone_and_its_tip():
     assert lm.load_region(model, lm.Loads.weight(model), cases).within.max() >= 1.0
 
 
+def test_loads_of_one_name_are_told_apart():
+    # loads made from the same dead load keep its name
+    model = block()
+    found = lm.load_region(model, lm.Loads.weight(model), [push(model, f, name="p") for f in ([1, 0, 0], [0, 0, -1])])
+    assert found.names == ("p", "p (2)")
+    x, z = lm.figures.load_region(found).axes[0].get_xlabel(), lm.figures.load_region(found).axes[0].get_ylabel()
+    assert x != z
+
+
 def test_beyond_the_limits_that_were_asked_nothing_is_said():
     """Sideways alone within 0.1 of the weight, of 2 / 3 that is carried: no cone, and no motion is met."""
     model = block()
