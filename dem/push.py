@@ -78,9 +78,6 @@ def push(
 
     Notes
     -----
-    The load of a sample is the mean over ten steps before it, of zoned blocks over the last quarter of its steps. The
-    curve's ``peak`` is the largest such mean of all steps, so that it hangs on no sample.
-
     Masses are scaled, so that time means nothing and a drop of load is a fall through a sequence of static states only
     as far as the kinetic energy stays small beside the work: ``errors["kinetic"]`` says so at every sample, and the two
     speeds differ where it does not. Large structures are stepped by two threads, see :func:`dem.simulate`.

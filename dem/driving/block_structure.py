@@ -146,15 +146,9 @@ class BlockStructure(DrivenStructure):
         def begun(values: Array) -> Array:
             return np.concatenate([[0.0], values])
 
-        moved = (history.shift[:, block] - before.shift[block]) @ axis
-        drives = [(s.twists(self.assembly)[0], s.steps) for s in run.rec.stages if isinstance(s, Drive) and s.steps]
-        travel = np.array([way[block, :3] @ axis / n for way, n in drives])[history["stage"].astype(int)]
-        since, now = history["steps since largest"], np.einsum("sbk,bk->s", history.reaction[:, driven], twist)
-        # samples less than ten steps apart have no mean
-        mean = np.where(since > 0.0, history["drive work"] / travel, now)
-        highest = np.where(since > 0.0, history["largest drive work"] / travel, now)
         return PushCurve(
-            begun(moved), begun(mean), highest=begun(highest), highest_at=begun(moved - since * travel),
+            begun((history.shift[:, block] - before.shift[block]) @ axis),
+            begun(np.einsum("sbk,bk->s", history.reaction[:, driven], twist)),
             errors={
                 "energy": begun(history.energy_error / history._work),
                 "kinetic": begun(history.kinetic_ratio_since(rest)),

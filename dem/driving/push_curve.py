@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from dem.papers import PAPERS
 from dem.stages.history import History
 from dem.zones.mesh import ZoneMesh
 from dem.zones.recording import AT_YIELD, ELASTIC, TENSION, YIELDED, ZoneState
-from limitmason.answers.curve import Curve, CurvePoint, Event
+from limitmason.answers.curve import Curve, Event
 from limitmason.answers.references import data_behind
 from limitmason.answers.results import flags
 from limitmason.arrays import Array
@@ -73,8 +72,6 @@ class PushCurve(Curve, JointMarks):
     mesh : nodes and zones of zoned blocks
     zones : their state at every sample; empty of other blocks
     stress : of the zones: "plane stress" or "plane strain"
-    highest, highest_at : largest mean load over some steps since the sample before, in the load's unit, and the
-        displacement there, shape (n,); empty where nobody looked
     """
 
     assembly: Assembly
@@ -89,32 +86,6 @@ class PushCurve(Curve, JointMarks):
     mesh: ZoneMesh | None = None
     zones: Sequence[ZoneState] = ()
     stress: str = ""
-    highest: Array = field(default_factory=lambda: np.zeros(0))
-    highest_at: Array = field(default_factory=lambda: np.zeros(0))
-
-    @property
-    def peak(self) -> CurvePoint:
-        """Where the load is largest, between samples too; its index is then that of the sample before."""
-        top = super().peak
-        if not len(self.highest):
-            return top
-        k = int(np.argmax(self.highest))
-        if self.highest[k] <= top.load:
-            return top
-        return CurvePoint(k - 1, float(self.highest_at[k]), float(self.highest[k]))
-
-    def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
-        """Columns of every curve, and behind them the largest load since the sample before."""
-        units, rows = super().tabulated()
-        if not len(self.highest):
-            return units, rows
-        rows = [(*row, float(x)) for row, x in zip(rows, self.highest, strict=True)]
-        return {**units, "largest load since": self.load_unit}, rows
-
-    def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Self:
-        """This curve in other units, see :meth:`limitmason.Curve.in_units`."""
-        made = super().in_units(displacement_unit, displacement, load_unit, load)
-        return replace(made, highest=self.highest * load, highest_at=self.highest_at * displacement)
 
     @property
     def rate_error(self) -> float:

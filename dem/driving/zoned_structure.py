@@ -64,7 +64,7 @@ class ZonedRun:
         self.before = np.where(twist != 0.0, model.rigid.net, 0.0)
         self.work_before = float(model.total[Z_APPLIED] + model.total[Z_SUPPORT])
         self.clock, self.same, self.notes = time.perf_counter(), dict[str, str](), [*model.warnings]
-        first = self._sampled(0.0, 0.0, 0.0, 0.0) | {"highest": 0.0, "highest_at": 0.0}
+        first = self._sampled(0.0, 0.0, 0.0, 0.0)
         self.record = Samples(**{name: np.shape(value) for name, value in first.items()})
         self.record.add(**first)
 
@@ -89,25 +89,21 @@ class ZonedRun:
     finish = begin
 
     def advance(self) -> Mapping[str, Any]:
-        """Step to the next sample; the force of the drive is the mean over its last quarter."""
+        """Step to the next sample; the force of the drive is the mean over the last quarter."""
         model, number, last = self.model, self.samples, self.record.columns
         rate, tail = float(self.rates[number]), min(self.chunk, max(self.chunk // 4, 20))
         running.drive(model, self.twist * rate, self.hold)
         # damping of a steady motion is let through only where little moves beside it
         calm = last["restless"][-1] < CALM
-        running.advance(model, self.chunk % tail, drifts=calm)
-        loads = []
-        for _ in range(self.chunk // tail):
-            running.advance(model, tail, drifts=calm)
-            loads.append(float(-((model.rigid.total / tail - self.before) * self.twist).sum()))
+        running.advance(model, self.chunk - tail, drifts=calm)
+        running.advance(model, tail, drifts=calm)
         running.refuse_explosion(model)
-        load, best = loads[-1], int(np.argmax(loads))
+        load = float(-((model.rigid.total / tail - self.before) * self.twist).sum())
         work = abs(float(model.total[Z_APPLIED] + model.total[Z_SUPPORT]))
         done = max(abs(work - self.work_before), 1e-300)
         moving = float(model.total[Z_KINETIC]) / done if number >= GENTLE else 0.0
         at = last["moved"][-1] + rate * self.chunk
-        ago = (len(loads) - best - 0.5) * tail
-        self.record.add(**self._sampled(at, load, moving, work), highest=loads[best], highest_at=at - rate * ago)
+        self.record.add(**self._sampled(at, load, moving, work))
         return {"step": self.chunk * (number + 1), "displacement": at, "load": load}
 
     def note(self, text: str) -> None:
@@ -289,7 +285,7 @@ class ZonedStructure(DrivenStructure):
         return PushCurve(
             r["moved"], r["load"], errors={"energy": r["energy"], "kinetic": r["kinetic"]},
             states=list(zip(r["place"], r["turn"], strict=True)), status=status, warnings=tuple(run.notes),
-            assembly=self.assembly, **{name: r[name] for name in (*MARKS, "highest", "highest_at")}, blocks=ZONED,
+            assembly=self.assembly, **{name: r[name] for name in MARKS}, blocks=ZONED,
             settlement=float(m.nodes.shift[m.nodes.body == driven].mean(axis=0) @ self.twist[driven, :2]),
             law="; ".join(m.lost), spacing=spacing, steps=steps, seconds=float(r["seconds"][-1]), mesh=m.mesh,
             zones=[ZoneState(*z) for z in zip(*(r[name] for name in ZoneState._fields), strict=True)], stress=m.plane,

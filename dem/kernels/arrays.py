@@ -89,8 +89,6 @@ class Acting(NamedTuple):
     factors: Array  # of the cases, (steps, c)
     drives: Array  # twist per drive and block for the held degrees of freedom, (d, n, 6)
     speeds: Array  # factors of the drives, (steps, d)
-    watched: int  # drive whose work is written down
-    work: Array  # of that drive in every step [J], (steps,), written; empty where it is not asked for
 
 
 class Scheme(NamedTuple):

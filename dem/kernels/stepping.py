@@ -132,18 +132,6 @@ def _driven(acting: Acting, step: int, i: int, k: int) -> float:
 
 
 @kernel(inline="always")
-def _work_of_drive(bodies: RigidBodies, acting: Acting, step: int, dt: float) -> float:
-    """Work of the drive that is watched in a step [J], of the forces at its beginning."""
-    power = 0.0
-    for i in range(bodies.mass.size):
-        for k in range(6):
-            v = acting.drives[acting.watched, i, k]
-            if v != 0.0 and bodies.held[i, k]:
-                power -= bodies.net[i, k] * v
-    return power * acting.speeds[step, acting.watched] * dt
-
-
-@kernel(inline="always")
 def _is_turned(acting: Acting, step: int, i: int) -> bool:
     """Whether a drive turns block i at a step."""
     turns = False
@@ -369,8 +357,6 @@ def advance(
             met = meet(team.gate, met, parts)
         if parts > 1:
             kinetic, applied, support, damping = _added_up(total, sums, place, parts)
-        if team.mine == 0 and acting.work.size:
-            acting.work[step] = _work_of_drive(bodies, acting, step, dt)
         if modes is not None:
             moving_modes, braked_modes = move_modes(modes, at, local, drifts)
             kinetic += moving_modes

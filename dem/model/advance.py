@@ -19,9 +19,6 @@ def run(
     damping: Damping,
     drives: Array | None = None,
     speeds: Array | None = None,
-    *,
-    watched: int = 0,
-    work: Array | None = None,
 ) -> None:
     """Advance by ``len(factors)`` steps and check that the state is finite.
 
@@ -30,7 +27,6 @@ def run(
     cases : loads per case and block, as ``Acting`` takes them, shape (c, n, 15 or 6)
     factors : per step, shape (steps, c)
     drives, speeds : twists of driven blocks, shape (d, n, 6), and their factors per step, shape (steps, d)
-    watched, work : number of a drive, and where its work in every step goes [J], shape (steps,)
 
     Raises
     ------
@@ -43,8 +39,7 @@ def run(
     if drives is None or speeds is None:
         drives, speeds = np.zeros((0, cases.shape[1], 6)), np.zeros((steps, 0))
     # copies: to the compiler loads that may not be written are another type, and the kernel is compiled twice
-    loads, parts, ways, paces = (np.array(v, dtype=float, order="C") for v in (cases, factors, drives, speeds))
-    acting = kernels.Acting(loads, parts, ways, paces, watched, np.empty(0) if work is None else work)
+    acting = kernels.Acting(*(np.array(v, dtype=float, order="C") for v in (cases, factors, drives, speeds)))
     scheme = kernels.Scheme(
         float(state.dt), state.mode == DYNAMIC, float(damping.local), float(damping.adaptive), damping.kinetic
     )

@@ -49,14 +49,8 @@ COLUMNS = {
     "support": "J",
     "largest opening": "m",
     "largest slip": "m",
-    "drive work": "J",
-    "largest drive work": "J",
-    "steps since largest": "-",
 }
-"""Recorded scalars and their units; in quasi-static mode time counts steps and kinetic energy is of scaled masses.
-
-The last three are those of :class:`dem.stages.drive_work.DriveWork`, 0 where nothing is driven.
-"""
+"""Recorded scalars and their units; in quasi-static mode time counts steps and kinetic energy is of scaled masses."""
 
 
 OVERTURNED = np.radians(60.0)

@@ -15,7 +15,6 @@ from dem.model.pieces import Pieces, reaches
 from dem.model.rest_criterion import SLID, Scale, slid_and_moved, unbalance
 from dem.model.state import DYNAMIC, State, UnstableError
 from dem.model.tie_arrays import pulls
-from dem.stages.drive_work import DriveWork
 from dem.stages.floor import Floor
 from dem.stages.history import COLUMNS, History, RunSettings
 from dem.stages.resuming import Position, RunStatus, Watch
@@ -295,7 +294,7 @@ class Recorder:
             self.watch.since, self.watch.travelled = 0, 0.0
         self.watch.due = self.watch.since + max(SOONEST, int(min(soonest / self.state.dt, self.every or 0)))
 
-    def add(self, state: State, stage: int, drive: DriveWork) -> dict[str, float]:
+    def add(self, state: State, stage: int) -> dict[str, float]:
         """Record a sample; refuse a state in which energy appears from nowhere."""
         now = state.measured(self.assembly)
         e = state.total
@@ -315,7 +314,6 @@ class Recorder:
             **{c: float(e[k]) for c, k in _SUMS.items()},
             "largest opening": float(now.opening.max(initial=0.0)),
             "largest slip": float(np.linalg.norm(now.slip, axis=1).max(initial=0.0)),
-            **drive.sampled(),
         }
         if self.every is None:
             self._beyond()

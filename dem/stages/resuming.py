@@ -5,7 +5,7 @@ import signal
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass, field, fields, is_dataclass
+from dataclasses import astuple, dataclass, fields, is_dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,6 @@ from dem import kernels
 from dem.contact.detection import SOONEST
 from dem.model.joints import JointOptions, make_laws
 from dem.model.state import State
-from dem.stages.drive_work import DriveWork
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
@@ -62,7 +61,6 @@ class Position:
     servo : vertical give [m/N] and summed lack [N] of every servo, which writes its own row, shape (s, 2)
     energy : sums of energy that the run began with, for the guard against explosions, shape (8,)
     waited : steps in a row, about, for which a drive has stood still for calm
-    drive : work of the drive
     """
 
     stage: int
@@ -79,12 +77,10 @@ class Position:
     watch: Watch
     energy: Array
     waited: int = 0
-    drive: DriveWork = field(default_factory=DriveWork)
 
     def arrays(self) -> dict[str, Any]:
         """All of it as arrays by name."""
-        values = {f.name: getattr(self, f.name) for f in fields(self)} 
-        values |= {"watch": astuple(self.watch), "drive": astuple(self.drive)}
+        values = {f.name: getattr(self, f.name) for f in fields(self)} | {"watch": astuple(self.watch)}
         numbers = {name: value for name, value in values.items() if not isinstance(value, np.ndarray)}
         arrays = {f"position.{name}": value for name, value in values.items() if name not in numbers}
         return arrays | {"position.numbers": as_json(numbers)}
@@ -98,7 +94,6 @@ class Position:
         found |= of_json(found, "numbers")
         del found["numbers"]
         found["outcome"], found["watch"] = RunStatus(found["outcome"]), Watch(*found["watch"])
-        found["drive"] = DriveWork(*found["drive"])
         return cls(**found)
 
 

@@ -97,9 +97,7 @@ class StageRun:
         acting = table[:-1] if state.mode == DYNAMIC else table[1:]
         # what waits for rest has no steady motion to be let through
         brake = replace(self.brake, combined=False) if waits else self.brake
-        work = np.empty(count if isinstance(self.stage, Drive) and not waits else 0)
-        run(state, rec.cases, acting, brake, self.drives, speeds, watched=self.own, work=work)
-        at.drive.add(work)
+        run(state, rec.cases, acting, brake, self.drives, speeds)
         state.factors = table[-1].copy()
         if waits:
             at.waited += count
@@ -112,7 +110,7 @@ class StageRun:
             self._prescribe(self.stage)
         if waits or (self._sample_number() == number and self._remaining() > 0):
             return None
-        sampled = rec.add(state, at.stage, at.drive)
+        sampled = rec.add(state, at.stage)
         if self._ends(sampled) or self._remaining() <= 0:
             self.pause = True
             self.over = at.stage + 1 == len(rec.stages)

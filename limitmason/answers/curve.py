@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -151,15 +151,6 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         return self.point(int(np.argmax(self._sense * self.load)))
 
     @property
-    def line(self) -> tuple[Array, Array]:
-        """Displacement and load to draw: the samples, and the peak where that lies between two of them."""
-        top = self.peak
-        if top == self.point(top.index):
-            return self.displacement, self.load
-        at = top.index + 1
-        return np.insert(self.displacement, at, top.displacement), np.insert(self.load, at, top.load)
-
-    @property
     def first_limit_point(self) -> CurvePoint | None:
         """The first sample after which the load falls, or None while it only rises.
 
@@ -174,14 +165,12 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         On a straight line between two samples; the index is that of the second. It is None where the load never falls
         so far.
         """
-        top, (u, f) = self.peak, self.line
-        between = len(u) - len(self)
-        at = top.index + between
-        below = np.flatnonzero(self._sense * (f[at:] - share * top.load) <= 0.0)
+        top = self.peak
+        below = np.flatnonzero(self._sense * (self.load[top.index :] - share * top.load) <= 0.0)
         if not len(below):
             return None
-        k = at + int(below[0])
-        return top if k == at else CurvePoint(k - between, _passed(u, f, k, share * top.load), share * top.load)
+        k = top.index + int(below[0])
+        return self.point(k) if k == top.index else CurvePoint(k, self._straight(k, share * top.load), share * top.load)
 
     def stiffness(self, low: float = 0.1, high: float = 0.4) -> float:
         """Secant stiffness between two shares of the peak on the way up.
@@ -200,18 +189,23 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         if not 0.0 <= low < high <= 1.0:
             raise InputError(f"shares of the peak must satisfy 0 <= low < high <= 1, got {low!r} and {high!r}")
         top = self.peak
-        ends = [self._crossing(share * top.load) for share in (low, high)]
+        ends = [self._crossing(share * top.load, top.index) for share in (low, high)]
         return (high - low) * top.load / (ends[1] - ends[0])
 
-    def _crossing(self, load: float) -> float:
-        """Displacement at which a load is first reached on the way to the peak."""
-        u, f = self.line
-        k = int(np.argmax(self._sense * (f - load) >= 0.0))
+    def _crossing(self, load: float, last: int) -> float:
+        """Displacement at which a load is first reached, up to sample ``last``."""
+        reached = np.flatnonzero(self._sense * (self.load[: last + 1] - load) >= 0.0)
+        k = int(reached[0])
         if k == 0:
-            if self._sense * (f[0] - load) > 0.0:
-                raise InputError(f"the curve starts at {f[0]:g} {self.load_unit}, beyond {load:g}")
-            return float(u[0])
-        return _passed(u, f, k, load)
+            if self._sense * (self.load[0] - load) > 0.0:
+                raise InputError(f"the curve starts at {self.load[0]:g} {self.load_unit}, beyond {load:g}")
+            return float(self.displacement[0])
+        return self._straight(k, load)
+
+    def _straight(self, k: int, load: float) -> float:
+        """Displacement at which a load is passed between samples k - 1 and k."""
+        x, y = self.displacement[k - 1 : k + 1], self.load[k - 1 : k + 1]
+        return float(x[0] + (load - y[0]) / (y[1] - y[0]) * (x[1] - x[0]))
 
     @property
     def quantities(self) -> dict[str, float]:
@@ -259,7 +253,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         """The point of the first event of a name, or None where it did not happen."""
         return next((self.point(e.index) for e in self.events if e.name == name), None)
 
-    def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Self:
+    def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Curve:
         """This curve in other units.
 
         Values are multiplied by the factors given [new unit / old unit].
@@ -292,8 +286,3 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
 
     def __repr__(self) -> str:
         return str(self)
-
-
-def _passed(u: Array, f: Array, k: int, load: float) -> float:
-    """Displacement at which a load is passed on the straight line to point k of displacements and loads."""
-    return float(u[k - 1] + (load - f[k - 1]) / (f[k] - f[k - 1]) * (u[k] - u[k - 1]))

@@ -100,7 +100,7 @@ def _told_of_flat_top(curve: PushoverCurve) -> str:
     top = curve.first_limit_point
     if top is None or curve.toward * top.load <= 0.0 or curve.load[0] / top.load > NEARLY - WITHIN:
         return ""
-    before, at, after = (curve._crossing(x * top.load) for x in (NEARLY - WITHIN, NEARLY, NEARLY + WITHIN))
+    before, at, after = (curve._crossing(x * top.load, top.index) for x in (NEARLY - WITHIN, NEARLY, NEARLY + WITHIN))
     wide = max(abs(after - at), abs(at - before))
     if wide <= FLAT * abs(at):
         return ""

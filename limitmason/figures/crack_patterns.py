@@ -157,5 +157,5 @@ def _heading(curve: Any, index: int, name: str) -> str:
 
 def point_text(curve: Any, index: int, name: str) -> str:
     """A moment of a curve in words: its name, load and displacement."""
-    point = curve.peak if "peak" in name else curve.point(index)
+    point = curve.point(index)
     return f"{name}: {style.force_text(point.load)} at {1e3 * point.displacement:.3g} mm"

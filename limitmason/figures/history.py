@@ -216,8 +216,7 @@ def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> t
                 f"curve {label!r} is in {length} and {force}; drawn are lengths (m, mm) and forces (N, kN, MN): "
                 "convert it with Curve.in_units"
             )
-        u, f = curve.line
-        return u * _TO_SI[length], f * _TO_SI[force]
+        return curve.displacement * _TO_SI[length], curve.load * _TO_SI[force]
     try:
         displacement, force = curve
     except (TypeError, ValueError):
