@@ -129,33 +129,39 @@ def test_runs_of_another_level_start_or_pace_are_kept_apart(tmp_path, monkeypatc
     assert sum(key.startswith('["udec-09", false, 0.0013, 15000, {}, "') for key in known.memo.rows) == 1
 
 
-# simply deformable bricks swing longer behind a break: at 12000 steps 3 % is left 4 um behind that at 36 um, at 24000
-# below 1 %
+def one_sided(panel, more=1.02):
+    """The panel with stronger joints in one half: of a symmetric one the last digits say which side breaks first."""
+    middle = np.mean([i.polygon[:, 0].mean() for i in panel.interfaces])
+    return panel.with_interfaces([
+        replace(i, joint=replace(i.joint, tensile_strength=more * i.joint.tensile_strength,
+                                 cohesion=more * i.joint.cohesion)) if i.polygon[:, 0].mean() > middle else i
+        for i in panel.interfaces
+    ])
+
+
+# a hasty drive breaks other joints: at 12000 steps that of lumped bricks is 2.5 % low from 56 um on
 @pytest.mark.slow
-@pytest.mark.parametrize(("blocks", "forks", "steps"), [("lumped", 42e-6, 12_000), (SIMPLY_DEFORMABLE, 96e-6, 24_000)])
-def test_driven_panel_breaks_as_the_path_without_rate_does(blocks, forks, steps):
+@pytest.mark.parametrize(("blocks", "steps"), [("lumped", 36_000), (SIMPLY_DEFORMABLE, 24_000)])
+def test_driven_panel_breaks_as_the_path_without_rate_does(blocks, steps):
     # the two share the law and the points and nothing else: one integrates motion, the other solves for equilibrium
     test, to = load("udec-14"), 1e-4
     points = {"contact_model": "grid", "grid": runs.SPACING, "contacts": "first"}
-    free = lm.pushover(test.assembly(), test.loads(), control=("spreader", "z"), to=-to, blocks=blocks, **points)
-    driven = dem.push(test.assembly(), test.drive(), to=to, blocks=blocks, steps=steps, rate_check=False)
+    panel = one_sided(test.assembly())
+    free = lm.pushover(panel, test.loads(), control=("spreader", "z"), to=-to, blocks=blocks, **points)
+    driven = dem.push(panel, test.drive(), to=to, blocks=blocks, steps=steps, rate_check=False)
     assert driven.first_failure.load == pytest.approx(1e3 * free.load[free.breaks[0].sample - 1], rel=0.01)
     assert sum(b.points for b in free.breaks) > 30
-    # behind a break the driven panel still swings, longest behind the first, of 16 points: it is looked at 4 um later,
-    # and as the median over 2 um
+    # behind a break the driven panel still swings, longest behind the first: it is looked at 4 um later, and as the
+    # median over 2 um
     breaks = np.array([abs(free.displacement[b.sample]) for b in free.breaks])
     at = 1e-6 * np.arange(34.0, 96.0, 1.0)
     u, force = np.abs(free.displacement), 1e3 * free.load
     held = np.array([np.median(driven.load[np.abs(driven.displacement - v) < 1e-6]) for v in at])
     calm = np.array([not ((breaks > v - 4e-6) & (breaks < v + 1e-6)).any() for v in at])
-    early, ratio = calm & (at < forks), held / np.interp(at, u, force)
-    assert early.sum() > 3
-    assert ratio[early] == pytest.approx(1.0, abs=0.015)
-    # behind 42 um last digits say which joint on the brink of lumped bricks breaks: in two runs of seven it is another.
-    # The load then is higher or lower by what a break takes, and on the whole the same
-    taken = [1.0 - force[b.sample] / force[b.sample - 1] for b in free.breaks[1:]]
-    assert np.abs(ratio[at >= forks] - 1.0).max(initial=0.0) < 0.015 + max(taken)
-    assert np.median(ratio) == pytest.approx(1.0, abs=0.005)
+    ratio = held / np.interp(at, u, force)
+    assert calm.sum() > 8
+    assert ratio[calm] == pytest.approx(1.0, abs=0.006)
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.003)
 
 
 @pytest.mark.slow
