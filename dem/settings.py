@@ -204,7 +204,7 @@ class PushSettings:
                 )
         if self.blocks == ZONED and self.zone_size is None:
             raise InputError("zoned blocks need zone_size=, the largest edge of a zone [m]")
-        # a sample of a zoned run is a mean over a part of its steps
+        # chosen: fewer samples show no curve, fewer steps no motion; a zoned sample is a mean over some steps
         least = 10 * self.samples if self.blocks == ZONED else 100
         if self.samples < 10 or (self.steps is not None and self.steps < least):
             raise InputError(

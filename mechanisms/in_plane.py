@@ -32,6 +32,9 @@ def stepped_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
         (v/2h)(4n + 2)/(4n - 1)               n courses, bottom course ending at the toe with a half unit, n v <= B
         (B/H)(1 - 2b/3)/(1 - b^2/3)           small blocks, b = B h/(H v) < 1
 
+    v is the staggering of head joints, h the height of a course, B the length and H the height of the wall [m], f the
+    friction coefficient.
+
     For an assembly the staircases of its own blocks are tried, from every bed joint up, and the best admissible one is
     returned with its power balance.
 

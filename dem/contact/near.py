@@ -166,8 +166,6 @@ def near_margin(assembly: Assembly) -> float:
 def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float]:
     """Block that has moved most against the held ones, and how far its farthest corner has [m].
 
-    ``reach`` as below.
-
     Parameters
     ----------
     reach : of every block, from the centroid to its farthest corner [m], shape (n,)

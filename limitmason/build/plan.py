@@ -160,6 +160,7 @@ def lay_courses(bond: Bond, run: StraightWall, *, ragged: bool | tuple[bool, boo
     overlap = smallest_overlap(leading.pieces, lapping)
     at_start, at_end = ragged if isinstance(ragged, tuple) else (ragged, ragged)
     # an end that is not ragged is treated like a corner: nothing is dropped there
+    # any thickness but 0 says that the end is closed
     kept = Ends(start=run.ends.start or float(not at_start), end=run.ends.end or float(not at_end))
     return Courses(
         drop_cut_ends(bond, leading.pieces, run.length, kept), drop_cut_ends(bond, lapping, run.length, kept), overlap

@@ -264,7 +264,7 @@ class System:
     def onward(self, at: Evaluated, move: float) -> Array | None:
         """Motion and multiplier, own units, by which the tangent goes on over a control displacement [m].
 
-        None where it is singular.
+        Shape (order + 1,), the multiplier last. None where the tangent is singular.
         """
         try:
             step = self.bordered(at, "control").solve(np.append(np.zeros(self.order), move / self.length))

@@ -17,11 +17,16 @@ Direction = tuple[float, float, float]
 def turned(loads: Loads, case: str, rotation: Array) -> dict[str, Any]:
     """Dead or live loads whose forces turn about their points of application, which stay.
 
-    Free couples turn along. What gives a moment without arms acts at the point of its line nearest the centroid.
+    Free couples turn along. A force whose moment is not told by its arms acts at the point of its line nearest the
+    centroid.
 
     Parameters
     ----------
     case, rotation : "dead" or "live", and rotation matrix, shape (3, 3)
+
+    Returns
+    -------
+    Fields of :class:`limitmason.Loads`: wrenches [N, N m], shape (n, 6), and arms, the sum of r f^T [N m], (n, 3, 3)
     """
     wrench, arms = getattr(loads, case), getattr(loads, f"{case}_arms")
     force, loose = wrench[:, :3], wrench[:, 3:] - axial(arms)

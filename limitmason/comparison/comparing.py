@@ -255,7 +255,9 @@ def compare(
 
 
 def _taken_over(method: str, settings: Mapping[str, Mapping[str, Any]], rows: Sequence[Row]) -> dict[str, Prediction]:
-    """Predictions of methods before that one goes on from, where both have the same contact points.
+    """Answers of other methods that a method starts from, by the setting that takes them.
+
+    Only where both have the same contact points, and where the user gave none.
 
     Parameters
     ----------

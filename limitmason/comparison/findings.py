@@ -110,6 +110,7 @@ class Answers:
             return Finding(OPEN, f"{name} lies below the smallest admissible multiplier found {text}", row.method)
         if where == INSIDE:
             return Finding(HOLDS, f"{name} lies inside the admissible range{within} {text}", row.method)
+        # one end alone is known, and the simulation is on its right side
         kept, left = ("not above the associative value", "admissible") if upper else (
             "not below the smallest admissible multiplier found", "upper")
         rest = f"the {_ENDS[left]} value {self.missing(left)}, so that end is not checked"

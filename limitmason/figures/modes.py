@@ -80,7 +80,7 @@ def mac_matrix(
     title, caption : heading and the small text under it
     """
     k, l = mac.values.shape  # noqa: E741
-    left, foot = 1.05, 0.62
+    left, foot = 1.05, 0.62  # inches, as all lengths here: room for the names of rows and columns
     cell = min(0.52, (style.page_width() - left - 0.2) / l)
     wide = max(cell * l + left + 0.2, 3.0)
     heading = style.Heading(title, caption, wide)

@@ -196,6 +196,7 @@ class Assembly(Displayed, Blockwork):
         names = tuple(f"block-{i}" for i in range(len(outlines))) if names is None else tuple(names)
         arrays = [numbers(f"outlines: {name}", o) for name, o in zip(names, outlines, strict=True)]
         sizes = [np.ptp(o, axis=0).min() for o in arrays if o.ndim == 2 and o.shape[0] > 2 and np.isfinite(o).all()]
+        # corners nearer than this are one: far below what counts as a gap, far above rounding
         slack = 1e-3 * tolerance if tolerance else 1e-9 * (float(np.median(sizes)) if sizes else 1.0)
         solids = []
         for name, outline in zip(names, arrays, strict=True):

@@ -84,7 +84,7 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
     names : cause or pair
     y : whitened data, shape (n,)
     groups : label per specimen, or None
-    critical_gain : of the gate
+    critical_gain : log-likelihood gain over the whole list that noise alone reaches with the probability of the gate
 
     Notes
     -----

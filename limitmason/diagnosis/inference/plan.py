@@ -199,8 +199,9 @@ def detectable(
     Parameters
     ----------
     design : with a known noise
-    critical_gain : of the gate
-    seen : distance that nine in ten data sets with an effect, shape (b, n), reach in a second test that they must pass
+    critical_gain : log-likelihood gain over the whole list that noise alone reaches with the probability of the gate
+    seen : of predictions with effects, shape (b, n), the distance that nine in ten data sets reach in a second test
+        that they must pass [standard deviations], shape (b,)
 
     Notes
     -----
