@@ -178,7 +178,8 @@ def test_a_zone_that_is_pressed_flat_is_refused_by_its_block(crushed):
     model, press = crushed
     press(1e-4)
     with pytest.raises(UnstableError, match=r"a zone of block .* is pressed flat"):
-        running.advance(model, 12_000)
+        for _ in range(120):  # what is looked at long after it was flat may have exploded too, by the processor
+            running.advance(model, 100)
 
 
 def test_dilation_of_a_yielding_body_is_that_of_psi():
