@@ -312,14 +312,16 @@ def return_map(
     -----
     Losses close the balance of energy to second order in the step where a contact opens or closes, and to first order
     in what its dashpot takes then: its force before a step is taken for that after it. Else the balance is exact.
+
+    In the elastic predictor ks (a1, a2) is the shear of the springs, with the sign of the stress on b, and n0 their
+    pressure. Before the step ``held`` is the tensile strength, and ``reached`` the pull from which tension unloads to
+    nothing; after it these are ``ft`` and ``reach``, and damage is ``h``. In the return to the cone g is the plastic
+    slip of the step, and q the shear of spring and dashpot that is left.
     """
     kn, ks, fc = peak.kn, peak.ks, peak.crushing
-    # elastic predictor: shear of the springs is ks (a1, a2), with the sign of the stress on b, their pressure n0
     a1, a2 = slip_1 - e1, slip_2 - e2
     n0 = kn * (lift - w)
     mu, dil, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)
-    # tensile strength and the pull from which tension unloads to nothing: ``held`` and ``reached`` before the step,
-    # ``ft`` and ``reach`` after it
     held = reach = ft
     reached = ft if softening is None else ft + damage * softening.secant
     if dashpot is None and (dilates or softening is not None):
@@ -340,7 +342,6 @@ def return_map(
         stiffer = 1.0 + z * per_dt
         total = np.sqrt(b1 * b1 + b2 * b2)
         pressed = n0 - z * kn * r3
-    # the strengths that are left at the end of the step, of the damage ``h`` then
     before_mu, before_c, h = mu, c, damage
     if softening is not None:
         h, mu, dil, c, ft, reach = _weakened(
@@ -365,7 +366,6 @@ def return_map(
         # no pull beyond the strength
         z3 = max(z * kn * ((new - lift) * per_dt - r3), -ft - spring)
         n = spring + z3
-    # return to the cone: g is the plastic slip of the step, q the shear of spring and dashpot that is left
     cap = max(c + mu * n, 0.0)
     ratio = min(cap / max(total, 1e-300), 1.0)
     if dashpot is None:
