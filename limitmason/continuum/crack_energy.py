@@ -14,7 +14,7 @@ from limitmason.continuum.mesh import CORNERS
 from limitmason.continuum.rotating_crack import Curves, Memory, envelope
 
 _OFF = 0.03  # of the energy of one crack from which a curve warns
-_ALONG = 0.9  # cosine between the normal of a crack and the way to the next brick from which that lies across it
+ALONG = 0.9  # cosine between the normal of a crack and the way to the next brick from which that lies across it
 
 
 class CrackEnergy(NamedTuple):
@@ -77,7 +77,7 @@ def crack_energy(solver: Solver, curves: Curves, memory: Memory) -> CrackEnergy:
         return CrackEnergy(0.0, 0.0, np.zeros(3))
     normal = axes.reshape(m, -1, 3, 3)[np.arange(m), opened.argmax(axis=1), :, 2]
     edge = _edge(mesh.corners, normal)
-    stack = _stacks(mesh.solid.f2t, mesh.corners.mean(axis=1), normal, cracked)
+    stack = across_cracks(mesh.solid.f2t, mesh.corners.mean(axis=1), normal, cracked)[1]
     width = solver.band * np.cbrt(d.volume.sum(axis=1))
     row = p * p * stack[:, None] + _rows(d.place, edge)
     # every row of a brick is as long as its crack band
@@ -117,15 +117,26 @@ def _rows(place: Array, edge: Index) -> Index:
     return np.asarray(np.array([p * rank[a] + rank[b] for a, b in ((1, 2), (0, 2), (0, 1))])[edge])
 
 
-def _stacks(faces: Index, centre: Array, normal: Array, cracked: Flags) -> Index:
-    """Number of the stack of every brick: cracked bricks that touch along the normals of their cracks, shape (m,)."""
+def across_cracks(faces: Index, centre: Array, normal: Array, cracks: Flags) -> tuple[Index, Index]:
+    """Pairs of cracked bricks that touch along the normals of both their cracks, and the stacks that they make.
+
+    Parameters
+    ----------
+    faces : bricks on both sides of every face, -1 for none, shape (2, f)
+    centre, normal : middles of the bricks [m], and normals of their cracks, shape (m, 3)
+    cracks : bricks that count, shape (m,)
+
+    Returns
+    -------
+    pairs, shape (p, 2), and the number of the stack of every brick, shape (m,): a brick without a pair has its own
+    """
     pairs = faces[:, faces[1] >= 0].T
-    pairs = pairs[cracked[pairs].all(axis=1)]
+    pairs = pairs[cracks[pairs].all(axis=1)]
     way = centre[pairs[:, 1]] - centre[pairs[:, 0]]
     way /= np.linalg.norm(way, axis=1, keepdims=True)
-    tied = pairs[(np.abs(np.einsum("pki,pi->pk", normal[pairs], way)) > _ALONG).all(axis=1)]
+    tied = pairs[(np.abs(np.einsum("pki,pi->pk", normal[pairs], way)) > ALONG).all(axis=1)]
     graph = coo_array((np.ones(len(tied)), tuple(tied.T)), shape=(len(centre), len(centre)))
-    return np.asarray(connected_components(graph, directed=False)[1])
+    return tied, np.asarray(connected_components(graph, directed=False)[1])
 
 
 def _of_one(c: Curves, opening: Array, width: Array) -> Array:

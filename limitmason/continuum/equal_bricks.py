@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from limitmason.arrays import Array, Flags, Index
+from limitmason.continuum.crack_energy import ALONG, across_cracks
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.rotating_crack import tensor
 
 _EQUAL = 2e-4  # of the strength: bricks this near to each other are equally near to it
-_ALONG = 0.9  # cosine between the normal of a crack and the way to the next brick from which that lies across it
 _STRONGER = 1.05  # times the strength of the bricks that stay whole, until the crack beside them has softened
 _SOFTENED = 0.9  # of its strength: below it a crack no longer lets equal bricks crack
 
@@ -37,11 +35,6 @@ class EqualBricks:
         mesh = solver.model.mesh
         self.solver, self.true = solver, solver.curves
         self.centre = mesh.corners.mean(axis=1)
-        first, second = mesh.solid.f2t
-        inner = second >= 0
-        self.pairs: Index = np.column_stack([first[inner], second[inner]])
-        way = self.centre[self.pairs[:, 1]] - self.centre[self.pairs[:, 0]]
-        self.way = way / np.linalg.norm(way, axis=1, keepdims=True)
         control = solver.control.reshape(-1, 3)
         self.towards = control.sum(axis=0)
         self.place = np.abs(control).sum(axis=1) @ mesh.nodes / np.abs(control).sum()
@@ -112,15 +105,10 @@ class EqualBricks:
         assert new.crack is not None
         fresh = np.asarray((self._per_brick(last.memory.lost) <= 0.0).all(axis=1), dtype=np.bool_)
         begins = fresh & (self._per_brick(new.crack) > 0.0).any(axis=1) & ~self.seen & (self.chosen < 0)
-        pairs = np.flatnonzero(begins[self.pairs].all(axis=1))
-        if not len(pairs):
+        if not begins.any():
             return []
-        a, b = self.pairs[pairs].T
         normal = np.linalg.eigh(new.memory.tension.reshape(len(self.chosen), -1, 3, 3).mean(axis=1))[1][:, :, -1]
-        along = [np.abs(np.einsum("pi,pi->p", normal[k], self.way[pairs])) > _ALONG for k in (a, b)]
-        tied = self.pairs[pairs[along[0] & along[1]]]
-        graph = coo_array((np.ones(len(tied)), tuple(tied.T)), shape=(len(self.chosen), len(self.chosen)))
-        label = connected_components(graph, directed=False)[1]
+        tied, label = across_cracks(self.solver.model.mesh.solid.f2t, self.centre, normal, begins)
         bricks = np.unique(tied)
         rows = [bricks[label[bricks] == k] for k in np.unique(label[bricks])]
         return [(row, self._first(row, bricks, normal, last)) for row in rows]
@@ -139,7 +127,7 @@ class EqualBricks:
             most = row[reached >= (1.0 - _EQUAL) * reached.max()]
             if reached.max() > 0.0:
                 break
-        x, all_along = self.centre @ along, np.abs(normal[bricks] @ along) > _ALONG
+        x, all_along = self.centre @ along, np.abs(normal[bricks] @ along) > ALONG
         off = np.abs(x[most] - x[bricks[all_along]].mean())
         near = most[off <= off.min() + 1e-6 * max(float(np.ptp(x)), 1e-300)]
         return int(near[np.argmin(x[near])])
