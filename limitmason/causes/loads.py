@@ -49,9 +49,8 @@ def overload_magnitude(factor: float, assembly: Assembly, loads: Loads, *, inert
 
     Parameters
     ----------
-    inertial : the overload is a mass that is tilted or shaken with the structure, so that its live load (beyond the
-        blocks' own weight) changes with it
     factor : size of the cause [-]
+    inertial : whether it is a mass tilted or shaken along, whose live load beyond the blocks' own weight changes too
     """
     extra = overload_of(assembly, loads)
     live, live_arms = np.array(loads.live), np.array(loads.live_arms)

@@ -26,7 +26,8 @@ def turned(loads: Loads, case: str, rotation: Array) -> dict[str, Any]:
 
     Returns
     -------
-    Fields of :class:`limitmason.Loads`: wrenches [N, N m], shape (n, 6), and arms, the sum of r f^T [N m], (n, 3, 3)
+    Mapping
+        Fields of ``Loads`` by name: wrenches [N, N m], shape (n, 6), and arms, the sum of r f^T [N m], (n, 3, 3)
     """
     wrench, arms = getattr(loads, case), getattr(loads, f"{case}_arms")
     force, loose = wrench[:, :3], wrench[:, 3:] - axial(arms)
