@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -34,6 +35,9 @@ BY_WEIGHT = "fails under its own weight"
 
 SWING = 0.05
 """Swing of the load about its running median, over the peak, from which a curve warns [-]."""
+
+BETWEEN = 0.02
+"""Load that may be missed between two samples, over the peak, from which a curve warns [-]."""
 
 FEW = 2
 """Joints that have failed by the peak up to which it does not hang on the order in which they did."""
@@ -303,6 +307,11 @@ def told(curve: PushCurve, label: str) -> PushCurve:
             f"the load swings by {swing:.0%} of its peak about its running median: the peak is that of a swing; take "
             "more steps, or damping=Damping(local=0.8)"
         )
+    if (higher := missed_between(curve.load)) > BETWEEN:
+        notes.append(
+            f"the load falls at once behind its largest sample: the peak may be up to {higher:.1%} higher; take "
+            f"samples={math.ceil(higher / (0.25 * BETWEEN)) * (len(curve) - 1)}"
+        )
     sudden = any("at once" in law and "in failure: nothing" not in law for law in curve.law.split("; "))
     if sudden and (np.nan_to_num(curve.failed[curve.peak.index]) > 0.0).sum() > FEW:
         notes.append(
@@ -325,6 +334,19 @@ def swing_of(load: Array) -> float:
     about = load[width // 2 :][: len(middle)] - middle
     low, high = np.quantile(about, (0.05, 0.95))
     return float(0.5 * (high - low) / max(np.abs(load).max(), 1e-300))
+
+
+def missed_between(load: Array) -> float:
+    """How much higher the load may have been between its largest sample and the next, over the peak [-].
+
+    Where it falls at once, by more than twice its last rise, it may have risen for almost a sample more.
+    """
+    size = np.abs(load)
+    k = int(np.argmax(size))
+    if k == 0 or k + 1 == len(size):
+        return 0.0
+    rise, fall = float(size[k] - size[k - 1]), float(size[k] - size[k + 1])
+    return rise / float(size[k]) if fall > 2.0 * rise else 0.0
 
 
 def dynamic_notes(displacement: Array, kinetic: Array) -> list[str]:
