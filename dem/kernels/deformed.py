@@ -15,7 +15,7 @@ from dem.kernels.arrays import LAW, Array, BlockModes, BlockStep, Joints, Points
 from dem.kernels.compiled import kernel
 from dem.kernels.joint_law import Numbers
 from dem.kernels.kinematics import Axes, relative_motion, third_axis
-from dem.kernels.local_damping import brake_of
+from dem.kernels.local_damping import ROUNDING, brake_of
 from dem.kernels.sums import braked_sums, held_sums, yielding_sums
 
 NOTHING = (0.0,) * 16
@@ -203,12 +203,16 @@ def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | 
     dt, kick, viscosity, keep, lag = step
     kinetic = damping = 0.0
     for i in range(value.shape[0]):
+        squares = 0.0
+        for k in range(value.shape[1]):
+            squares += rate[i, k] * rate[i, k]
+        least = ROUNDING * np.sqrt(squares)  # a shape that is not excited moves by rounding: its sign says nothing
         for k in range(value.shape[1]):
             if modes.inv_mass[i, k] == 0.0:
                 continue
             f = modes.contact[i, k] - modes.stiffness[i, k] * value[i, k]
             v = float(rate[i, k])
-            brake = brake_of(local, drifts, f, net[i, k], v)
+            brake = brake_of(local, drifts, f, net[i, k], v * (abs(v) > least))
             net[i, k] = f
             new = (v * keep + (f - brake) * modes.inv_mass[i, k] * kick) * lag
             damping += brake * 0.5 * (v + new) * dt

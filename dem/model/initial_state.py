@@ -148,18 +148,19 @@ def initial_state(
     warnings += soft_block_warnings(assembly, laws[:, kernels.LAW.kn], blocks)
     deformation: StrainShapes | None = None
     modes: BlockModes | None = None
+    axes = _own_axes(points, joints, n)
     if mode == QUASI_STATIC:
         dt = 1.0 if dt is None else dt
         mass, inertia = scaled_masses(stiffness, dt, safety)
         if start is not None:
             coupled = coupled_of(start.deformation, points, joints, moves)
-            deformation, modes = start.modes(assembly, points, joints, coupled)
+            deformation, modes = start.modes(assembly, points, joints, coupled, axes)
             scale_masses_of_modes(mass, inertia, modes, coupled_of(deformation, points, joints, moves), dt, safety)
     else:
         mass, inertia = _real_masses(assembly)
         top = 0.0
         if start is not None:
-            deformation, modes = start.modes(assembly, points, joints, None)
+            deformation, modes = start.modes(assembly, points, joints, None, axes)
             top = fastest_of(mass, inertia, modes, coupled_of(deformation, points, joints, moves))
         if options.dashpot is None:
             # z = dashpot w / 2 = 0.1 at the fastest motion, for which the undamped step is 2 / w
@@ -169,7 +170,7 @@ def initial_state(
         dt = safety * largest if dt is None else dt
         if dt > largest:
             raise InputError(f"dt = {dt:g} s is above the stable time step of {largest:g} s of these joints and masses")
-    bodies = _at_rest(mass, inertia, held, _own_axes(points, joints, n))
+    bodies = _at_rest(mass, inertia, held, axes)
     total = np.zeros(kernels.E_SIZE)
     total[kernels.E_VISCOSITY] = 0.01 / dt
     return State(

@@ -26,6 +26,8 @@ from limitmason.model import Assembly, Loads
 LEVELS = (RIGID, SIMPLY_DEFORMABLE)
 """How the blocks of a run deform."""
 
+SAME_STIFFNESS = 1e-9  # of the largest: closer stiffnesses of two modes are one, and rounding would choose the modes
+
 
 def plane_of(
     assembly: Assembly, loads: Loads, blocks: str, stress: str, driven: np.ndarray | None = None
@@ -224,13 +226,14 @@ class Start:
         return cls(out, {i: x.stiffness for i, x in deforming.items()}, {i: x.mass for i, x in deforming.items()})
 
     def modes(
-        self, assembly: Assembly, points: Points, joints: Joints, coupled: Array | None
+        self, assembly: Assembly, points: Points, joints: Joints, coupled: Array | None, axes: Array
     ) -> tuple[StrainShapes, BlockModes]:
         """Modes at rest in coordinates that share neither stiffness nor mass, each of unit mass.
 
         Parameters
         ----------
         coupled : stiffness of :func:`coupled_of` for scaled masses, K_mode + 2 K_joints; None for the real ones
+        axes : of the blocks, along which modes of one stiffness are told apart, shape (n, 3, 3)
         """
         d = self.deformation
         n, m = d.reach.shape
@@ -238,10 +241,12 @@ class Start:
         new = replace(d, coefficients=d.coefficients.copy(), mean=d.mean.copy(), gradient=d.gradient.copy())
         for i, k in self.stiffness.items():
             value, basis = eigh(k, self.mass[i] if coupled is None else k + 2.0 * coupled[i, 6:, 6:])
+            x = assembly.blocks[i].vertices - assembly.centroids[i]
+            corners = d.displacement(np.full(len(x), i), x).transpose(0, 2, 1) @ axes[i].T
+            value, basis = _told_apart(value, basis, corners)
             stiffness[i], inv_mass[i] = np.maximum(value, 0.0), 1.0
             for array in (new.coefficients, new.mean, new.gradient):
                 array[i] = np.tensordot(basis.T, array[i], axes=1)
-            x = assembly.blocks[i].vertices - assembly.centroids[i]
             new.reach[i] = np.linalg.norm(new.displacement(np.full(len(x), i), x), axis=1).max(axis=0)
         zero = np.zeros((n, m))
         modes = BlockModes(
@@ -249,6 +254,28 @@ class Start:
             *sides(new, points, joints),
         )
         return new, modes
+
+
+def _told_apart(value: Array, basis: Array, corners: Array) -> tuple[Array, Array]:
+    """Modes of a block in which those of one stiffness are chosen by its own axes, not by rounding.
+
+    Each is damped by the sign of its own rate: which of them are taken moves what they do together.
+
+    Parameters
+    ----------
+    value, basis : eigenvalues, ascending, and eigenvectors as columns, shapes (m,) and (m, m)
+    corners : displacement of the corners along the axes of the block per unit of a shape, shape (p, m, 3)
+    """
+    weighed = corners * np.sqrt((1.0, 2.0, 3.0))  # any three numbers that differ: no axis stands for another
+    form = np.einsum("pkc,plc->kl", weighed, weighed)
+    value, basis = value.copy(), basis.copy()
+    last = np.flatnonzero(np.diff(value) > SAME_STIFFNESS * np.abs(value).max()) + 1
+    for alike in np.split(np.arange(len(value)), last):
+        if len(alike) > 1:
+            chosen = eigh(basis[:, alike].T @ form @ basis[:, alike])[1]
+            basis[:, alike] = basis[:, alike] @ chosen
+            value[alike] = value[alike] @ chosen**2
+    return value, basis
 
 
 def coupled_of(shapes: StrainShapes, points: Points, joints: Joints, moves: Flags) -> Array:

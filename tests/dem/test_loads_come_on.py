@@ -49,13 +49,17 @@ def test_loads_at_once_overshoot_and_slide_and_the_run_warns():
 
 
 @pytest.mark.parametrize("damping", [dem.Damping(local=0.8), dem.Damping(local=0.5, combined=True)])
-def test_damped_motion_is_the_same_in_all_axes(damping):
+@pytest.mark.parametrize("blocks", ["rigid", "simply deformable"])
+def test_damped_motion_is_the_same_in_all_axes(damping, blocks):
+    # of a square block: shapes along either side have one stiffness
     wall, loads, _ = pulled(0.5)
+    wall = wall.with_material(lm.Material(young_modulus=1e9, poisson_ratio=0.2), blocks=[wall.blocks[1].name])
     places = []
     for turn in (np.eye(3), *Rotation.random(3, random_state=0).as_matrix()):
         seen = lm.Loads(np.hstack([loads.dead[:, :3] @ turn.T, loads.dead[:, 3:] @ turn.T]), loads.live)
         run = dem.simulate(
-            wall.transformed(turn), dem.Hold(steps=400), loads=seen, damping=damping, contact_points=(4, 4), sample=50
+            wall.transformed(turn), dem.Hold(steps=400), loads=seen, damping=damping, contact_points=(4, 4), sample=50,
+            blocks=blocks,
         )
         places.append(run.shift[:, 1] @ turn)
     assert places == pytest.approx(np.broadcast_to(places[0], (4, 8, 3)), abs=1e-6 * np.abs(places[0]).max())
