@@ -19,9 +19,13 @@ STUCK = 1e-3
 BEARS = 1e-4
 """Force of a point from which it counts how far it opens in a step, in mean block weights [-]."""
 
-_COSTLY = 5  # programs of a step after which the next is shorter
+_COSTLY = 5  # cone programs of a step after which the next is shorter
 _MANY = 22  # iterations of a step after which the next is shorter
-_AFTER_FIRST = 2.5  # how much longer the second step is than the first
+# how many times as long the next step is, chosen on the walls of benchmarks/capacity_speed.py, not derived: after a
+# costly step, after the first, where nothing was foretold, and else by the departure of the multiplier from its
+# extrapolation over ``Steps.smooth``, up to the first number of each pair
+_AFTER_COSTLY, _AFTER_FIRST, _UNTOLD = 0.6, 2.5, 1.5
+_BY_DEPARTURE = ((0.01, 6.0), (0.25, 2.5), (1.0, 1.5), (4.0, 1.0), (np.inf, 0.7))
 
 
 @dataclass(frozen=True)
@@ -123,15 +127,13 @@ def growth(new: Node, off: float | None, smooth: float, second: bool) -> float:
     second : whether the next step is the second
     """
     if new.programs >= _COSTLY or new.iterations > _MANY:
-        return 0.6
+        return _AFTER_COSTLY
     if second:
         # whether the tangent of an unloaded joint is open or closed hangs on rounding: it foretells nothing
         return _AFTER_FIRST
     if off is None:
-        return 1.5
-    if off < 0.25 * smooth:
-        return 6.0 if off < 0.01 * smooth else 2.5
-    return 1.5 if off < smooth else 0.7 if off > 4 * smooth else 1.0
+        return _UNTOLD
+    return next((times for most, times in _BY_DEPARTURE if off < most * smooth), _BY_DEPARTURE[-1][1])
 
 
 def until_open(system: System, last: Node, new: Node, most: float) -> float:

@@ -7,7 +7,6 @@ mean weight over the mean stiffness of a contact point) and that over the size: 
 stalls at 1e-5 of a block's weight.
 """
 
-from collections.abc import Callable
 from copy import copy
 from typing import NamedTuple
 
@@ -16,6 +15,7 @@ from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
 from limitmason.arrays import Array, Index
+from limitmason.capacity.bordered_factors import ROUNDED, FrontFactors, determinant_sign
 from limitmason.capacity.kinematics import (
     Contact,
     ContactGeometry,
@@ -34,9 +34,6 @@ from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, Retu
 from limitmason.capacity.ties import Pulled, pull, stiffness
 from limitmason.mechanics.tie_springs import NO_TIES, TieSprings
 from limitmason.multifrontal.unsymmetric import UnsymmetricFronts
-
-_LEFT, _ROUNDED = 1e-9, 1e-4  # of a right side that a solution may leave; where a correction makes that no less
-_CORRECTIONS = 4  # solutions by fronts at most
 
 
 class Evaluated(NamedTuple):
@@ -235,14 +232,14 @@ class System:
         motion[self.bodies.free] = own
         return motion * self.motion_scale
 
-    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> "_Factors | SuperLU":
+    def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> FrontFactors | SuperLU:
         """Factors of the tangent, bordered by the control row, or by lambda = constant ("multiplier").
 
         Unknowns: motion and multiplier in own units; equations: equilibrium, and what is prescribed.
         """
         return self._factored(self.tangent(at, prescribed, viscosity))
 
-    def _factored(self, matrix: sparse.csc_matrix) -> "_Factors | SuperLU":
+    def _factored(self, matrix: sparse.csc_matrix) -> FrontFactors | SuperLU:
         """Factors of a matrix of the pattern: large ones by fronts."""
         if not self.bodies.large:
             return self._pivoted(matrix)
@@ -252,7 +249,7 @@ class System:
             node = np.repeat(np.arange(has.sum()), count[has])
             self._fronts = UnsymmetricFronts(self._pattern, node, self.bodies.centroid[has])
         factors = self._fronts.factors(matrix.data)
-        return self._pivoted(matrix) if factors is None else _Factors(matrix, self._fronts, *factors, self._pivoted)
+        return self._pivoted(matrix) if factors is None else FrontFactors(matrix, self._fronts, *factors, self._pivoted)
 
     def _pivoted(self, matrix: sparse.csc_matrix) -> SuperLU:
         """Sparse factors of a bordered tangent, with rows exchanged wherever that is called for."""
@@ -282,13 +279,13 @@ class System:
         matrix = self.tangent(at, prescribed)
         try:
             factors = self._factored(matrix)
-            if isinstance(factors, _Factors):
-                if factors.corrected(np.ones(self.order + 1))[1] <= _ROUNDED:
+            if isinstance(factors, FrontFactors):
+                if factors.corrected(np.ones(self.order + 1))[1] <= ROUNDED:
                     return factors.fronts.sense(factors.store, factors.exchanged)
                 factors = self._pivoted(matrix)
         except RuntimeError:
             return 0
-        return int(np.sign(factors.U.diagonal()).prod() * _parity(factors.perm_r) * _parity(factors.perm_c))
+        return determinant_sign(factors)
 
     def tangent(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> sparse.csc_matrix:
         """The matrix of :meth:`bordered`, with an eta of viscous force in own units, one or of every unknown.
@@ -401,47 +398,3 @@ def _filled(pattern: sparse.csc_matrix, values: Array) -> sparse.csc_matrix:
     made = copy(pattern)
     made.data = values
     return made
-
-
-class _Factors(NamedTuple):
-    """Factors of a large matrix, front by front; what they do not solve is left to those with all exchanges of rows."""
-
-    matrix: sparse.csc_matrix
-    fronts: UnsymmetricFronts
-    store: Array
-    exchanged: Index
-    pivoted: Callable[[sparse.csc_matrix], SuperLU]
-
-    def solve(self, right: Array) -> Array:
-        """The solution for a right side, shape (n,); nan where the matrix is singular."""
-        found, left = self.corrected(right)
-        if left <= _ROUNDED * float(np.abs(right).max(initial=0.0)):
-            return found
-        try:
-            return np.asarray(self.pivoted(self.matrix).solve(right))
-        except RuntimeError:
-            return np.full_like(right, np.nan)
-
-    def corrected(self, right: Array) -> tuple[Array, float]:
-        """The solution by fronts, corrected as far as rounding lets it, and the largest entry that it leaves over."""
-        most, found, off, left = float(np.abs(right).max(initial=0.0)), np.zeros_like(right), right, np.inf
-        for _ in range(_CORRECTIONS):
-            found = found + self.fronts.solve(self.store, self.exchanged, off)
-            off = right - self.matrix @ found
-            before, left = left, float(np.abs(off).max(initial=0.0))
-            if left <= _LEFT * most or left > 0.5 * before:
-                break
-        return found, left
-
-
-def _parity(permutation: Index) -> int:
-    """1 for an even permutation, -1 for an odd one."""
-    seen = np.zeros(len(permutation), bool)
-    cycles = 0
-    for first in range(len(permutation)):
-        cycles += not seen[first]
-        i = first
-        while not seen[i]:
-            seen[i] = True
-            i = int(permutation[i])
-    return 1 if (len(permutation) - cycles) % 2 == 0 else -1
