@@ -48,25 +48,13 @@ from dem.kernels.arrays import (
     Ties,
 )
 from dem.kernels.compiled import ADDED
-from dem.kernels.contact_geometry import (
-    APART,
-    CORNER,
-    CROSSING,
-    FACES,
-    MOST,
-    Meetings,
-    NearPairs,
-    PieceArrays,
-    contact_shapes,
-    face_planes,
-    place_pieces,
-    relative_motion,
-)
+from dem.kernels.contact_geometry import APART, CORNER, CROSSING, FACES, MOST, contact_shapes
 from dem.kernels.cutting import ROOM, Cut, Poses, cut_joints, facing_interface
 from dem.kernels.internal_edges import TURNED, Carrying, faces_that_go_on
 from dem.kernels.joint_forces import contact_wrenches
 from dem.kernels.measure import measure
 from dem.kernels.outlines import SolidArrays, find_ends
+from dem.kernels.pieces import Meetings, NearPairs, PieceArrays, face_planes, place_pieces, relative_motion
 from dem.kernels.pivots import OF_A, OF_B, OF_BOTH, ON_A, UNKNOWN, bearing_ends
 from dem.kernels.point_transfer import Heirs, Testators, inherit, keep_energy
 from dem.kernels.spring_stiffness import add_springs

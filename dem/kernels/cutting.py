@@ -6,9 +6,10 @@ import numpy as np
 
 from dem.kernels.arrays import Array, Index
 from dem.kernels.compiled import kernel
-from dem.kernels.contact_geometry import CORNER, CROSSING, MOST, Meetings
+from dem.kernels.contact_geometry import CORNER, CROSSING, MOST
 from dem.kernels.kinematics import cross, dot
 from dem.kernels.outlines import slope_of
+from dem.kernels.pieces import Meetings
 
 LATTICE = 4
 """Points along either side of a contact found later."""

@@ -6,7 +6,8 @@ import numpy as np
 
 from dem.kernels.arrays import Array, Index
 from dem.kernels.compiled import kernel
-from dem.kernels.contact_geometry import CROSSING, Meetings, PieceArrays
+from dem.kernels.contact_geometry import CROSSING
+from dem.kernels.pieces import Meetings, PieceArrays
 
 TURNED = np.cos(np.deg2rad(3.0))
 """Cosine of the angle up to which two faces lie in one plane [-]."""

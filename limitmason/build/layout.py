@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from limitmason.build.arguments import unit_size
-from limitmason.build.bond import Piece
 from limitmason.build.erect import Site, add_ground, add_units
+from limitmason.build.leading_course import Piece
 from limitmason.build.plan import Unit
 from limitmason.checks import choice, finite, positive
 from limitmason.errors import InputError

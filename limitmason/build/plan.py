@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from limitmason.build.bond import Bond, Ends, Piece, drop_cut_ends, lapping_course, leading_course, smallest_overlap
+from limitmason.build.bond import drop_cut_ends, lapping_course, smallest_overlap
+from limitmason.build.leading_course import Bond, Ends, Piece, leading_course
 from limitmason.checks import choice, positive
 from limitmason.errors import InputError
 

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from limitmason.build.arguments import courses_from, unit_size
-from limitmason.build.bond import Bond, make_bond
+from limitmason.build.bond import make_bond
 from limitmason.build.cracks import unit_crack_planes, with_potential_cracks
 from limitmason.build.erect import Site, add_ground, add_units
+from limitmason.build.leading_course import Bond
 from limitmason.build.opening import Opening, Placed, cut_openings, place_openings
 from limitmason.build.plan import StraightWall, Unit, lay_courses, lay_run, make_runs
 from limitmason.checks import choice, count, positive

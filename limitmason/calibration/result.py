@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,14 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
-from limitmason.answers.curve import Curve
 from limitmason.arrays import Array, Flags
 from limitmason.calibration.cross_validation import LeftOut
 from limitmason.calibration.information import Information, NextTest, UnresolvedDirection, ranked, relative
 from limitmason.calibration.least_squares import SAME, Slopes
 from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.runs import Model, taken
-from limitmason.calibration.targets import outputs_of
+from limitmason.calibration.simulated import Simulated, numbers_of
 from limitmason.diagnosis import Cause, Diagnosis, Measured, Noise, Study
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
@@ -211,7 +210,7 @@ class Fit(ReadOnly):
         for number, y in enumerate(points):
             every = objective.runs.ties(objective.scale.values(y))
             jobs.append((number, {"model": other, "parameters": {n: float(every[n]) for n in takes}}))
-        found = dict(run_points(_numbers, jobs, objective.runs.executor, objective.runs.workers))
+        found = dict(run_points(numbers_of, jobs, objective.runs.executor, objective.runs.workers))
         base = found[0]
         if not base:
             raise InputError("the other model gives neither numbers nor curves")
@@ -284,7 +283,7 @@ class Fit(ReadOnly):
             if not math.isfinite(sd):
                 raise InputError(f"the data do not see {name!r}: leave it out of refit")
             nuisance[name] = Measured(self.parameters[name], WIDE * strained * sd, own.bounds)
-        simulate = _Simulated(
+        simulate = Simulated(
             tuple(p.runs.models), tuple(p.runs.readings), self.parameters, p.runs.ties,
             tuple((*p.scale.names, *p.runs.ties.formulas)),
         )
@@ -326,64 +325,6 @@ class Fit(ReadOnly):
         return "\n".join([*lines, *(f"warning: {w}" for w in self.warnings)])
 
     __repr__ = __str__
-
-
-class _Simulated:
-    """The fitted models as the simulator of a diagnosis.
-
-    A cause or a refitted parameter comes as a keyword.
-    """
-
-    def __init__(
-        self, models: tuple[Model, ...], readings: tuple[Any, ...], at: Mapping[str, float], ties: Any,
-        given: tuple[str, ...],
-    ) -> None:
-        """Keep the models, what is read of each, and the parameters at the fit.
-
-        Parameters
-        ----------
-        readings, at : what is read of every model, and parameters at the fit by name
-        ties, given : formulas of tied parameters, and names that models may take
-        """
-        self.models, self.readings, self.at, self.ties, self.given = models, readings, at, ties, given
-
-    def __call__(self, specimen: Mapping[str, Any], **changed: float) -> float:
-        """Prediction of one target by its model, at the fit but for what is changed.
-
-        Parameters
-        ----------
-        specimen : number of its "model", and the "place" of the target among what is read of it
-        changed : parameters, or sizes of causes, by name
-        """
-        number = int(specimen["model"])
-        model: Callable[..., Any] = self.models[number]
-        values = self.ties({**self.at, **{k: v for k, v in changed.items() if k in self.at}})
-        own = {n: float(values[n]) for n in taken(model, self.given)}
-        more = {k: v for k, v in changed.items() if k not in self.at and k in taken(model, (k,))}
-        idle = [k for k in changed if k not in self.at and not any(taken(m, (k,)) for m in self.models)]
-        if idle:
-            raise InputError(f"no model takes {idle[0]!r}, the parameter of a cause")
-        outputs = outputs_of(model(**own, **more))
-        return float(self.readings[number][int(specimen["place"])].of(outputs))
-
-
-def _numbers(model: Model, parameters: Mapping[str, float]) -> dict[str, float]:
-    """Every number that a model returns, by name: of a curve its peak and stiffness.
-
-    Parameters
-    ----------
-    parameters : of the model, by name
-    """
-    out: dict[str, float] = {}
-    for name, found in outputs_of(model(**parameters)).items():
-        if isinstance(found, Curve):
-            out[f"{name}: peak"] = found.peak.load
-            out[f"{name}: stiffness"] = found.stiffness()
-            continue
-        values = np.atleast_1d(np.asarray(found, dtype=object))
-        if all(isinstance(v, int | float | np.number) for v in values):
-            out |= {name if len(values) == 1 else f"{name} {k + 1}": float(v) for k, v in enumerate(values)}
-    return out
 
 
 def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum], rise: float) -> tuple[str, ...]:

@@ -28,6 +28,7 @@ from limitmason.capacity.contacts import (
     standard_points,
     turned_over,
 )
+from limitmason.capacity.controls import as_one_assembly, control_row, with_moving_support
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
 from limitmason.capacity.initial_gaps import begun_with, of_forces, of_gaps
 from limitmason.capacity.kinematics import at_rest, make_bodies
@@ -65,14 +66,10 @@ from limitmason.mechanics.plane import Plane, contacts_stay_in_plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
-from limitmason.model.moved import joined_to_first
-from limitmason.model.support import DEGREES_OF_FREEDOM, Support
-from limitmason.model.support_motion import Group, group_of
+from limitmason.model.support_motion import Group
 from limitmason.storage.interrupts import handed_on
 
 ANEW, FIRST = "anew", "first"
-
-_AXES = {"x": 0, "y": 1, "z": 2}
 
 
 @of_model
@@ -187,8 +184,8 @@ def pushover(
         assembly = lumped(assembly, stiffness)
     settles = to == 0.0 and not loads.live.any() and control == "live"
     loads = replace(loads, live=loads.dead, live_arms=loads.dead_arms) if settles else loads  # of multiplier 0
-    assembly, loads, control = _as_one(assembly, loads, control)
-    assembly, loads, moving = _with_moving_support(assembly, loads, control, to)
+    assembly, loads, control = as_one_assembly(assembly, loads, control)
+    assembly, loads, moving = with_moving_support(assembly, loads, control, to)
     if initial is not None:
         refuse_with_initial(deforming, not (gaps is None and start is None and moving is None))
     plane, stress = plane_of(assembly, loads, blocks, stress)
@@ -203,7 +200,7 @@ def pushover(
     warnings += [*of_points, *of_ties, *filter(None, [apex]), *soft_block_warnings(assembly, kn, blocks)]
     basis, free = degrees_of_freedom(assembly, plane)
     weight, size = _units(assembly, loads, free, moving)
-    row, ratio = _control(assembly, control, basis, free, loads.live @ basis * free)
+    row, ratio = control_row(assembly, control, basis, free, loads.live @ basis * free)
     misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
     named = (assembly.arrays.normal_stiffness > 0.0) | (stiffness is not None)
     few = stiffness_warnings(assembly, points, named)
@@ -339,89 +336,3 @@ def _equations(
         bodies, ElastoplasticLaw(p.law, p.kn, p.ks, p.softening), PathLoads.of(loads, bodies.basis, bodies.free),
         springs=np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, **given,
     )
-
-
-def _as_one(assembly: Assembly, loads: Loads, control: Any) -> tuple[Assembly, Loads, Any]:
-    """The model in which moving supports are one block, with its loads and control.
-
-    Joints of the group to the ground are dropped. Where no group of supports moves, all three stay as they are.
-
-    Parameters
-    ----------
-    control : as of :func:`limitmason.pushover`: "live", or a block or group of supports and an axis
-    """
-    if isinstance(control, str):
-        return assembly, loads, control
-    if len(control) != 2 or control[1] not in _AXES:
-        turns = "; a group that turns: lm.settlement_analysis, or dem.Drive" if not isinstance(control[-1], str) else ""
-        raise InputError(f"control must be 'live' or (block, 'x' or 'y' or 'z'), got {control!r}{turns}")
-    group = group_of(assembly, control[0])
-    control = (assembly.blocks[group[0]].name, control[1])
-    if not assembly.fixed[group[0]] or len(loads.dead) != assembly.n_blocks:
-        return assembly, loads, control
-    kept = np.delete(np.arange(assembly.n_blocks), group[1:])
-    return joined_to_first(assembly, group, drop=True), loads.of_blocks(kept), control
-
-
-def _with_moving_support(
-    assembly: Assembly, loads: Loads, control: Any, to: float | None
-) -> tuple[Assembly, Loads, tuple[int, int] | None]:
-    """The model and loads of a support that is to be moved, with its block and axis.
-
-    The support is freed along the axis. Its live load there is the total dead load. Without a support that moves, model
-    and loads stay as they are and the third value is None.
-
-    Parameters
-    ----------
-    control, to : as of :func:`limitmason.pushover`
-    """
-    if isinstance(control, str) or len(control) != 2 or control[1] not in _AXES:
-        return assembly, loads, None
-    axis = _AXES[control[1]]
-    block = assembly.block_index(control[0])
-    if not assembly.held[block, axis]:
-        return assembly, loads, None
-    name = assembly.blocks[block].name
-    if to is None:
-        raise InputError("control is a support that moves: say how far, to=...")
-    if loads.live.any():
-        raise InputError(f"control: {name!r} is a support that moves under dead loads; leave the live loads out")
-    rest = [d for k, d in enumerate(DEGREES_OF_FREEDOM) if assembly.held[block, k] and k != axis]
-    others = [s for s in assembly.supports if assembly.block_index(s.block) != block]
-    if not others:
-        raise InputError(f"control: {name!r} is the only support, with which the whole structure would move")
-    guided = replace(assembly, supports=(*others, *([Support(block, dofs=tuple(rest))] if rest else [])))
-    dead, arms, live = np.array(loads.dead), np.array(loads.dead_arms), np.zeros_like(loads.live)
-    dead[block], arms[block] = 0.0, 0.0  # the weight of the support itself is no concern of the structure
-    live[block, axis] = float(np.linalg.norm(dead[~assembly.fixed, :3], axis=1).sum())
-    return guided, Loads(dead, live, f"{name} moves", dead_arms=arms), (block, axis)
-
-
-def _control(assembly: Assembly, control: Any, basis: Array, free: NDArray, live: Array) -> tuple[Array, float]:
-    """Row of the control displacement, (n, d), and the live loads' work per control displacement at first [N].
-
-    The work is negative where they push against the axis.
-
-    Parameters
-    ----------
-    control : as of :func:`limitmason.pushover`
-    basis, free : wrenches of the degrees of freedom, shape (6, d), and which of them are free, (n, d)
-    live : live load on them [N, N m], shape (n, d)
-    """
-    forces = np.where(np.abs(basis[:3]).max(axis=0) > 0.5, live, 0.0)
-    total = float(np.linalg.norm(forces, axis=1).sum())
-    if not total > 0.0:
-        raise InputError("no live force acts on a free block: there is nothing to push with")
-    if isinstance(control, str):
-        if control != "live":
-            raise InputError(f"control must be 'live' or (block, 'x'), got {control!r}")
-        return forces / total, total
-    if len(control) != 2 or control[1] not in _AXES:
-        raise InputError(f"control must be 'live' or (block, 'x' or 'y' or 'z'), got {control!r}")
-    i = assembly.block_index(control[0])
-    row = np.zeros_like(live)
-    row[i] = basis[_AXES[control[1]]] * free[i]
-    if not row.any():
-        raise InputError(f"control: block {control[0]!r} does not move along {control[1]!r}")
-    # the load that pushes a block down grows while its z falls
-    return row, -total if float((row * live).sum()) < 0.0 else total

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from limitmason.causes.cause import Cause
+from limitmason.diagnosis import basis_text as rests_on
 from limitmason.diagnosis import verdict_text as words
 from limitmason.diagnosis.from_table import About
 from limitmason.diagnosis.inference.checks import LIKE, CheckedVerdict, Checks
@@ -107,7 +108,7 @@ class Diagnosis(Findings):
         counted = f"{walls} specimen{'s' if walls > 1 else ''}" + (f", {self.n} numbers" if self.n > walls else "")
         gate = words.gate_words(verdict.p)
         lines.append(f"{counted}, seed {self.seed}, at most {self.rule.draws} draws. Gate: {gate}.")
-        lines += [*words.basis(self), *words.trend_words(self)]
+        lines += [*rests_on.basis(self), *rests_on.trend_words(self)]
         if self.kept:
             lines += [
                 "",
@@ -115,7 +116,7 @@ class Diagnosis(Findings):
             ]
             lines += self._kept_lines()
         if self.kind in ("none", "scatter"):
-            told = f" ({words.enumerated(self.unstated)} are not recorded, which makes them larger)"
+            told = f" ({rests_on.enumerated(self.unstated)} are not recorded, which makes them larger)"
             seen = f"Smallest size that would have been seen nine times in ten{told if self.unstated else ''}:"
             lines += ["", seen]
             lines += [f"  {c.name}: {words.seen_from(c, self.detectable[c.name])}" for c in self.listed]

@@ -16,9 +16,10 @@ from limitmason.diagnosis.from_table import About, TableStudy
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.shared_noise import unstated
-from limitmason.diagnosis.observations import Observation, Rows, called, circumstances_of, covariates_of, unlinked
+from limitmason.diagnosis.observations import Observation, Rows, covariates_of, unlinked
 from limitmason.diagnosis.read_folder import folder_arguments
 from limitmason.diagnosis.simulator import Simulator
+from limitmason.diagnosis.specimens import called, circumstances_of
 from limitmason.diagnosis.tables import CauseTables, StudyCache, placing_noise
 from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.errors import InputError

@@ -13,8 +13,8 @@ from limitmason.diagnosis.inference.discrepancy import Discrepancy
 from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.trends import ROWS, is_numeric
 from limitmason.diagnosis.inference.verdict import Tested
-from limitmason.diagnosis.observations import recorded
 from limitmason.diagnosis.result import Findings
+from limitmason.diagnosis.specimens import recorded
 from limitmason.diagnosis.tables import PoolGrids
 from limitmason.errors import InputError
 

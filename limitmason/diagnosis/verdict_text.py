@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from limitmason.causes.cause import Cause
+from limitmason.diagnosis.basis_text import enumerated, what_is_unstated
 from limitmason.diagnosis.inference.discrepancy import CONSTANT, TOGETHER
 from limitmason.diagnosis.inference.gain import told_error
 from limitmason.diagnosis.inference.rivals import DRIFT
@@ -15,11 +16,6 @@ from limitmason.diagnosis.result import Findings
 FEW = 5  # causes named in one sentence
 OPEN = 0.10  # largest share of sets without the truth, upper end, for a set to be said as closed
 AGAINST = 2.0  # log-likelihood by which a kind that grows worse speaks against an explanation
-
-
-def enumerated(words: Sequence[str]) -> str:
-    """Words as a sentence lists them: "a, b and c"."""
-    return " and ".join(w for w in (", ".join(words[:-1]), *words[-1:]) if w)
 
 
 def shown_p(value: float) -> str:
@@ -327,85 +323,6 @@ def if_it_were_missing(diagnosis: Findings) -> str:
         f"of 100 data sets on this design ({before:.0f} if it were enough to fit alone; rehearsed quickly on "
         f"{quick.trials} data sets with a listed cause taken off, which sets the margin)."
     )
-
-
-def what_is_shared(diagnosis: Findings) -> list[str]:
-    """Sentences on the noise that tests share: which share within which column was estimated."""
-    shares = diagnosis.shares
-    if not shares.estimated:
-        return []
-    carried = [f"{100 * v:.0f} % of its variance within {k}" for k, v in shares.shares.items()]
-    rest = [k for k in shares.estimated if k not in shares.shares]
-    text = f"Noise that tests share, estimated and carried: {', '.join(carried)}" if carried else ""
-    if rest:
-        text += ("; no share worth carrying within " if carried else "No noise shared within ") + ", ".join(rest)
-        text += "" if carried else " is found that is worth carrying"
-    return [text + "."]
-
-
-def what_is_unstated(diagnosis: Findings) -> list[str]:
-    """An alarm held against noise that tests share unstated: it stands, or is withheld.
-
-    It is empty where there is none.
-    """
-    doubt = diagnosis.verdict.doubt
-    if doubt is None:
-        return []
-    missing, cause = enumerated(doubt.unstated), " and ".join(doubt.names)
-    shared = f"half of the noise's variance shared by the tests that {cause} acts on"
-    then = ", ".join(f"{k} p = {v:.3f}" for k, v in doubt.p.items())
-    if doubt.holds:
-        return [f"Not recorded: {missing}. The alarm stands with {shared} as well ({then})."]
-    return [
-        f"Were the noise of all tests independent, this would be an alarm, and {cause} the likeliest of the list. But "
-        f"{missing} of the tests are not recorded, and {shared} would do the same ({then}).",
-        "Record them, or state shared=() where tests have nothing in common.",
-    ]
-
-
-def basis(diagnosis: Findings) -> list[str]:
-    """What the verdict rests on: noise, measured inputs with their refit, groups, and twins on this design."""
-    verdict = diagnosis.verdict
-    noise = f"Noise of the measured values: {diagnosis.noise}"
-    if diagnosis.noise_sd is not None:
-        noise += (
-            f" (estimated from the {'best fit' if diagnosis.kept else 'baseline'}: {100 * diagnosis.noise_sd:.2g} %)"
-        )
-    out = [noise + "."]
-    fitted = verdict.tested[diagnosis.kept[0]].z if diagnosis.kept else None
-    for name, z in zip(diagnosis.redrawn, fitted or [None] * len(diagnosis.redrawn), strict=True):
-        given = diagnosis.nuisance[name]
-        text = f"Measured input {name}: {given.value:.4g} +- {given.sd:.2g}"
-        out.append(text + (f", refitted to {given.at(z):.4g} ({z:+.1f} sd)." if z is not None else "."))
-    out += [
-        f"Measured input {n}: {v.value:.4g}, taken as exact."
-        for n, v in diagnosis.nuisance.items()
-        if n not in diagnosis.redrawn
-    ]
-    if diagnosis.counted:
-        most, worth = (max(v) for v in zip(*diagnosis.counted.values(), strict=True))
-        told = f"{len(diagnosis.counted)} curves of up to {most} points each"
-        out.append(f"{told} count as {worth:.1f} independent points a curve (estimated); so many are compared.")
-    out += what_is_shared(diagnosis)
-    if diagnosis.kind != "none":
-        out += what_is_unstated(diagnosis)
-    if diagnosis.groups is not None:
-        out.append(f"{len(set(diagnosis.groups))} groups of specimens, each left out as a whole for the gain.")
-    out += [] if carried_by_outliers(diagnosis) else outlier_words(diagnosis)
-    distances = diagnosis.distances
-    twins = "; ".join(f"{a} and {b}" for a, b in distances.twins)
-    out.append(f"Twins on this design, which no data of it can tell apart: {twins or 'none'}.")
-    if distances.invisible:
-        out.append(f"Not visible on this design within their bounds: {', '.join(distances.invisible)}.")
-    return out
-
-
-def trend_words(diagnosis: Findings) -> list[str]:
-    """The covariate that the residuals of the baseline vary with, or empty where there is none."""
-    if not diagnosis.covariate:
-        return []
-    trend = diagnosis.verdict.trend
-    return [f"The residuals of the baseline vary with {diagnosis.covariate} ({trend}); a pointer, not a cause."]
 
 
 def seen_from(cause: Cause, sizes: Sequence[float | None]) -> str:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from limitmason.checks import instance
 from limitmason.codes import Assessment, FloorSpectrum, GroundSpectrum, RecordSpectrum
-from limitmason.codes.circular_2019 import DAMPING, STATES, Capacity, Spectrum
+from limitmason.codes.circular_2019 import STATES
+from limitmason.codes.mechanism_capacity import DAMPING, Capacity, Spectrum
 from limitmason.constants import VERSION
 from limitmason.figures.collapse_mechanism import mechanism
 from limitmason.figures.page import bullets, image, table, write_page

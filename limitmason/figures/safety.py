@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull, QhullError
 from limitmason.arrays import Array
 from limitmason.checks import instance
 from limitmason.codes import Assessment, RecordSpectrum
-from limitmason.codes.circular_2019 import DAMPING, peak_of
+from limitmason.codes.mechanism_capacity import DAMPING, peak_of
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.figures import style

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from limitmason.diagnosis import basis_text as rests_on
 from limitmason.diagnosis import verdict_text as said
 from limitmason.diagnosis.inference.gain import told_error
 from limitmason.diagnosis.rehearse import OUTCOMES, Rehearsal
@@ -73,8 +74,8 @@ def diagnosis_page(
     if result.kept:
         parts.append("<h2>What the better model gains</h2>" + _gains(result))
     parts.append("<h2>The causes considered</h2>" + _causes(result))
-    parts.append("<h2>What it rests on</h2>" + bullets([*said.basis(result), *notes]))
-    parts += [f"<p>{escape(text)}</p>" for text in said.trend_words(result)]
+    parts.append("<h2>What it rests on</h2>" + bullets([*rests_on.basis(result), *notes]))
+    parts += [f"<p>{escape(text)}</p>" for text in rests_on.trend_words(result)]
     gate = escape(said.gate_words(result.verdict.p))
     parts.append(f'<p class="small">Gate for &ldquo;none&rdquo;: {gate}. Seed {result.seed}.</p>')
     hangs = check_lines(result, result.checks) if checks else []

@@ -9,7 +9,7 @@ import pytest
 import limitmason as lm
 from limitmason import formats
 from limitmason.cli import main
-from limitmason.codes.circular_2019 import capacity_of
+from limitmason.codes.mechanism_capacity import capacity_of
 from limitmason.codes.spectra import FloorSpectrum, GroundSpectrum, RecordSpectrum
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError

@@ -12,18 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array, Flags, Index
-from limitmason.capacity.contact_search.faces import (
-    Near,
-    Shapes,
-    beside,
-    facing,
-    near_blocks,
-    products,
-    shapes_of,
-    together,
-    turned,
-    with_faces,
-)
+from limitmason.capacity.contact_search.faces import Shapes, turned
+from limitmason.capacity.contact_search.model_faces import shapes_of, with_faces
+from limitmason.capacity.contact_search.near import Near, beside, facing, near_blocks, products, together
 from limitmason.capacity.contacts import PathContacts, turned_over
 from limitmason.capacity.kinematics import Pose, at_rest
 from limitmason.mechanics.plane import Plane

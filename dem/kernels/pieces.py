@@ -1,0 +1,139 @@
+"""Convex pieces of blocks where they stand now: corners, boxes, planes of faces, motion since they were looked at."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dem.kernels.arrays import Array, Index
+from dem.kernels.compiled import kernel
+
+
+class PieceArrays(NamedTuple):
+    """Convex pieces in their present position, padded."""
+
+    corners: Array  # [m], (p, v, 3)
+    n_corners: Index  # numbers in use, (p,)
+    faces: Index  # corners of every face, (p, f, k)
+    size: Index  # (p, f)
+    n_faces: Index  # (p,)
+    edges: Index  # both corners and both faces of every edge, (p, e, 4)
+    n_edges: Index  # (p,)
+    planes: Array  # outward normal and offset [m] of every face, see ``face_planes``, (p, f, 4)
+
+
+class Meetings(NamedTuple):
+    """How pairs of pieces meet; all of it is written."""
+
+    kind: Index  # APART, FACES, CORNER or CROSSING, (m,)
+    gap: Array  # along the axis, negative where the pieces overlap [m], (m,)
+    beside: Array  # widest gap along the normals of faces that leave the axis [m], (m,)
+    polygon: Array  # where faces meet, on the other piece's face [m], (m, 32, 3)
+    corners: Index  # of the polygon, (m,)
+    plane: Array  # where faces meet, unit normal away from the base and offset [m], (m, 4)
+    crossing: Array  # where edges cross, see ``_widest_crossing``, first piece first, (m, 5, 3)
+    base_first: NDArray[np.bool_]  # whether the first piece is the base; given where a face is asked for, (m,)
+
+
+class NearPairs(NamedTuple):
+    """Pairs of pieces whose boxes overlap, and how their blocks lay when they were looked at last."""
+
+    pairs: Index  # pieces, sorted, (m, 2)
+    blocks: Index  # the one that reaches farther from its centroid first, (m, 2)
+    low: Array  # boxes of all pieces as they were, from the ground, with a skin [m], (p, 3)
+    high: Array
+    offset: Array  # of the second block's centroid from the first, in the axes of the first [m], (m, 3)
+    turn: Array  # of the second block against the first, quaternion, (m, 4)
+    move: Array  # motion against each other up to which they need not be looked at [m], (m,)
+    angle: Array  # and turn [rad], (m,)
+
+
+@kernel(fast=False)
+def place_pieces(owner: Index, local: Array, rot: Array, place: Array, corners: Array, low: Array, high: Array) -> None:
+    """Write corners and boxes of all pieces [m] in a position.
+
+    Parameters
+    ----------
+    owner, local : block of each piece (p,), and its corners from that block's centroid (p, v, 3)
+    rot, place : R - I and place of every block, (n, 3, 3) and (n, 3)
+    corners, low, high : written, (p, v, 3), (p, 3) and (p, 3)
+    """
+    for i in range(len(owner)):
+        b = owner[i]
+        for r in range(3):
+            low[i, r], high[i, r] = 1e300, -1e300
+        for k in range(local.shape[1]):
+            for r in range(3):
+                x = place[b, r] + local[i, k, r]
+                for c in range(3):
+                    x += rot[b, r, c] * local[i, k, c]
+                corners[i, k, r] = x
+                low[i, r], high[i, r] = min(low[i, r], x), max(high[i, r], x)
+
+
+@kernel(fast=False)
+def relative_motion(
+    near: NearPairs, quat: Array, rot: Array, place: Array, reach: Array, offset: Array, turn: Array, moved: Array,
+    turned: Array,
+) -> None:
+    """How the blocks of every pair lie to each other now, and have moved and turned since they were looked at.
+
+    ``moved`` bounds the travel of any point of the second, seen from the first [m]; ``turned`` is the angle [rad].
+    These two, ``offset`` and ``turn`` are written.
+
+    Parameters
+    ----------
+    quat, rot : rotation of every block as a quaternion, and as a matrix less one, (n, 4) and (n, 3, 3)
+    place, reach : centroid of every block now, and radius about it [m], (n, 3) and (n,)
+    offset, turn : of the second block against the first, in the first's axes [m], and as a quaternion, (p, 3), (p, 4)
+    """
+    for m in range(len(near.blocks)):
+        a, b = near.blocks[m, 0], near.blocks[m, 1]
+        far = 0.0  # squared change of the offset, in the axes of the first
+        for r in range(3):
+            x = place[b, r] - place[a, r]
+            for c in range(3):
+                x += rot[a, c, r] * (place[b, c] - place[a, c])
+            offset[m, r] = x
+            far += (x - near.offset[m, r]) ** 2
+        a0, a1, a2, a3 = quat[a, 0], quat[a, 1], quat[a, 2], quat[a, 3]
+        b0, b1, b2, b3 = quat[b, 0], quat[b, 1], quat[b, 2], quat[b, 3]
+        # turn of b against a: conjugate of q_a times q_b
+        h0, h1 = a0 * b0 + a1 * b1 + a2 * b2 + a3 * b3, a0 * b1 - a1 * b0 - (a2 * b3 - a3 * b2)
+        h2, h3 = a0 * b2 - a2 * b0 - (a3 * b1 - a1 * b3), a0 * b3 - a3 * b0 - (a1 * b2 - a2 * b1)
+        turn[m, 0], turn[m, 1], turn[m, 2], turn[m, 3] = h0, h1, h2, h3
+        k0, k1, k2, k3 = near.turn[m, 0], near.turn[m, 1], near.turn[m, 2], near.turn[m, 3]
+        # and since then: conjugate of that turn times this one, whose vector part is as long as sin(angle / 2)
+        y1 = k0 * h1 - k1 * h0 - (k2 * h3 - k3 * h2)
+        y2 = k0 * h2 - k2 * h0 - (k3 * h1 - k1 * h3)
+        y3 = k0 * h3 - k3 * h0 - (k1 * h2 - k2 * h1)
+        turned[m] = 2.0 * np.arcsin(min(np.sqrt(y1 * y1 + y2 * y2 + y3 * y3), 1.0))
+        moved[m] = np.sqrt(far) + turned[m] * reach[b]
+
+
+@kernel(fast=False)
+def face_planes(pieces: PieceArrays, some: Index) -> None:
+    """Write the planes of all faces of some pieces."""
+    for i in some:
+        for f in range(pieces.n_faces[i]):
+            _plane_of(pieces.corners, pieces.faces, pieces.size, i, f, pieces.planes[i, f])
+
+
+@kernel(fast=False)
+def _plane_of(corners: Array, faces: Index, size: Index, p: int, f: int, out: Array) -> None:
+    """Outward normal and offset of face f of convex piece p (Newell), written to ``out`` (4)."""
+    n0 = n1 = n2 = c0 = c1 = c2 = 0.0
+    m = size[p, f]
+    for k in range(m):
+        u, v = faces[p, f, k], faces[p, f, (k + 1) % m]
+        x0, x1, x2 = corners[p, u, 0], corners[p, u, 1], corners[p, u, 2]
+        y0, y1, y2 = corners[p, v, 0], corners[p, v, 1], corners[p, v, 2]
+        n0 += (x1 - y1) * (x2 + y2)
+        n1 += (x2 - y2) * (x0 + y0)
+        n2 += (x0 - y0) * (x1 + y1)
+        c0 += x0
+        c1 += x1
+        c2 += x2
+    r = 1.0 / np.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+    out[0], out[1], out[2] = n0 * r, n1 * r, n2 * r
+    out[3] = (out[0] * c0 + out[1] * c1 + out[2] * c2) / m

@@ -1,0 +1,211 @@
+"""Faces and corners of an assembly, and its contact points named by the corner and the face that they are."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limitmason.arrays import Array, Index
+from limitmason.capacity.contact_search.faces import ALONG, Shapes
+from limitmason.capacity.contact_search.near import NEAR, OVERSHOOT, Near, beside, together
+from limitmason.capacity.contacts import PathContacts, turned_over
+from limitmason.capacity.kinematics import at_rest
+from limitmason.mechanics.plane import Plane
+from limitmason.model.assembly import Assembly
+
+
+def shapes_of(
+    assembly: Assembly, contacts: PathContacts, plane: Plane | None, size: float, firm: Index
+) -> tuple[Shapes, PathContacts]:
+    """Faces and corners of an assembly, and the contacts with their corners named and the frame carried by the face.
+
+    Parameters
+    ----------
+    contacts : of the reference pose
+    plane : of a problem in plane, whose faces are then lines; None in space
+    size : median block size [m]
+    firm : ranks of the blocks
+    """
+    outlines = _outlines(assembly, contacts, plane)
+    inset = _inset(assembly, contacts, outlines, plane)
+    block: list[int] = []
+    place, normal, side, reach, owner, corner = ([] for _ in range(6))
+    width = max((len(p) for _, p, _ in outlines), default=2)
+    for b, points, n in outlines:
+        if plane is not None:
+            along = points[1] - points[0]
+            length = float(np.linalg.norm(along))
+            if length <= 2.0 * inset:
+                continue
+            along = along / length
+            ends = np.array([points[0] + inset * along, points[1] - inset * along])
+            inward = np.array([along, -along])
+        else:
+            ends = points
+            edge = np.roll(points, -1, axis=0) - points
+            inward = np.cross(n, edge)
+            inward = inward / np.linalg.norm(inward, axis=1)[:, None]
+        # faces with fewer sides repeat the last one: a side counts once or twice alike
+        pad = np.minimum(np.arange(width), len(ends) - 1)
+        block.append(b)
+        place.append(ends.mean(axis=0))
+        normal.append(n)
+        side.append(inward[pad])
+        reach.append((inward * ends).sum(axis=1)[pad])
+        owner.append(np.full(len(ends), len(block) - 1))
+        corner.append(ends)
+    face_block = np.array(block, np.intp)
+    corner_face = np.concatenate(owner).astype(np.intp)
+    corner_place = np.concatenate(corner)
+    blocks = np.arange(assembly.n_blocks + 1)
+    away = np.linalg.norm(corner_place - assembly.centroids[face_block[corner_face]], axis=1)
+    spread = np.zeros(assembly.n_blocks)
+    np.maximum.at(spread, face_block[corner_face], away)
+    shapes = Shapes(
+        assembly, face_block, np.array(place), np.array(normal), np.array(side), np.array(reach), corner_face,
+        corner_place, np.searchsorted(face_block, blocks), np.searchsorted(face_block[corner_face], blocks),
+        OVERSHOOT * size, NEAR * size, spread, np.empty(0, np.int64), firm, inset,
+    )
+    near = together(shapes, at_rest(assembly.n_blocks), -shapes.near)
+    named = _named(shapes, contacts, near)
+    known, code = shapes.code(named.corner, named.face), shapes.code(near.corner, near.face)
+    # what lies together without being a point belongs to a joint of the model, or to none by its user's will
+    return shapes._replace(strangers=_strangers(shapes, named, near, np.setdiff1d(code, known))), named
+
+
+def _outlines(assembly: Assembly, contacts: PathContacts, plane: Plane | None) -> list[tuple[int, Array, Array]]:
+    """Block, corners and outward normal of every face, blocks in order.
+
+    In plane the corners are the two ends of a line.
+    """
+    out = []
+    # the plane of the contacts, to which all faces are taken
+    level = 0.0 if plane is None else float(np.median(contacts.place_b @ plane.normal))
+    for b, body in enumerate(assembly.blocks):
+        for part in body.parts:
+            for face in part.faces:
+                x = part.vertices[list(face)]
+                n = _area_vector(x)
+                n = n / np.linalg.norm(n)
+                if plane is None:
+                    out.append((b, x, n))
+                    continue
+                if abs(n @ plane.normal) > 1e-6:
+                    continue
+                along = np.cross(plane.normal, n)
+                s = x @ along
+                flat = x[[int(s.argmin()), int(s.argmax())]]
+                out.append((b, flat + (level - flat @ plane.normal)[:, None] * plane.normal, n))
+    return out
+
+
+def _area_vector(x: Array) -> Array:
+    """Twice the area of a polygon along its normal [m2], written out: np.cross of few vertices is mostly overhead."""
+    y = x[[*range(1, len(x)), 0]]
+    products = x.T @ y
+    return np.array([products[1, 2] - products[2, 1], products[2, 0] - products[0, 2], products[0, 1] - products[1, 0]])
+
+
+def _inset(
+    assembly: Assembly, contacts: PathContacts, outlines: list[tuple[int, Array, Array]], plane: Plane | None
+) -> float:
+    """How far the contacts of the model are pulled in from the ends of the faces [m]: the median over its joints.
+
+    Parameters
+    ----------
+    outlines : block, corners [m], shape (k, 3), and outward normal of every face
+    """
+    if plane is None:
+        return 0.0
+    found = []
+    faces: dict[int, list[tuple[Array, Array]]] = {}
+    for b, points, n in outlines:
+        faces.setdefault(b, []).append((points, n))
+    # the first and the last point of every joint stand at its ends
+    first = np.flatnonzero(np.diff(contacts.interface, prepend=-2))
+    last = np.append(first[1:], contacts.count) - 1
+    for i in np.concatenate([first, last]):
+        nearest = []
+        for block, sign in ((contacts.block_a[i], 1.0), (contacts.block_b[i], -1.0)):
+            n = sign * contacts.directions[i, 0]
+            for points, normal in faces.get(int(block), []):
+                off = abs((contacts.place_b[i] - points[0]) @ normal)
+                if normal @ n > 1.0 - 1e-6 and off < 1e-3 * np.linalg.norm(points[1] - points[0]):
+                    nearest.append(float(np.linalg.norm(points - contacts.place_b[i], axis=1).min()))
+        if nearest:
+            found.append(min(nearest))
+    inset = float(np.median(found)) if found else 0.0
+    return inset if inset > 10.0 * assembly.tolerance else 0.0
+
+
+def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
+    """The contacts with their corners and faces, the frame carried by the face.
+
+    ``near`` is what lies together in the reference pose.
+
+    Where two corners meet the frame stays with the block that has it. Where a joint ends at an edge its corners lie on
+    the faces beyond it too: they belong to those that look along its normal.
+    """
+    owner, normal = shapes.owner, shapes.normal
+    by_pair: dict[tuple[int, int], list[int]] = {}
+    for row in range(len(near.corner)):
+        key = int(shapes.face_block[near.face[row]]), int(owner[near.corner[row]])
+        by_pair.setdefault(key, []).append(row)
+    corner, face, over = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
+    reachable = 1e-2 * shapes.near + 1e-9
+    for i in range(c.count):
+        a, b = int(c.block_a[i]), int(c.block_b[i])
+        best: dict[bool, int] = {}
+        for flipped, key, along in ((False, (a, b), c.directions[i, 0]), (True, (b, a), -c.directions[i, 0])):
+            most = ALONG
+            for row in by_pair.get(key, []):
+                off = shapes.corner_place[near.corner[row]] - c.place_b[i]
+                if np.abs(off).max() >= reachable or (looks := float(normal[near.face[row]] @ along)) < ALONG:
+                    continue
+                # the face of the corner itself should look the other way
+                looks -= float(normal[shapes.corner_face[near.corner[row]]] @ along)
+                if looks > most:
+                    best[flipped], most = row, looks
+        if not best:
+            continue
+        flipped = False not in best
+        over[i] = flipped
+        corner[i], face[i] = near.corner[best[flipped]], near.face[best[flipped]]
+    return replace(turned_over(c, over), corner=corner, face=face)
+
+
+def with_faces(shapes: Shapes, c: PathContacts) -> PathContacts:
+    """Name the face on which points lie that are neither a corner nor a crossing."""
+    face, rest = c.face.copy(), at_rest(shapes.assembly.n_blocks)
+    for i in np.flatnonzero(face < 0):
+        mine = np.arange(shapes.face_start[c.block_a[i]], shapes.face_start[c.block_a[i] + 1])
+        one = np.full(len(mine), i)
+        gap, inside = beside(shapes, rest, c.place_b[one], c.block_b[one], mine)
+        along = shapes.normal[mine] @ c.directions[i, 0] > ALONG
+        lies = (np.abs(gap) < shapes.near) & (inside > -shapes.step) & along
+        if lies.any():
+            face[i] = mine[np.where(lies, np.abs(gap), np.inf).argmin()]
+    return replace(c, face=face)
+
+
+def _strangers(shapes: Shapes, c: PathContacts, near: Near, codes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Pairs of corner and face that meet in the reference pose and are no contacts.
+
+    They must not become contacts later. Those are pairs of blocks without a joint, and corners deep inside a face where
+    the model has no point. What is left is the second of two corners that meet, which takes over once they slide.
+
+    Parameters
+    ----------
+    c : contact points of the model
+    near : pairs of corner and face that lie together in the reference pose
+    codes : numbers of the pairs that are no point, corner * number of faces + face
+    """
+    f, owner = len(shapes.face_block), shapes.owner
+    pairs = {(min(a, b), max(a, b)) for a, b in zip(c.block_a.tolist(), c.block_b.tolist(), strict=True)}
+    deep = set(shapes.code(near.corner, near.face)[near.inside > shapes.step].tolist())
+    out = []
+    for code in codes.tolist():
+        a, b = int(shapes.face_block[code % f]), int(owner[code // f])
+        if code in deep or (min(a, b), max(a, b)) not in pairs:
+            out.append(code)
+    return np.array(out, np.int64)

@@ -1,0 +1,124 @@
+"""Corners near faces of other blocks: which pairs there are in a pose, their gaps, and how far inside they lie."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from limitmason.arrays import Array, Flags, Index
+from limitmason.capacity.contact_search.faces import Shapes, turned
+from limitmason.capacity.kinematics import Pose
+from limitmason.geometry.boxtree import overlapping_pairs
+
+OVERSHOOT = 1e-3
+"""How far beyond a side a corner goes before it has left a face, or come to it, over the median block size [-]."""
+
+NEAR = 0.01
+"""Gap within which a corner is made a contact point, over the median block size [-]."""
+
+FACING = -0.5
+"""Cosine between the outward normals up to which the face of a corner looks at another face."""
+
+
+class Near(NamedTuple):
+    """Corners at faces: numbers of both, gap [m], and the least distance inside a side [m].
+
+    ``owner`` is the block of the corner and ``place`` where it is in the reference pose [m]; places where sides cross
+    have a number beyond those of all corners, see :mod:`limitmason.capacity.contact_search.crossing`.
+    """
+
+    corner: Index
+    face: Index
+    gap: Array
+    inside: Array
+    owner: Index
+    place: Array
+
+    def at(self, rows: Index | Flags) -> "Near":
+        """Some of them."""
+        return Near(
+            self.corner[rows], self.face[rows], self.gap[rows], self.inside[rows], self.owner[rows], self.place[rows]
+        )
+
+    def with_rows(self, other: "Near") -> "Near":
+        """These and others behind them."""
+        return Near(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+
+
+def together(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> Near:
+    """Corners within the near gap of faces of other blocks in a pose and at least so far inside their sides [m].
+
+    Parameters
+    ----------
+    depth : by which corners may lie behind a face beyond the near gap, as the springs of soft joints let them [m]
+    """
+    one, two = near_blocks(shapes, pose, depth)
+    own, face = facing(shapes, pose, np.concatenate([one, two]), np.concatenate([two, one]))
+    start = shapes.corners_begin
+    count = np.diff(start)[own]
+    corner = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - start[own], count)
+    face = np.repeat(face, count)
+    gap, sides = beside(shapes, pose, shapes.corner_place[corner], shapes.owner[corner], face)
+    use = (gap < shapes.near) & (gap > -shapes.near - depth) & (sides > inside)
+    corner = corner[use]
+    return Near(corner, face[use], gap[use], sides[use], shapes.owner[corner], shapes.corner_place[corner])
+
+
+def facing(shapes: Shapes, pose: Pose, one: Index, two: Index) -> tuple[Index, Index]:
+    """Faces of blocks ``one`` and of blocks ``two`` that look at each other, pair by pair."""
+    f, g = products(shapes.face_start, one, shapes.face_start, two)
+    normal = turned(pose, shapes.face_block, shapes.normal)
+    looks = np.einsum("ij,ij->i", normal[f], normal[g]) < FACING
+    return f[looks], g[looks]
+
+
+def near_blocks(shapes: Shapes, pose: Pose, depth: float = 0.0) -> tuple[Index, Index]:
+    """Pairs of blocks that may touch in a pose, not both held.
+
+    ``depth`` as in :func:`together`.
+    """
+    fixed, x = shapes.assembly.fixed, shapes.assembly.centroids + pose.shift
+    reach = shapes.spread + shapes.near + depth
+    one, two = overlapping_pairs(x - reach[:, None], x + reach[:, None])
+    near = np.linalg.norm(x[one] - x[two], axis=1) < shapes.spread[one] + shapes.spread[two] + shapes.near + depth
+    near &= ~(fixed[one] & fixed[two])
+    return one[near], two[near]
+
+
+def products(first: Index, of: Index, second: Index, on: Index) -> tuple[Index, Index]:
+    """All pairs of a thing of one block and a thing of another, for many pairs of blocks at once.
+
+    Things are corners or faces, say; they stand in a row, block after block.
+
+    Parameters
+    ----------
+    first, second : where the things of every block begin in their row, and the end, shape (n + 1,)
+    of, on : the two blocks of every pair, shape (p,)
+
+    Returns
+    -------
+    tuple
+        Numbers in the first and in the second row: every thing of of[0] with every thing of on[0], then of the next.
+    """
+    nc, nf = np.diff(first)[of], np.diff(second)[on]
+    total = nc * nf
+    # pair of blocks, and number within it, of every pair of things: one * nf + other
+    pair = np.repeat(np.arange(len(of)), total)
+    k = np.arange(total.sum()) - np.repeat(np.cumsum(total) - total, total)
+    return first[of][pair] + k // np.maximum(nf[pair], 1), second[on][pair] + k % np.maximum(nf[pair], 1)
+
+
+def beside(shapes: Shapes, pose: Pose, place: Array, owner: Index, face: Index) -> tuple[Array, Array]:
+    """Gap of points of blocks ``owner`` above faces in a pose, and the least distance inside their sides [m].
+
+    Parameters
+    ----------
+    place : of the points in the reference pose [m], shape (m, 3)
+    face : number of the face of every point, shape (m,)
+    owner : block of every point, shape (m,)
+    """
+    x, base = shapes.assembly.centroids, shapes.face_block[face]
+    local = shapes.placed(pose, owner, place) - x[base] - pose.shift[base]
+    local = x[base] + local + np.einsum("mji,mj->mi", pose.turn[base], local)
+    gap = ((local - shapes.face_place[face]) * shapes.normal[face]).sum(axis=1)
+    sides = np.einsum("mki,mi->mk", shapes.side[face], local) - shapes.reach[face]
+    return gap, sides.min(axis=1)

@@ -1,0 +1,219 @@
+"""A new point of contact: its place, its frame, and what it inherits from the points before it."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from limitmason.arrays import Array, Flags, Index
+from limitmason.capacity.contact_search.crossing import edges_of, is_crossing
+from limitmason.capacity.contact_search.faces import Shapes
+from limitmason.capacity.contact_search.near import Near
+from limitmason.capacity.contacts import NEW, PathContacts
+from limitmason.capacity.kinematics import Pose
+from limitmason.capacity.point_law import PlasticHistory
+
+_HEIR = 6.0  # overshoots: distance, beyond the gap, within which a new point inherits from one that has left its face
+
+_MOVING = 25.0  # the same where sides cross, which move on by up to a step's length before they are looked at
+
+
+class Renewed(NamedTuple):
+    """Contacts found anew with their history, forces [N] and numbers among the points before, -1 for new ones."""
+
+    contacts: PathContacts
+    history: PlasticHistory
+    force: Array
+    before: Index
+
+
+class NewPoint(NamedTuple):
+    """A new point, its force [N], slip and lift [m], damage [-], and whose heir it is in plane, -1 for none."""
+
+    contacts: PathContacts
+    force: Array
+    slip: Array
+    lift: float
+    damage: float
+    heir_of: int
+
+
+class Before(NamedTuple):
+    """Points before contacts are found anew in a pose.
+
+    Parameters
+    ----------
+    c, history, force : the points, their history, and their forces in that pose [N], shape (m, components)
+    now : where they are in that pose [m], shape (m, 3)
+    gone : which have left their face, shape (m,)
+    """
+
+    shapes: Shapes
+    c: PathContacts
+    pose: Pose
+    history: PlasticHistory
+    force: Array
+    now: Array
+    gone: Flags
+
+    @property
+    def pair(self) -> Index:
+        """Number of the pair of blocks of every point."""
+        return self.shapes.pair(self.c.block_a, self.c.block_b)
+
+    def places(self, near: Near) -> Array:
+        """Where corners at faces are in that pose [m]."""
+        return self.shapes.placed(self.pose, near.owner, near.place)
+
+    def close(self, near: Near) -> Flags:
+        """Whether a corner is close to a point and of the same two blocks, or that crossing again, (m, corners)."""
+        shapes, crosses = self.shapes, is_crossing(self.shapes, self.c)
+        # crossings run along both sides, and so farther than corners
+        reach = shapes.step * np.where(crosses, _MOVING, _HEIR)
+        near_by = np.linalg.norm(self.now[:, None] - self.places(near), axis=2) < reach[:, None] + np.abs(near.gap)
+        same = self.pair[:, None] == number_pairs(shapes, near)
+        again = (edges_of(shapes, self.c)[:, None] == edges_of(shapes, near)) & crosses[:, None]
+        return np.asarray((near_by & same) | again)
+
+    def succeeded(self, near: Near) -> Flags:
+        """Points to which a corner has come close."""
+        return np.asarray(self.close(near).any(axis=1))
+
+    def directions(self, row: int) -> Array:
+        """Normal and tangents of a point as they are turned in that pose."""
+        return self.c.directions[row] @ (np.eye(3) + self.pose.turn[self.c.block_a[row]]).T
+
+
+def number_pairs(shapes: Shapes, near: Near) -> Index:
+    """Number of the pair of blocks of every corner at a face."""
+    return shapes.pair(shapes.face_block[near.face], near.owner)
+
+
+def shares_of(old: Before, near: Near) -> Array:
+    """What every row takes over of every point that has gone, shape (rows, m): by the inverse distance.
+
+    A crossing that is made again takes all of itself.
+    """
+    again = (edges_of(old.shapes, near)[:, None] == edges_of(old.shapes, old.c)) & is_crossing(old.shapes, old.c)
+    apart = np.linalg.norm(old.now - old.places(near)[:, None], axis=2)
+    weight = np.where(old.close(near).T, 1.0 / (apart + 0.1 * old.shapes.step), 0.0)
+    weight = np.where(again.any(axis=0), again, weight) * old.gone
+    return np.asarray(weight / np.maximum(weight.sum(axis=0), 1e-300))
+
+
+def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: Array | None) -> NewPoint | None:
+    """A new point, or None where a point of the same two blocks is there already.
+
+    Parameters
+    ----------
+    others : points made before it
+    share : what it takes over of every point, in space, shape (m,); in plane it takes all of the nearest
+    row : of ``near``, the corner or crossing that becomes a point
+    """
+    shapes, c, pose, gone = old.shapes, old.c, old.pose, old.gone
+    face, b, place = int(near.face[row]), int(near.owner[row]), near.place[row]
+    a, x = int(shapes.face_block[face]), shapes.assembly.centroids
+    at = x[b] + pose.shift[b] + place - x[b] + pose.turn[b] @ (place - x[b])
+    apart = np.linalg.norm(old.now - at, axis=1)
+    same, close = old.pair == number_pairs(shapes, near.at(np.array([row]))), 0.5 * shapes.step
+    if (same & ~gone & (apart < close)).any() or any(
+        {int(r.block_a[0]), int(r.block_b[0])} == {a, b} and np.abs(r.place_b[0] - place).max() < close
+        for r, *_ in others
+    ):
+        return None
+    touching = (c.block_a == a) | (c.block_b == a) | (c.block_a == b) | (c.block_b == b)
+    heirs = gone & touching & (apart < _HEIR * shapes.step + abs(float(near.gap[row])))
+    heirs[[other.heir_of for other in others if other.heir_of >= 0]] = False
+    if (heirs & same).any():
+        heirs &= same
+    if share is not None:
+        heirs = share > 0.0
+    model = int(np.where(heirs if heirs.any() else same if same.any() else touching, apart, np.inf).argmin())
+    # tangents of the model, turned into the face
+    rotation, normal = np.eye(3) + pose.turn[a], shapes.normal[face]
+    directions = _frame(old, model, rotation, normal)
+    one = c.at(np.array([model]))
+    law, rest, interface = one.law, one.rest, one.interface
+    damage = float(np.broadcast_to(old.history.damage, c.area.shape)[model])
+    if not same[model]:
+        # blocks that had no joint are not bonded, and nothing of their friction is lost
+        zero = np.zeros(1)
+        law, interface = law._replace(cohesion=zero, tension=zero.copy()), np.array([NEW])
+        rest, damage = law, 0.0
+    elif not heirs.any():
+        # what meets anew was never bonded
+        law, rest = (part._replace(cohesion=np.zeros(1), tension=np.zeros(1)) for part in (law, rest))
+    kn, ks, area = float(one.kn[0]), float(one.ks[0]), float(one.area[0])
+    taken = np.flatnonzero(heirs)
+    if share is None:
+        taken, share = np.array([model]), np.ones(c.count)
+    elif len(taken):
+        area = float(share[taken] @ c.area[taken])
+    opening, slip, lift, force = float(near.gap[row]), np.zeros(c.components - 1), 0.0, np.zeros(c.components)
+    if heirs.any():
+        lift = float(old.history.lift[model])
+        onto, pressed = _taken_over(old, taken, share, a, b)
+        if pressed > 0.0:
+            force = (directions @ rotation.T) @ onto
+            force[0] = pressed
+            size = float(np.linalg.norm(force[1:]))
+            held = law.towards(rest, np.array([damage]))
+            most = float(held.shear_strength(np.array([force[0] / area]))[0]) * area
+            force[1:] *= min(1.0, max(most, 0.0) / max(size, 1e-300))
+            opening = lift - force[0] / (kn * area)
+            slip = force[1:] / (ks * area)
+    elif opening < 0.0:
+        # seen late: what it has gone through the face by is not stored as energy that nobody put in
+        opening = 0.0
+    # the material point of a from which the opening counts and the sliding is nil
+    local = rotation.T @ (at - x[a] - pose.shift[a]) - opening * normal
+    sense = 1.0
+    if interface[0] != NEW:
+        sense = 1.0 if shapes.assembly.interfaces[int(interface[0])].block_b == b else -1.0
+    point = replace(
+        one, block_a=np.array([a]), block_b=np.array([b]), place_a=(x[a] + local)[None], place_b=place[None].copy(),
+        directions=directions[None], area=np.array([area]), interface=interface, sense=np.array([sense]), law=law,
+        rest=rest, corner=near.corner[[row]], face=near.face[[row]], by_opening=one.by_opening * same[model],
+        by_slip=one.by_slip * same[model],
+    )
+    return NewPoint(point, force, slip, lift, damage, heir_of=model if heirs.any() else -1)
+
+
+def _taken_over(old: Before, rows: Index, share: Array, a: int, b: int) -> tuple[Array, float]:
+    """Force on block b of what a point between a and b takes over, in space, and its pressure [N].
+
+    Parameters
+    ----------
+    rows, share : old points, and the part that is taken over of every old point [-], shapes (k,) and (m,)
+    a, b : the two blocks
+    """
+    onto, pressed = np.zeros(3), 0.0
+    for g in rows:
+        force = share[g] * old.force[g] @ old.directions(int(g))
+        onto += force if (old.c.block_b[g] == b or old.c.block_a[g] == a) else -force
+        pressed += float(share[g] * old.force[g, 0])
+    return onto, pressed
+
+
+def _frame(old: Before, row: int, rotation: Array, normal: Array) -> Array:
+    """Normal and tangents of a new point, near the tangents of the one it replaces.
+
+    They are in the reference axes of the block that carries the frame, shape (c, 3). Slip is kept along them, so that
+    they must not swing round.
+
+    Parameters
+    ----------
+    row : of the old point that gives the tangents
+    rotation, normal : of the block that carries the frame, shape (3, 3), and of its face in the reference pose, (3,)
+    """
+    if old.c.components == 2:
+        # as in the reference pose: the tangent is the normal turned in the plane
+        first, second = old.c.directions[row]
+        return np.stack([normal, np.cross(np.cross(first, second), normal)])
+    tangent = rotation.T @ old.directions(row)[1]
+    # nearly along the new normal it would give no tangent: the other one does
+    if abs(tangent @ normal) > 0.9:
+        tangent = rotation.T @ old.directions(row)[2]
+    tangent = tangent - (tangent @ normal) * normal
+    tangent = tangent / np.linalg.norm(tangent)
+    return np.stack([normal, tangent, np.cross(normal, tangent)])

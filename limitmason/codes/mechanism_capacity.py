@@ -1,0 +1,188 @@
+"""Capacity of a rigid mechanism by the Italian Circular: the accelerations that its oscillator reaches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from limitmason.arrays import Array
+from limitmason.codes.spectra import LARGEST_AG, FloorSpectrum, GroundSpectrum, RecordSpectrum
+from limitmason.constants import GRAVITY
+from limitmason.errors import InputError
+from limitmason.model.assembly import Assembly
+
+Spectrum = GroundSpectrum | FloorSpectrum | RecordSpectrum
+
+DAMPING = {"SLV": 0.08, "SLC": 0.10}
+"""Of the mechanism, by limit state [-]."""
+
+SHARES = {"SLV": 0.4, "SLC": 0.6}
+"""Parts of d0 [-]."""
+
+PERIODS = {"SLV": 1.68, "SLC": 1.56}
+"""T = factor pi sqrt(d / a) [C8.7.1.10, C8.7.1.11]."""
+
+
+class Capacity(NamedTuple):
+    """Capacity of a mechanism as an oscillator, for one way of counting its bodies."""
+
+    bodies: int
+    mass_share: float  # e* [-]
+    a0: float  # a0* = alpha0 g / (e* FC) [m/s2]
+    d0: float  # displacement without capacity [m], NaN without a curve
+    d: dict[str, float]  # of SLV and SLC [m]
+    a: dict[str, float]  # a(d) [m/s2]
+    period: dict[str, float]  # [s]
+    ag: dict[str, float]  # acceleration of the ground over g that is reached, by limit state
+    ag_simplified: float  # SLV by q = 2 [-]
+
+
+def bodies_of(assembly: Assembly, twists: Array, tolerance: float = 1e-4) -> list[list[int]]:
+    """Blocks that move, in groups without relative motion.
+
+    The velocities of a group are one rigid field.
+
+    Parameters
+    ----------
+    tolerance : difference of two fields over the largest velocity [-]
+    twists : of every block, up to a common factor, shape (n, 6)
+    """
+    c, turn = assembly.centroids, twists[:, 3:]
+    middle = c.mean(axis=0)
+    size = float(np.linalg.norm(np.ptp(c, axis=0)))
+    # a rigid motion as velocity of the middle of all blocks, and spin times the size: same units
+    field = np.hstack([twists[:, :3] + np.cross(turn, middle - c), size * turn])
+    largest = float(np.linalg.norm(field, axis=1).max())
+    bodies: list[list[int]] = []
+    for i in np.flatnonzero(np.linalg.norm(field, axis=1) > tolerance * largest):
+        for body in bodies:
+            if np.linalg.norm(field[i] - field[body[0]]) <= tolerance * largest:
+                body.append(int(i))
+                break
+        else:
+            bodies.append([int(i)])
+    return bodies
+
+
+def capacity_of(
+    weights: Array,
+    moved: Array,
+    at_control: float,
+    multiplier: float,
+    path: tuple[Array, Array] | None,
+    spectra: Mapping[str, Spectrum],
+    confidence_factor: float = 1.0,
+) -> Capacity:
+    """Capacity of a chain of bodies from weights, virtual displacements and a curve.
+
+    The chain is an oscillator of one degree of freedom, whose part of the mass is e* = (sum P delta)^2 / (sum P sum P
+    delta^2), and whose acceleration and displacement follow from the curve. For each limit state that ground is found
+    whose spectrum asks for just that.
+
+    Parameters
+    ----------
+    weights : P + Q of every body [N]
+    moved : delta of every body along the push, up to a factor
+    at_control : delta_C of the control point, up to the same factor
+    multiplier : alpha0 [-]
+    path : displacement of the control point [m] and alpha [-] to where this is zero; None for q = 2 alone
+    spectra : by limit state
+    confidence_factor : FC [-]
+    """
+    first, second = float(weights @ moved), float(weights @ moved**2)  # sum P delta, sum P delta^2
+    share = first**2 / (float(weights.sum()) * second)
+    to_a = GRAVITY / (share * confidence_factor)
+    a0 = multiplier * to_a
+    stiff = {state: _reached(spectra[state], lambda s: peak_of(s) - a0) for state in ("SLD", "SLV")}
+    d0, ag = math.nan, {"SLD": stiff["SLD"]}
+    d: dict[str, float] = {}
+    a, period = dict(d), dict(d)
+    if path is not None:
+        along, alpha = path[0] * abs(second / (at_control * first)), path[1] * to_a
+        d0 = _zero(along, alpha)
+        lost = _lost_at(along, alpha, d0)
+        for state, part in SHARES.items():
+            d[state], a[state] = part * d0, float(np.interp(part * d0, along, alpha))
+            if state == "SLV" and lost is not None and along[lost] < d[state]:
+                d[state], a[state] = float(along[lost]), float(alpha[lost])
+            period[state] = PERIODS[state] * math.pi * math.sqrt(d[state] / a[state])
+            asked = partial(_excess, period[state], DAMPING[state], d[state])
+            ag[state] = _reached(spectra[state], asked)
+    return Capacity(
+        bodies=len(weights), mass_share=share, a0=a0, d0=d0, d=d, a=a, period=period, ag=ag,
+        ag_simplified=2.0 * stiff["SLV"],
+    )
+
+
+def _excess(period: float, damping: float, displacement: float, spectrum: Spectrum) -> float:
+    return spectrum.displacement(period, damping) - displacement
+
+
+def _reached(spectrum: Spectrum, excess: Callable[[Spectrum], float]) -> float:
+    """Least acceleration of the ground over g at which a demand is what is there, or infinite from 2 g on.
+
+    On soil D the peak ag S falls between two accelerations, so that there may be three. A record's demand has one.
+
+    Parameters
+    ----------
+    excess : of demand over capacity by a spectrum, negative where it holds
+    """
+    trials = np.linspace(1e-9, LARGEST_AG, 2 if isinstance(spectrum, RecordSpectrum) else 401)
+    for low, high in pairwise(map(float, trials)):
+        if excess(spectrum.scaled(high)) > 0.0:
+            return float(brentq(lambda ag: excess(spectrum.scaled(ag)), low, high))
+    return math.inf
+
+
+def _zero(along: Array, alpha: Array) -> float:
+    """Displacement behind the peak at which the curve comes down to zero, between two samples.
+
+    Parameters
+    ----------
+    along, alpha : displacement [m] and multiplier [-] of every sample, shape (n,)
+    """
+    # a curve of elastic joints begins at zero too
+    peak = int(np.argmax(alpha))
+    below = peak + np.flatnonzero(alpha[peak:] <= 0.0)
+    if not len(below) or not alpha[peak] > 0.0:
+        raise InputError(
+            f"the curve ends at alpha = {alpha[-1] / alpha.max():.2f} of its largest: follow it to where it is zero"
+        )
+    k = int(below[0])
+    return float(along[k - 1] + (along[k] - along[k - 1]) * alpha[k - 1] / (alpha[k - 1] - alpha[k]))
+
+
+def _lost_at(along: Array, alpha: Array, d0: float) -> int | None:
+    """Sample from which more than half of the capacity is lost at once, over a hundredth of d0 at most.
+
+    Parameters
+    ----------
+    along, alpha, d0 : displacement [m] and multiplier [-] of every sample, (n,), and displacement at zero capacity [m]
+    """
+    forward = np.maximum.accumulate(along)
+    last = np.searchsorted(forward, forward + 0.01 * d0, side="right") - 1
+    sudden = np.flatnonzero((alpha[last] < 0.5 * alpha) & (alpha > 0.01 * alpha.max()))
+    if not len(sudden):
+        return None
+    first = int(sudden[0])
+    return first + int(np.argmin(np.diff(alpha[first : last[first] + 1])))
+
+
+def peak_of(spectrum: Any) -> float:
+    """Largest acceleration of what the mechanism stands on [m/s2]: a floor, the ground or a record."""
+    if isinstance(spectrum, FloorSpectrum):
+        return math.sqrt(sum(a * a for a in spectrum.peaks()))
+    if isinstance(spectrum, GroundSpectrum):
+        return spectrum.ag * spectrum.amplification * GRAVITY
+    return spectrum.ag * GRAVITY
+
+
+def ag_of(spectrum: Spectrum) -> float:
+    """Acceleration of the ground under a spectrum over g [-]."""
+    return spectrum.ground.ag if isinstance(spectrum, FloorSpectrum) else spectrum.ag

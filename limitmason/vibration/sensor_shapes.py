@@ -1,0 +1,126 @@
+"""Mode shapes as sensors see them: at which points, along which axes, and what they cannot see."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from limitmason.arrays import Array, Index
+from limitmason.errors import InputError
+from limitmason.vibration.modes import Modes
+
+Shapes = Modes | ArrayLike
+
+_UNSEEN = 1e-6  # of its largest motion at the sensors' points: a mode that moves less along them is not seen
+
+_PASSED = 1e-2  # of the squares of a shape: components that read zero are refused where the other's are larger
+
+
+def _check_sensors(m: Shapes, count: int) -> None:
+    """Refuse shapes that are not one number for each sensor."""
+    shape = (0, count) if isinstance(m, Modes) else np.shape(m)
+    if len(shape) != 2 or shape[1] != count:
+        turned = "; rows are modes, columns sensors: transpose them" if shape[:1] == (count,) else ""
+        raise InputError(
+            f"shapes must have one number for each of the {count} sensors, shape (k, {count}), got {shape}{turned}"
+        )
+
+
+def _check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
+    """Refuse components that are zero in every shape of one set, where the other moves.
+
+    A blank that was filled with zero would lower the criterion of modes that are alike.
+
+    Parameters
+    ----------
+    u, v, number : shapes of both sets, (k, s), and number of every column: sensor, or three times the point plus axis
+    one_each : whether every sensor gives one number
+    """
+    for which, mine, other in (("first", u, v), ("second", v, u)):
+        share = (np.abs(other) ** 2 / np.maximum((np.abs(other) ** 2).sum(axis=1, keepdims=True), 1e-300)).max(axis=0)
+        blank = ~np.abs(mine).any(axis=0) & (share > _PASSED)
+        if one_each:
+            if len(mine) > 1 and blank.any():
+                raise InputError(
+                    f"sensor {number[blank][0]} reads zero in every shape of the {which} set, though the other moves "
+                    "there: leave the sensor out, or say NaN where it failed"
+                )
+            continue
+        for axis, name in enumerate("xyz"):
+            mine_there = mine[:, number % 3 == axis]
+            if blank[number % 3 == axis].any() and not np.abs(mine_there).any():
+                raise InputError(
+                    f"the {which} shapes are zero along {name} at every point, and the other set moves there. If that "
+                    "was not measured, say NaN instead of zero, or sensors=[(point, direction), ...] with one number "
+                    "for each"
+                )
+
+
+def _unseen(m: Shapes, where: Array | None, along: Array | None) -> tuple[int, ...]:
+    """Modes of a model that hardly move along any sensor.
+
+    Parameters
+    ----------
+    where, along : places [m] and unit directions of the sensors, (s, 3), or None
+    """
+    if not isinstance(m, Modes) or along is None or where is None:
+        return ()
+    motion = m.at(where)
+    seen = np.abs(np.einsum("kpi,pi->kp", motion, along)).max(axis=1)
+    return tuple(np.flatnonzero(seen <= _UNSEEN * np.linalg.norm(motion, axis=2).max(axis=1)).tolist())
+
+
+def _where(
+    a: Shapes, b: Shapes, points: ArrayLike | None, masses: ArrayLike | None, weighted: bool
+) -> tuple[Array | None, Array | None]:
+    """Points [m] at which shapes are compared, and the masses they stand for.
+
+    Without ``points`` they are the blocks that move in the coarser model, with its masses if ``weighted``. Without any
+    model the points are None.
+    """
+    given = None if masses is None else np.asarray(masses, dtype=float)
+    if points is not None:
+        where = np.atleast_2d(np.asarray(points, dtype=float))
+        if weighted and given is None:
+            raise InputError("give the masses that chosen points stand for, or compare plainly (weighted=False)")
+        if given is not None and given.shape != (len(where),):
+            raise InputError(f"masses must have shape ({len(where)},), got {given.shape}")
+        return where, given
+    models = [m for m in (a, b) if isinstance(m, Modes)]
+    if not models:
+        if weighted and given is None:
+            raise InputError("shapes without a model have no masses: give them")
+        return None, given
+    if len(models) == 1:
+        raise InputError("give the points, or the sensors, at which the shapes without a model were taken")
+    coarse = min(models, key=lambda m: int(m.system.carrier.moving.sum()))
+    kept = coarse.system.carrier.moving
+    weight = coarse.system.carrier.masses[kept] if weighted else None
+    return coarse.places[kept], given if given is not None else weight
+
+
+def _flat(m: Shapes, where: Array | None, along: Array | None) -> Array:
+    """Shapes as rows of numbers, at points and along directions where they are modes of a model."""
+    if isinstance(m, Modes):
+        assert where is not None
+        u = m.at(where)
+        return np.asarray(u.reshape(len(m), -1) if along is None else np.einsum("kpi,pi->kp", u, along))
+    try:
+        shapes = np.asarray(m, dtype=complex if np.iscomplexobj(m) else float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"shapes must be Modes or numbers of shape (k, p, 3) or (k, s), got {type(m).__name__}"
+        ) from None
+    if shapes.ndim not in (2, 3) or (shapes.ndim == 3 and shapes.shape[2] != 3) or not shapes.size:
+        raise InputError(f"shapes must have shape (k, p, 3), or (k, s) of sensors, got {shapes.shape}")
+    flat = shapes.reshape(len(shapes), -1)
+    missing = np.isnan(flat)
+    if np.isinf(flat).any() or (missing.any(axis=0) & ~missing.all(axis=0)).any() or missing.all():
+        raise InputError("shapes must be finite; NaN says that a component was not measured, then in every mode")
+    return flat
+
+
+def _per_component(weight: Array, length: int) -> Array:
+    if length % len(weight):
+        raise InputError(f"{len(weight)} masses do not fit shapes of {length} components")
+    return np.repeat(weight, length // len(weight))
