@@ -1,4 +1,4 @@
-"""Sizes of a cause at which a table has columns."""
+"""Sizes of a cause, and values of measured inputs, at which a table of predictions has entries."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -20,12 +20,15 @@ WIDE = 10.0  # ratio of the bounds from which half-way between two sizes is thei
 PAIR_NODES = 6  # size nodes on each side of the baseline in the table of a pair
 
 
-def _say_if_without_effect(change: np.ndarray, what: str, keyword: str, ends: Sequence[float]) -> None:
+def warn_without_effect(change: np.ndarray, what: str, keyword: str, ends: Sequence[float]) -> None:
     """Warn where no prediction changes by a bit: a simulator may take a keyword and do nothing with it.
 
     Parameters
     ----------
-    change, what, keyword, ends : of all predictions; in words; parameter that was changed; from where to where
+    change : of every prediction, on the scale of comparison
+    what : that was changed, in words
+    keyword : of the simulator that was changed
+    ends : its two values
     """
     if not np.any(change):
         warnings.warn(
@@ -57,7 +60,7 @@ def transformed(
     return number(value, lambda: what, must_be_positive)
 
 
-def _through_zero(low: float, high: float, count: int) -> np.ndarray:
+def through_zero(low: float, high: float, count: int) -> np.ndarray:
     """``count`` values from low to high with 0 among them."""
     if low == 0.0 or high == 0.0:
         return np.linspace(low, high, count)
@@ -66,25 +69,25 @@ def _through_zero(low: float, high: float, count: int) -> np.ndarray:
     return np.concatenate([np.linspace(low, 0.0, below + 1), np.linspace(0.0, high, count - below)[1:]])
 
 
-def _is_factor(cause: Cause) -> bool:
+def is_factor(cause: Cause) -> bool:
     """Whether sizes are told apart by their ratio: a factor over a wide range, as of a stiffness."""
     return 0.0 < WIDE * cause.bounds[0] <= cause.bounds[1]
 
 
-def _curve(cause: Cause, sizes: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+def between_sizes(cause: Cause, sizes: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """Values between sizes, along the logarithm of a factor.
 
     Parameters
     ----------
     values : at the sizes, shape (sizes, n)
     """
-    if not _is_factor(cause):
+    if not is_factor(cause):
         return PchipInterpolator(sizes, values, axis=0)
     along = PchipInterpolator(np.log(sizes), values, axis=0)
     return lambda x: along(np.log(x))
 
 
-def _thin(nodes: np.ndarray, keep: float, each: int = PAIR_NODES) -> np.ndarray:
+def thinned(nodes: np.ndarray, keep: float, each: int = PAIR_NODES) -> np.ndarray:
     """Numbers of at most ``each`` nodes on both sides of the node at ``keep``."""
     middle = int(np.argmin(np.abs(nodes - keep)))
     last = len(nodes) - 1

@@ -16,12 +16,12 @@ from limitmason.diagnosis.simulator import Job, Simulator
 from limitmason.diagnosis.size_nodes import (
     CELL,
     NODES,
-    _curve,
-    _is_factor,
-    _say_if_without_effect,
-    _thin,
-    _through_zero,
+    between_sizes,
+    is_factor,
+    thinned,
+    through_zero,
     transformed,
+    warn_without_effect,
 )
 from limitmason.errors import InputError
 
@@ -80,9 +80,9 @@ class Tabulator:
         # standard deviations. Calls multiply with every input, so several have the mean and both ends alone
         count = nuisance_levels or (5 if len(self.free) == 1 else 3)
         reaches = [m.reach(REACH) for m in self.free.values()]
-        self.z_levels = tuple(_through_zero(*reach, count) for reach in reaches)
+        self.z_levels = tuple(through_zero(*reach, count) for reach in reaches)
         counts = [max(m, count) for m in NODES[len(reaches)]]
-        self.z_nodes = tuple(_through_zero(*r, m) for r, m in zip(reaches, counts, strict=True))
+        self.z_nodes = tuple(through_zero(*r, m) for r, m in zip(reaches, counts, strict=True))
 
     def on(self, specimens: Sequence[Any], noise: np.ndarray) -> "Tabulator":
         """This tabulation for other specimens, at the same values of the measured inputs.
@@ -171,7 +171,7 @@ class Tabulator:
         values = self.evaluate((), [((), z) for z in product(*self.z_levels)]).reshape(*map(len, self.z_levels), self.n)
         for axis, (name, measured) in enumerate(self.free.items()):
             ends = [measured.at(z) for z in self.z_levels[axis][[0, -1]]]
-            _say_if_without_effect(np.ptp(values, axis=axis), f"the measured input {name!r}", name, ends)
+            warn_without_effect(np.ptp(values, axis=axis), f"the measured input {name!r}", name, ends)
         values = self._to_nodes(values, 0)
         return Tabulation((), (), self.z_nodes, values)
 
@@ -198,9 +198,9 @@ class Tabulator:
             values = self.evaluate((cause,), [((s,), z) for s in levels for z in product(*self.z_levels)])
         if not cause.transforms:
             keyword = cause.parameter if cause.apply is None else "extend"
-            _say_if_without_effect(np.ptp(values, axis=0), f"the cause {cause.name!r}", keyword, cause.bounds)
+            warn_without_effect(np.ptp(values, axis=0), f"the cause {cause.name!r}", keyword, cause.bounds)
         values = self._to_nodes(values.reshape(len(levels), *map(len, self.z_levels), self.n), 1)
-        curve = _curve(cause, levels, values)
+        curve = between_sizes(cause, levels, values)
         nodes = like.sizes[0] if like is not None else self._nodes(cause, curve)
         return Tabulation((cause,), (nodes,), self.z_nodes, curve(nodes), (levels,), error)
 
@@ -212,9 +212,9 @@ class Tabulator:
         first, second, base : tables of each alone and of the baseline
         exact : call the simulator for every pair of sizes; otherwise log f12 = log f1 + log f2 - log f0, to be verified
         """
-        pick = [_thin(t.sizes[0], t.causes[0].baseline) for t in (first, second)]
+        pick = [thinned(t.sizes[0], t.causes[0].baseline) for t in (first, second)]
         sizes = tuple(t.sizes[0][p] for t, p in zip((first, second), pick, strict=True))
-        thin = tuple(_thin(a, 0.0, 2) if len(a) > 5 else np.arange(len(a)) for a in base.z)
+        thin = tuple(thinned(a, 0.0, 2) if len(a) > 5 else np.arange(len(a)) for a in base.z)
         z = tuple(a[t] for a, t in zip(base.z, thin, strict=True))
         causes = (first.causes[0], second.causes[0])
         if exact:
@@ -270,7 +270,7 @@ class Tabulator:
         measured = tuple(0.0 for _ in self.free)  # nuisance inputs at their measured values
         most = max(self.levels, 5)
         ends = sorted({cause.baseline, *cause.sides})
-        middle_of = (lambda a, b: float(np.sqrt(a * b))) if _is_factor(cause) else (lambda a, b: 0.5 * (a + b))
+        middle_of = (lambda a, b: float(np.sqrt(a * b))) if is_factor(cause) else (lambda a, b: 0.5 * (a + b))
 
         def called(sizes: np.ndarray) -> np.ndarray:
             return self.evaluate((cause,), [((size,), measured) for size in sizes])
@@ -284,7 +284,7 @@ class Tabulator:
             halved, waiting = intervals[:room], intervals[room:]
             middle = np.array([middle_of(a, b) for a, b, _ in halved])
             true = called(middle)
-            miss = np.max(np.abs(_curve(cause, x, y)(middle) - true) / self.noise, axis=1)
+            miss = np.max(np.abs(between_sizes(cause, x, y)(middle) - true) / self.noise, axis=1)
             order = np.argsort(np.concatenate([x, middle]))
             x, y = np.concatenate([x, middle])[order], np.concatenate([y, true])[order]
             # the curve through twice as many levels misses about a quarter as much, half beside a kink
@@ -346,7 +346,7 @@ class Tabulator:
         """Size nodes evenly spaced along the curve in units of the noise."""
         out = [cause.baseline]
         for side in cause.sides:
-            fine = (np.geomspace if _is_factor(cause) else np.linspace)(cause.baseline, side, 65)
+            fine = (np.geomspace if is_factor(cause) else np.linspace)(cause.baseline, side, 65)
             steps = np.diff(curve(fine), axis=0) / self.noise
             length = np.sqrt((steps**2).sum(axis=-1)).reshape(len(fine) - 1, -1).max(axis=1)
             length += 0.15 * length.sum() / len(length) + 1e-12  # keep nodes where the cause does nothing

@@ -19,12 +19,12 @@ from limitmason.vibration.modal_test import CLOSE, ModalTest, placed
 from limitmason.vibration.modes import Modes
 from limitmason.vibration.sensor_shapes import (
     Shapes,
-    _check_sensors,
-    _check_zeros,
-    _flat,
-    _per_component,
-    _unseen,
-    _where,
+    as_rows,
+    check_sensors,
+    check_zeros,
+    compared_points,
+    per_component,
+    unseen_modes,
 )
 
 
@@ -227,7 +227,7 @@ def mac(
     if sensors is not None:
         points, along = placed(sensors)
         for m in (a, b):
-            _check_sensors(m, len(along))
+            check_sensors(m, len(along))
     frequency = _frequencies(a, b, frequencies)
     same = isinstance(a, Modes) and isinstance(b, Modes) and _one_model(a, b)
     if same and weighted and points is None and sensors is None and masses is None:
@@ -237,18 +237,18 @@ def mac(
         matrix = a.system.mass
         u, v = (_free_vectors(m) for m in (a, b))
         return _compared((u @ matrix @ v.T, u @ matrix @ u.T, v @ matrix @ v.T), frequency)
-    where, weight = _where(a, b, points, masses, weighted)
-    u, v = (_flat(m, where, along) for m in (a, b))
+    where, weight = compared_points(a, b, points, masses, weighted)
+    u, v = (as_rows(m, where, along) for m in (a, b))
     if u.shape[1] != v.shape[1]:
         wanted = "say with sensors= where and along what each number was taken"
         if points is not None:
             wanted = f"shapes at points have three components each; of sensors with one, {wanted}"
         raise InputError(f"shapes with {u.shape[1]} and {v.shape[1]} components cannot be compared: {wanted}")
-    w = np.ones(u.shape[1]) if weight is None else _per_component(weight, u.shape[1])
+    w = np.ones(u.shape[1]) if weight is None else per_component(weight, u.shape[1])
     kept = ~(np.isnan(u).all(axis=0) | np.isnan(v).all(axis=0))  # components that one of the sets did not measure
     u, v, w = u[:, kept], v[:, kept], w[kept]
-    _check_zeros(u, v, np.flatnonzero(kept), along is not None)
-    unseen = tuple(_unseen(m, where, along) for m in (a, b))
+    check_zeros(u, v, np.flatnonzero(kept), along is not None)
+    unseen = tuple(unseen_modes(m, where, along) for m in (a, b))
     return _compared(((u.conj() * w) @ v.T, (u.conj() * w) @ u.T, (v.conj() * w) @ v.T), frequency, unseen)
 
 

@@ -16,7 +16,7 @@ _UNSEEN = 1e-6  # of its largest motion at the sensors' points: a mode that move
 _PASSED = 1e-2  # of the squares of a shape: components that read zero are refused where the other's are larger
 
 
-def _check_sensors(m: Shapes, count: int) -> None:
+def check_sensors(m: Shapes, count: int) -> None:
     """Refuse shapes that are not one number for each sensor."""
     shape = (0, count) if isinstance(m, Modes) else np.shape(m)
     if len(shape) != 2 or shape[1] != count:
@@ -26,7 +26,7 @@ def _check_sensors(m: Shapes, count: int) -> None:
         )
 
 
-def _check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
+def check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
     """Refuse components that are zero in every shape of one set, where the other moves.
 
     A blank that was filled with zero would lower the criterion of modes that are alike.
@@ -56,7 +56,7 @@ def _check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
                 )
 
 
-def _unseen(m: Shapes, where: Array | None, along: Array | None) -> tuple[int, ...]:
+def unseen_modes(m: Shapes, where: Array | None, along: Array | None) -> tuple[int, ...]:
     """Modes of a model that hardly move along any sensor.
 
     Parameters
@@ -70,7 +70,7 @@ def _unseen(m: Shapes, where: Array | None, along: Array | None) -> tuple[int, .
     return tuple(np.flatnonzero(seen <= _UNSEEN * np.linalg.norm(motion, axis=2).max(axis=1)).tolist())
 
 
-def _where(
+def compared_points(
     a: Shapes, b: Shapes, points: ArrayLike | None, masses: ArrayLike | None, weighted: bool
 ) -> tuple[Array | None, Array | None]:
     """Points [m] at which shapes are compared, and the masses they stand for.
@@ -99,7 +99,7 @@ def _where(
     return coarse.places[kept], given if given is not None else weight
 
 
-def _flat(m: Shapes, where: Array | None, along: Array | None) -> Array:
+def as_rows(m: Shapes, where: Array | None, along: Array | None) -> Array:
     """Shapes as rows of numbers, at points and along directions where they are modes of a model."""
     if isinstance(m, Modes):
         assert where is not None
@@ -120,7 +120,8 @@ def _flat(m: Shapes, where: Array | None, along: Array | None) -> Array:
     return flat
 
 
-def _per_component(weight: Array, length: int) -> Array:
+def per_component(weight: Array, length: int) -> Array:
+    """Mass of every component of a shape, whose components follow each other place by place, shape (length,)."""
     if length % len(weight):
         raise InputError(f"{len(weight)} masses do not fit shapes of {length} components")
     return np.repeat(weight, length // len(weight))
