@@ -175,8 +175,10 @@ def stability(
     share = last_standing(with_share, 1.0, SMALLEST_SHARE, accuracy)
     tilt = {name: np.degrees(last_standing(tilted(d), 0.0, 0.5 * math.pi, accuracy)[:2]) for name, d in ground.items()}
     return Standing(
-        True, state, divisor, Range(0.0 if math.isinf(share.high) else share.high, share.low),
-        {name: Range(float(low), float(high)) for name, (low, high) in tilt.items()}, certain, curve, notes,
+        stands=True, state=state, friction=divisor,
+        share=Range(0.0 if math.isinf(share.high) else share.high, share.low),
+        tilt={name: Range(float(low), float(high)) for name, (low, high) in tilt.items()}, certain=certain, path=curve,
+        notes=notes,
     )
 
 

@@ -87,8 +87,8 @@ def cut(
     m = int(count.sum())
     points = Points(*(x[kept][used] for x in (out.s, out.t, out.area, out.gap)), *(np.zeros(m) for _ in range(4)))
     heirs = Heirs(
-        contact, out.world[kept], out.position[kept][used], np.repeat(out.apart[kept], count), np.zeros((m, 2)),
-        np.zeros(m),
+        contact=contact, world=out.world[kept], position=out.position[kept][used],
+        apart=np.repeat(out.apart[kept], count), aside=np.zeros((m, 2)), setback=np.zeros(m),
     )
     return Fresh(joints, points, heirs, origin), kept
 

@@ -115,7 +115,10 @@ class PushCurve(Curve, JointMarks):
         failed = np.nan_to_num(self.failed) > 0.0
         if failed[0].any():
             k = int(np.argmax(np.nan_to_num(self.failed[0])))
-            return JointPoint(0, float(self.displacement[0]), float(self.load[0]), self._joint(k), 1.0)
+            return JointPoint(
+                index=0, displacement=float(self.displacement[0]), load=float(self.load[0]), where=self._joint(k),
+                value=1.0,
+            )
         hit = failed.any(axis=1)
         if not hit.any():
             return None
@@ -124,7 +127,9 @@ class PushCurve(Curve, JointMarks):
         u, f, j = self.displacement, self.load, i - 1
         if j == 0:
             # nothing to continue a line from
-            return JointPoint(i, float(u[i]), float(f[i]), self._joint(int(rows[0])), 1.0)
+            return JointPoint(
+                index=i, displacement=float(u[i]), load=float(f[i]), where=self._joint(int(rows[0])), value=1.0,
+            )
         rise = (self.used[j, rows] - self.used[j - 1, rows]) / (u[j] - u[j - 1])
         with np.errstate(divide="ignore", invalid="ignore"):
             ahead = np.where(rise > 0.0, (1.0 - self.used[j, rows]) / rise, np.inf)
@@ -152,12 +157,15 @@ class PushCurve(Curve, JointMarks):
         i = int(np.argmax(hit))
         k = int(np.argmax(wide[i]))
         if i == 0:
-            return JointPoint(0, float(self.displacement[0]), float(self.load[0]), self._joint(k), float(wide[0, k]))
+            return JointPoint(
+                index=0, displacement=float(self.displacement[0]), load=float(self.load[0]), where=self._joint(k),
+                value=float(wide[0, k]),
+            )
         part = (width - wide[i - 1, k]) / (wide[i, k] - wide[i - 1, k])
         u, f = self.displacement, self.load
         return JointPoint(
-            i, float(u[i - 1] + part * (u[i] - u[i - 1])), float(f[i - 1] + part * (f[i] - f[i - 1])), self._joint(k),
-            float(wide[i, k]),
+            index=i, displacement=float(u[i - 1] + part * (u[i] - u[i - 1])),
+            load=float(f[i - 1] + part * (f[i] - f[i - 1])), where=self._joint(k), value=float(wide[i, k]),
         )
 
     @property

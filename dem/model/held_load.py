@@ -120,7 +120,7 @@ def hold(
         moved = displacement_since(state, shift, quat, scale)
         path.append((moved, max(last)))
         if moved > limit or (used > 1.5 * patience and moved > early and _accelerates(path)):
-            return LoadVerdict(MOVING, used, last, moved, worst)
+            return LoadVerdict(outcome=MOVING, steps=used, unbalance=last, moved=moved, block=worst)
         quiet = quiet + 1 if max(last) < tolerance else 0
         if quiet == 1:
             since, resting = used, (state.bodies.shift.copy(), state.bodies.quat.copy())
@@ -128,14 +128,14 @@ def hold(
             # balanced forces also belong to a block that slides or turns on at a steady pace
             drift = displacement_since(state, *resting, scale) / (used - since)
             if drift * used < 0.02 * limit:
-                return LoadVerdict(EQUILIBRIUM, used, last, moved, worst)
+                return LoadVerdict(outcome=EQUILIBRIUM, steps=used, unbalance=last, moved=moved, block=worst)
             if used >= 2 * since:
                 # what crept on at first may rest since: looked at anew, from a pose of now
                 quiet = 0
         if used >= until:
             left = extensions * (max_steps // 2)
             if extensions <= 0 or not (_fades(path) or _accelerates(path) or _arrives(path, used, limit, left)):
-                return LoadVerdict(UNDECIDED, used, last, moved, worst)
+                return LoadVerdict(outcome=UNDECIDED, steps=used, unbalance=last, moved=moved, block=worst)
             extensions -= 1
             until += max_steps // 2
 

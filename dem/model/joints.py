@@ -202,9 +202,9 @@ def make_joints(
     local = contacts.position - x.centre[contacts.interface]
     zero = np.zeros(contacts.count)
     points = Points(
-        (local * x.tangent_1[contacts.interface]).sum(axis=1),
-        (local * x.tangent_2[contacts.interface]).sum(axis=1),
-        contacts.area.copy(), zero, zero.copy(), zero.copy(), zero.copy(), zero.copy(),
+        s=(local * x.tangent_1[contacts.interface]).sum(axis=1),
+        t=(local * x.tangent_2[contacts.interface]).sum(axis=1), area=contacts.area.copy(), gap=zero,
+        slip_1=zero.copy(), slip_2=zero.copy(), lift=zero.copy(), damage=zero.copy(),
     )
     a, b = x.block_a[interface].astype(np.int64), x.block_b[interface].astype(np.int64)
     frame = np.stack([x.tangent_1[interface], x.tangent_2[interface], x.normal[interface]], axis=1)

@@ -48,7 +48,9 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
         shapes = simply_deformable_blocks(assembly, state.deformation.state, normal)
         turns = None if normal is None else np.concatenate([np.zeros(3), normal])[None]
         plane = None if normal is None else find_plane(assembly, state.loads, turns)
-    points = ContactPoints(place, k, p.area, directions, x.block_a[k], x.block_b[k])
+    points = ContactPoints(
+        position=place, interface=k, area=p.area, directions=directions, block_a=x.block_a[k], block_b=x.block_b[k],
+    )
     law = state.laws[k]
     normal = np.einsum("mi,mi->m", now.force, _turned(state, directions[:, 0], points.block_a))
     shear = np.sqrt(np.maximum((now.force**2).sum(axis=1) - normal**2, 0.0))

@@ -118,13 +118,18 @@ def increments(
         used, patience = verdict.steps, max(patience, verdict.steps)
         if verdict.outcome != EQUILIBRIUM:
             status = Status.CANNOT_STAND if verdict.outcome == MOVING else Status.NOT_CONVERGED
-            return Search(float("nan"), 0.0, status, state, None, record, used)
+            return Search(
+                stable=float("nan"), moving=0.0, status=status, state=state, mechanism=None, record=record, steps=used,
+            )
     b = _Bracket(settled or 0.0, through, c, up_to)
     mechanism, kept = None, [(b.stable, state.copy())]
     limit, settling = c.moved_limit * scale.smallest, 0.0
     while (new := b.next_load()) is not None:
         if new == np.inf:
-            return Search(b.stable, np.inf, Status.UNBOUNDED, state, None, record, used)
+            return Search(
+                stable=b.stable, moving=np.inf, status=Status.UNBOUNDED, state=state, mechanism=None, record=record,
+                steps=used,
+            )
         keep = state.copy()
         reached(b.part(len(record)), b.words(new))
         try:
@@ -143,7 +148,10 @@ def increments(
             ends_early()
             # what was found so far stands: the largest load in equilibrium, and a bracket that is not closed
             note = {"interrupted": float(new)}
-            return Search(float(b.stable), float(b.moving), Status.NOT_CONVERGED, keep, mechanism, record, used, note)
+            return Search(
+                stable=float(b.stable), moving=float(b.moving), status=Status.NOT_CONVERGED, state=keep,
+                mechanism=mechanism, record=record, steps=used, details=note,
+            )
         if verdict.outcome == EQUILIBRIUM:
             patience, settling = max(patience, verdict.steps), max(settling, verdict.moved)
             b.held(new, record)
@@ -159,7 +167,10 @@ def increments(
     # loads that stay undecided leave a bracket wider than was asked for
     closed = b.moving - b.stable <= 2.0 * b.width
     status = Status.NOT_CONVERGED if not np.isfinite(b.moving) else Status.SOLVED if closed else Status.ALMOST_SOLVED
-    return Search(float(b.stable), float(b.moving), status, state, mechanism, record, used, near=kept[0])
+    return Search(
+        stable=float(b.stable), moving=float(b.moving), status=status, state=state, mechanism=mechanism, record=record,
+        steps=used, near=kept[0],
+    )
 
 
 class _Bracket:

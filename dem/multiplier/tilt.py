@@ -360,8 +360,8 @@ def _read(history: History, begun: float, d: Array, weight: float) -> Readings:
     # a wall that leaves the table has no ratio
     ratio = np.divide(horizontal, vertical, out=np.full_like(vertical, np.nan), where=vertical > 1e-3)
     return Readings(
-        np.rad2deg(history["tilt"]), history["step"] - begun, vertical, horizontal, ratio, weight,
-        _reached(ratio, np.inf),
+        tilt_deg=np.rad2deg(history["tilt"]), steps=history["step"] - begun, vertical=vertical, horizontal=horizontal,
+        ratio=ratio, weight=weight, collapse=_reached(ratio, np.inf),
     )
 
 

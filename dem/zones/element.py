@@ -102,4 +102,6 @@ def zone_tables(corners: Array, thickness: float, elastic: Array) -> ZoneTables:
     stiffness = np.einsum("k,kip,ij,kjq->pq", w, bt, law, bt)
     release = np.einsum("pq,kiq,k->kpi", inverse, gs, w)
     centre = np.asarray(np.linalg.solve(jac0, first).T)
-    return ZoneTables(0.5 * (stiffness + stiffness.T), bt, release, gs, w, centre)
+    return ZoneTables(
+        stiffness=0.5 * (stiffness + stiffness.T), strain=bt, release=release, modes=gs, weight=w, gradient=centre,
+    )

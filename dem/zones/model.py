@@ -143,8 +143,8 @@ def make_zones(
     tables = {name: np.ascontiguousarray([getattr(t, name) for t in made]) for name in ZoneTables._fields}
     e = len(cells)
     zones = Zones(
-        cells, kind.ravel().astype(np.int64), row, np.zeros((e, 4, 4)), np.zeros((e, 8)), np.zeros((e, 4)),
-        np.zeros((e, 4), np.int64), np.zeros((e, 4)),
+        node=cells, kind=kind.ravel().astype(np.int64), material=row, spent=np.zeros((e, 4, 4)),
+        relief=np.zeros((e, 8)), amplitude=np.zeros((e, 4)), flag=np.zeros((e, 4), np.int64), plastic=np.zeros((e, 4)),
     )
     return QuadTable(**tables, material=np.stack(rows)), zones
 

@@ -188,8 +188,8 @@ def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool 
         found = tuple(dict.fromkeys(_QUOTED.findall(hint))) if words and kind != "lines" else ()
         choices = _CHOICES.get(name, found)
         out.append(Field(
-            name, kind, "" if words or kind == "tick" else unit or "-", hint, start.get(name, ""), _shown(default),
-            choices, name in start,
+            name=name, kind=kind, unit="" if words or kind == "tick" else unit or "-", hint=hint,
+            value=start.get(name, ""), default=_shown(default), choices=choices, first=name in start,
         ))
     return tuple(out)
 

@@ -73,7 +73,10 @@ def make_bond(
     shortest = pitch / 4.0 if min_piece is None else positive("min_piece", min_piece)
     if shortest > pitch / 2.0:
         raise InputError(f"min_piece must not exceed half a unit ({pitch / 2.0:g} m), got {shortest:g} m")
-    return Bond(name, pitch, module, thickness, lap, across, depth, shortest)
+    return Bond(
+        name=name, pitch=pitch, module=module, header_width=thickness, staggering=lap, leaves=across, thickness=depth,
+        min_piece=shortest,
+    )
 
 
 def lapping_course(bond: Bond, length: float, ends: Ends, leading: Leading) -> tuple[Piece, ...]:

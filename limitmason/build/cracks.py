@@ -93,7 +93,9 @@ def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane],
                 f"{far.max():.4g} m along the normal from the plane's point; move the point inside"
             )
         cut[k] = point, normal, slack
-        cracks += [Interface(len(blocks), len(blocks) + 1, p, normal, joint, CRACK) for p in polygons]
+        cracks += [Interface(
+            block_a=len(blocks), block_b=len(blocks) + 1, polygon=p, normal=normal, joint=joint, kind=CRACK,
+        ) for p in polygons]
         blocks += halves
     interfaces = [piece for i in assembly.interfaces for piece in _pieces(i, cut, first)]
     supports = tuple(

@@ -129,7 +129,7 @@ def _course(
         end = round(position + abs(width), 12)
         if width > 0.0:
             box = ((position * length, 0.0, number * height), (end * length, depth, (number + 1) * height))
-            units.append(Unit("facade", number, -1, [box], 0))
+            units.append(Unit(run="facade", course=number, leaf=-1, boxes=[box], axis=0))
             solid.append(Piece(position * length, end * length, False))
         position = end
     return units, tuple(solid)

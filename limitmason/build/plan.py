@@ -102,7 +102,7 @@ def make_runs(
     if plan != "T" and return_position is not None:
         raise InputError(f"return_position is for plan 'T', got plan {plan!r}")
     if plan == "straight":
-        return [StraightWall("facade", 0, (0.0, 0.0), length, thickness, Ends())]
+        return [StraightWall(name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness, ends=Ends())]
     if return_length is None:
         raise InputError(f"return_length is needed for plan {plan!r}")
     depth = thickness if return_thickness is None else positive("return_thickness", return_thickness)
@@ -123,23 +123,33 @@ def make_runs(
 
     def make(name: str, x: float, reach: float, outer_first: bool) -> StraightWall:
         ends = Ends(thickness, thickness) if plan == "box" else Ends(start=thickness)
-        return StraightWall(name, 1, (x, 0.0), reach, depth, ends, outer_first, leads_even=False)
+        return StraightWall(
+            name=name, axis=1, origin=(x, 0.0), length=reach, thickness=depth, ends=ends, outer_first=outer_first,
+            leads_even=False,
+        )
 
     left = make("return-left", 0.0, lengths[0], True)
     right = make("return-right", length - depth, lengths[1], False)
     if plan in ("U", "box"):
-        facade = StraightWall("facade", 0, (0.0, 0.0), length, thickness, Ends(depth, depth))
+        facade = StraightWall(
+            name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness, ends=Ends(depth, depth),
+        )
         rear = replace(facade, name="rear", origin=(0.0, lengths[0] - thickness), outer_first=False)
         return [facade, left, right] + ([rear] if plan == "box" else [])
     if plan == "L":
         ends, beside = (Ends(start=depth), left) if corner == "left" else (Ends(end=depth), right)
-        return [StraightWall("facade", 0, (0.0, 0.0), length, thickness, ends), beside]
+        return [StraightWall(
+            name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness, ends=ends,
+        ), beside]
     middle = length / 2.0 if return_position is None else positive("return_position", return_position)
     x0 = middle - depth / 2.0
     if x0 <= 0.0 or x0 + depth >= length:
         raise InputError(f"return_position {middle:g} m puts the return at the end of the facade; use plan 'L'")
     stem = make("return-middle", x0, lengths[0], True)
-    return [StraightWall("facade", 0, (0.0, 0.0), length, thickness, Ends(crossing=(x0, x0 + depth))), stem]
+    return [StraightWall(
+        name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness,
+        ends=Ends(crossing=(x0, x0 + depth)),
+    ), stem]
 
 
 @dataclass(frozen=True)

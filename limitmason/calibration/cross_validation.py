@@ -122,7 +122,10 @@ def left_out(
         values = gone.predicted([found.x])[0]
         for k, e, v, d in zip(np.flatnonzero(~kept), gone.entries, values, open_, strict=True):
             error = v / e.measured - 1.0 if e.relative else v - e.measured
-            rows[int(k)] = LeftOutRow(name, e.label, e.measured, float(v), float(error), float(d))
+            rows[int(k)] = LeftOutRow(
+                group=name, quantity=e.label, measured=e.measured, predicted=float(v), error=float(error),
+                deviation=float(d),
+            )
     return LeftOut(tuple(rows[k] for k in sorted(rows)), by)
 
 

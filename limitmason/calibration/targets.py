@@ -218,8 +218,11 @@ def entries_of(test: str, name: str, target: Any) -> list[Entry]:
         raise InputError(f"target {name!r} must be a Target, a CurveTarget, a Curve or a number, got {target!r}")
     values = target.value if isinstance(target.value, tuple) else (float(target.value),)  # type: ignore[arg-type]
     return [
-        Entry(test, name if len(values) == 1 else f"{name} {k + 1}", OutputValue(name, "number", float(k)), float(v),
-              target.scatter, not target.absolute, target.unit)
+        Entry(
+            test=test, label=name if len(values) == 1 else f"{name} {k + 1}",
+            reading=OutputValue(name, "number", float(k)), measured=float(v), scatter=target.scatter,
+            relative=not target.absolute, unit=target.unit,
+        )
         for k, v in enumerate(values)
     ]
 
@@ -236,7 +239,10 @@ def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
             raise InputError(f"the measured curve {name!r} has no positive {what!r} (it is {value:g})")
         scatter = target.scatter[what] if isinstance(target.scatter, Mapping) else target.scatter
         reading = OutputValue(name, what, end if what in ("residual", "area") else 0.0)
-        out.append(Entry(test, f"{name}: {what}", reading, value, scatter, True, units.get(what, curve.load_unit)))
+        out.append(Entry(
+            test=test, label=f"{name}: {what}", reading=reading, measured=value, scatter=scatter, relative=True,
+            unit=units.get(what, curve.load_unit),
+        ))
     spread = target.point_scatter
     if spread is None and not isinstance(target.scatter, Mapping):
         spread = target.scatter
@@ -246,8 +252,10 @@ def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
     start = float(curve.displacement[0])
     for k in range(target.points):
         u = start + (end - start) * (k + 1) / target.points
-        out.append(Entry(test, f"{name} at {u:.4g}", OutputValue(name, "point", u), float(curve.at(u)),
-                         float(spread or 0.0) * peak, False, curve.load_unit))
+        out.append(Entry(
+            test=test, label=f"{name} at {u:.4g}", reading=OutputValue(name, "point", u), measured=float(curve.at(u)),
+            scatter=float(spread or 0.0) * peak, relative=False, unit=curve.load_unit,
+        ))
     return out
 
 

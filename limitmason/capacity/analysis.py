@@ -214,7 +214,10 @@ def pushover(
         _equations, assembly, loads, plane=plane, bent=bent, control=row, weight=weight, size=size, length=length,
         ties=ties,
     )
-    structure = Structure(assembly, loads, first, weight, size, length, bent, ties.stiffness)
+    structure = Structure(
+        assembly=assembly, loads=loads, points=first, weight=weight, size=size, length=length, deformation=bent,
+        tie_stiffness=ties.stiffness,
+    )
     generations, origin = Generations(shapes, equations, [structure]), at_rest(assembly.n_blocks)
     if initial is None:
         generations, nodes, origin = begin(generations, start, say, None if moving is None else 0.0, ratio)

@@ -325,12 +325,18 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
         taken = live + dead - change
         fell = float(np.max(np.asarray(before.damage) - after.damage, initial=0.0))
         return (
-            StepCertificate(off, excess, flow, against, least, taken / gross, True, fell),
-            Balance(live, dead, change, 0.0, 0.0, taken),
+            StepCertificate(
+                equilibrium=off, excess=excess, flow=flow, against=against, dissipation=least, energy=taken / gross,
+                jump=True, damage=fell,
+            ),
+            Balance(live=live, dead=dead, stored=change, lost=0.0, broken=0.0, jumped=taken),
         )
     error = (live + dead - change - lost - broken) / gross
     return (
-        StepCertificate(off, excess, flow, against, least, error, False, damage_error(s, before, after, first, last)),
+        StepCertificate(
+            equilibrium=off, excess=excess, flow=flow, against=against, dissipation=least, energy=error, jump=False,
+            damage=damage_error(s, before, after, first, last),
+        ),
         Balance(live, dead, change, lost, broken),
     )
 

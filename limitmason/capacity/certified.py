@@ -49,7 +49,10 @@ def certified_curve(
     """
     first = nodes[0]
     structures, state = generations.structures, generations.state
-    zero = StepCertificate(equilibrium(structures[first.generation], state(first)), 0.0, 0.0, 0.0, 0.0, 0.0)
+    zero = StepCertificate(
+        equilibrium=equilibrium(structures[first.generation], state(first)), excess=0.0, flow=0.0, against=0.0,
+        dissipation=0.0, energy=0.0,
+    )
     certificates, balances = [zero], [Balance(0.0, 0.0, 0.0, 0.0)]
     for node, after in pairwise(nodes):
         before = generations.begun(node)

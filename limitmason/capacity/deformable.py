@@ -172,4 +172,7 @@ def deformation(
             bases[i] = np.pad(basis_of, ((0, 0), (0, count - basis_of.shape[1])))
         for side, r, u in zip(sides, mine, moved_of, strict=True):
             side[r, :, : u.shape[2]] = u
-    return CondensedShapes(tuple(shapes), tuple(bases), springs, sides[0], sides[1], blocks)
+    return CondensedShapes(
+        shapes=tuple(shapes), bases=tuple(bases), stiffness=springs, shapes_a=sides[0], shapes_b=sides[1],
+        blocks=blocks,
+    )

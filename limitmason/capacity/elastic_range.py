@@ -298,7 +298,8 @@ def elastic_range(
             own += shape.count
     level = f"{blocks}, {state}" if deforming else blocks
     return ElasticRange(
-        assembly, points, stress_of[:, :, 0], stress_of[:, :, 1], shift[0], shift[1], level, tuple(warnings)
+        assembly=assembly, points=points, dead=stress_of[:, :, 0], live=stress_of[:, :, 1], shift_dead=shift[0],
+        shift_live=shift[1], blocks=level, warnings=tuple(warnings),
     )
 
 

@@ -122,7 +122,10 @@ class _Points:
 
         s, (m, c) = self.strength, x.cone.shape
         inverse, across, tangent = np.empty((3, m, c, c))
-        a = _Linear(inverse, across, tangent, np.empty((m, c)), np.empty(m), np.empty(len(self.row)))
+        a = _Linear(
+            inverse=inverse, across=across, tangent=tangent, elastic=np.empty((m, c)), cone=np.empty(m),
+            spare=np.empty(len(self.row)),
+        )
         rows = self.row, self.sign, self.bound
         found = compiled_interior.linearised(
             self.axes, (s.tan_phi, s.tan_psi, s.shear_strength(x.normal)), self.stiff, rows, tuple(x),

@@ -95,8 +95,9 @@ def make_bodies(
         basis = np.block([[basis, np.zeros((6, k))], [np.zeros((k, basis.shape[1])), np.eye(k)]])
         free = np.hstack([free, deformation.stiffness > 0.0])
     return ContactGeometry(
-        points.block_a, points.block_b, points.place_a - x[points.block_a], points.place_b - x[points.block_b],
-        points.place_b - points.place_a, points.directions, points.area, basis, free, shapes_a, shapes_b, x,
+        block_a=points.block_a, block_b=points.block_b, arm_a=points.place_a - x[points.block_a],
+        arm_b=points.place_b - x[points.block_b], offset=points.place_b - points.place_a, directions=points.directions,
+        area=points.area, basis=basis, free=free, shapes_a=shapes_a, shapes_b=shapes_b, centroid=x,
     )
 
 
@@ -123,7 +124,10 @@ def contact(bodies: ContactGeometry, pose: Pose) -> Contact:
         from limitmason.capacity import compiled
 
         m, c = bodies.directions.shape[:2]
-        found = Contact(np.empty((m, c)), np.empty((m, c, 3)), np.empty((m, 3)), np.empty((m, 3)), bodies.shapes_b)
+        found = Contact(
+            displacement=np.empty((m, c)), directions=np.empty((m, c, 3)), arm_a=np.empty((m, 3)),
+            arm_b=np.empty((m, 3)), shapes_b=bodies.shapes_b,
+        )
         compiled.contact(
             a, b, bodies.arm_a, bodies.arm_b, bodies.offset, bodies.directions, pose.shift, pose.turn, *found[:4]
         )

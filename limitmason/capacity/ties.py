@@ -49,7 +49,10 @@ def pull(ties: TieSprings, basis: Array, pose: Pose, plastic: Array) -> Pulled:
     """
     if not len(ties.length):
         none, places = np.zeros(0), np.zeros((0, 3))
-        return Pulled(none, none, none, np.zeros((0, 2, basis.shape[1])), none, places, places, places, none)
+        return Pulled(
+            tension=none, plastic=none, tangent=none, wrenches=np.zeros((0, 2, basis.shape[1])), elongation=none,
+            direction=places, arm_a=places, arm_b=places, length=none,
+        )
     now = stretched(ties, pose.shift, pose.turn)
     direction = now.span / np.maximum(now.length, 1e-300)[:, None]
     arm_a, arm_b = ties.arm_a + now.swing_a, ties.arm_b + now.swing_b

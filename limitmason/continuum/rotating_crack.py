@@ -109,7 +109,7 @@ def curves_of(materials: Sequence[Material], material: Index, width: Array) -> C
             f"a crack band of {width[i]:.3g} m in {materials[material[i]].name!r} snaps back: with its strength and "
             f"fracture energy bricks must be smaller than {largest:.3g} m"
         )
-    return Curves(e, column("poisson_ratio"), ft, softening, fc, end)
+    return Curves(modulus=e, poisson=column("poisson_ratio"), tension=ft, softening=softening, crushing=fc, end=end)
 
 
 def virgin(n: int) -> Memory:

@@ -106,8 +106,10 @@ def points(
         deviations.append(np.log(y / other.at(x)) / scatter)
     effective = effective_points(np.array(deviations)) if len(deviations) >= FEWEST else 1.0
     return [
-        Observation(specimen, f"load at {at:.6g}", value, sd, curve.load_unit, EvidenceKind.FORCE,
-                    counted=(len(curve.load), effective))
+        Observation(
+            specimen=specimen, quantity=f"load at {at:.6g}", value=value, scatter=sd, unit=curve.load_unit,
+            kind=EvidenceKind.FORCE, counted=(len(curve.load), effective),
+        )
         for specimen, curve in measured.items() for at, value, sd in zip(*read(curve, int(effective)), strict=True)
     ], effective
 

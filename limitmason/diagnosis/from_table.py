@@ -128,8 +128,8 @@ class TableStudy:
             "version": version_of(simulate),
             "causes": (*self._chosen(), *(_towards(c) for c in self.towards)),
             "about": About(
-                self.title or title, self.data.units, f"{quantity} [{self.unit}]", self._notes(),
-                (*data_behind({"source": self.series}), *papers),
+                title=self.title or title, units=self.data.units, quantity=f"{quantity} [{self.unit}]",
+                notes=self._notes(), references=(*data_behind({"source": self.series}), *papers),
             ),
         }
 
@@ -357,7 +357,8 @@ def version_of(simulate: Any) -> str:
 def _towards(column: str) -> Cause:
     """Cause that moves the predictions towards those of another model, a column of the table."""
     return Cause(
-        f"towards {column}", _keyword(column), 0.0, (0.0, 1.0), f"share of the way from the predictions to {column}",
+        name=f"towards {column}", parameter=_keyword(column), baseline=0.0, bounds=(0.0, 1.0),
+        physics=f"share of the way from the predictions to {column}",
         source="predictions of the two models in the data",
     )
 

@@ -202,7 +202,9 @@ class Tabulator:
         values = self._to_nodes(values.reshape(len(levels), *map(len, self.z_levels), self.n), 1)
         curve = between_sizes(cause, levels, values)
         nodes = like.sizes[0] if like is not None else self._nodes(cause, curve)
-        return Tabulation((cause,), (nodes,), self.z_nodes, curve(nodes), (levels,), error)
+        return Tabulation(
+            causes=(cause,), sizes=(nodes,), z=self.z_nodes, values=curve(nodes), levels=(levels,), error=error,
+        )
 
     def pair(self, first: Tabulation, second: Tabulation, base: Tabulation, *, exact: bool) -> Tabulation:
         """The model with two causes.

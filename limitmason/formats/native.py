@@ -319,7 +319,9 @@ def _stored(node: DocumentNode) -> Assembly:
         raise rows[given.index(False)][4].error("'polygon' is missing; give it for every interface or for none")
     if any(given):
         interfaces = [
-            Interface(a, b, e["polygon"].array(3), e["normal"].row(), law, kind) for a, b, law, kind, e in rows
+            Interface(
+                block_a=a, block_b=b, polygon=e["polygon"].array(3), normal=e["normal"].row(), joint=law, kind=kind,
+            ) for a, b, law, kind, e in rows
         ]
     else:
         interfaces = _assigned(node, assembly, rows)

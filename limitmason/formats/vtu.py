@@ -102,7 +102,10 @@ def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -
             faces.append(len(face))
             faces.extend(first + i for i in face)
         ends.append(len(faces))
-    grid = _Grid(points, np.arange(len(points)), start[1:], _POLYHEDRON, np.array(faces), np.array(ends))
+    grid = _Grid(
+        points=points, connectivity=np.arange(len(points)), offsets=start[1:], kind=_POLYHEDRON, faces=np.array(faces),
+        face_offsets=np.array(ends),
+    )
     cells = {
         "block": owner,
         "density": np.array([assembly.blocks[i].density for i in owner]),
@@ -129,7 +132,10 @@ def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array
     """
     x = assembly.arrays
     k = len(assembly.interfaces)
-    grid = _Grid(x.corners, np.arange(len(x.corners)), x.corner_start[1:], _POLYGON, None, None)
+    grid = _Grid(
+        points=x.corners, connectivity=np.arange(len(x.corners)), offsets=x.corner_start[1:], kind=_POLYGON, faces=None,
+        face_offsets=None,
+    )
     kinds = {"bed": 0, "head": 1, "base": 2}
     cells: dict[str, Array] = {
         "interface": np.arange(k), "block_a": x.block_a, "block_b": x.block_b, "area": x.area,

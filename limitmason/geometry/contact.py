@@ -204,7 +204,9 @@ def candidates(
     width = limit if rules.width is None else np.full(len(a), rules.width)
     low = pairs.gap.min(axis=1)
     keep = (pairs.width > 0.01 * np.minimum(width, limit)) & (low >= -limit) & (low <= far)
-    return Candidates(pairs.rows(keep), a[keep], b[keep], limit[keep], width[keep], far[keep])
+    return Candidates(
+        pairs=pairs.rows(keep), a=a[keep], b=b[keep], distance=limit[keep], width=width[keep], reach=far[keep],
+    )
 
 
 NOTHING, MADE, _CLOSED, _IN_PART, _APART, _OPENS, _TURNED, _NARROW = range(8)
@@ -376,5 +378,6 @@ def _merge_patches(
     ends = np.array([pair for pair, _ in kept], dtype=np.intp)
     found = [patch for _, patch in kept]
     return ContactPatches(
-        ends[:, 0], ends[:, 1], [p.polygon for p in found], np.array([p.normal for p in found]), overlaps, doubts
+        a=ends[:, 0], b=ends[:, 1], polygons=[p.polygon for p in found], normals=np.array([p.normal for p in found]),
+        overlaps=overlaps, doubts=doubts,
     )

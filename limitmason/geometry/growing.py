@@ -95,7 +95,9 @@ def grown(
         out.append(solid)
         moved[k] = max(0.0, float((solid.vertices @ normal.T - offset).max()))
     volumes = [mass_properties(s).volume for s in (solids, out)]
-    return Grown(out, tuple(g for g in gaps if g.gap <= reach), volumes[0], volumes[1], moved)
+    return Grown(
+        solids=out, gaps=tuple(g for g in gaps if g.gap <= reach), before=volumes[0], after=volumes[1], moved=moved,
+    )
 
 
 def _planes(points: Array) -> tuple[Array, Array]:

@@ -321,7 +321,10 @@ def carry(problem: Problem) -> tuple[Resultants | None, Prediction | None]:
                 return problem.resultants(scaled.forces(answer.force)), None
             if answer.velocity is None:
                 continue
-            solution = Solution(Status.CANNOT_STAND, np.nan, np.empty(0), answer.velocity, 0, answer.seconds)
+            solution = Solution(
+                status=Status.CANNOT_STAND, multiplier=np.nan, force=np.empty(0), velocity=answer.velocity,
+                iterations=0, seconds=answer.seconds,
+            )
             falling, _ = prediction_from(scaled, solution, False, {}, np.nan, False, answer.velocity)
             if _falls(falling):
                 return None, falling

@@ -139,4 +139,6 @@ def axle_envelope(
     worst = found[k]
     assert worst is not None
     status = Status.SOLVED if len(found) == len(places) else Status.INTERRUPTED
-    return AxleEnvelope(places, values, float(places[k]), worst, status)
+    return AxleEnvelope(
+        positions=places, multipliers=values, governing=float(places[k]), prediction=worst, status=status,
+    )

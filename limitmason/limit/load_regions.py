@@ -347,7 +347,10 @@ def _closed(
         proofs = [p.twists for p in planes if p.offset < -float(np.abs(p.normal) @ reach)]
         if not proofs:
             raise NotConverged("no multipliers are carried, by the solver; no motion was found that proves it")
-        return LoadRegion(names, "empty", np.zeros((0, k)), (), tuple(planes), math.nan, limits, proof=proofs[0])
+        return LoadRegion(
+            names=names, status="empty", corners=np.zeros((0, k)), forces=(), outside=tuple(planes), gap=math.nan,
+            within=limits, proof=proofs[0],
+        )
     if within is not None:
         planes += [HalfPlane(d, float(within @ np.abs(d)), None) for d in axes]
     corners, forces = [y for _, y, *_ in first], [f for _, _, f, _ in first if f is not None]
@@ -380,6 +383,6 @@ def _closed(
             planes += [] if plane is None else [plane]
     keep = extreme_points(np.array(corners) / extent)
     return LoadRegion(
-        names, "closed" if gap <= tolerance else "not closed", np.array(corners)[keep],
-        tuple(forces[i] for i in keep), tuple(planes), gap, limits,
+        names=names, status="closed" if gap <= tolerance else "not closed", corners=np.array(corners)[keep],
+        forces=tuple(forces[i] for i in keep), outside=tuple(planes), gap=gap, within=limits,
     )

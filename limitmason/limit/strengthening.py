@@ -185,9 +185,9 @@ def strengthen(
         before_it, with_it = (values(chosen[:n])[0] for n in (k, k + 1))
         steps.append(AddedTie(name, with_it, with_it - before_it if math.isfinite(before_it) else math.inf))
     return Strengthening(
-        before, tuple(steps), {n: v[0] for n, v in alone.items()}, bound,
-        assembly.with_ties([*assembly.ties, *(ties[n] for n in chosen)]), solved(chosen)[0][1],
-        target, fewest,
+        before=before, steps=tuple(steps), alone={n: v[0] for n, v in alone.items()}, bound=bound,
+        structure=assembly.with_ties([*assembly.ties, *(ties[n] for n in chosen)]), prediction=solved(chosen)[0][1],
+        target=target, fewest=fewest,
     )
 
 

@@ -132,7 +132,10 @@ def contact_points(
         normal = normal - (normal @ plane.normal)[:, None] * plane.normal
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         directions = np.stack([normal, np.cross(plane.normal, normal)], axis=1)
-    return ContactPoints(at, owner, np.concatenate(area)[order], directions, x.block_a[owner], x.block_b[owner])
+    return ContactPoints(
+        position=at, interface=owner, area=np.concatenate(area)[order], directions=directions, block_a=x.block_a[owner],
+        block_b=x.block_b[owner],
+    )
 
 
 def _laid_out(

@@ -33,10 +33,10 @@ def resultants_from_points(
         return np.asarray(np.bincount(interface, (vector * direction[interface]).sum(axis=1), k), dtype=float)
 
     return Resultants(
-        total(force, x.normal),
-        np.column_stack([total(force, x.tangent_1), total(force, x.tangent_2)]),
-        np.column_stack([total(moment, x.tangent_1), total(moment, x.tangent_2)]),
-        total(moment, x.normal), position, interface, area, force,
+        normal=total(force, x.normal), shear=np.column_stack([total(force, x.tangent_1), total(force, x.tangent_2)]),
+        moment=np.column_stack([total(moment, x.tangent_1), total(moment, x.tangent_2)]),
+        torsion=total(moment, x.normal), point_position=position, point_interface=interface, point_area=area,
+        point_force=force,
     )
 
 

@@ -63,7 +63,10 @@ def extrados(assembly: Assembly) -> list[Strip]:
             (x0, y0, _), (x1, y1, _) = corners.min(axis=0), corners.max(axis=0)
             slope = -n[0] / n[2]
             height = float(corners[0, 2] + slope * (x0 - corners[0, 0]))
-            strips.append(Strip(int(k), float(x0), float(x1), height, float(slope), float(y1 - y0), (y0 + y1) / 2))
+            strips.append(Strip(
+                block=int(k), start=float(x0), end=float(x1), z=height, slope=float(slope), width=float(y1 - y0),
+                y=(y0 + y1) / 2,
+            ))
     return sorted(strips, key=lambda s: s.start)
 
 

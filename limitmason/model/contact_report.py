@@ -332,7 +332,10 @@ def _snapped(gap: Iterable[float], exact: float) -> tuple[float, float]:
 def _named(doubts: Iterable[DoubtfulContact], names: list[str], exact: float) -> tuple[NearMiss, ...]:
     """Doubts with names for blocks, nearest first; gaps below ``exact`` [m] are zero."""
     rows = [
-        NearMiss(names[d.a], names[d.b], d.kind, _snapped(d.gap, exact), d.angle_deg, d.area, d.place, d.polygons)
+        NearMiss(
+            a=names[d.a], b=names[d.b], kind=d.kind, gap=_snapped(d.gap, exact), angle_deg=d.angle_deg, area=d.area,
+            place=d.place, polygons=d.polygons,
+        )
         for d in doubts
     ]
     return tuple(sorted(rows, key=lambda r: (max(r.gap[0], 0.0), r.gap[1], r.a, r.b)))

@@ -124,7 +124,9 @@ def parsed(text: str, name: str) -> Parsed:
         units, where, first = cells[1], lines[1], 2
     else:
         units, where, first = split([said[0][1]], between), said[0][0], 1
-    return Parsed(cells[0], units, cells[first:], lines[first:], where, lines[0])
+    return Parsed(
+        header=cells[0], units=units, rows=cells[first:], lines=lines[first:], units_line=where, header_line=lines[0],
+    )
 
 
 class Tabular(ABC):

@@ -83,7 +83,10 @@ def running(table: Table, column: str) -> Running:
     shifted = kept - kept[0]
     total, square = np.cumsum(shifted), np.cumsum(shifted**2)
     variance = np.maximum(square - total**2 / n, 0.0)[1:] / (n[1:] - 1.0)
-    return Running(column, n[1:], (kept[0] + total / n)[1:], np.sqrt(variance), len(value) - len(kept))
+    return Running(
+        column=column, n=n[1:], mean=(kept[0] + total / n)[1:], deviation=np.sqrt(variance),
+        missing=len(value) - len(kept),
+    )
 
 
 @dataclass(frozen=True)

@@ -164,7 +164,10 @@ def _peaks(
     shift = 0.5 * (a - c) / np.where(a - 2 * b + c == 0.0, -1.0, a - 2 * b + c)
     frequency = f[at] + np.clip(shift, -0.5, 0.5) * (f[1] - f[0])
     warnings = () if len(at) >= count else (f"{len(at)} of {count} modes found in the band",)
-    return Identified(frequency, np.full(len(at), np.nan), _scaled(vectors[at]), shown, "fdd", warnings)
+    return Identified(
+        frequency=frequency, damping=np.full(len(at), np.nan), shape=_scaled(vectors[at]), spectrum=shown, method="fdd",
+        warnings=warnings,
+    )
 
 
 Pole = tuple[Array, Array, Complex]

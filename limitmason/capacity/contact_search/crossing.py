@@ -44,7 +44,10 @@ class Crossings(NamedTuple):
     def at(self, rows: Index | Flags) -> "Crossings":
         """Some of them."""
         (p, q), (x, y), (u, v) = self.side, self.place, self.along
-        return Crossings((p[rows], q[rows]), (x[rows], y[rows]), self.gap[rows], self.inside[rows], (u[rows], v[rows]))
+        return Crossings(
+            side=(p[rows], q[rows]), place=(x[rows], y[rows]), gap=self.gap[rows], inside=self.inside[rows],
+            along=(u[rows], v[rows]),
+        )
 
 
 def following(shapes: Shapes) -> Index:
@@ -123,8 +126,8 @@ def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> 
     use = (met.inside > inside) & (np.abs(met.gap + 0.5 * depth) < shapes.near + 0.5 * depth)
     p, q = p[use], q[use]
     return Crossings(
-        (p, q), _places(shapes, p, q, (met.shares[0][use], met.shares[1][use])), met.gap[use], met.inside[use],
-        (met.along[0][use], met.along[1][use]),
+        side=(p, q), place=_places(shapes, p, q, (met.shares[0][use], met.shares[1][use])), gap=met.gap[use],
+        inside=met.inside[use], along=(met.along[0][use], met.along[1][use]),
     )
 
 
@@ -278,8 +281,8 @@ def as_near(shapes: Shapes, found: Crossings, before: Pose, now: Pose) -> Near:
     first, n = carried_by_first(shapes, found, before, now), len(shapes.corner_face)
     (p, q), owner = found.side, shapes.owner
     return Near(
-        n + p * n + q, np.where(first, shapes.corner_face[q], shapes.corner_face[p]), found.gap, found.inside,
-        np.where(first, owner[p], owner[q]), np.where(first[:, None], *found.place),
+        corner=n + p * n + q, face=np.where(first, shapes.corner_face[q], shapes.corner_face[p]), gap=found.gap,
+        inside=found.inside, owner=np.where(first, owner[p], owner[q]), place=np.where(first[:, None], *found.place),
     )
 
 

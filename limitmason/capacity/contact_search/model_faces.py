@@ -62,9 +62,10 @@ def shapes_of(
     spread = np.zeros(assembly.n_blocks)
     np.maximum.at(spread, face_block[corner_face], away)
     shapes = Shapes(
-        assembly, face_block, np.array(place), np.array(normal), np.array(side), np.array(reach), corner_face,
-        corner_place, np.searchsorted(face_block, blocks), np.searchsorted(face_block[corner_face], blocks),
-        OVERSHOOT * size, NEAR * size, spread, np.empty(0, np.int64), firm, inset,
+        assembly=assembly, face_block=face_block, face_place=np.array(place), normal=np.array(normal),
+        side=np.array(side), reach=np.array(reach), corner_face=corner_face, corner_place=corner_place,
+        face_start=np.searchsorted(face_block, blocks), corner_start=np.searchsorted(face_block[corner_face], blocks),
+        step=OVERSHOOT * size, near=NEAR * size, spread=spread, strangers=np.empty(0, np.int64), firm=firm, inset=inset,
     )
     near = together(shapes, at_rest(assembly.n_blocks), -shapes.near)
     named = _named(shapes, contacts, near)

@@ -36,7 +36,8 @@ class Near(NamedTuple):
     def at(self, rows: Index | Flags) -> "Near":
         """Some of them."""
         return Near(
-            self.corner[rows], self.face[rows], self.gap[rows], self.inside[rows], self.owner[rows], self.place[rows]
+            corner=self.corner[rows], face=self.face[rows], gap=self.gap[rows], inside=self.inside[rows],
+            owner=self.owner[rows], place=self.place[rows],
         )
 
     def with_rows(self, other: "Near") -> "Near":
@@ -60,7 +61,10 @@ def together(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> N
     gap, sides = beside(shapes, pose, shapes.corner_place[corner], shapes.owner[corner], face)
     use = (gap < shapes.near) & (gap > -shapes.near - depth) & (sides > inside)
     corner = corner[use]
-    return Near(corner, face[use], gap[use], sides[use], shapes.owner[corner], shapes.corner_place[corner])
+    return Near(
+        corner=corner, face=face[use], gap=gap[use], inside=sides[use], owner=shapes.owner[corner],
+        place=shapes.corner_place[corner],
+    )
 
 
 def facing(shapes: Shapes, pose: Pose, one: Index, two: Index) -> tuple[Index, Index]:

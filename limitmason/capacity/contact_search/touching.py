@@ -133,7 +133,9 @@ def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: Flags, gap: Arr
     joint = [assembly.interfaces[k].polygon for k in c.interface[i]]
     use = np.array([_within(x, y, shapes.step) for x, y in zip(joint, place, strict=True)], dtype=bool)
     none = np.full(int(use.sum()), NO_CORNER, np.intp)
-    return Near(none, face[use], gap[i][use], np.zeros(len(none)), b[use], place[use])
+    return Near(
+        corner=none, face=face[use], gap=gap[i][use], inside=np.zeros(len(none)), owner=b[use], place=place[use],
+    )
 
 
 def _within(polygon: Array, point: Array, slack: float) -> bool:

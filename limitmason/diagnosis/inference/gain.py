@@ -107,9 +107,10 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
             mine = each[parts == number]
             by_kind[kind] = _score(mine, np.arange(len(mine)))
     return Gain(
-        names, _rms(y * design.scale), _rms(best.residuals[0] * design.scale), _rms(one.residual * design.scale),
-        _score(one.score - base.score, singles), by_group, _score(_selected(design, y, folds, critical_gain), folds),
-        by_kind,
+        names=names, error_before=_rms(y * design.scale), error_after=_rms(best.residuals[0] * design.scale),
+        error_left_out=_rms(one.residual * design.scale), leave_one_out=_score(one.score - base.score, singles),
+        leave_group_out=by_group, selected=_score(_selected(design, y, folds, critical_gain), folds),
+        leave_kind_out=by_kind,
     )
 
 

@@ -110,8 +110,8 @@ def leave_each_out(
     passing = np.flatnonzero(alone & (wrong >= np.where(both, lower[best], limit[best])))
     named = [rest(names[best[k]], held[k][0], float(gains[best[k], k]), y[k], held[k][1]) for k in map(int, passing)]
     return Missing(
-        len(y) if len(names) > 1 else 0, int(alone.sum()), sum(named), margins, less,
-        {n: float(np.mean(own[planted == i] >= limit[i])) for i, n in enumerate(names)},
+        trials=len(y) if len(names) > 1 else 0, fitted=int(alone.sum()), named=sum(named), margins=margins, agreed=less,
+        power={n: float(np.mean(own[planted == i] >= limit[i])) for i, n in enumerate(names)},
     )
 
 

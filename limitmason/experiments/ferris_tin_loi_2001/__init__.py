@@ -75,7 +75,10 @@ def load(specimen: str, **options: Any) -> Experiment:
             continue
         published[name] = value
         where = {"rounding": ROUNDING} if given.rounded else {}
-        targets.append(TargetValue(name, "published", given.flow_rule, "+", where, copy=name.startswith(_COPY)))
+        targets.append(TargetValue(
+            quantity=name, kind="published", flow_rule=given.flow_rule, direction="+", options=where,
+            copy=name.startswith(_COPY),
+        ))
     recomputed = table.quantities(
         row, {"associative": "associative_recomputed", "zero-dilatancy fixed point": "fixed_point_recomputed"}
     )

@@ -50,7 +50,10 @@ def load(specimen: str, **options: Any) -> Experiment:
         targets=(
             TargetValue("3DEC dilatant", "published", "associative"),
             TargetValue("3DEC zero dilatancy", "published", "non-associative"),
-            TargetValue("associative", "recomputed", "associative", "+", {"column": "fixed"}),
+            TargetValue(
+                quantity="associative", kind="recomputed", flow_rule="associative", direction="+",
+                options={"column": "fixed"},
+            ),
         ),
     )
 

@@ -68,8 +68,9 @@ class Iterate(NamedTuple):
         velocities.
         """
         return Iterate(
-            self.x + primal * by.x, self.multiplier + primal * by.multiplier, self.slack + primal * by.slack,
-            self.y + dual * by.y, self.s + dual * by.s, self.z + dual * by.z,
+            x=self.x + primal * by.x, multiplier=self.multiplier + primal * by.multiplier,
+            slack=self.slack + primal * by.slack, y=self.y + dual * by.y, s=self.s + dual * by.s,
+            z=self.z + dual * by.z,
         )
 
     @property

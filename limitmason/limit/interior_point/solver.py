@@ -109,7 +109,10 @@ def solve_interior_point(
     force[:, 0] /= problem.law.tan_phi
     force[:, 0] -= shift
     seconds = time.perf_counter() - start
-    return Solution(status, float(it.multiplier), force.ravel(), -it.y, iterations, seconds, stands, "interior-point")
+    return Solution(
+        status=status, multiplier=float(it.multiplier), force=force.ravel(), velocity=-it.y, iterations=iterations,
+        seconds=seconds, stands=stands, solver="interior-point",
+    )
 
 
 def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:

@@ -264,7 +264,7 @@ def _at_small_dilatancy(
     little = law._replace(tan_psi=np.where(law.tan_psi == 0, SMALL_DILATANCY * law.tan_phi, law.tan_psi))
     normal = np.maximum(state.force[:: law.components], 0.0)
     # one slope, below the dilatancy that it must not hide; one mixing; no random starts and no pushes
-    effort = Effort((0.1 * SMALL_DILATANCY,), (0.6,), 0, (), False)
+    effort = Effort(slopes=(0.1 * SMALL_DILATANCY,), mixings=(0.6,), random_starts=0, pushes=(), lower_each=False)
     found = search_smallest(little, normal, effort=effort, accuracy=accuracy)
     best = found.best
     if limits is not None:

@@ -109,7 +109,10 @@ def search_and_prove(
         )
         off = np.inf if proof.state is None else violation(ordered, proof.state).worst
         certified = np.nan if proof.state is None else proof.state.multiplier
-        trial = Trial(f"proof, {proof.method}", np.nan, 0, certified, off, proof.seconds, certified)
+        trial = Trial(
+            strategy=f"proof, {proof.method}", sequential=np.nan, steps=0, certified=certified, violation=off,
+            seconds=proof.seconds, best=certified,
+        )
         found = found._replace(best=proof.state, trials=(*found.trials, trial))
         if options["progress"] is not None:
             options["progress"](trial)
@@ -159,8 +162,9 @@ def _in_order_of_geometry(
         if standard and not mirrored and exact(associative, ordered, options["accuracy"]):
             known, effort, at_rest = associative, AT_REST, True
             trial = Trial(
-                "associative state, which slides nowhere", np.nan, 0, associative.multiplier,
-                violation(ordered, associative).worst, time.perf_counter() - since, associative.multiplier,
+                strategy="associative state, which slides nowhere", sequential=np.nan, steps=0,
+                certified=associative.multiplier, violation=violation(ordered, associative).worst,
+                seconds=time.perf_counter() - since, best=associative.multiplier,
             )
             if options["progress"] is not None:
                 options["progress"](trial)

@@ -34,15 +34,19 @@ class Effort(NamedTuple):
 
 
 EFFORTS = {
-    "quick": Effort((0.005, 0.05), (0.6,), 0, (), False),
-    "standard": Effort((0.005, 0.02, 0.05, 0.1), (0.6,), 4, (), True, 4, True),
+    "quick": Effort(slopes=(0.005, 0.05), mixings=(0.6,), random_starts=0, pushes=(), lower_each=False),
+    "standard": Effort(
+        slopes=(0.005, 0.02, 0.05, 0.1), mixings=(0.6,), random_starts=4, pushes=(), lower_each=True, descents=4,
+        mirrored=True,
+    ),
     "thorough": Effort(
-        (0.001, 0.005, 0.02, 0.05, 0.1), (0.3, 0.6, 0.9), 30, (0.01, 0.03, 0.1, 0.3, 1.0), True, 8, True
+        slopes=(0.001, 0.005, 0.02, 0.05, 0.1), mixings=(0.3, 0.6, 0.9), random_starts=30,
+        pushes=(0.01, 0.03, 0.1, 0.3, 1.0), lower_each=True, descents=8, mirrored=True,
     ),
 }
 
 
-AT_REST = Effort((0.005,), (0.6,), 2, (), False)
+AT_REST = Effort(slopes=(0.005,), mixings=(0.6,), random_starts=2, pushes=(), lower_each=False)
 """What is tried in space where the associative state is admissible for every psi: one sequence, two random starts and
 a push of the lowest. Nothing has to be found there; what may lie below are forces that gather in a corner."""
 
@@ -50,7 +54,7 @@ LARGE_IN_SPACE = 700
 """Contact points in space from which the standard search takes ``LARGE``: a cone program then takes some tenths of a
 second, and the whole search would take minutes."""
 
-LARGE = Effort((0.005, 0.05), (0.6,), 2, (), False)
+LARGE = Effort(slopes=(0.005, 0.05), mixings=(0.6,), random_starts=2, pushes=(), lower_each=False)
 
 CLOSED = 1e-6
 """Distance between the lowest state and a bound that no state passes at which the search ends, relative to
@@ -315,8 +319,9 @@ class _Trials:
             self.best = good
         raw = run.state.multiplier if run is not None and run.state is not None else np.nan
         trial = Trial(
-            strategy, raw, run.steps if run else 0, np.nan if good is None else good.multiplier, off,
-            time.perf_counter() - since, np.nan if self.best is None else self.best.multiplier,
+            strategy=strategy, sequential=raw, steps=run.steps if run else 0,
+            certified=np.nan if good is None else good.multiplier, violation=off, seconds=time.perf_counter() - since,
+            best=np.nan if self.best is None else self.best.multiplier,
         )
         self.trials.append(trial)
         reached(min(len(self.trials) / self.planned, 1.0))

@@ -62,10 +62,10 @@ def with_cells(assembly: Assembly, points: ContactPoints, cells: Cells) -> Conta
     # the corners of a face with cells stay, but it is the cells that bear its area
     area = np.where(np.isin(points.interface, owner), 0.0, points.area)
     return ContactPoints(
-        np.concatenate([points.position, position])[order], interface,
-        np.concatenate([area, [a for a, _ in size]])[order],
-        np.stack([x.normal[interface], x.tangent_1[interface], x.tangent_2[interface]], axis=1),
-        x.block_a[interface], x.block_b[interface],
+        position=np.concatenate([points.position, position])[order], interface=interface,
+        area=np.concatenate([area, [a for a, _ in size]])[order],
+        directions=np.stack([x.normal[interface], x.tangent_1[interface], x.tangent_2[interface]], axis=1),
+        block_a=x.block_a[interface], block_b=x.block_b[interface],
     )
 
 

@@ -57,7 +57,10 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
     }.get(program.status, Status.NOT_CONVERGED)
     if force.value is None:
         empty = np.zeros(problem.matrix.shape[0])
-        return Solution(status, float("nan"), np.zeros(problem.matrix.shape[1]), empty, 0, seconds)
+        return Solution(
+            status=status, multiplier=float("nan"), force=np.zeros(problem.matrix.shape[1]), velocity=empty,
+            iterations=0, seconds=seconds,
+        )
     velocity = np.asarray(equilibrium.dual_value, dtype=float)
     rate = float(problem.live @ velocity)
     velocity = velocity / rate if rate != 0 else velocity

@@ -94,7 +94,10 @@ def solve_static(
     seconds = time.perf_counter() - start
     x, z = np.array(answer.x), np.array(answer.z)
     status = _STATUS.get(str(answer.status), Status.NOT_CONVERGED)
-    return Solution(status, float(x[n]), x[:n], z[:r], int(answer.iterations), seconds, free=x[n + 1 :])
+    return Solution(
+        status=status, multiplier=float(x[n]), force=x[:n], velocity=z[:r], iterations=int(answer.iterations),
+        seconds=seconds, free=x[n + 1 :],
+    )
 
 
 def _kinds(rows: int, cones: Cones, limits: int = 0) -> list[Any]:

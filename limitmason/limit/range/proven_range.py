@@ -170,7 +170,10 @@ def proven_range(
         state = ForceState(value, np.zeros(0), np.zeros(0))
         ends = dict.fromkeys(which, Extreme(state, value, True, ASSOCIATIVE))
         low, high = (value if name in which else float("nan") for name in ENDS)
-        return ProvenRange(low, high, ends, value, velocity_bound, force_bound, time.perf_counter() - began)
+        return ProvenRange(
+            smallest=low, largest=high, ends=ends, associative=value, velocity_bound=velocity_bound,
+            force_bound=force_bound, seconds=time.perf_counter() - began,
+        )
 
     normal = np.full(len(law.tan_phi), law.total / len(law.tan_phi))
     if upper.resultants is not None:
@@ -206,7 +209,10 @@ def proven_range(
         ends[name] = end.times(scale)._replace(seconds=time.perf_counter() - since)
     low, high = (ends[name].value if name in ends else float("nan") for name in ENDS)
     seconds = time.perf_counter() - began
-    return ProvenRange(low, high, ends, top * scale, velocity_bound, force_bound, seconds)
+    return ProvenRange(
+        smallest=low, largest=high, ends=ends, associative=top * scale, velocity_bound=velocity_bound,
+        force_bound=force_bound, seconds=seconds,
+    )
 
 
 def _associative_end(problem: Problem, law: JointLaw, which: tuple[str, ...]) -> Prediction:
