@@ -34,6 +34,9 @@ from limitmason.storage.files import Archive, read_archive, write_archive
 ENDS = 10
 """Columns of ``State.ends``, see :mod:`dem.model.edge_points`."""
 
+REST, WEIGHT, LIVE, WEIGHT_X, WEIGHT_Y = range(5)
+"""Load cases of ``State.factors``: dead loads but weight, weight, live loads, weight turned along x, and along y."""
+
 QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
 _PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "dead_arms", "live_arms", "factors", "ground",
           "setback", "ends", "outside")

@@ -13,7 +13,7 @@ from dem.model.advance import stand_back, without_arms
 from dem.model.joint_marks import MARKS, joint_marks
 from dem.model.pieces import Pieces, reaches
 from dem.model.rest_criterion import SLID, Scale, slid_and_moved, unbalance
-from dem.model.state import DYNAMIC, State, UnstableError
+from dem.model.state import DYNAMIC, LIVE, WEIGHT, WEIGHT_X, WEIGHT_Y, State, UnstableError
 from dem.model.tie_arrays import pulls
 from dem.stages.floor import Floor
 from dem.stages.history import COLUMNS, History, RunSettings
@@ -118,22 +118,24 @@ class Recorder:
         """
         out = np.tile(start, (len(part), 1))
         if isinstance(stage, Ramp):
-            out[:, 2] = start[2] + part * (stage.to - start[2])
+            out[:, LIVE] = start[LIVE] + part * (stage.to - start[LIVE])
         elif isinstance(stage, Tilt):
+            weights = [WEIGHT, WEIGHT_X, WEIGHT_Y]
             axis = np.asarray(stage.axis, dtype=float)
             if not np.linalg.norm(axis) > 0 or abs(axis[2]) > 1e-9 * np.linalg.norm(axis):
                 raise InputError(f"tilting axis {stage.axis} is not horizontal")
             y, x = axis[:2] / np.linalg.norm(axis) * (-1.0, 1.0)  # downhill: the axis turned by a right angle
-            end, here = float(np.deg2rad(stage.to_deg)), start[[1, 3, 4]]
+            end, here = float(np.deg2rad(stage.to_deg)), start[weights]
             if abs(here[1] * y - here[2] * x) > 1e-12:  # turned about another axis before
+                # the weight turns on evenly, on the great circle from where it points to where it will
                 here, there = here / np.linalg.norm(here), np.array([np.cos(end), np.sin(end) * x, np.sin(end) * y])
                 way = float(np.arccos(here @ there))
                 shares = np.sin(np.outer(part, (-way, way)) + (way, 0.0)) / np.sin(way)
-                out[:, [1, 3, 4]] = shares @ np.array([here, there])
+                out[:, weights] = shares @ np.array([here, there])
                 return out
-            first = float(np.arctan2(start[3] * x + start[4] * y, start[1]))
+            first = float(np.arctan2(start[WEIGHT_X] * x + start[WEIGHT_Y] * y, start[WEIGHT]))
             angle = first + part * (end - first)
-            out[:, 1], out[:, 3], out[:, 4] = np.cos(angle), np.sin(angle) * x, np.sin(angle) * y
+            out[:, weights] = np.column_stack([np.cos(angle), np.sin(angle) * x, np.sin(angle) * y])
         elif isinstance(stage, Settle) and stage.gently:
             out *= np.minimum(part * (stage.max_steps / stage.gently), 1.0)[:, None]
         return out
@@ -305,8 +307,8 @@ class Recorder:
             "time": state.time,
             "step": float(e[kernels.E_STEPS]),
             "stage": float(stage),
-            "multiplier": float(factors[2]),
-            "tilt": float(np.arctan2(np.hypot(factors[3], factors[4]), factors[1])),
+            "multiplier": float(factors[LIVE]),
+            "tilt": float(np.arctan2(np.hypot(factors[WEIGHT_X], factors[WEIGHT_Y]), factors[WEIGHT])),
             "unbalanced force": force,
             "unbalanced moment": moment,
             "kinetic": float(e[kernels.E_KINETIC]),

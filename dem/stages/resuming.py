@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from dem import kernels
 from dem.contact.detection import SOONEST
 from dem.model.joints import JointOptions, make_laws
-from dem.model.state import State
+from dem.model.state import LIVE, State
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
@@ -215,7 +215,7 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
     if state.total[kernels.E_STEPS] == 0.0:
         return
     for case in ("dead", "live"):
-        if case == "live" and state.factors[2] == 0.0:
+        if case == "live" and state.factors[LIVE] == 0.0:
             continue
         what = (
             "the run that ended in this state: a jump of a load that acts is not a load history; leave loads out to "

@@ -20,6 +20,12 @@ def rocking_force(test: Experiment) -> float:
     return 1e-3 * axial_force(test) * 0.5 * float(row["L"]) / arm * block
 
 
+# shares of the motion of the top, chosen for these three modes, not derived: a bed that slips by more than half of it
+# has most of it; vertical planes that pass by less than .4 leave more to rocking; of planes that also part by .3 of
+# their slip a crack is diagonal
+_SLIDES, _PASSES, _APART = 0.5, 0.4, 0.3
+
+
 def mode_inside(assembly: Assembly, twists: ArrayLike) -> str:
     """Mode by the motion of the blocks, of a wall whose inside gave way.
 
@@ -46,9 +52,9 @@ def mode_of_shares(slid: float, apart: float, past: float) -> str:
     slid : largest slip of a bed joint
     apart, past : motion of vertical planes away from each other and along each other
     """
-    if slid > 0.5:
+    if slid > _SLIDES:
         return "SL"
-    return "G" if past > 0.4 and apart < 0.3 * past else "S"
+    return "G" if past > _PASSES and apart < _APART * past else "S"
 
 
 def joint_motions(assembly: Assembly, twists: ArrayLike) -> JointMotions:
