@@ -274,7 +274,9 @@ def _details(
 
     Parameters
     ----------
-    hinge, crossed, tangent : courses to the hinge and across the crack, and the crack's tangent [-]
+    hinge : courses to the hinge
+    crossed : courses across the crack
+    tangent : of the crack [-]
     omega, bracket : crack-angle reduction, and multipliers with none and with all of the friction [-]
     """
     return {

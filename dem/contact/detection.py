@@ -170,10 +170,16 @@ class _Search:
 
     Attributes
     ----------
-    rows, state, now : joints that are seen, their part of the state, and what their points measure now
-    code, turn, slip : of every such joint its pair code, turn since it was made [rad] and largest slip [m]
+    rows : numbers of the joints that are seen
+    state : their part of the state
+    now : what their points measure now
+    code : pair code of every such joint
+    turn : since it was made [rad]
+    slip : its largest [m]
     outworn, stays : joints that are to be made anew, and those of pairs without any, shape (k,)
-    pairs, key, met : near pairs of pieces looked at, the pair code of each, and how they meet
+    pairs : near pairs of pieces that are looked at
+    key : pair code of each
+    met : how they meet
     makes : of these, those that make a joint
     beside : the joint beside each that meets on the face that goes on, by row of ``pairs``
     family, group : families of pairs whose joints share their energy, and that of every joint

@@ -51,7 +51,9 @@ def outworn_joints(
     Parameters
     ----------
     code : pair code of every joint, shape (k,)
-    key, kind, gap : pair code, kind of meeting and gap [m] of every pair of pieces that are near now
+    key : pair code of every pair of pieces that are near now
+    kind : how they meet
+    gap : between them [m]
     margin : gap up to which blocks count as near [m]
     turn, slip : how far joints have turned [rad] and slid [m] since they were cut, shape (k,)
     mine : joints that are looked at, shape (k,)

@@ -30,7 +30,9 @@ class Follower:
     ----------
     progress : who listens
     run : number of the run, of one or two speeds
-    before, count, total : steps of the runs before this one, of this one, and of all
+    before : steps of the runs before this one
+    count : steps of this one
+    total : steps of all
     """
 
     def __init__(self, progress: Progress | None, run: int, before: int, count: int, total: int) -> None:

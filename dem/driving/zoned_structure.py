@@ -50,7 +50,9 @@ class ZonedRun:
     ----------
     model : at rest; changed on the way
     twist, hold : of rigid blocks per displacement of 1 m, and the freedoms that the drive holds
-    path, steps, count : turning points [m], steps over all of them and samples
+    path : turning points [m]
+    steps : over all of them
+    count : of samples
     """
 
     status = RunStatus.FINISHED

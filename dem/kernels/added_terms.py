@@ -81,7 +81,8 @@ def with_added(
     ----------
     added : numbers of the joint's added terms; None where it has none
     tan_phi, tan_psi, cohesion, tension : values without them [-], [Pa]
-    slip_1, slip_2, damage : plastic slip [m] and damage, 0 to 1, before the step
+    slip_1, slip_2 : plastic slip before the step [m]
+    damage : 0 to 1, before the step
     """
     if added is None:
         return tan_phi, tan_psi, cohesion, tension

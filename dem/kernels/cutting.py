@@ -61,7 +61,8 @@ def _lattice(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
     Parameters
     ----------
     x, y : its four corners [m]
-    px, py, corners : points [m] and their numbers at every triangle, written, shapes (m,), (m,), (k, 3)
+    px, py : points, written [m], shape (m,)
+    corners : their numbers at every triangle, written, shape (k, 3)
 
     Returns
     -------
@@ -101,7 +102,8 @@ def _spokes(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
     Parameters
     ----------
     x, y : corners of the polygon [m], shape (n,)
-    px, py, corners : points [m] and their numbers at every triangle, written, shapes (m,), (m,), (k, 3)
+    px, py : points, written [m], shape (m,)
+    corners : their numbers at every triangle, written, shape (k, 3)
 
     Returns
     -------

@@ -54,7 +54,9 @@ def _step(pieces: PieceArrays, parts: Index, carrier: int, k: int, by: Carrying,
     Parameters
     ----------
     parts : first piece of every block, shape (n + 1,)
-    carrier, k, sign : the block, the joint k at which it carries, and 1 where that joint's normal leaves it, else -1
+    carrier : the block
+    k : the joint at which it carries
+    sign : 1 where that joint's normal leaves it, else -1
     plane, place : unit normal and offset of the plane [m], shape (4,), and the place [m], shape (3,)
     """
     nearest, height, n, at = np.inf, -np.inf, by.normal[k], by.place[k]

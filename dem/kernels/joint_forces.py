@@ -83,7 +83,8 @@ def add_wrench(
     Parameters
     ----------
     contact : wrench on every block about its centroid [N, N m], added to, shape (n, 6)
-    axes, force, moment : rows t1, t2, n of the joint; force [N] and moment [N m] on b in them
+    axes : rows t1, t2, n of the joint
+    force, moment : on b in them [N], [N m]
     ra, rb : arms from either centroid to the joint's origin [m]
     """
     f0 = axes[0][0] * force[0] + axes[1][0] * force[1] + axes[2][0] * force[2]

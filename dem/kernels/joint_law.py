@@ -87,7 +87,8 @@ def strength_of(peak: Peak, softening: SofteningRow | None, damage: float, slip_
 
     Parameters
     ----------
-    damage, slip_1, slip_2 : 0 at the peak to 1, and plastic slip [m]
+    damage : 0 at the peak, 1 at residual values [-]
+    slip_1, slip_2 : plastic slip [m]
     softening : None where nothing is lost
     """
     mu, dil, c, ft = peak.tan_phi, peak.tan_psi, peak.cohesion, peak.tension
@@ -149,8 +150,10 @@ def _weakened(
     Parameters
     ----------
     stretched : pull of the elastic opening beyond the tensile strength [Pa]
-    pressed, sheared, stiffer : trial stresses [Pa], and the stiffness of a dashpot beside its spring over the spring's
-    slip_1, slip_2, damage : plastic slip [m] and damage [-] before the step
+    pressed, sheared : trial stresses [Pa]
+    stiffer : stiffness of a dashpot beside its spring over the spring's [-]
+    slip_1, slip_2 : plastic slip before the step [m]
+    damage : before the step [-]
     """
     # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative): what has opened has less
     # shear to lose
@@ -248,7 +251,8 @@ def _opened(
     worn : tan(phi), tan(psi), c, ft and where ft unloads, of the damage after the step
     pull : trial shear of the springs, that of springs and dashpots along t1, t2 and in size, trial pressure [Pa], and
         how much stiffer a dashpot makes a spring [-]
-    w, slip_1, slip_2, lift : opening now; plastic slip and plastic opening before the step [m]
+    w : opening now [m]
+    slip_1, slip_2, lift : plastic slip and plastic opening before the step [m]
 
     Returns
     -------
@@ -292,7 +296,8 @@ def return_map(
 
     Parameters
     ----------
-    w, e1, e2 : opening, initial gap included, and displacement of b against a along t1, t2 [m]
+    w : opening, initial gap included [m]
+    e1, e2 : displacement of b against a along t1, t2 [m]
     slip_1, slip_2, lift, damage : plastic slip and plastic opening [m], damage [-] before the step
     peak : of :func:`peak_of`
     softening : of :func:`softening_of`, or None for a law that keeps its peak values

@@ -155,7 +155,8 @@ def relative_motion(
 
     Parameters
     ----------
-    axes, ra, rb : of the joint now, and arms from either centroid to its origin [m]
+    axes : of the joint now
+    ra, rb : arms from either centroid to its origin [m]
     """
     a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
     vel, spin = bodies.vel, bodies.spin

@@ -173,8 +173,10 @@ def _outline(x: Array, y: Array, wide: float, high: float, corners: Index, u: Ar
 
     Parameters
     ----------
-    x, y, wide, high : places of the points and their extents along x and y [m]
-    corners, u, v : work space, and the outline [m], counter-clockwise
+    x, y : places of the points [m]
+    wide, high : their extents along x and y [m]
+    corners : work space
+    u, v : the outline [m], counter-clockwise
 
     Returns
     -------
@@ -213,7 +215,8 @@ def _between(
 
     Returns
     -------
-    part, lower, upper : part of the way [-]; whose edge either end is, OF_A, OF_B or OF_BOTH
+    part : part of the way [-]
+    lower, upper : whose edge either end is, OF_A, OF_B or OF_BOTH
     """
     reach = max(extent(u, count), extent(v, count))
     low, high, first, last = np.inf, -np.inf, -1, -1

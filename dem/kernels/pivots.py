@@ -37,7 +37,8 @@ def _may_be_at_an_end(along: Array, aside: Array, opening: Array) -> bool:
 
     Parameters
     ----------
-    along, aside, opening : of every point: places along the axis and across it, and opening, below 0 where pressed [m]
+    along, aside : places of every point along the axis and across it [m]
+    opening : below 0 where pressed [m]
     """
     level, length = 1e-9 * extent(aside, len(aside)), max(extent(along, len(along)), 1e-300)
     above = below = False

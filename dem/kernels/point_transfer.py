@@ -192,7 +192,8 @@ def keep_energy(
     ----------
     new, cut, heirs : points and joints found anew; gaps, setbacks and slips are changed
     start, rows : joints of family f are ``rows[start[f] : start[f + 1]]``
-    pressure, sheared, push : energy of pressure and of shear [J] and normal force [N] of the family's old joints, (f,)
+    pressure, sheared : energy of pressure and of shear in the family's old joints [J], (f,)
+    push : their normal force [N], (f,)
     """
     for f in range(len(pressure)):
         m = 0

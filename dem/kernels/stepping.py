@@ -45,7 +45,9 @@ def _spin_of(rot: Array, inv_inertia: Array, ang: Array, out: Array) -> None:
 
     Parameters
     ----------
-    inv_inertia, ang, out : J^-1 in the block's axes, angular momentum L [kg m2/s], and Omega [rad/s], written
+    inv_inertia : J^-1 in the block's axes [1/(kg m2)]
+    ang : angular momentum L [kg m2/s]
+    out : Omega [rad/s], written
     """
     b0 = ang[0] + rot[0, 0] * ang[0] + rot[1, 0] * ang[1] + rot[2, 0] * ang[2]
     b1 = ang[1] + rot[0, 1] * ang[0] + rot[1, 1] * ang[1] + rot[2, 1] * ang[2]
@@ -148,7 +150,8 @@ def _middle_spin(bodies: RigidBodies, i: int, half_step: float, half: Array, tro
     Parameters
     ----------
     half_step : half of the step [s]
-    half, trot, out : work space for a quaternion and a rotation; and the spin [rad/s], read as a guess and written
+    half, trot : work space for a quaternion and a rotation
+    out : the spin [rad/s], read as a guess and written
     """
     _turned(bodies.quat[i], out, half_step, half)
     rotation_of(half, trot)

@@ -255,7 +255,9 @@ def joint_forces(nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array,
 
     Parameters
     ----------
-    law, soft, total : rows of all joints, whether any loses strength, and the accumulated sums, added to
+    law : rows of all joints
+    soft : whether any loses strength
+    total : the accumulated sums, added to
     """
     force = nodes.force
     rubbed_all = broken_all = 0.0

@@ -59,7 +59,9 @@ def _at_rest(mass: Array, inertia: Array, held: Flags, axes: Array) -> RigidBodi
 
     Parameters
     ----------
-    mass, inertia, held : [kg], [kg m2] and held degrees of freedom, shapes (n,), (n, 3, 3), (n, 6)
+    mass : [kg], shape (n,)
+    inertia : [kg m2], shape (n, 3, 3)
+    held : degrees of freedom, shape (n, 6)
     axes : along which they are damped, shape (n, 3, 3)
     """
     n = len(mass)

@@ -200,7 +200,9 @@ class _Bracket:
 
         Parameters
         ----------
-        settled, through, up_to : multipliers [-]: the one that stood, those to try first, and the largest to try
+        settled : multiplier that stood [-]
+        through : those to try first
+        up_to : the largest to try
         """
         self.c, self.up_to = c, up_to
         self.stable, self.refused, self.moving, self.refused_from = settled, np.inf, np.inf, 0.0

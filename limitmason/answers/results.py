@@ -142,7 +142,9 @@ def flags(moved: Mapping[str, Array], joints: Sequence[str], least: float) -> di
 
     Parameters
     ----------
-    moved, joints, least : movement of every joint by name, shape (k,) [m]; names; least movement that counts [m]
+    moved : movement of every joint by name of the movement [m], shape (k,) each
+    joints : names of the joints
+    least : movement that counts [m]
     """
     largest = np.max(list(moved.values()), axis=0)
     return {

@@ -132,7 +132,9 @@ def _group(
 
     Parameters
     ----------
-    target, home, table : name of the home in a script, the module, and title and first fields of every call
+    target : name of the home in a script
+    home : the module
+    table : title and first fields of every call
     before, after : arguments that the script gives besides
     whole : whether the forms have no other fields
     """

@@ -290,8 +290,11 @@ class _Handler(BaseHTTPRequestHandler):
 
         Parameters
         ----------
-        status, kind, length : code of the answer, media type, and bytes, None where not known
-        policy, attachment : what the page may load, and the name under which a browser keeps it
+        status : code of the answer
+        kind : media type
+        length : bytes, None where not known
+        policy : what the page may load
+        attachment : name under which a browser keeps it
         """
         self.send_response(status)
         text = kind.startswith("text/") or kind == "application/json"

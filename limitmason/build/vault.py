@@ -153,7 +153,8 @@ def _pieces(start: float, end: float, unit: float, *, half: bool, least: float) 
 
     Parameters
     ----------
-    start, end, unit : of the course, and length of a stone [m]
+    start, end : of the course [m]
+    unit : length of a stone [m]
     """
     cuts, at = [start], start + (0.5 if half else 1.0) * unit
     while at < end - least + 1e-9 * unit:

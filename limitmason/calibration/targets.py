@@ -264,7 +264,9 @@ def check_units(target: Any, found: Any, name: str) -> None:
 
     Parameters
     ----------
-    target, found, name : what was measured, what was computed, and what it is called
+    target : what was measured
+    found : what was computed
+    name : what it is called
 
     Raises
     ------

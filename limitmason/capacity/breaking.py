@@ -40,7 +40,9 @@ def overload(system: System, old: PlasticHistory, displacement: Array, stress: A
     Parameters
     ----------
     old : history that the state was reached from
-    displacement, stress, new : of the points in the state [m] and [Pa], both (m, c), and its history
+    displacement : of the points in the state [m], (m, c)
+    stress : [Pa], (m, c)
+    new : history of the state
     """
     law, softening = system.law, system.law.softening
     assert softening is not None

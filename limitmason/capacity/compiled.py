@@ -108,7 +108,8 @@ def returned(
     kn, ks : [Pa/m], shape (m,)
     old_slip, old_lift : plastic slip and opening before the step [m], shapes (m, c - 1) and (m,)
     displacement : of b against a [m], shape (m, c)
-    stress, slip, lift : written: compression positive [Pa], (m, c); plastic slip and opening [m]
+    stress : written, compression positive [Pa], (m, c)
+    slip, lift : written, plastic slip and opening [m]
     """
     tan_phi, tan_psi, cohesion, tension, crushing = strength
     c = displacement.shape[1]
@@ -176,7 +177,9 @@ def elements(
     Parameters
     ----------
     components, freedoms : tuples of c and d numbers, whose lengths the compiler knows and writes loops out by
-    area, tangent, wrenches : of every point: [m2], derivative of the stress (m, c, c), and :func:`point_wrenches`
+    area : of every point [m2]
+    tangent : derivative of its stress [Pa/m], (m, c, c)
+    wrenches : of :func:`point_wrenches`
     directions, force : axes of its frame (m, c, 3), and its force along them (m, c)
     arm_a, arm_b : from the centroids of its two blocks, global axes, shape (m, 3)
     starts : first point of every run, shape (k,)

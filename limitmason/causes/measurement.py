@@ -118,7 +118,9 @@ def control_point(
     Parameters
     ----------
     height : name under which every specimen holds that of the model's point [m]
-    prediction, specimen, quantity : what is read of a specimen, and what it is
+    prediction : that is read
+    specimen : that was tested
+    quantity : what the prediction is of
 
     Raises
     ------
@@ -148,7 +150,9 @@ def rig_compliance(
     Parameters
     ----------
     peak : name under which specimens hold the force F at their peak, where a drift at the peak was measured
-    prediction, specimen, quantity : what is read of a specimen, and what it is
+    prediction : that is read
+    specimen : that was tested
+    quantity : what the prediction is of
     """
     if quantity == "stiffness":
         return prediction / (1.0 + size * prediction)

@@ -33,7 +33,8 @@ class Assessment:
     bodies : the reading of the text: blocks that move without relative motion are one body of the chain
     stones : every block of the model counted by itself; its e* hangs on how the model is cut
     confidence_factor : FC
-    structure, loads, prediction : of which it is the verdict, with the mechanism
+    structure, loads : of which it is the verdict
+    prediction : collapse load, with the mechanism
     spectra : by limit state
     curve : alpha [-] over the displacement of the control [m]; None for a verdict by q = 2 alone
     warnings : what the Circular may not cover

@@ -163,7 +163,9 @@ def _lost_at(along: Array, alpha: Array, d0: float) -> int | None:
 
     Parameters
     ----------
-    along, alpha, d0 : displacement [m] and multiplier [-] of every sample, (n,), and displacement at zero capacity [m]
+    along : displacement of every sample [m], shape (n,)
+    alpha : its multiplier [-], shape (n,)
+    d0 : displacement at zero capacity [m]
     """
     forward = np.maximum.accumulate(along)
     last = np.searchsorted(forward, forward + 0.01 * d0, side="right") - 1

@@ -32,7 +32,9 @@ class SolidCurve(Curve):
     Parameters
     ----------
     nodes : states; memory, stress and cracks are kept where the load was largest and at the end
-    model, control, tolerance : what was pushed, at which point and in which direction, and how exactly
+    model : what was pushed
+    control : at which point and in which direction
+    tolerance : how exactly
     band : crack-band width over the cube root of a brick's volume [-]
     energy : balance; what a jump sets free, and a real wall would throw off as motion, is part of its error
     """

@@ -285,7 +285,9 @@ def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Arra
 
     Returns
     -------
-    stress, equivalent, slope : [Pa], [-] and [Pa], shape (n, 3) each
+    stress : [Pa], shape (n, 3)
+    equivalent : equivalent uniaxial strain [-], shape (n, 3)
+    slope : of the stress over it [Pa], shape (n, 3)
     """
     nu, e = c.poisson[:, None], c.modulus[:, None]
     lame = nu / ((1.0 + nu) * (1.0 - 2.0 * nu))

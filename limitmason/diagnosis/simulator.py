@@ -81,8 +81,11 @@ class Simulator:
         Parameters
         ----------
         simulate, specimens : the user's function and what it is called with
-        n_jobs, needed, asked : processes; quantities by name and whether they must be positive; quantities by specimen
-        cache, version : file that keeps the answers, and what stands for the code of ``simulate`` there
+        n_jobs : processes
+        needed : quantities by name, and whether they must be positive
+        asked : quantities by specimen
+        cache : file that keeps the answers
+        version : what stands for the code of ``simulate`` there
         """
         if not callable(simulate):
             raise TypeError(f"simulate must be a function simulate(specimen, **parameters), got {simulate!r}")

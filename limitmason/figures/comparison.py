@@ -249,7 +249,9 @@ def _summary(total: int, finite: list[ComparedValue], inside: np.ndarray, ratio:
     Parameters
     ----------
     total, finite : how many values there are, and those that can be drawn
-    inside, ratio, band : whether each lies in the band, predicted over published, and half the band's width [-]
+    inside : whether each value lies in the band
+    ratio : predicted over published [-]
+    band : half the band's width [-]
     """
     parts = [f"{len(finite)} values"]
     if band > 0.0:

@@ -116,7 +116,9 @@ def history_curves(
     against : name of the quantity along the horizontal axis
     units : by name, written on the axes; the common unit of ``names`` goes to the vertical axis
     log : logarithmic vertical axis; values that are not positive are left out of it
-    title, caption, ylabel : heading, the small text under it, label instead of the names
+    title : heading
+    caption : the small text under it
+    ylabel : label instead of the names
     ax : axes to draw on; a new figure when not given
 
     Raises

@@ -220,7 +220,8 @@ def _stretches(
 
     Parameters
     ----------
-    a, b, own : ends of the edge [m], and number of the piece that it is of
+    a, b : ends of the edge [m]
+    own : number of the piece that it is of
     """
     length = float(np.linalg.norm(b - a))
     cuts = [0.0, 1.0]

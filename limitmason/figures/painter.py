@@ -143,8 +143,10 @@ def _which_in_front(
 
     Parameters
     ----------
-    i, j, corners : pieces of every pair, and corners of all pieces, padded [m], shape (n, v, 3)
-    towards, size : unit vector to the viewer, and extent of all pieces [m]
+    i, j : pieces of every pair
+    corners : of all pieces, padded [m], shape (n, v, 3)
+    towards : unit vector to the viewer
+    size : extent of all pieces [m]
     """
     # gaps along every face normal of i, then of j, and how these look at the viewer
     gap_i = np.einsum("mfk,mvk->mfv", faces.normal[i], corners[j]).min(axis=2) - faces.offset[i]

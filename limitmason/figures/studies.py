@@ -274,7 +274,8 @@ def _lines_by(rows: Sequence[Mapping[str, Any]], x: str, y: str) -> tuple[str, .
 
     Parameters
     ----------
-    rows, x, y : of the table, and the columns of both axes
+    rows : of the table
+    x, y : names of the columns on both axes
     """
     by = ["method"] if any(r.get("method") is not None for r in rows) else []
     others = [c for c in dict.fromkeys(k for r in rows for k in r) if c not in {x, y, *by, *_NO_PARAMETER}]

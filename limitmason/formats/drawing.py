@@ -150,7 +150,10 @@ def _read(
 
     Parameters
     ----------
-    thickness, density, scale, tolerance : [m], [kg/m3], metres per unit, and of contacts [m]
+    thickness : [m]
+    density : [kg/m3]
+    scale : metres per unit of the drawing
+    tolerance : of contacts [m]
     """
     suffix = path.suffix.lower()
     if suffix not in DRAWINGS:

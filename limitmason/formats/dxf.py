@@ -221,7 +221,9 @@ def _with_arcs(corners: Array, closed: bool, flatness: float) -> Array:
 
     Parameters
     ----------
-    corners, closed, flatness : x, y and bulge, shape (n, 3); of the line; how far chords may leave an arc, same unit
+    corners : x, y and bulge of every vertex, shape (n, 3)
+    closed : whether the line is
+    flatness : how far chords may leave an arc, unit of the drawing
     """
     out = []
     for k, (x, y, bulge) in enumerate(corners):

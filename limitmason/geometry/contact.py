@@ -247,7 +247,8 @@ def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, li
 
     Parameters
     ----------
-    low, high, limit : least and largest gap of every pair, and the gap that counts as contact [m], shape (m,)
+    low, high : least and largest gap of every pair [m], shape (m,)
+    limit : gap that counts as contact [m], shape (m,)
     """
     pairs = found.pairs
     near = np.maximum(found.reach, limit)
@@ -309,7 +310,8 @@ def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: In
 
     Parameters
     ----------
-    points, a, b : [m], shape (m, 3), and the two owners that do not count, shape (m,)
+    points : [m], shape (m, 3)
+    a, b : the two owners that do not count, shape (m,)
     owner : of every solid
     """
     if not len(points):
@@ -364,7 +366,11 @@ def _merge_patches(
 
     Parameters
     ----------
-    a, b, polygons, normals, areas, tolerance : of every patch: owners, corners [m], unit normal, [m2], [m]
+    a, b : owners of every patch
+    polygons : its corners [m]
+    normals : its unit normal
+    areas : [m2]
+    tolerance : distance up to which faces touch [m]
     overlaps, doubts : passed on
     """
     if not len(a):

@@ -135,12 +135,14 @@ def _face_pairs(
     Parameters
     ----------
     start : row of each solid's first face, and the total, shape (solids + 1,)
-    p, q, reach : solids of every pair, and the gap up to which they are near [m], shape (k,)
+    p, q : solids of every pair, shape (k,)
+    reach : gap up to which they are near [m], shape (k,)
     facing : cosine between outward normals below which faces look at each other [-]
 
     Returns
     -------
-    f, g, pair : rows of the two faces, and of the pair, shape (m,)
+    f, g : rows of the two faces, shape (m,)
+    pair : row of their pair of solids, shape (m,)
     """
     # every face of p beside every face of q: row ``local`` of a pair is face local // n_q of p and local % n_q of q
     n_p, n_q = start[p + 1] - start[p], start[q + 1] - start[q]

@@ -94,7 +94,8 @@ def _shared_points(solids: Sequence[Solid], faces: Faces, start: Index, i: int, 
 
     Parameters
     ----------
-    i, j, slack : the two pieces, and the distance up to which they touch [m]
+    i, j : the two pieces
+    slack : distance up to which they touch [m]
     """
     out = []
     for one, other in ((i, j), (j, i)):

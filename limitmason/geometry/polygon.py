@@ -196,7 +196,8 @@ def _join(p: Array, first: list[int], second: list[int]) -> list[int] | None:
 
     Parameters
     ----------
-    p, first, second : corners [m], shape (n, 2), and numbers of both rings, counter-clockwise
+    p : corners [m], shape (n, 2)
+    first, second : numbers of the corners of both rings, counter-clockwise
     """
     for k, a in enumerate(first):
         b = first[(k + 1) % len(first)]

@@ -245,7 +245,9 @@ def _dead_load_checked(
 
     Parameters
     ----------
-    problem, scaled, cones : the problem, the scaling of it that the solution is of, and the joint law in that scaling
+    problem : that was solved
+    scaled : the scaling of it that the solution is of
+    cones : the joint law in that scaling
     check : whether it is asked for; else only an answer that says "falls" is checked
 
     Returns

@@ -105,7 +105,10 @@ def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | Non
 
     Parameters
     ----------
-    first, part, rows, value : answer of any part, number of the one that falls, what is said of all parts, multiplier
+    first : answer of any part
+    part : number of the one that falls
+    rows : what is said of all parts
+    value : multiplier [-]
     """
     name = rows[part]["blocks"][0]
     if falling is None:
@@ -192,7 +195,10 @@ def _whole(
 
     Parameters
     ----------
-    first, lead, rows, forces : answer of the governing part, its number, what is said of all parts, forces of each
+    first : answer of the governing part
+    lead : its number
+    rows : what is said of all parts
+    forces : of each part
     """
     resultants = _joined(assembly, forces)
     mechanism = first.mechanism

@@ -252,7 +252,8 @@ def _better(new: tuple[float, ...], old: tuple[float, ...], least: float) -> boo
 
     Parameters
     ----------
-    new, old, least : multipliers, least first, and the least relative growth that counts [-]
+    new, old : multipliers, least first [-]
+    least : relative growth that counts [-]
     """
     for a, b in zip(new, old, strict=True):
         if a == b:

@@ -140,7 +140,9 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
 
     Parameters
     ----------
-    joints, d, options : numbers of the joints that are cut, a unit vector, options of the limit analysis
+    joints : numbers of those that are cut
+    d : a unit vector
+    options : of the limit analysis
     """
     n, m = assembly.n_blocks, len(joints)
     behind = [assembly.interfaces[k].block_b for k in joints]

@@ -61,7 +61,9 @@ def _in_order(group: set[int], around: dict[int, list[Pair]], fixed: Flags) -> l
 
     Parameters
     ----------
-    group, around, fixed : blocks of the chain, pairs that each block is in, and which blocks of all are fixed
+    group : blocks of the chain
+    around : pairs that each block is in
+    fixed : which blocks of all are fixed
     """
 
     def held(pair: Pair) -> bool:

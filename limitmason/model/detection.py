@@ -118,7 +118,9 @@ def detect(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRules, fl
     Parameters
     ----------
     flatness : largest distance of a vertex from its face's plane [m]
-    blocks, pieces, rules : the blocks, their convex pieces, and what counts as a contact
+    blocks : between which contacts are looked for
+    pieces : their convex pieces
+    rules : what counts as a contact
     """
     check_solids(pieces.solids, [blocks[i].name for i in pieces.owner], flatness)
     distances = contact_distances(pieces.widths, rules)

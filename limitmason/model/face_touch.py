@@ -93,7 +93,9 @@ def _face_under(faces: Faces, rows: slice, polygon: Array, normal: Array) -> int
 
     Parameters
     ----------
-    rows, polygon, normal : faces of the block, corners [m], shape (n, 3), and outward normal that is looked for
+    rows : numbers of the faces of the block
+    polygon : corners of the face that they may touch [m], shape (n, 3)
+    normal : outward normal that is looked for
     """
     aligned = faces.normal[rows] @ normal
     away = np.abs(polygon @ faces.normal[rows].T - faces.offset[rows]).max(axis=0)

@@ -199,7 +199,9 @@ def _columns(
 
     Parameters
     ----------
-    prefix, rows, without : of the columns' names, the law or material of every row, and fields that are left out
+    prefix : of the columns' names
+    rows : the law or material of every row
+    without : fields that are left out
     """
     out = {}
     distinct = {id(row): row for row in rows}

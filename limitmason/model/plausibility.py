@@ -88,7 +88,9 @@ def _warn_of_angle(law: Any, label: str, remedy: str = "") -> None:
 
     Parameters
     ----------
-    law, label, remedy : joint law or material, its name, and what to do where the angle is meant
+    law : joint law or material
+    label : what it is called
+    remedy : what to do where the angle is meant
     """
     angle = law.friction_angle_deg
     if angle is not None and 0.0 < angle < _ANGLE_LIKE_RADIANS:
@@ -101,7 +103,9 @@ def _warn_of_strengths(law: Any, label: str, *further: str) -> None:
 
     Parameters
     ----------
-    law, label, further : joint law or material, its name, and fields beside cohesion and tensile strength
+    law : joint law or material
+    label : what it is called
+    further : fields to be looked at beside cohesion and tensile strength
     """
     for field in ("cohesion", "tensile_strength", *further):
         value = getattr(law, field)

@@ -29,7 +29,9 @@ class Fragility(ReadOnly):
     dispersion : standard deviation of its logarithm [-]
     median_interval, dispersion_interval : at ``level``; an end is 0 or infinite where the runs do not bound it
     level : confidence of all intervals [-]
-    runs, failures, missing : runs that count, those of them that failed, and those without an answer
+    runs : that count
+    failures : those of them that failed
+    missing : those without an answer
     coefficients : of the probit a + b ln(x), shape (2,)
     covariance : of the coefficients, by the expected information, shape (2, 2)
     """
@@ -176,7 +178,9 @@ def _median_interval(coefficients: Array, covariance: Array, z: float) -> tuple[
 
     Parameters
     ----------
-    coefficients, covariance, z : a and b; shape (2, 2); number of standard errors
+    coefficients : a and b
+    covariance : of them, shape (2, 2)
+    z : number of standard errors
     """
     (a, b), c = coefficients, covariance
     square, middle, rest = b * b - z * z * c[1, 1], a * b - z * z * c[0, 1], a * a - z * z * c[0, 0]

@@ -197,7 +197,8 @@ def _variables(
 
     Returns
     -------
-    once, joints, parameters : names of what is drawn once per assembly, and both mappings
+    once : names of what is drawn once per assembly
+    joints, parameters : both mappings
     """
     joints, parameters = dict(joints or {}), dict(parameters or {})
     if not callable(build):
@@ -242,7 +243,9 @@ def _sample(
 
     Parameters
     ----------
-    build, run, refusals : model or function that makes it; what is asked of it; errors that count as an answer
+    build : model, or function that makes it
+    run : what is asked of it
+    refusals : errors that count as an answer
     shares : probability of every value drawn per assembly [-]
     """
     given = {name: float(random.value(shares[name])) for name, random in drawn.parameters.items()}

@@ -126,7 +126,9 @@ def _unpacked(
 
     Parameters
     ----------
-    executor, function, begun : where to run; what is called; chunks already under way
+    executor : where to run
+    function : what is called
+    begun : chunks already under way
     """
     futures = [*begun, *(executor.submit(_chunk, function, part) for part in chunks)]
     try:

@@ -217,7 +217,9 @@ def _spread(free: Flags, basis: Array, place: Flags, vector: Array) -> Array:
 
     Parameters
     ----------
-    free, basis, vector : which unknowns are free, wrenches of the rigid ones, (6, d), and the free ones' values
+    free : which unknowns are free
+    basis : wrenches of the rigid ones, shape (6, d)
+    vector : values of the free ones
     place : which columns of a block's strains it has, shape (n, most)
     """
     out = np.zeros(free.size)

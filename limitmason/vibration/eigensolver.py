@@ -130,7 +130,9 @@ def _found(
 
     Parameters
     ----------
-    solve, shift, block : product with (K - shift M)^-1, that shift [1/s2], and vectors to begin with, shape (n, b)
+    solve : product with (K - shift M)^-1
+    shift : that shift [1/s2]
+    block : vectors to begin with, shape (n, b)
     """
     m = system.mass
     x, best, idle = block, np.inf, 0

@@ -149,8 +149,11 @@ def _peaks(
 
     Parameters
     ----------
-    f, first, vectors : lines [Hz], first singular value and vector at each, shapes (m,), (m,) and (m, s)
-    inside, shown : lines in the band; passed on to the answer
+    f : lines of the spectrum [Hz], shape (m,)
+    first : first singular value at each, shape (m,)
+    vectors : its singular vector, shape (m, s)
+    inside : numbers of the lines within the band
+    shown : passed on to the answer
     """
     from scipy.signal import find_peaks
 
@@ -219,7 +222,9 @@ def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown:
 
     Parameters
     ----------
-    band, count, shown : [Hz], how many modes at most, and passed on to the answer
+    band : lowest and highest frequency [Hz]
+    count : how many modes at most
+    shown : passed on to the answer
     """
     kept: list[tuple[float, float, Complex]] = []
     for (f0, d0, s0), (f1, d1, s1) in pairwise(poles):

@@ -33,7 +33,8 @@ def check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
 
     Parameters
     ----------
-    u, v, number : shapes of both sets, (k, s), and number of every column: sensor, or three times the point plus axis
+    u, v : shapes of both sets, shape (k, s)
+    number : of every column: its sensor, or three times its point plus its axis
     one_each : whether every sensor gives one number
     """
     for which, mine, other in (("first", u, v), ("second", v, u)):

@@ -43,7 +43,9 @@ class Before(NamedTuple):
 
     Parameters
     ----------
-    c, history, force : the points, their history, and their forces in that pose [N], shape (m, components)
+    c : the points
+    history : theirs
+    force : theirs in that pose [N], shape (m, components)
     now : where they are in that pose [m], shape (m, 3)
     gone : which have left their face, shape (m,)
     """

@@ -209,7 +209,9 @@ def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose]
 
     Returns
     -------
-    poses, line, first : of the samples, in words, and the number to begin with
+    poses : of the samples
+    line : what is shown of each, in words
+    first : number of the sample to begin with
     """
     if not len(curve.states):
         raise InputError("this curve kept no states: there is nothing to draw")

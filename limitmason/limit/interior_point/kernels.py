@@ -142,7 +142,8 @@ def inverse_roots(axis: Array, size: Array, stiffness: Array) -> tuple[Array, Ar
 
     Parameters
     ----------
-    axis, size, stiffness : W as of :func:`nesterov_todd`, and the added stiffness, shapes (m, c), (m,) and (m,)
+    axis, size : W as of :func:`nesterov_todd`, shapes (m, c) and (m,)
+    stiffness : that is added, shape (m,)
     """
     m, c = axis.shape
     root, turn, lever = np.empty((m, c, c)), np.empty((m, c, c)), np.empty((m, c))

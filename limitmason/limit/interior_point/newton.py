@@ -252,7 +252,8 @@ class NewtonSystem:
         Parameters
         ----------
         wanted : products of cones and of bounds that the direction aims at
-        d, primal, dual : that direction, and the step lengths of the trial point
+        d : that direction
+        primal, dual : step lengths of the trial point [-]
         target : product of every pair on the central path
 
         Returns

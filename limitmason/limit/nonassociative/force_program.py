@@ -49,7 +49,9 @@ class ForceProgram:
         ----------
         slope : of the cone T <= r + slope N' at every point [-]; None takes tan(phi) and keeps the multiplier
             positive
-        opening, sliding, closing : points that bear nothing, lie on their cone, bear their crushing force, each (m,)
+        opening : whether each point bears nothing, shape (m,)
+        sliding : whether it lies on its cone
+        closing : whether it bears its crushing force
         direction : of slip at points that slide, unit vectors, shape (m, c - 1); the shear acts against it
         deadline : of ``time.perf_counter``
         tolerance : of the solver [-]

@@ -61,7 +61,9 @@ def make_model(
 
     Parameters
     ----------
-    cost, integer, maximise : objective, and columns that are whole numbers, of every column; else it is minimised
+    cost : objective, per column
+    integer : whether a column is a whole number
+    maximise : else it is minimised
     """
     model = _SilentHighs()
     model.setOptionValue("output_flag", False)  # where an older one enables no callbacks
@@ -317,7 +319,9 @@ class BoundedProgram:
 
         Parameters
         ----------
-        x, at, largest : solution of the program, its columns by name, and whether the largest multiplier is sought
+        x : solution of the program
+        at : its columns by name
+        largest : whether the largest multiplier is sought
         """
         found = self._on_alternatives(x, at, largest)
         if found is not None or largest:
@@ -333,7 +337,9 @@ class BoundedProgram:
 
         Parameters
         ----------
-        x, at, largest : solution of the program, its columns by name, and whether the largest multiplier is sought
+        x : solution of the program
+        at : its columns by name
+        largest : whether the largest multiplier is sought
         """
         p = self.programs
         chosen = [np.round(x[at[name]]) > 0.5 for name in ("open", "slide+", "slide-")]
