@@ -45,7 +45,8 @@ def law_number(name: str, value: Any, *, endless: bool = False, signed: bool = F
 
     Parameters
     ----------
-    name, value : what it is called, and what was given
+    name : what it is called
+    value : what was given
     endless, signed : whether it may be infinite, and negative
     """
     single = isinstance(value, (int, float)) or (hasattr(value, "__float__") and getattr(value, "size", 1) == 1)

@@ -115,7 +115,8 @@ def rigid_block(
 
     Parameters
     ----------
-    width, height : b along the load, and h [m]
+    width : b along the load [m]
+    height : h [m]
     friction : f [-]
     weight, top_load : W and Q [N]
 

@@ -277,7 +277,8 @@ def _details(
     hinge : courses to the hinge
     crossed : courses across the crack
     tangent : of the crack [-]
-    omega, bracket : crack-angle reduction, and multipliers with none and with all of the friction [-]
+    omega : crack-angle reduction [-]
+    bracket : multipliers with none and with all of the friction [-]
     """
     return {
         "hinge_courses": hinge, "hinge_height": f.height - hinge * f.course_height, "crossed_courses": crossed,
@@ -293,7 +294,8 @@ def _twists(seen: ReadParameters, level: float, crack: Any) -> Array | None:
 
     Parameters
     ----------
-    level, crack : height of the hinge above the foot [m], and the crack's distance from the facade at a height [m]
+    level : height of the hinge above the foot [m]
+    crack : the crack's distance from the facade at a height [m]
     """
     if seen.assembly is None or seen.loads is None:
         return None

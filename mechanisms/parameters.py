@@ -314,7 +314,8 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
 
     Parameters
     ----------
-    found, beyond : what was read of the wall by name, and length of all side walls beyond the facade [m]
+    found : what was read of the wall, by name
+    beyond : length of all side walls beyond the facade [m]
     """
     loads = Loads.horizontal(assembly, (0.0, -1.0, 0.0)) if loads is None else loads
     axis, sense = load_direction(assembly, loads)

@@ -87,7 +87,8 @@ def _cheapest(plain: np.ndarray, step: np.ndarray, roof: np.ndarray, hinge: int,
     plain : cost of a course without a step, shape (n + 1,)
     step : of one with a step, and k below it, shape (n + 1, most + 1)
     roof : cost of the overload on a wedge with k steps, shape (most + 1,)
-    hinge, most : courses, and the largest number of steps
+    hinge : courses from the top to the hinge
+    most : the largest number of steps
     """
     best = roof.copy()
     decisions = []

@@ -151,7 +151,8 @@ def on_next_faces(met: PiecesMeet, joints: Joints, bearings: Bearings, n_blocks:
     Parameters
     ----------
     met : the pairs, changed where they now meet on such a face
-    joints, bearings : those there are, and which of them carry
+    joints : those there are
+    bearings : which of them carry
 
     Returns
     -------

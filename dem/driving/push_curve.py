@@ -65,7 +65,8 @@ class PushCurve(Curve, JointMarks):
     assembly : what was driven; of lumped units with the joints' series stiffness
     history : of the drive, from sample 1 on; None of zoned blocks
     opening, slip, crushed : largest opening, plastic slip and crushing in every interface [m], shape (n, k)
-    used, failed : largest part of its strength in use, and part of its area that has reached it [-], shape (n, k)
+    used : largest part of its strength in use [-], shape (n, k)
+    failed : part of its area that has reached it [-], shape (n, k)
     settlement : displacement by own weight of the driven block along the drive [m]
     blocks : how units deform
     spacing : largest distance between neighbouring contact points [m]

@@ -105,7 +105,8 @@ class DrivenStructure(ABC):
     Parameters
     ----------
     assembly : what is driven; of lumped units with the joints' series stiffness
-    unit, held : twist of the blocks per displacement of 1 m, and the freedoms that the drive holds, shapes (n, 6)
+    unit : twist of the blocks per displacement of 1 m, shape (n, 6)
+    held : freedoms that the drive holds, shape (n, 6)
     chosen : settings of the push
     blocks : how they deform, in words
     same : digests by name of what a file of it must have in common with it

@@ -39,7 +39,8 @@ def _widest_beside(
 
     Parameters
     ----------
-    axis, flat : unit vector, and the cosine with it below which a face's normal leaves it
+    axis : unit vector
+    flat : cosine with it below which a face's normal leaves it
     """
     widest = -1e300
     for f in range(n_faces[p]):
@@ -182,7 +183,8 @@ def _opposed_face(pieces: PieceArrays, other: int, lowest: int, axis: Array) -> 
 
     Returns
     -------
-    face, cosine : number of the face, and cosine between its normal and the axis
+    face : number of the face
+    cosine : cosine between its normal and the axis
     """
     opposed, low = 0, 2.0
     for f in range(pieces.n_faces[other]):

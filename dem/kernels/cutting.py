@@ -208,7 +208,8 @@ def _cut_face(
     Parameters
     ----------
     row : of ``out`` that is written; its size stays 0 where the polygon is smaller than ``least`` [m2]
-    polygon, plane : corners of the polygon [m], and normal and offset of the base's face
+    polygon : corners of the polygon [m]
+    plane : normal and offset of the base's face
     corner : whether a corner or edge touches, whose points have an area of their own
     """
     m = len(polygon)
@@ -328,7 +329,8 @@ def facing_interface(
     Parameters
     ----------
     block_a, block_b, normal, centre : of all interfaces, normals from a to b
-    n, at : normal from the first block to the second, and a place now [m]
+    n : normal from the first block to the second
+    at : a place now [m]
     one, two : the first and the second block
     """
     best, looks, nearest = 0, -np.inf, np.inf

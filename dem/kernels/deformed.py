@@ -147,7 +147,8 @@ def strained_sums(
 
     Parameters
     ----------
-    axes, d : frame of the joint in global axes, t1, t2, n, and displacement of its origin in them, b against a [m]
+    axes : frame of the joint in global axes, rows t1, t2, n
+    d : displacement of its origin in them, b against a [m]
     g : R_rel - I: G11, G12, G21, G22, G31, G32 [-]
     ra, rb : from both centroids to block a's joint origin [m]
     dt : step [s]

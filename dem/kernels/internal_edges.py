@@ -57,7 +57,8 @@ def _step(pieces: PieceArrays, parts: Index, carrier: int, k: int, by: Carrying,
     carrier : the block
     k : the joint at which it carries
     sign : 1 where that joint's normal leaves it, else -1
-    plane, place : unit normal and offset of the plane [m], shape (4,), and the place [m], shape (3,)
+    plane : unit normal and offset of the plane [m], shape (4,)
+    place : place [m], shape (3,)
     """
     nearest, height, n, at = np.inf, -np.inf, by.normal[k], by.place[k]
     for piece in range(parts[carrier], parts[carrier + 1]):
@@ -100,7 +101,8 @@ def _goes_on(
 
     Parameters
     ----------
-    owner, parts : block of every piece, and first piece of every block
+    owner : block of every piece
+    parts : first piece of every block
     place : where the pieces meet [m], shape (3,)
     found : joint, piece with the face, face, and 1 where it is the pair's own joint; -1 first where there is none
     """

@@ -119,7 +119,8 @@ def _joint_forces(
 
     Parameters
     ----------
-    dt, total : step [s], and the accumulated scalars, added to
+    dt : step [s]
+    total : accumulated scalars, added to
     """
     contact, law = bodies.contact, joints.law
     friction = viscous = fracture = 0.0

@@ -257,7 +257,8 @@ def _opened(
     Returns
     -------
     new : plastic opening by a slip that goes straight on [m]
-    short, most : what an open point lacks of it, and the largest that a point may have [m]
+    short : what an open point lacks of it [m]
+    most : the largest that a point may have [m]
     before, farthest : plastic slip before the step, and that up to which it dilates [m]
     """
     kn, ks = peak.kn, peak.ks

@@ -83,8 +83,10 @@ def relative_motion(
 
     Parameters
     ----------
-    quat, rot : rotation of every block as a quaternion, and as a matrix less one, (n, 4) and (n, 3, 3)
-    place, reach : centroid of every block now, and radius about it [m], (n, 3) and (n,)
+    quat : rotation of every block as a quaternion, shape (n, 4)
+    rot : the same as a matrix less one, shape (n, 3, 3)
+    place : centroid of every block now [m], shape (n, 3)
+    reach : radius of the block about it [m], shape (n,)
     offset, turn : of the second block against the first, in the first's axes [m], and as a quaternion, (p, 3), (p, 4)
     """
     for m in range(len(near.blocks)):

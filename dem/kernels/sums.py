@@ -37,7 +37,8 @@ def point_sums(
     motion : velocity of b's joint origin against a's [m/s] and of its rotation [rad/s]; or None
     rates : of what the faces' strains add to that velocity, as d and g (9); or None
     strained : None between rigid blocks
-    p0, p1 : first point, and the one after the last
+    p0 : first point
+    p1 : the one after the last
     dt : step [s]
 
     Returns

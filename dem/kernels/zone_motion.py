@@ -25,7 +25,8 @@ def move(nodes: Nodes, rigid: Rigid, total: Array, dt: float, local: float, drif
     ----------
     total : works and losses so far [J], number of steps: entries ``Z_...``, added to
     dt : [s], 1 where masses are scaled to the step
-    local, drifts : factor of local damping [-], and whether motion is steady and damping the combined one
+    local : factor of local damping [-]
+    drifts : whether motion is steady and damping the combined one
     """
     force, shift, velocity = nodes.force, nodes.shift, nodes.velocity
     applied = support = damping = kinetic = 0.0
@@ -119,7 +120,8 @@ def advance_zones(model: ZonedArrays, steps: int, dt: float, local: float, drift
     Parameters
     ----------
     dt : [s], 1 where masses are scaled to the step
-    local, drifts : factor of local damping [-], and whether motion is steady and damping the combined one
+    local : factor of local damping [-]
+    drifts : whether motion is steady and damping the combined one
     """
     nodes, zones, tables, sides, contacts, rigid, law, soft, total = model
     rigid.total[:] = 0.0

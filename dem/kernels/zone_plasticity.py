@@ -90,7 +90,8 @@ def _met(active: Index, count: int, n: int, s: Array, surface: Planes, met: Met)
 
     Parameters
     ----------
-    active, count : numbers of the planes, and how many
+    active : numbers of the planes that are active
+    count : how many they are
     n, surface : number of all planes; their a, b, f, the elastic constants d and dn, and a tolerance [Pa]
     s : trial stress
     met : multipliers and stress that are written, and work space

@@ -21,7 +21,8 @@ class JointMarks:
 
     Parameters
     ----------
-    opening, slip : largest opening less dilation, and largest plastic slip at its points [m]
+    opening : largest opening less dilation [m]
+    slip : largest plastic slip at its points [m]
     crushed : largest closing beyond the compressive strength [m]
     used : largest part in use of the undamaged strength at its points, in tension, shear or compression [-]; 1 where it
         is reached, and where it was passed
@@ -94,7 +95,8 @@ def marks_of(
     count : number of interfaces of the assembly
     opening : less dilation [m], shape (m,)
     slip : plastic, without sign [m], shape (m,)
-    normal, shear : compression positive, and without sign [Pa], shape (m,)
+    normal : stress, compression positive [Pa], shape (m,)
+    shear : stress, without sign [Pa], shape (m,)
     lift : what dilation gave and crushing took [m], shape (m,)
     damage : part of the strength that is gone [-], shape (m,)
     area : [m2], shape (m,)

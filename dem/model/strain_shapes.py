@@ -111,7 +111,8 @@ class StrainShapes:
 
         Parameters
         ----------
-        block, arm : number of the block, and place from its centroid [m], shapes (p,) and (p, 3)
+        block : number of the block, shape (p,)
+        arm : place from its centroid [m], shape (p, 3)
         """
         out = np.zeros((len(block), 3, self.reach.shape[1]))
         for i in np.unique(block):
@@ -263,7 +264,8 @@ def _told_apart(value: Array, basis: Array, corners: Array) -> tuple[Array, Arra
 
     Parameters
     ----------
-    value, basis : eigenvalues, ascending, and eigenvectors as columns, shapes (m,) and (m, m)
+    value : eigenvalues, ascending, shape (m,)
+    basis : eigenvectors as columns, shape (m, m)
     corners : displacement of the corners along the axes of the block per unit of a shape, shape (p, m, 3)
     """
     weighed = corners * np.sqrt((1.0, 2.0, 3.0))  # any three numbers that differ: no axis stands for another

@@ -241,7 +241,8 @@ class _Bracket:
 
         Parameters
         ----------
-        new, record : multiplier that was held [-], and all that were tried, with what came of them
+        new : multiplier that was held [-]
+        record : all that were tried, with what came of them
         """
         if new >= self.refused:
             # reopen the bracket: up to the next refused load, or upwards again

@@ -326,7 +326,8 @@ def _stopped(
     Parameters
     ----------
     settled, runs : at rest under dead load; tables that turned, each slower than the one before
-    last_tangent, tolerance : largest tangent of the tilt, and width of the bracket [-]
+    last_tangent : largest tangent of the tilt [-]
+    tolerance : width of the bracket [-]
     """
     controls = Controls(
         tolerance, max_steps=60_000, moved_limit=0.02, equilibrium=1e-4, damping=LOADING, unit=1.0, first=0.05,

@@ -114,7 +114,8 @@ class Recorder:
 
         Parameters
         ----------
-        start, part : factors at the stage's beginning, shape (5,), and parts of it from 0 to 1, shape (steps,)
+        start : factors at the stage's beginning, shape (5,)
+        part : parts of it from 0 to 1, shape (steps,)
         """
         out = np.tile(start, (len(part), 1))
         if isinstance(stage, Ramp):

@@ -53,7 +53,8 @@ class Position:
 
     Parameters
     ----------
-    stage, done : number of the stage, and steps of it taken
+    stage : number of the stage
+    done : steps of it taken
     begun, dt : time and time step at its begin [s]
     factors, shift, quat, held : at its begin; ``held`` before the stage held any degrees of freedom itself
     quiet : checks in a row in which a Settle was quiet

@@ -30,7 +30,8 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
 
     Returns
     -------
-    contacts, interface : the points, and the number of the interface of every row of the law
+    contacts : the points
+    interface : number of the interface of every row of the law
 
     Raises
     ------

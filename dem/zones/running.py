@@ -45,7 +45,8 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
 
     Parameters
     ----------
-    damping, drifts : local damping [-], and whether it is combined damping for parts that move on steadily
+    damping : local damping [-]
+    drifts : whether it is combined damping for parts that move on steadily
 
     Raises
     ------
@@ -140,7 +141,8 @@ def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_
 
     Parameters
     ----------
-    tolerance, max_steps : unbalanced over acting force [-], and steps in all
+    tolerance : unbalanced over acting force [-]
+    max_steps : steps in all
     """
     acting = model.nodes.load, model.rigid.load, model.rigid.arms
     whole = [x.copy() for x in acting]

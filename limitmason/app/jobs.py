@@ -96,7 +96,8 @@ class Jobs:
 
         Parameters
         ----------
-        kind, lines : "draw", "solve" or "report", and the script
+        kind : "draw", "solve" or "report"
+        lines : script
 
         Raises
         ------

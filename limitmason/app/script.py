@@ -199,7 +199,8 @@ def literal(value: Any, kind: str) -> str:
 
     Parameters
     ----------
-    value, kind : what was typed, and the kind of field
+    value : what was typed
+    kind : kind of field
     """
     if kind == "tick":
         return repr(bool(value))

@@ -182,7 +182,8 @@ def _erect(
     Parameters
     ----------
     width, density, tolerance : along y [m], [kg/m3], and of contacts [m]
-    recipe, joints : what is told of the arch, and joint laws by kind
+    recipe : what is told of the arch
+    joints : joint laws by kind
     piers : height [m], width [m] and number of courses; None for springings on held blocks
     """
     wide = positive("width", width)

@@ -192,7 +192,8 @@ def _closer_second(bond: Bond, cuts: list[float], below: list[float]) -> list[fl
 
     Parameters
     ----------
-    cuts, below : ends of the pieces of the course, and head joints of the course below [m]
+    cuts : ends of the pieces of the course [m]
+    below : head joints of the course below [m]
     """
     if len(cuts) < 3 or cuts[1] - cuts[0] >= bond.header_width - bond.tolerance:
         return cuts

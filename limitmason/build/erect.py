@@ -68,7 +68,8 @@ class Site:
 
         Parameters
         ----------
-        recipe, joints : what is told of the structure, and joint laws by kind
+        recipe : what is told of the structure
+        joints : joint laws by kind
         """
         return Assembly.from_polyhedra(
             self.solids, density=self.densities, joint=joint, fixed=self.fixed, names=self.names, axes=self.axes,

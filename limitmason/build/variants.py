@@ -200,7 +200,8 @@ def _cut_edge(
 
     Parameters
     ----------
-    inward, at : unit vector across the edge into the polygon, and a point of the edge [m]
+    inward : unit vector across the edge into the polygon
+    at : a point of the edge [m]
     depth : of the strip [m]
     """
     distance = (polygon - at) @ inward - depth

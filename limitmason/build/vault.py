@@ -130,7 +130,8 @@ def _groin(site: Site, outlines: Array, feet: list[Array], half_bay: float, unit
 
     Parameters
     ----------
-    half_bay, unit : half the vault's side, and length of a stone [m]
+    half_bay : half the vault's side [m]
+    unit : length of a stone [m]
     """
     slack = 1e-9 * half_bay
     for turn in range(4):

@@ -200,7 +200,8 @@ def _laid(
 
     Parameters
     ----------
-    levels, ragged : heights of the bed joints [m], and whether either end is left without cut units
+    levels : heights of the bed joints [m]
+    ragged : whether either end is left without cut units
     header_every : every how many courses and positions a header ties the leaves; None for no headers
     start_half : whether the first course begins with half a unit
     """

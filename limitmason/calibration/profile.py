@@ -45,7 +45,8 @@ def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: in
 
     Parameters
     ----------
-    axis, sign : the parameter, and the side: 1 above, -1 below
+    axis : the parameter
+    sign : the side: 1 above, -1 below
     """
     scale, limit = objective.scale, best.chi2 + rise
     low, high, width = scale.low, scale.high, scale.high - scale.low
@@ -139,7 +140,8 @@ def furthest(j: Array, r: Array, limit: float, axis: int, sign: int, low: Array,
     Parameters
     ----------
     j, r : slopes (n, p) and residuals (n,)
-    axis, sign : the parameter, and the side
+    axis : the parameter
+    sign : the side
     low, high : the box of the move, shape (p,)
     """
     d, free = np.zeros(len(low)), np.ones(len(low), dtype=bool)

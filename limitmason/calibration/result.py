@@ -334,7 +334,8 @@ def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum],
 
     Parameters
     ----------
-    best, minima : the fit, and where every start ended
+    best : fit
+    minima : where every start ended
     """
     out, scale = [], objective.scale
     near = SAME * objective.variance(best)

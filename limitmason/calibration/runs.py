@@ -51,7 +51,8 @@ class Runs:
 
         Parameters
         ----------
-        readings, aimed : what is read of every model, and curves that it is held against, by name
+        readings : what is read of every model
+        aimed : curves that it is held against, by name
         executor, workers : as of :func:`limitmason.study.workers.run_points`
         """
         self.models, self.readings, self.aimed, self.ties = tuple(models), tuple(readings), tuple(aimed), ties

@@ -27,8 +27,10 @@ class Simulated:
 
         Parameters
         ----------
-        readings, at : what is read of every model, and parameters at the fit by name
-        ties, given : formulas of tied parameters, and names that models may take
+        readings : what is read of every model
+        at : parameters at the fit by name
+        ties : formulas of tied parameters
+        given : names that models may take
         """
         self.models, self.readings, self.at, self.ties, self.given = models, readings, at, ties, given
 

@@ -290,7 +290,8 @@ def moved(motion: Array, shift: Array, turn: Array) -> None:
     Parameters
     ----------
     motion : shift and rotation vector in global axes [m, rad], shape (n, 6)
-    shift, turn : displacement of the centroids [m], (n, 3), and rotation matrix less one, (n, 3, 3)
+    shift : displacement of the centroids [m], (n, 3)
+    turn : rotation matrix less one, (n, 3, 3)
     """
     k, step, old = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     for m in range(len(motion)):

@@ -251,7 +251,8 @@ class Generations:
 
         Parameters
         ----------
-        nodes, new : the path so far, and the state at the end of the step
+        nodes : path so far
+        new : state at the end of the step
         move : control displacement of the step, signed [m]
         """
         last = nodes[-1]

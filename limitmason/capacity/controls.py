@@ -83,7 +83,8 @@ def control_row(assembly: Assembly, control: Any, basis: Array, free: NDArray, l
     Parameters
     ----------
     control : as of :func:`limitmason.pushover`
-    basis, free : wrenches of the degrees of freedom, shape (6, d), and which of them are free, (n, d)
+    basis : wrenches of the degrees of freedom, shape (6, d)
+    free : which degrees of freedom are free, shape (n, d)
     live : live load on them [N, N m], shape (n, d)
     """
     forces = np.where(np.abs(basis[:3]).max(axis=0) > 0.5, live, 0.0)

@@ -201,7 +201,8 @@ class ElasticRange(ReadOnly):
 
         Parameters
         ----------
-        multiplier, point : load multiplier at the onset [-], and the number of the contact point
+        multiplier : load multiplier at the onset [-]
+        point : number of the contact point
         """
         k = int(self.points.interface[point])
         i = self.assembly.interfaces[k]

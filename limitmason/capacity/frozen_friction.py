@@ -110,7 +110,8 @@ def _lowest(
 
     Parameters
     ----------
-    law, old : law whose friction is frozen, and the history it returns from
+    law : law whose friction is frozen
+    old : the history it returns from
     now : state at the start
     motion, done : in own units, shape (order,): that of the full step, and what came before it under the viscosity
     multiplier, viscosity : of the live load [-]; eta in own units

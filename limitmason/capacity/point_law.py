@@ -272,7 +272,8 @@ def slip_under_strength(
     Parameters
     ----------
     tried : shear at the end without further slip [Pa], (m, c - 1)
-    normal, slip : normal stress at the end without a limit [Pa], and what slips in the step [m], (m,)
+    normal : normal stress at the end without a limit [Pa]
+    slip : what slips in the step [m], (m,)
     """
     bears, began = s.bears_shear(np.maximum(normal, -s.tension)), old.began()
     if bears.all():

@@ -241,7 +241,8 @@ def quieted(
     commit : the history that is kept of a sub-step, from the one before and its state; as it came by default
     target, multiplier : control displacement that is held [m], None to keep the multiplier; its first value [-]
     normal : forces at which the programs' friction is frozen at first [N]; None for those of the pose
-    ratio, eta : work of the live load per control displacement [N], and the first viscosity in own units
+    ratio : work of the live load per control displacement [N]
+    eta : the first viscosity in own units
     """
     total, begin = 0, pose.shift
     for _ in range(60):

@@ -22,7 +22,8 @@ def turned(loads: Loads, case: str, rotation: Array) -> dict[str, Any]:
 
     Parameters
     ----------
-    case, rotation : "dead" or "live", and rotation matrix, shape (3, 3)
+    case : "dead" or "live"
+    rotation : rotation matrix, shape (3, 3)
 
     Returns
     -------

@@ -115,7 +115,8 @@ def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | Non
 
     Parameters
     ----------
-    kind, dpi : "assembly", "mechanism" or forces, and dots per inch
+    kind : "assembly", "mechanism" or forces
+    dpi : dots per inch
     """
     if kind == "assembly":
         figure = lm.figures.assembly(assembly, title=title, view=view)

@@ -261,7 +261,8 @@ def _taken_over(method: str, settings: Mapping[str, Mapping[str, Any]], rows: Se
 
     Parameters
     ----------
-    settings, rows : options of every method, and answers so far
+    settings : options of every method
+    rows : answers so far
     """
     out = {}
     for name, other in get_method(method).takes_over.items():

@@ -123,7 +123,8 @@ def across_cracks(faces: Index, centre: Array, normal: Array, cracks: Flags) -> 
     Parameters
     ----------
     faces : bricks on both sides of every face, -1 for none, shape (2, f)
-    centre, normal : middles of the bricks [m], and normals of their cracks, shape (m, 3)
+    centre : middles of the bricks [m], shape (m, 3)
+    normal : normals of their cracks, shape (m, 3)
     cracks : bricks that count, shape (m,)
 
     Returns

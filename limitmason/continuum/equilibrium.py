@@ -226,7 +226,8 @@ class Solver:
 
         Parameters
         ----------
-        u, factor : displacements [m], shape (3 n,), and multiplier [-] before the step
+        u : displacements before the step [m], shape (3 n,)
+        factor : multiplier [-] before the step
         step, more : their changes in a whole step, displacements in the order of elimination [m], shape (r,)
         r : unbalanced force at ``u`` [N], shape (r,)
 

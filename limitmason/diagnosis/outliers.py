@@ -76,7 +76,8 @@ def _shared(columns: Mapping[str, Sequence[Any]], out: np.ndarray) -> str:
 
     Parameters
     ----------
-    columns, out : covariates by name, one entry per row, and which rows stand out, shape (n,)
+    columns : covariates by name, one entry per row
+    out : which rows stand out, shape (n,)
     """
     count, found = int(out.sum()), []
     asked = {k: v for k, v in columns.items() if k not in ("specimen", "quantity") and len({str(x) for x in v}) > 1}

@@ -188,7 +188,8 @@ def _of_sensors(
 
     Parameters
     ----------
-    measured, stated : table of measured values, and what is said of every quantity, by name
+    measured : table of measured values
+    stated : what is said of every quantity, by name
     """
     if not file.exists():
         return []

@@ -38,7 +38,8 @@ class Findings(Displayed, Citable, ReadOnly):
     Parameters
     ----------
     listed : the list of causes
-    design, y : tables, and data as log differences from the baseline in units of the noise
+    design : tables
+    y : data as log differences from the baseline in units of the noise
     judged : the tables that the verdict was made with: ``design``, or that with shared noise made independent
     shares : shares of the noise within batches, days, set-ups, ... that are carried
     verdict : answer of the rule

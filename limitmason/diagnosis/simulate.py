@@ -79,7 +79,8 @@ class Collapse:
 
         Parameters
         ----------
-        specimen, parameters : what is built, and inputs of ``build`` or of the method by name
+        specimen : what is built
+        parameters : inputs of ``build`` or of the method by name
         extend : edit of assembly and loads by the causes
 
         Raises

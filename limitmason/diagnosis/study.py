@@ -340,7 +340,8 @@ class Study(Statement):
 
         Parameters
         ----------
-        k, costs : number of tests, and the cost of a test by quantity
+        k : number of tests
+        costs : cost of a test by quantity
         """
         design = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None)
         there = PoolGrids(self.tables, pool, self.noise, causes, design.scale)

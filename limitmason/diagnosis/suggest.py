@@ -114,7 +114,8 @@ def _tests(there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str
 
     Parameters
     ----------
-    chosen, price : rows of the pool, and the cost of every row
+    chosen : rows of the pool
+    price : cost of every row
     """
     rows = there.rows
     indices = tuple(int(rows.of[i]) for i in chosen)

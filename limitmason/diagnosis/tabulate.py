@@ -60,7 +60,8 @@ class Tabulator:
 
         Parameters
         ----------
-        rows, noise : what is compared, and the standard deviation of every row, shape (n,)
+        rows : what is compared
+        noise : standard deviation of every row, shape (n,)
         levels, nuisance_levels : sizes at which a cause is simulated, and values of every input; by default as many as
             pay
         crossed : "full" for all sizes with all values of the inputs, "corners" for their ends alone

@@ -308,7 +308,8 @@ def chosen_options(table: Mapping[str, Option], given: Mapping[str, Any], source
 
     Parameters
     ----------
-    table, given : options of a source by name, and what a user chose
+    table : options of a source by name
+    given : what a user chose
     """
     for key in given:
         if key not in table:

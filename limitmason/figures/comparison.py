@@ -219,7 +219,8 @@ def _label_points(
 
     Parameters
     ----------
-    points, limits : text, x, y and side of every point, and the ends of both axes
+    points : text, x, y and side of every point
+    limits : ends of both axes
     log : whether both axes are logarithmic
     """
     low, high = (np.log(limits[0]), np.log(limits[1])) if log else limits

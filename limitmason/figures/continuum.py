@@ -48,7 +48,8 @@ def solid_map(
     label : of the colour bar, with its unit
     limits : lowest and highest colour; those of the values by default
     colours : a colour map of matplotlib
-    title, caption : heading, and text under it after the scale
+    title : heading
+    caption : text under it after the scale
     viewpoint_deg : azimuth and elevation of the viewer [deg]
     ax : axes to draw on; a new figure when not given
     """

@@ -47,7 +47,8 @@ def cracks(
     at : moments to draw: "first crack" (of ``width``), "first failure", "peak", "end", or samples by number
     width : opening that counts as a crack [m]
     scale : factor on displacements and rotations; by default so that the largest at the last moment can be seen
-    title, caption : heading, and text under it after the scale
+    title : heading
+    caption : text under it after the scale
 
     Raises
     ------

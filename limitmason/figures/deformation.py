@@ -56,7 +56,8 @@ def deformed(
     crack : joints that have opened or slid by more than this are marked [m]; a tenth of the largest by default
     ghost : draw the original outlines of the blocks that moved
     view : "elevation", "3d" or "auto"
-    title, caption : heading, and text under it after the scale and the largest movement
+    title : heading
+    caption : text under it after the scale and the largest movement
     legend : explain the marks
     ax : axes to draw on; a new figure when not given
     viewpoint_deg : azimuth and elevation of the viewer in 3-D [deg]

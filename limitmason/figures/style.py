@@ -139,7 +139,8 @@ class Heading:
 
     Parameters
     ----------
-    title, text : heading, and the caption under it, which is broken into lines here unless it is given as lines
+    title : heading
+    text : caption under it, which is broken into lines here unless it is given as lines
     width : of the page [in]
     """
 
@@ -230,7 +231,8 @@ class Page:
 
         Parameters
         ----------
-        title, text : heading, and the small caption under it
+        title : heading
+        text : small caption under it
         handles : legend entries; none, no legend
         """
         if not self.own:

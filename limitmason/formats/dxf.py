@@ -187,7 +187,8 @@ def _polyline(entity: Any, ezpath: Any, metres: float, flatness: float, where: s
     Parameters
     ----------
     entity, ezpath : of ezdxf, and its module of paths
-    metres, flatness : metres per unit, and how far chords may leave an arc [m]
+    metres : metres per unit of the drawing
+    flatness : how far chords may leave an arc [m]
     """
     kind = entity.dxftype()
     if kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline):

@@ -85,7 +85,8 @@ def _bridged(whole: Any, stones: list[Any], reach: float, grid: float, shapely: 
 
     Parameters
     ----------
-    whole, stones : region filled so far, and outlines of the stones, shapely's
+    whole : region filled so far
+    stones : outlines of the stones, shapely's
     """
     more, tree = [], shapely.STRtree(stones)
     for i, j in tree.query(stones, predicate="dwithin", distance=2.0 * reach).T:
@@ -107,7 +108,8 @@ def _outlines(
 
     Parameters
     ----------
-    own, whole : cell of every stone, and the region to fill
+    own : cell of every stone
+    whole : region to fill
     stones, names : as they are drawn
     grid : size to which coordinates are rounded [m]; a multiple of it counts as nothing
     """

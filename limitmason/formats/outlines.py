@@ -56,7 +56,8 @@ class DrawnOutlines:
         ----------
         points : x, z [m], shape (n, 2)
         closed : drawn as closed
-        kind, where : what it is called in the file, and where it stands there
+        kind : what it is called in the file
+        where : where it stands there
 
         Raises
         ------
@@ -140,7 +141,8 @@ class DrawnOutlines:
 
         Parameters
         ----------
-        gap, must_close : distance over which ends of lines meet [m], and kinds of lines that may not stay open
+        gap : distance over which ends of lines meet [m]
+        must_close : kinds of lines that may not stay open
         """
         strokes = self.open[layer]
         if not strokes:

@@ -163,7 +163,8 @@ def _write(
     Parameters
     ----------
     cells, points : data of every cell and of every point, by name, with as many rows
-    encoding, names : "ascii" or binary, and names of the blocks
+    encoding : "ascii" or binary
+    names : names of the blocks
     """
     n = len(grid.offsets)
     out = [

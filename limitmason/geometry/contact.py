@@ -193,7 +193,8 @@ def candidates(
     owner : of every solid
     start : first face of every solid, see :func:`all_faces`
     p, q : pairs of solids that are near
-    distance, reach : gap that counts as contact, and up to which faces are looked at, per owner [m]
+    distance : gap that counts as contact [m]
+    reach : gap up to which faces are looked at, per owner [m]
     looked_at_deg : angle up to which faces are looked at
     """
     pair_distance = np.minimum(distance[owner[p]], distance[owner[q]])

@@ -109,7 +109,8 @@ def _planes(points: Array) -> tuple[Array, Array]:
 
     Returns
     -------
-    normals, offsets : unit vectors, shape (k, 3), and [m], shape (k,)
+    normals : unit vectors, shape (k, 3)
+    offsets : [m], shape (k,)
     """
     try:
         hull = ConvexHull(points)

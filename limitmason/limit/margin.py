@@ -77,7 +77,8 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
 
     Parameters
     ----------
-    safe, far : value that stands, and one that may fall
+    safe : value that stands
+    far : value that may fall
     accuracy : of the value, relative to it or to one where it is smaller [-]
     """
     low, high = margin(far)

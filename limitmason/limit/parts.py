@@ -136,7 +136,8 @@ def _carrying(
 
     Parameters
     ----------
-    own, model : answer of the part alone, and options of :func:`make_problem`
+    own : answer of the part alone
+    model : options of :func:`make_problem`
     check : whether the dead load alone is known to stand
     """
     top = own.collapse_multiplier if own is not None else np.inf

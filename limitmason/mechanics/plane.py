@@ -159,7 +159,8 @@ def _supports_fit(held: Flags, p: Array) -> bool:
 
     Parameters
     ----------
-    held, p : freedoms of every block, shape (n, 6), and the normal of the plane
+    held : freedoms of every block, shape (n, 6)
+    p : normal of the plane
     """
     partial = held[held.any(axis=1) & ~held.all(axis=1)]
     if not len(partial):

@@ -44,8 +44,7 @@ def edge_points(n: int, elastic: bool) -> tuple[Array, Array]:
 
     Returns
     -------
-    points : shape (n,)
-    share : shape (2, n); the sum of both rows is the weights, which add up to 1
+    points, share : shape (n,), and shape (2, n); the sum of both rows is the weights, which add up to 1
 
     Notes
     -----

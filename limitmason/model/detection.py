@@ -256,7 +256,8 @@ def near_misses(
 
     Parameters
     ----------
-    present, slack : interfaces by pair of blocks, and what :func:`joined` allows beside them [m]
+    present : interfaces by pair of blocks
+    slack : what :func:`joined` allows beside them [m]
     """
     turned: dict[tuple[int, int], DoubtfulContact] = {}
     for d in doubts:

@@ -160,7 +160,8 @@ def warn_of_point(name: str, at: Array, bounds: Array) -> None:
 
     Parameters
     ----------
-    at, bounds : place, and two opposite corners of the box [m], shapes (3,) and (2, 3)
+    at : place, shape (3,)
+    bounds : two opposite corners of the box [m], shape (2, 3)
     """
     outside = float(np.maximum(np.maximum(bounds[0] - at, at - bounds[1]), 0.0).max())
     if outside > 1e-3 * float(np.ptp(bounds, axis=0).max()):

@@ -27,7 +27,8 @@ class Fronts:
 
     Attributes
     ----------
-    first, owned : rank of the first unknown that a front eliminates, and how many they are, shape (fronts,)
+    first : rank of the first unknown that a front eliminates, shape (fronts,)
+    owned : how many it eliminates, shape (fronts,)
     edges : ranks of the unknowns that each front touches and leaves to its parent, ascending
     edge, edge_start : the same in one row for compiled functions, front k at edge_start[k] : edge_start[k + 1]
     size : numbers to store for a whole factor

@@ -184,7 +184,8 @@ def factor_unsymmetric(
     ----------
     value : entries of the matrix
     entries : first of every front; number of the entry, and its place in the front: columns, then rows beside them
-    owned, edge_start : unknowns that a front eliminates, and first of those that it touches
+    owned : unknowns that a front eliminates
+    edge_start : first of those that it touches
     children : first of every front; child; first place of its update in the parent, by child; those places
     starts : where updates and factors of a front begin
     arrays : ``work`` for what is beside the columns of a front, ``updates`` and ``store``

@@ -128,7 +128,8 @@ def state_stiffness(
 
     Parameters
     ----------
-    normal, shear : forces of the points, compression positive, and the size of their shear [N], shape (m,)
+    normal : forces of the points, compression positive [N], shape (m,)
+    shear : the size of their shear [N], shape (m,)
     limit : shear strength of the points at those forces [N], shape (m,)
     tension : tensile strength that the points still have [N], shape (m,)
     kn, ks : of the points [Pa/m], shape (m,)
@@ -165,7 +166,8 @@ def block_system(
     stiffness : per area, of normal and two tangents [Pa/m], shape (m, 3); of normal and one in plane, (m, 2)
     plane : in which blocks move, where points come with one
     shapes, blocks : of blocks that deform, and their kind, which says how joint points take them up; none by default
-    label, warnings : what the stiffness is of, in words, and what a reader must be told
+    label : what the stiffness is of, in words
+    warnings : what a reader must be told
 
     Raises
     ------

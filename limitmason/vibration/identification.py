@@ -185,7 +185,8 @@ def _subspace(y: Array, step: float, order: int, lags: int) -> list[Pole]:
     Parameters
     ----------
     y : record, shape (n, channels), at time steps ``step`` [s]
-    order, lags : largest order, and number of block rows of the Toeplitz matrix
+    order : largest order
+    lags : number of block rows of the Toeplitz matrix
     """
     n, channels = y.shape
     r = [y[k:].T @ y[: n - k] / (n - k) for k in range(1, 2 * lags)]
@@ -205,7 +206,8 @@ def _continuous(value: Complex, shape: Complex, step: float) -> Pole:
 
     Parameters
     ----------
-    value, shape : eigenvalues of a step, shape (k,), and shapes as columns, (s, k)
+    value : eigenvalues of a step, shape (k,)
+    shape : shapes as columns, (s, k)
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = np.log(np.where(np.abs(value) > 0.0, value, 1e-300)) / step

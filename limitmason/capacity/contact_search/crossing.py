@@ -189,7 +189,8 @@ def gap_at(shapes: Shapes, near: Near, pose: Pose) -> Array:
 
     Parameters
     ----------
-    near, pose : what is near, as found in some pose, and the pose in which its gaps are asked for
+    near : what is near, as found in some pose
+    pose : the pose in which its gaps are asked for
     """
     gap, _ = beside(shapes, pose, near.place, near.owner, near.face)
     crosses = is_crossing(shapes, near)

@@ -27,8 +27,10 @@ class Shapes(NamedTuple):
     ----------
     assembly : whose faces they are
     face_block, face_place, normal : block, a point [m] and the outward normal of every face
-    side, reach : inward unit normals of the sides, (f, k, 3), and side . x on them in the reference pose [m], (f, k)
-    corner_face, corner_place : face that a corner belongs to, and where it is [m], shape (q,) and (q, 3)
+    side : inward unit normals of the sides, (f, k, 3)
+    reach : side . x on them in the reference pose [m], (f, k)
+    corner_face : face that a corner belongs to, shape (q,)
+    corner_place : where the corner is [m], shape (q, 3)
     face_start, corner_start : where the faces and the corners of every block begin; those of a block follow each other
     step : how far beyond a side counts [m]
     near : gap within which a corner becomes a point [m]

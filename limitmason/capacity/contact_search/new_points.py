@@ -186,7 +186,8 @@ def _taken_over(old: Before, rows: Index, share: Array, a: int, b: int) -> tuple
 
     Parameters
     ----------
-    rows, share : old points, and the part that is taken over of every old point [-], shapes (k,) and (m,)
+    rows : old points, shape (k,)
+    share : the part that is taken over of every old point [-], shape (m,)
     a, b : the two blocks
     """
     onto, pressed = np.zeros(3), 0.0

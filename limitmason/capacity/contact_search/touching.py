@@ -143,7 +143,8 @@ def _within(polygon: Array, point: Array, slack: float) -> bool:
 
     Parameters
     ----------
-    polygon, point : corners, either way round, and place [m], shapes (k, 3) and (3,)
+    polygon : corners, either way round, shape (k, 3)
+    point : place [m], shape (3,)
     """
     edge, arm = np.roll(polygon, -1, axis=0) - polygon, point - polygon
     turns = np.cross(edge, arm)

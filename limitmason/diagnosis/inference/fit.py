@@ -94,7 +94,8 @@ class Likelihood:
 
         Parameters
         ----------
-        loss, count : sum of squares of the data, any shape, and the number of values in it
+        loss : sum of squares of the data, any shape
+        count : number of values in it
         replicate : redrawn variance of the replicates in stated units
         """
         if self.kind == "known":
@@ -195,7 +196,8 @@ def fits(
     Parameters
     ----------
     grids : models
-    y, z : whitened values, shape (b, n), and nuisance data in standard deviations, shape (b, k)
+    y : whitened values, shape (b, n)
+    z : nuisance data in standard deviations, shape (b, k)
     like, weights : how squares become a log-likelihood; 1 for values that are used, else 0, shape (b, n), None for all
     replicate : redrawn replicate variance, a number or shape (b,)
     residuals : whether they are wanted; where not, they have the shape (b, 0)

@@ -120,7 +120,8 @@ class Unseen:
 
     Parameters
     ----------
-    score, residual : log predictive score, and whitened residual, shape (n,)
+    score : log predictive score, shape (n,)
+    residual : whitened residual, shape (n,)
     loglik : of each fit to what it has seen, one per fold
     """
 

@@ -195,7 +195,8 @@ def _along(values: np.ndarray, axis: int, position: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    values, position : node values, with any axes, and positions along ``axis`` in nodes, shape (p,)
+    values : node values, with any axes, shape (p,)
+    position : positions along ``axis`` in nodes, shape (p,)
     """
     last = values.shape[axis] - 1
     low = np.minimum(position.astype(int), last)

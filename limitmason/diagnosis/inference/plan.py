@@ -301,7 +301,8 @@ def chance_of_verdict(d2: np.ndarray, pairs: Sequence[tuple[Names, Names]]) -> f
 
     Parameters
     ----------
-    d2, pairs : squared distance of every pair in standard deviations, and (true, rival) explanations
+    d2 : squared distance of every pair in standard deviations
+    pairs : (true, rival) explanations
     """
     nearest: dict[Names, float] = {}
     for (true, _), value in zip(pairs, d2, strict=True):

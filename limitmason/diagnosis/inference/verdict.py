@@ -87,7 +87,7 @@ class Tested:
     deficit : log-likelihood below the best explanation of its kind
     p : "deficit", "shape" and "scatter"; a missing one was not needed. Above the threshold it means "not rejected"
     draws : number of draws behind them
-    fit : the fit itself
+    fit : fit itself
     """
 
     names: Names
@@ -124,7 +124,8 @@ class Identification:
     ahead, ahead_error : log score of values left out, explanation minus model discrepancy, and its standard error
     structure : share of these draws whose residuals show as much of a model discrepancy as those of the data
     kinds : what each kind of data shows of it
-    rival, rival_excess : the nearest listed lever with another dependence, and the log-likelihood over its evidence
+    rival : the nearest listed lever with another dependence
+    rival_excess : log-likelihood over its evidence
     alone : whether all values are of one specimen
     """
 

@@ -160,7 +160,8 @@ def slope_rows(slope: Array, components: int, columns: int) -> sparse.csr_array:
     Parameters
     ----------
     slope : of every point [-], shape (m,)
-    components, columns : c, and columns of the rows, of which the first c m are the forces'
+    components : of a point's force, c
+    columns : columns of the rows, of which the first c m are the forces'
     """
     m = len(slope)
     i = np.arange(m)

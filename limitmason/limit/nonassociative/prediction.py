@@ -73,7 +73,8 @@ def details_of(problem: Problem, found: SearchOutcome, low: float, high: float, 
 
     Parameters
     ----------
-    low, high : Radenkovic's lower bound, scaled, and the associative multiplier, unscaled
+    low : Radenkovic's lower bound, scaled
+    high : the associative multiplier, unscaled
     proof : of the smallest multiplier, None where none was tried
     """
     values = found.certified * problem.live_scale

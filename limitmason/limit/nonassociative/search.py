@@ -212,7 +212,8 @@ class _Trials:
     Attributes
     ----------
     best : the lowest state that meets the law; None while there is none
-    nearest, least_violation : the state that violates the law least, and by how much [-]
+    nearest : the state that violates the law least
+    least_violation : by how much that is [-]
     first_run : the first sequence of the scheme
     """
 
@@ -350,7 +351,8 @@ def _random_start(
 
     Parameters
     ----------
-    good, k : normal forces of the best state so far [N], shape (m,), and number of the start
+    good : normal forces of the best state so far [N], shape (m,)
+    k : number of the start
 
     Returns
     -------

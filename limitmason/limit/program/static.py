@@ -198,7 +198,8 @@ def in_balance(problem: Problem, force: Array, multiplier: float) -> Array:
 
     Parameters
     ----------
-    force, multiplier : scaled, shape (c m,), and scaled multiplier
+    force : scaled, shape (c m,)
+    multiplier : scaled multiplier
     """
     load = problem.dead + multiplier * problem.live
     own = block_norms(problem, problem.dead) + abs(multiplier) * block_norms(problem, problem.live)

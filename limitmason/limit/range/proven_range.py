@@ -242,7 +242,8 @@ def _largest(
     ----------
     found : an exact state to begin from
     top : associative multiplier
-    limits, force : bounds on velocities, shape (n,), and on joint forces
+    limits : bounds on velocities, shape (n,)
+    force : bounds on joint forces
     time_limit, tolerance : of the mixed-integer program [s], and relative width that counts as none [-]
     """
     answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
