@@ -394,13 +394,13 @@ def test_a_plastic_wall_slides_at_its_associative_limit_load_at_any_speed(blocks
 
 
 def test_local_damping_alone_lets_a_wall_overshoot_where_it_begins_to_slide():
-    """By how much, .9 to 3 % of one wall, hangs on rounding: the median of three that differ by no more."""
+    """By how much, .9 to 3 % of one wall, hangs on rounding; with combined damping it is the exact load to .5 %."""
     peaks = []
     for stiffer in (1.0 - 1e-12, 1.0, 1.0 + 1e-12):
         curve, exact = slide("rigid", stiffer, damping=dem.Damping(0.5), rate_check=False)
         peaks.append(curve.peak.load)
         assert curve.residual == pytest.approx(exact, rel=5e-3)
-    assert np.median(peaks) > 1.01 * exact
+    assert np.median(peaks) > 1.005 * exact
 
 
 def test_combined_damping_without_a_local_one_is_refused():

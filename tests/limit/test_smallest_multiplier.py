@@ -218,7 +218,7 @@ def test_verbose_lets_the_solvers_speak(capfd):
     smallest(assembly, loads, verbose=True)
     out = capfd.readouterr().out
     assert "Clarabel" in out
-    assert "HiGHS" in out
+    assert "strong br." in out  # of HiGHS, whose banner some versions print and others do not
 
 
 def test_the_solver_writes_nothing_where_answers_go():
