@@ -19,6 +19,8 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_direction, read_vector
 from limitmason.model.interface import Interface
 
+_GOLDEN = 0.6180339887498949  # golden ratio less one: the parts of its multiples spread most evenly over 0 to 1 [-]
+
 
 def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLike = (0.0, 1.0, 0.0)) -> Assembly:
     """This assembly with every face in contact over the middle part of its width across the wall only.
@@ -107,7 +109,7 @@ def without_head_joints(assembly: Assembly, share: float = 1.0) -> Assembly:
     if not 0.0 <= finite("share", share) <= 1.0:
         raise InputError(f"share of open head joints must be 0 to 1, got {share!r}")
     heads = [k for k, i in enumerate(assembly.interfaces) if i.kind == "head"]
-    rank = np.argsort(np.argsort((np.arange(1, len(heads) + 1) * 0.6180339887498949) % 1.0))
+    rank = np.argsort(np.argsort((np.arange(1, len(heads) + 1) * _GOLDEN) % 1.0))
     removed = {k for k, r in zip(heads, rank.tolist(), strict=True) if r < round(share * len(heads))}
     kept = tuple(i for k, i in enumerate(assembly.interfaces) if k not in removed)
     out = replace(assembly, interfaces=kept, recipe={})

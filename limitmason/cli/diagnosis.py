@@ -247,6 +247,8 @@ def load_object(text: str, what: str) -> Any:
     except Exception as error:  # whatever the user's module may raise
         note_user_code(error, f"{what} {text}: {path} fails when it is imported")
         raise
+    if path.suffix == ".py" and Path(getattr(found, "__file__", None) or "").resolve() != path.resolve():
+        raise InputError(f"{what} {text}: another module is called {path.stem}: give the file another name")
     if not hasattr(found, name):
         raise InputError(f"{what} {text}: {module} has no {name!r}")
     return getattr(found, name)

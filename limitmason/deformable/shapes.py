@@ -217,9 +217,9 @@ def block_axes(solid: Solid, normal: Array | None) -> Array:
 
 
 def _longest(vectors: Array) -> tuple[Array, Index]:
-    """Unit vector along the longest of vectors (n, 3), and their numbers; the mean of equally long ones.
+    """Unit vector along the longest of vectors (n, 3), and their numbers.
 
-    Between equally long ones, as of a voussoir's two beds.
+    Of equally long ones, as of a voussoir's two beds, it is the mean of those that nearly point along the first.
     """
     size = np.linalg.norm(vectors, axis=1)
     longest = np.flatnonzero(size >= size.max() * (1.0 - _SQUARE))

@@ -7,6 +7,7 @@ import pytest
 
 from limitmason import cli
 from limitmason.diagnosis import Cause, Measured, Noise, Study
+from limitmason.errors import InputError
 
 SPECIMENS = [{"x": x} for x in (0.2, 0.3, 0.5, 0.7)]
 BEND = Cause("bend", "bend", 0.0, (0.0, 1.0))
@@ -126,3 +127,15 @@ def test_a_module_that_is_not_there_is_one_line(tmp_path, capsys):
     assert status == 2
     assert "Traceback" not in err
     assert "give module:name or file.py:name" in err
+
+
+def test_a_file_that_is_called_as_another_module_is_not_taken_for_it(tmp_path):
+    from limitmason.cli.diagnosis import load_object
+
+    path = tmp_path / "statistics.py"  # imported long ago, from elsewhere
+    path.write_text("def median(specimen):\n    return 1.0\n")
+    with pytest.raises(InputError, match="another module is called statistics: give the file another name"):
+        load_object(f"{path}:median", "--simulate")
+    own = tmp_path / "median_of_my_own.py"
+    own.write_text(path.read_text())
+    assert load_object(f"{own}:median", "--simulate")(None) == 1.0
