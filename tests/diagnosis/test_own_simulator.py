@@ -132,9 +132,9 @@ def test_a_module_that_is_not_there_is_one_line(tmp_path, capsys):
 def test_a_file_that_is_called_as_another_module_is_not_taken_for_it(tmp_path):
     from limitmason.cli.diagnosis import load_object
 
-    path = tmp_path / "statistics.py"  # imported long ago, from elsewhere
+    path = tmp_path / "json.py"  # imported long ago, from elsewhere
     path.write_text("def median(specimen):\n    return 1.0\n")
-    with pytest.raises(InputError, match="another module is called statistics: give the file another name"):
+    with pytest.raises(InputError, match="another module is called json: give the file another name"):
         load_object(f"{path}:median", "--simulate")
     own = tmp_path / "median_of_my_own.py"
     own.write_text(path.read_text())
