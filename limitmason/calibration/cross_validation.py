@@ -19,7 +19,7 @@ from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
 
 STEPS = 6
-"""Of the fit to the rest, which begins where the slopes at the best of all put it."""
+"""Steps of the fit to the rest, which begins where the slopes at the best of all put it."""
 
 
 class LeftOutRow(NamedTuple):
@@ -143,6 +143,7 @@ def _toward_start(rest: Objective, best: Minimum, slopes: Array) -> Array:
     r = rest.at(best.x)
     rows, aim = np.vstack([slopes * width, faint]), np.concatenate([-r, faint @ away])
     move = lsq_linear(
+        # a hair wider than the bounds: a best point on its bound would leave a box without room
         rows, aim, ((scale.low - best.x) / width - 1e-12, (scale.high - best.x) / width + 1e-12), method="bvls"
     ).x
     return scale.clipped(best.x + width * move)

@@ -43,8 +43,8 @@ class Information(ReadOnly):
 
     Parameters
     ----------
-    scale : of the parameters
-    slopes : of the residuals in standard deviations, shape (n, p)
+    scale : names, bounds and resolution of the p parameters
+    slopes : derivative of n residuals, in standard deviations, by each parameter on the scale of the fit, shape (n, p)
     variance : of a residual [-]; 1 where the scatter is known
     sides : slopes to below and above, NaN where a bound leaves no room, shape (2, n, p)
     """
@@ -72,15 +72,24 @@ class Information(ReadOnly):
         # rows of zeros: with fewer data than parameters the moves that no datum sees are vectors too
         seen = (self.slopes if slopes is None else slopes) * self.scale.resolution
         _, size, moves = np.linalg.svd(np.vstack([seen, np.zeros((p, p))]), full_matrices=False)
+        # below 1e-10 of the largest a singular value is rounding of the decomposition
         floor = max(BLIND, 1e-10 * float(size.max(initial=0.0)))
         with np.errstate(divide="ignore"):
             return np.where(size > floor, np.sqrt(self.variance) / np.maximum(size, 1e-300), inf), moves
 
     def _deviation(self, slopes: Array) -> Array:
-        """Standard deviation of every parameter by slopes (n, p), infinite where a hidden move changes it."""
+        """Standard deviation of every parameter on the scale of the fit, shape (p,).
+
+        It is infinite where a move that no datum sees changes the parameter.
+
+        Parameters
+        ----------
+        slopes : derivative of the residuals by the parameters, shape (n, p)
+        """
         size, moves = self._parts(slopes)
         blind = np.isinf(size)
         known = (np.where(blind, 0.0, size)[:, None] * moves) ** 2
+        # the square of a part of 1e-4 in a hidden move: smaller parts are rounding of the singular vectors
         hidden = (moves[blind] ** 2).sum(axis=0) > 1e-8
         return np.where(hidden, inf, np.sqrt(known.sum(axis=0))) * self.scale.resolution
 
@@ -140,8 +149,8 @@ class Information(ReadOnly):
     def unresolved_directions(self) -> tuple[UnresolvedDirection, ...]:
         """Principal moves wider than the resolution that some unidentified parameter joins.
 
-        A move is cut where a value uniform between its bounds would end. Parameters with a tenth of it and less are
-        left out, those on a logarithmic scale are told as factors.
+        A move of unit length is cut at the deviation of a value that is uniform between its bounds. A parameter with a
+        component of 0.1 or less takes no part in it. Parameters on a logarithmic scale are told as factors.
         """
         size, moves = self._parts()
         # deviation of a value that is uniform between its bounds, in resolutions
@@ -151,6 +160,7 @@ class Information(ReadOnly):
             if d <= 1.0 or not (np.abs(v[loose]) > 0.1).any():
                 continue
             reach = min(d, float(np.sqrt((v**2 * box**2).sum())))
+            # a singular vector has no sign of its own: the parameter that moves most rises
             lead = 1.0 if v[np.argmax(np.abs(v))] > 0.0 else -1.0
             step = lead * reach * v * self.scale.resolution
             taking = sorted((k for k in range(len(v)) if abs(v[k]) > 0.1), key=lambda k: -abs(v[k]))
@@ -160,12 +170,23 @@ class Information(ReadOnly):
         return tuple(out)
 
     def with_slopes(self, more: Array) -> Information:
-        """The information with further residuals."""
+        """The information with further residuals.
+
+        Parameters
+        ----------
+        more : their slopes, shape (m, p), the same to both sides of the fit
+        """
         return Information(self.scale, np.vstack([self.slopes, more]), self.variance,
                            np.concatenate([self.sides, [more, more]], axis=1))
 
     def of(self, kept: Array, variance: float) -> Information:
-        """The information of some of the residuals."""
+        """The information of some of the residuals.
+
+        Parameters
+        ----------
+        kept : which residuals, boolean, shape (n,)
+        variance : of one of them [-]
+        """
         return Information(self.scale, self.slopes[kept], variance, self.sides[:, kept])
 
 
@@ -190,8 +211,8 @@ class NextTest:
 
     Parameters
     ----------
-    candidates : in that order
-    before : names identified without any
+    candidates : tests that could be made, best first
+    before : names of the parameters that the data so far identify
     """
 
     candidates: tuple[Candidate, ...]
@@ -199,7 +220,7 @@ class NextTest:
 
     @property
     def best(self) -> Candidate:
-        """The first."""
+        """The candidate that identifies most parameters, of equals that with the largest gain."""
         return self.candidates[0]
 
     def __str__(self) -> str:
@@ -214,6 +235,13 @@ def ranked(base: Information, slopes: Mapping[str, Array]) -> NextTest:
 
     More identified parameters come first, then the gain of information: half the logarithm of the determinant, with the
     bounds of every parameter as a uniform prior so that it exists.
+
+    gain = (log det(J'J / s^2 + 12 / width^2) with the test - the same without) / 2
+
+    Parameters
+    ----------
+    base : information of the data so far
+    slopes : by name of the test, derivative of its residuals by the parameters, shape (m, p)
     """
     names = base.scale.names
     box = np.diag(12.0 / (base.scale.high - base.scale.low) ** 2)
@@ -232,5 +260,13 @@ def ranked(base: Information, slopes: Mapping[str, Array]) -> NextTest:
 
 
 def relative(values: Sequence[float], at: Sequence[float]) -> Array:
-    """log(value / at) where both are positive, else the difference."""
+    """Change of numbers from others: log(value / at), or the difference.
+
+    The difference counts where one of the two is not positive.
+
+    Parameters
+    ----------
+    values : numbers, shape (k,)
+    at : numbers that they are compared with, shape (k,)
+    """
     return np.array([log(v / a) if v > 0.0 and a > 0.0 else v - a for v, a in zip(values, at, strict=True)])

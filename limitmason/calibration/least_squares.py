@@ -79,13 +79,30 @@ class Slopes(NamedTuple):
 
 
 def updated(slopes: Array, move: Array, change: Array, width: Array) -> Array:
-    """Broyden's update: the least change of slopes that reproduces what one move has shown."""
+    """Broyden's update: the least change of slopes that reproduces one move.
+
+    J + (r - J d) (d / w^2)^T / (d . d / w^2), with d the move, r what it changed and w the widths of the bounds.
+
+    Parameters
+    ----------
+    slopes : J so far, shape (n, p)
+    move : of the parameters, shape (p,)
+    change : of the residuals by that move, shape (n,)
+    width : of the bounds of every parameter, by which moves of different units are compared, shape (p,)
+    """
     scaled = move / width**2
     return np.asarray(slopes + np.outer(change - slopes @ move, scaled) / max(float(move @ scaled), 1e-300))
 
 
 def secants(objective: Objective, x: Array, r: Array, moves: Array, axes: Sequence[int] | None = None) -> Array:
-    """Slopes along some axes by moves of the given size, inward where a bound is nearer, shape (n, k)."""
+    """Slopes along some axes by one run of the model each, shape (n, k).
+
+    Parameters
+    ----------
+    x, r : point, shape (p,), and the residuals there, shape (n,)
+    moves : size of the move of every parameter, shape (p,): upwards, or down where the bound above is in the way
+    axes : numbers of the k parameters to move; all where omitted
+    """
     scale, points, axes = objective.scale, [], range(len(x)) if axes is None else axes
     for k in axes:
         y = x.copy()
@@ -156,6 +173,7 @@ def descend(
             j = updated(j, d, new - r, width)
         if gain > 0.0:
             x, r, fresh = y, new, False
+            # Gauss-Newton's model held for half of what it promised or more: twice as far next time
             radius = max(radius, min(2.0 * long, 1.0)) if gain > 0.5 * promised else max(long, 1e-6)
             # lower by no more than the noise, and within one deviation of a minimum known: it leads there
             for other in ended:
@@ -171,8 +189,14 @@ def descend(
 
 
 def _boxed(j: Array, r: Array, low: Array, high: Array) -> Array:
-    """Least squares of r + j d within a box low <= d <= high, shape (p,)."""
-    free = high - low > 1e-12
+    """Least squares of r + j d within a box low <= d <= high, shape (p,).
+
+    Parameters
+    ----------
+    j, r : slopes, shape (n, p), and residuals, shape (n,)
+    low, high : ends of the move, shape (p,); an axis without room between them keeps the end nearest to 0
+    """
+    free = high - low > 1e-12  # ``lsq_linear`` refuses ends that are equal
     d = np.clip(np.zeros(len(low)), low, high)
     if free.any():
         d[free] = lsq_linear(j[:, free], -(r + j @ d - j[:, free] @ d[free]), (low[free], high[free]), method="bvls").x
@@ -187,6 +211,7 @@ def measured_slopes(objective: Objective, at: Minimum, guess: Array) -> Slopes:
 
     Parameters
     ----------
+    at : the minimum
     guess : slopes from which the first moves are taken, shape (n, p)
     """
     x, r, scale = at.x, at.residuals, objective.scale
@@ -197,7 +222,7 @@ def measured_slopes(objective: Objective, at: Minimum, guess: Array) -> Slopes:
         one[side] = one_deviation(objective, x, guess, np.maximum(room[side], 1e-300), at)
     slopes = np.full((2, len(x), len(r)), np.nan)
     asked = [(s, k) for k in range(len(x)) for s in (0, 1) if open_[s, k]]
-    for _ in range(4):
+    for _ in range(4):  # three corrections: a kink or a jump may keep a change outside for ever
         points = []
         for s, k in asked:
             y = x.copy()
@@ -206,7 +231,8 @@ def measured_slopes(objective: Objective, at: Minimum, guess: Array) -> Slopes:
         again = []
         for (s, k), y, found in zip(asked, points, objective.residuals(points) if points else (), strict=True):
             slopes[s, k] = (found - r) / (y - x)[k]
-            # in deviations; a move that changes far more or less than one is made again
+            # in deviations; a move that changes far more or less than one is made again, corrected by a factor of
+            # 20 at most, as a change may be zero by chance
             change = float(np.linalg.norm(found - r)) / noise
             wanted = min(one[s, k] * np.clip(1.0 / max(change, 1e-9), 0.05, 20.0), room[s, k])
             if not 0.3 <= change <= 3.0 and not np.isclose(wanted, one[s, k]):

@@ -22,7 +22,14 @@ LOST = 30.0
 
 @dataclass(frozen=True, eq=False)
 class Minimum(ReadOnly):
-    """Where a search ended: vector, residuals in standard deviations, whether it converged."""
+    """A point at which the misfit was asked, such as that where a search ended.
+
+    Parameters
+    ----------
+    x : parameters on the scale of the fit, shape (p,)
+    residuals : misfits there in standard deviations, shape (n,)
+    converged : whether the search ended by itself, not at its limit of steps
+    """
 
     x: Array
     residuals: Array
@@ -30,7 +37,7 @@ class Minimum(ReadOnly):
 
     @property
     def chi2(self) -> float:
-        """Sum of squares."""
+        """Sum of the squared residuals [-]."""
         return float(self.residuals @ self.residuals)
 
 
@@ -40,12 +47,13 @@ class Objective(ReadOnly):
 
     Parameters
     ----------
-    scale : of the parameters
-    entries : what is to be met
-    model_of, place_of : number of the model and place among its readings, by entry
+    scale : names, bounds and starts of the p parameters
+    entries : the n measured numbers that are to be met
+    model_of : number of the model that predicts each entry, among those of ``runs``
+    place_of : place of each entry among what is read of its model
     deviation : standard deviation of every misfit, relative or in the unit of the entry, shape (n,)
     known : whether the deviations were stated
-    runs : of the models
+    runs : the models with the memory of their answers
     tried : every point that was asked for, in order
     """
 
@@ -69,11 +77,25 @@ class Objective(ReadOnly):
         return min(self.tried, key=lambda m: m.chi2)
 
     def variance(self, best: Minimum) -> float:
-        """Of a residual [-]: 1 where the scatter is known, else from the misfit."""
+        """Variance of a residual [-]: 1 where the scatter is known, else chi2 / (n - p).
+
+        Parameters
+        ----------
+        best : point whose sum of squares tells it; no less than 1e-24, so that an exact fit divides by no zero
+        """
         return 1.0 if self.known else max(best.chi2, 1e-24) / max(self.n - len(self.scale), 1)
 
     def rise(self, best: Minimum, level: float) -> float:
-        """By how much the sum of squares rises to the ends of an interval."""
+        """By how much the sum of squares rises to the ends of an interval [-].
+
+        It is the quantile of chi squared with one degree of freedom where the scatter is known. Else it is that of
+        F(1, n - p) times the variance of a residual.
+
+        Parameters
+        ----------
+        best : the fit
+        level : confidence of the interval [-]
+        """
         if self.known:
             return float(stats.chi2.ppf(level, 1))
         return float(stats.f.ppf(level, 1, self.n - len(self.scale))) * self.variance(best)
@@ -118,7 +140,7 @@ class Objective(ReadOnly):
         return out
 
     def at(self, x: Array) -> Array:
-        """Misfits at one vector, shape (n,)."""
+        """Misfits in standard deviations at one vector of parameters, shape (n,)."""
         return np.asarray(self.residuals([x])[0])
 
     def refuse_lost(self, best: Minimum) -> None:

@@ -25,6 +25,12 @@ def profile(objective: Objective, best: Minimum, slopes: Slopes, rise: float) ->
 
     The ends enclose every point tried whose sum of squares exceeds the best by at most ``rise``, so that minima apart
     from each other lie in one interval.
+
+    Parameters
+    ----------
+    best : the fit
+    slopes : of the residuals there, to both sides
+    rise : of the sum of squares up to which a point lies inside [-]
     """
     ends = np.zeros((len(objective.scale), 2))
     total, before = 2 * len(objective.scale), objective.runs.calls
@@ -45,7 +51,8 @@ def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: in
 
     Parameters
     ----------
-    axis : the parameter
+    best, slopes, rise : as for :func:`profile`
+    axis : number of the parameter
     sign : the side: 1 above, -1 below
     """
     scale, limit = objective.scale, best.chi2 + rise
@@ -69,6 +76,7 @@ def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: in
             j * width, inside.residuals, limit, axis, sign, (low - inside.x) / width, (high - inside.x) / width
         )
         ahead, room = max(sign * float(d[axis]), 0.0), beyond - here
+        # close to a point known to lie beyond the end: halve the room, as bisection does
         if ahead > 0.9 * room:
             d, ahead = d * (0.5 * room / ahead), 0.5 * room
         near = SHARP * (here + ahead - sign * float(best.x[axis]))
@@ -109,6 +117,7 @@ def _aside(slopes: Slopes) -> Array:
 
 
 def _outermost(objective: Objective, best: Minimum, limit: float, axis: int, sign: int) -> Minimum:
+    """The point tried within the limit of the sum of squares that lies furthest along an axis, or the best."""
     within = [m for m in objective.tried if m.chi2 <= limit]
     return max([best, *within], key=lambda m: sign * float(m.x[axis]))
 
@@ -140,12 +149,14 @@ def furthest(j: Array, r: Array, limit: float, axis: int, sign: int, low: Array,
     Parameters
     ----------
     j, r : slopes (n, p) and residuals (n,)
-    axis : the parameter
-    sign : the side
+    limit : largest sum of squares [-]
+    axis : number of the parameter
+    sign : the side: 1 above, -1 below
     low, high : the box of the move, shape (p,)
     """
     d, free = np.zeros(len(low)), np.ones(len(low), dtype=bool)
     stop = float(high[axis] if sign > 0 else low[axis])
+    # keeps J^T J regular where the data do not see a parameter, whose move the box then ends
     floor = 1e-10 * float((j * j).sum(axis=0).max()) + 1e-30
     while True:
         own, at = j[:, free], int(np.count_nonzero(free[:axis]))

@@ -29,8 +29,8 @@ class Runs:
     models : called with the parameters that they take, and those tied to them, as keywords
     readings : of every model, what is read of its answer
     aimed : target and name of every curve, to check units, by model
-    names : of the parameters
-    ties : of further ones
+    names : names of the parameters that are fitted
+    ties : formulas of further parameters from these
     executor, workers : as for :func:`limitmason.study.sweep`
     store : file that keeps every finished run
     key : fingerprint of models and readings
@@ -95,10 +95,12 @@ class Runs:
         return str(self.memo[self._key(of, point)]["note"])
 
     def _taken(self, m: int, point: Mapping[str, float]) -> dict[str, float]:
+        """Parameters that model number ``m`` takes at a point, those tied to the fitted ones included."""
         every = self.ties(point)
         return {n: float(every[n]) for n in self.takes[m]}
 
     def _key(self, m: int, point: Mapping[str, float]) -> tuple[int | float, ...]:
+        """Key of a run in the memory: number of the model, then the values that it takes."""
         return (m, *self._taken(m, point).values())
 
     def _run(self, missing: Mapping[tuple[int | float, ...], dict[str, Any]]) -> None:

@@ -294,6 +294,7 @@ def outputs_of(result: Any) -> Mapping[str, Any]:
 
 
 def _check_scatter(scatter: float | None, absolute: bool = False) -> None:
+    """Refuse a scatter that is not positive, or a relative one of 1 and more; None says that it is unknown."""
     if scatter is None:
         return
     if not (math.isfinite(scatter) and scatter > 0.0):

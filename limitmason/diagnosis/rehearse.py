@@ -167,6 +167,7 @@ def rehearse(
         if missing:
             chosen = hidden[trial % len(hidden)]
         else:
+            # one trial in four hides nothing: enough of them for a rate of false alarms
             chosen = nothing if rng.random() < 0.25 else hidden[int(rng.integers(len(hidden)))]
         size = None
         if chosen.cause is not None:

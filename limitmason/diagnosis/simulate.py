@@ -17,7 +17,7 @@ from limitmason.model import Assembly, Loads
 from limitmason.study.run_fingerprint import fingerprint
 
 Build = Callable[..., tuple[Assembly, Loads]]
-FLOOR = 1e-3
+FLOOR = 1e-3  # multiplier of what cannot stand [-]: far below those of walls, and its logarithm exists
 MODAL_TEST = "modal test"  # entry of a specimen whose modes were measured
 SLOW: Mapping[str, Any] = MappingProxyType(
     {"levels": 5, "nuisance_levels": 3, "crossed": "corners", "pair_tables": "additive"}
@@ -33,7 +33,17 @@ causes of the measurement: some 1,700 for 24 specimens and 12 causes.
 class Collapse:
     """A simulator ``simulate(specimen, extend=None, **parameters)``.
 
-    Make one with :func:`collapse`.
+    Make one with :func:`collapse`, whose arguments these are.
+
+    Parameters
+    ----------
+    build : ``build(specimen, **parameters)``, which returns assembly and loads
+    method : name of the method that finds the multiplier
+    measured_as : factor from the multiplier to what was measured, or a function of specimen and multiplier
+    floor : multiplier of a structure that cannot stand [-]
+    accept : statuses of a prediction that count
+    options : of the method, by name
+    same : text that is the same for specimens with the same predictions; None where this is not known
     """
 
     build: Build

@@ -26,7 +26,7 @@ from limitmason.diagnosis.size_nodes import (
 from limitmason.errors import InputError
 
 REACH = 4.0  # standard deviations of a measured input that the refit may use
-TOLERANCE = 0.1  # of the noise: largest interpolation error that needs no further level
+TOLERANCE = 0.1  # of the noise: largest interpolation error that needs no further level (chosen, not derived)
 FEWEST, MOST = 6, 30  # size nodes on each side of the baseline
 CROSSED = ("full", "corners")
 INTERACTION = 0.5  # of the noise: effect of size and inputs on each other above which a specimen is tabulated in full

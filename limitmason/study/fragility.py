@@ -136,6 +136,7 @@ def fragility(table: Table, intensity: str, failed: str, *, level: float = 0.9) 
 
 
 def _logarithm(at: ArrayLike) -> Array:
+    """Natural logarithm of intensities, of their shape; refuses what is not positive."""
     intensity = numbers("intensities", at)
     if not (intensity > 0.0).all():
         raise InputError(f"intensities must be positive, got {intensity.min():g}")
@@ -143,6 +144,7 @@ def _logarithm(at: ArrayLike) -> Array:
 
 
 def _quantile(level: float) -> float:
+    """Number of standard errors to either end of an interval of a confidence level [-]."""
     return float(stats.norm.ppf(0.5 * (1.0 + level)))
 
 
@@ -159,6 +161,7 @@ def _probit(u: Array, fell: Array) -> tuple[Array, Array]:
     rows = np.column_stack([np.ones(len(u)), (u - centre) / spread])
     now = np.array([stats.norm.ppf(fell.mean()), 0.0])
     for _ in range(ROUNDS):
+        # far out the density underflows to zero, and the information would be singular
         probit = np.clip(rows @ now, -30.0, 30.0)
         log_density = stats.norm.logpdf(probit)
         # d ln L / d probit of those that fell and those that stood

@@ -146,7 +146,7 @@ def _truncations(joints: Mapping[str, Random], blocks: Mapping[str, Random]) -> 
     for name, random in (*joints.items(), *blocks.items()):
         bounds = (draws.BOUNDS if name in joints else draws.BLOCK_BOUNDS)[name]
         lost = random.cut(bounds)
-        if lost > 1e-12:
+        if lost > 1e-12:  # less is rounding of the distribution function
             low, high = max(bounds[0], random.low), min(bounds[1], random.high)
             out.append(f"{name} is truncated to {low:.4g} ... {high:.4g}, which takes {lost:.2g} of its probability")
     return out
@@ -225,7 +225,7 @@ def _variables(
 def _independent(names: Sequence[str], samples: int, seed: int) -> Array:
     """Shares of every name in every sample [-], shape (samples, names), from random numbers of its own.
 
-    They are keyed beyond those of the joint properties.
+    The second number of the key, 1000, lies beyond those of the joint properties, which are their places in ``BOUNDS``.
     """
     out = np.zeros((samples, len(names)))
     for place, name in enumerate(names):

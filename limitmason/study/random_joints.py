@@ -19,7 +19,8 @@ from limitmason.study.linked_formulas import LinkedFormulas
 
 PER = ("assembly", "kind", "interface", "block")
 
-# lower and upper physical bound of what can be drawn; the position keys the random numbers, so only append
+# lower and upper physical bound of what can be drawn; the position keys the random numbers, so only append.
+# 1e-300 stands for "positive": what is divided by must not be zero. 89 deg, as tan(phi) has no value at 90
 BOUNDS: dict[str, tuple[float, float]] = {
     "friction_coefficient": (0.0, math.inf),
     "friction_angle_deg": (0.0, 89.0),
@@ -35,7 +36,8 @@ BOUNDS: dict[str, tuple[float, float]] = {
 ANGLES = {"friction_angle_deg": "friction_coefficient", "dilatancy_angle_deg": "dilatancy_ratio"}
 """Angles by which joints keep a property, and the other name under which it is drawn."""
 
-# the same of blocks; what is not a property of the block itself is one of its material
+# the same of blocks; what is not a property of the block itself is one of its material. An isotropic solid is stable
+# for Poisson ratios between -1 and 0.5, neither of them included
 BLOCK_BOUNDS: dict[str, tuple[float, float]] = {
     "density": (0.0, math.inf),
     "young_modulus": (1e-300, math.inf),
@@ -273,6 +275,7 @@ def _smallest_friction_deg(assembly: Assembly, values: Mapping[str, Array]) -> f
 
 
 def _recorded(name: str, random: Random, values: Array) -> dict[str, float]:
+    """Entries of a row for a drawn property: its one value, or mean and deviation of one value per joint or block."""
     return {name: float(values[0])} if random.per == "assembly" else _mean_and_deviation(name, values)
 
 
@@ -341,6 +344,7 @@ def _shares(
         return rng.random(count)
     distance = np.linalg.norm(centre[:, None] - centre[None], axis=2)
     matrix = np.exp(-distance / random.correlation_length)
+    # correlations of neighbours are nearly one: without the 1e-10 rounding makes the matrix indefinite
     return stats.norm.cdf(np.linalg.cholesky(matrix + 1e-10 * np.eye(count)) @ rng.standard_normal(count))
 
 

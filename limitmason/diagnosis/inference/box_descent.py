@@ -8,7 +8,7 @@ import numpy as np
 
 from limitmason.arrays import Array
 
-Row = Sequence[Array] | Array
+Row = Sequence[Array] | Array  # one array over the data sets per axis
 
 Rows = Sequence[Sequence[Array]] | Array
 
@@ -45,13 +45,26 @@ def descend(gram: Rows, gradient: Row, low: Array, high: Array) -> Array:
 
 
 def _descend_two(gram: Rows, gradient: Row, low: Row, high: Row) -> Array:
-    """Descent along two axes: the free minimum, or the better of the two with one axis held at its violated end."""
+    """Descent along two axes: the free minimum, or the better of two on the edges.
+
+    With G = [[a, b], [b, c]] and g = (g, h) the free minimum is G^-1 g. Where it leaves the box, each axis in turn is
+    held at the end that it violates, and the other is minimised along that edge.
+
+    Parameters
+    ----------
+    gram, gradient, low, high : as for :func:`descend`, of two axes
+
+    Returns
+    -------
+    ndarray, shape (2, number of data sets)
+    """
     a, b, c = gram[0][0] + TINY, gram[0][1], gram[1][1] + TINY
     g, h = gradient
     # two causes that act alike make it vanish: it is kept positive, and the ends decide
     determinant = np.maximum(a * c - b * b, 1e-10 * a * c)
     first = _clip((c * g - b * h) / determinant, low[0], high[0])
     second = _clip((a * h - b * g) / determinant, low[1], high[1])
+    # the partner of either value along its edge, and m'Gm/2 - g'm there
     answer = _clip((h - b * first) / c, low[1], high[1])
     other = _clip((g - b * second) / a, low[0], high[0])
     one = first * (0.5 * a * first + b * answer - g) + answer * (0.5 * c * answer - h)
@@ -61,5 +74,6 @@ def _descend_two(gram: Rows, gradient: Row, low: Row, high: Row) -> Array:
 
 
 def _clip(values: Array, low: Array, high: Array) -> Array:
+    """Values brought between two ends; faster than ``np.clip`` on the small arrays of a fit."""
     out: Array = np.minimum(np.maximum(values, low), high)
     return out

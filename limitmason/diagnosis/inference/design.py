@@ -50,7 +50,7 @@ class Design:
     causes : the list
     noise : what is stated of it
     scale : standard deviation per specimen, shape (n,)
-    origin : log prediction of the baseline at the measured inputs, shape (n,)
+    origin : prediction of the baseline at the measured inputs, on the scale of comparison (see ``log``), shape (n,)
     null : the baseline model on the nuisance inputs
     singles : one grid per cause
     columns : what is recorded of the specimens, name to n numbers or labels: effects may go with it
@@ -254,7 +254,7 @@ class Design:
         return replace(self, pair_table=_no_table, _pairs=dict(self._pairs))
 
     def forget_pair(self, names: Names) -> None:
-        """Drop the grid of a pair whose table was replaced."""
+        """Drop the grid of a pair whose table was replaced: the next use makes it from the new one."""
         self._pairs.pop(names, None)
 
     def forget_pairs(self) -> None:

@@ -47,7 +47,7 @@ class Likelihood:
     Notes
     -----
     The noise is profiled out, not integrated; the bootstrap, not a table, gives the distribution of differences.
-    Wrong for errors that are correlated between specimens: leave whole groups out and compare.
+    Wrong for errors that specimens share: leave whole groups out and compare.
     """
 
     kind: str = "known"
@@ -114,7 +114,9 @@ class BestFit:
 
     Parameters
     ----------
-    loglik, loss, penalty : shape (b,)
+    loglik : log-likelihood up to a constant of the data, shape (b,)
+    loss : sum of squares of the residuals, shape (b,)
+    penalty : sum of squares of the measured inputs from their data [sd], shape (b,)
     position : index along every axis, with fractions, shape (b, d)
     residuals : in units of the stated noise, shape (b, n)
     node : number of the node that the fit started from, shape (b,)

@@ -173,4 +173,5 @@ def folds_of(groups: Sequence | None, n: int) -> np.ndarray:
 
 
 def _rms(residuals: np.ndarray) -> float:
+    """Root mean square of residuals, in their unit."""
     return float(np.sqrt(np.mean(np.asarray(residuals) ** 2)))

@@ -195,8 +195,9 @@ def _along(values: np.ndarray, axis: int, position: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    values : node values, with any axes, shape (p,)
-    position : positions along ``axis`` in nodes, shape (p,)
+    values : node values, any shape
+    axis : number of the axis along which is interpolated
+    position : positions along it, counted in nodes, shape (p,); the axis then has p entries
     """
     last = values.shape[axis] - 1
     low = np.minimum(position.astype(int), last)
@@ -206,5 +207,12 @@ def _along(values: np.ndarray, axis: int, position: np.ndarray) -> np.ndarray:
 
 
 def _coordinates(axes: Sequence[np.ndarray], position: np.ndarray) -> np.ndarray:
+    """Values along axes at positions counted in nodes, shape (b, number of axes), linear between nodes.
+
+    Parameters
+    ----------
+    axes : node values of every axis
+    position : index along every axis, with fractions, shape (b, number of axes or more)
+    """
     columns = [np.interp(position[:, i], np.arange(len(a)), a) for i, a in enumerate(axes)]
     return np.stack(columns, axis=-1) if columns else np.zeros((len(position), 0))

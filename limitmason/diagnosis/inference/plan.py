@@ -16,8 +16,8 @@ from limitmason.display.notebook import Displayed
 
 KNOWN = Likelihood()
 CLEAR = 25.0  # d2 at which a cause is named in 98 of 100 data sets
-TWIN = 1.0
-SEEN = 9.0
+TWIN = 1.0  # d2 below which two causes cannot be told apart: one standard deviation of the noise
+SEEN = 9.0  # d2 from the baseline from which a cause is visible: three standard deviations
 REFERENCE = 36.0  # d2 from the baseline at which causes are compared
 NINE_IN_TEN = 1.2816  # standard normal quantile
 MANY = 100  # tests of a quantity, beyond which one of another is not compared
@@ -219,14 +219,22 @@ def detectable(
 
 
 def outward(grid: Grid, cause: Listed, side: float) -> np.ndarray:
-    """Nodes from the baseline to one bound of a cause."""
+    """Numbers of the size nodes from the baseline to one bound of a cause, in that order."""
     away = (grid.sizes[0] - cause.baseline) * np.sign(side - cause.baseline)
     rows = np.flatnonzero(away >= 0)
     return rows[np.argsort(away[rows])]
 
 
 def reached_at(grid: Grid, cause: Listed, side: float, d: np.ndarray, least: float) -> float | None:
-    """Smallest size towards a bound at which a distance of every node reaches a value, or None within no bound."""
+    """Smallest size towards a bound at which a distance reaches a value, or None.
+
+    Parameters
+    ----------
+    grid : table of the cause
+    side : the bound
+    d : distance of every size node, shape (nodes,); between nodes it is linear
+    least : value to be reached, in the unit of ``d``
+    """
     rows = outward(grid, cause, side)
     reach = np.maximum.accumulate(d[rows])
     return float(np.interp(least, reach, grid.sizes[0][rows])) if reach[-1] >= least else None
@@ -260,7 +268,7 @@ def choose_tests(
         worth = np.zeros(adds[0].shape[1])
         for total, add in zip(sums, adds, strict=True):
             now, d2 = total.min(), (total[:, None] + add).min(axis=0)
-            # a tie among the capped goes to the larger
+            # a tie among the capped goes to the larger: a thousandth of what lies between the cap and four times it
             worth += np.minimum(d2, cap) - min(now, cap) + 1e-3 * (np.minimum(d2, 4 * cap) - min(now, 4 * cap))
         worth = worth if price is None else worth / price
         worth[chosen] = -np.inf

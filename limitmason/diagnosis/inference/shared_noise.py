@@ -23,11 +23,11 @@ CIRCUMSTANCES = {
 }
 SHARES = tuple(0.05 * i for i in range(19))  # of the variance: 0 to 0.9
 MOST = 0.9  # of the variance, over all columns
-SWEEPS = 3
+SWEEPS = 3  # over all columns at most (chosen, not derived)
 ASIDE = 0.25  # of a cell, over which the change with the size of a cause is taken
 EVIDENCE = 2.7  # log-likelihood by which a share must improve an explanation: p = 0.01 by a mixture of chi-squares
-LEAST = 0.1  # a smaller share is not carried
-PLAUSIBLE = 0.5  # assumed, where a share cannot be estimated
+LEAST = 0.1  # a smaller share is not carried (chosen, not derived)
+PLAUSIBLE = 0.5  # assumed where a share cannot be estimated (chosen, not derived)
 ALIKE = 4  # specimens in a group of like ones, where no group is recorded
 EVEN = 0.05  # standard deviation over mean of an effect that acts on all specimens alike
 

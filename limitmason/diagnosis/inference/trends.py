@@ -182,7 +182,11 @@ def same(column: Sequence) -> np.ndarray:
 
 
 def _columns(column: Sequence) -> Iterator[tuple[str, np.ndarray]]:
-    """Kind and columns of every trend of one covariate."""
+    """Kind of every trend of one covariate, and the columns that span it, (n, k).
+
+    A number gives a line and, from three levels on, a parabola. Labels, and numbers of few levels that repeat, give a
+    column for each label but the first. Of more than two labels each that repeats is also held against all others.
+    """
     labels = [str(v) for v in column]
     if is_numeric(column):
         x = np.asarray(column, dtype=float)
@@ -204,6 +208,10 @@ def _columns(column: Sequence) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _orthonormal(columns: np.ndarray, means: np.ndarray) -> np.ndarray:
+    """Orthonormal basis of columns, shape (n, k), after their part along ``means`` is taken out, (n, m).
+
+    Directions with singular values below 1e-8 of the largest are rounding: columns that depend on each other.
+    """
     rest = columns - means @ (means.T @ columns)
     u, s, _ = np.linalg.svd(rest, full_matrices=False)
     return u[:, s > 1e-8 * max(1.0, s[0] if len(s) else 1.0)]

@@ -21,7 +21,7 @@ class Rule:
     Parameters
     ----------
     gain, shape, scatter : the gate: below any of them the baseline is not enough
-    guard : scatter with neither a scale-free gain nor a trend below this is "more scatter than stated"
+    guard : a scatter with neither a scale-free gain nor a trend below this is "more scatter than stated"
     deficit, kept_shape, kept_scatter : a cause below any of them is rejected under its own fit
     hopeless : log-likelihood deficit at which a pair is rejected without bootstrap
     hopeless_tail : nominal tail probability of trend or scatter at which a pair is rejected without bootstrap
