@@ -12,25 +12,36 @@ from scipy import sparse
 
 from limitmason.arrays import Array, Flags, Index
 
-_SPLIT = 0.25  # smallest part of the nodes on one side of a cut
+# smallest part of the nodes on one side of a cut: chosen, a tree of even halves is the shallowest
+_SPLIT = 0.25
 _LEVEL = 1e-7  # of the extent: nodes this near to each other lie in one layer
 
 
 class Tree(NamedTuple):
     """Elimination tree: fronts in the order of elimination, children before parents.
 
-    A front is a set of nodes eliminated together; ``boundary`` holds the nodes that it still touches when its turn
-    comes, as positions in the elimination order, ascending.
+    Parameters
+    ----------
+    fronts : node numbers that every front eliminates together
+    boundary : nodes that every front still touches when its turn comes, as places in the elimination order, ascending
+    parent : number of the front that takes the update of every front, -1 for a root, shape (fronts,)
+    children : numbers of the fronts whose parent each front is
     """
 
-    fronts: list[Index]  # node numbers
+    fronts: list[Index]
     boundary: list[Index]
-    parent: Index  # front number, -1 for a root
+    parent: Index
     children: list[list[int]]
 
 
 def block_graph(node: Index, point: Index) -> sparse.csr_array:
-    """Graph of the nodes that share a contact point or an element, shape (n, n), from incidences (node, point)."""
+    """Graph of the nodes that share a contact point or an element, shape (n, n).
+
+    Parameters
+    ----------
+    node : number of a node that each incidence joins to a point, shape (incidences,)
+    point : number of that point or element, shape (incidences,)
+    """
     n, m = int(node.max()) + 1, int(point.max()) + 1
     touch = sparse.csr_array((np.ones(len(node)), (node, point)), shape=(n, m))
     graph = sparse.csr_array(touch @ touch.T)
@@ -51,7 +62,13 @@ def dissect(graph: sparse.csr_array, position: Array, leaf: int) -> list[Index]:
     graph : symmetric adjacency, shape (n, n)
     position : of every node [m], shape (n, 3)
     leaf : nodes up to which a piece is left whole
+
+    Returns
+    -------
+    list
+        Node numbers of every front; together they hold each node once.
     """
+    # ``local`` numbers the nodes of the piece at hand, -1 for all others
     start, neighbour = graph.indptr, graph.indices
     local = np.full(graph.shape[0], -1, dtype=np.intp)
     fronts, pieces = [], [np.arange(graph.shape[0])]
@@ -66,6 +83,7 @@ def dissect(graph: sparse.csr_array, position: Array, leaf: int) -> list[Index]:
         if cut is None:
             fronts.append(piece)
             continue
+        # separators are noted before what they separate: the list is turned round at the end
         near, shared = cut
         fronts += [piece[shared]] if shared.any() else []
         pieces += [side for side in (piece[near & ~shared], piece[~near]) if len(side)]
@@ -75,10 +93,13 @@ def dissect(graph: sparse.csr_array, position: Array, leaf: int) -> list[Index]:
 def _best_cut(position: Array, owner: Index, other: Index) -> tuple[Flags, Flags] | None:
     """Nodes before the best cut, and those of them that touch a node behind, or None where all lie at one place.
 
+    Both answers have shape (n,). The nodes that touch one behind are the separator.
+
     Parameters
     ----------
-    owner, other : both ends of every edge
-    position : of the nodes [m], shape (n, d)
+    position : of the nodes [m], shape (n, 3)
+    owner : node at one end of every edge, in either sense, shape (edges,)
+    other : node at its other end, shape (edges,)
     """
     n, best, chosen = len(position), np.inf, None
     for x in position.T:
@@ -93,11 +114,12 @@ def _best_cut(position: Array, owner: Index, other: Index) -> tuple[Flags, Flags
         # last layer that a node is joined to
         farthest = layer.copy()
         np.maximum.at(farthest, owner, layer[other])
+        # per layer: nodes that lie in it, and nodes that reach no farther than it
         begun, ended = (np.bincount(of, minlength=layers) for of in (layer, farthest))
         shared = np.cumsum(begun - ended)[:-1]  # nodes that reach across the cut behind each layer
         before = np.cumsum(begun)[:-1] - shared
         uneven = np.abs(2.0 * before / np.maximum(n - shared, 1) - 1.0)
-        # past the limit the evenest cut is the best
+        # a cut costs its separator, up to a quarter more where it is uneven; past the limit more than any separator
         cost = np.where(uneven <= 1.0 - 2.0 * _SPLIT, shared * (1.0 + uneven**2), 1e9 * (1.0 + uneven))
         cut = int(np.argmin(cost))
         if cost[cut] < best:
@@ -113,7 +135,8 @@ def elimination_tree(graph: sparse.csr_array, fronts: list[Index]) -> Tree:
 
     Parameters
     ----------
-    graph, fronts : which nodes touch, (n, n), and the nodes that every front eliminates, in that order
+    graph : which nodes touch, symmetric, shape (n, n)
+    fronts : numbers of the nodes that every front eliminates, in the order of elimination
     """
     start, neighbour = graph.indptr, graph.indices
     order = np.concatenate(fronts)
@@ -136,7 +159,15 @@ def elimination_tree(graph: sparse.csr_array, fronts: list[Index]) -> Tree:
 
 
 def ragged_ranges(first: Index, count: Index) -> tuple[Index, Index]:
-    """All numbers first[i] .. first[i] + count[i] - 1 in a row, and the i each belongs to."""
+    """All numbers first[i] .. first[i] + count[i] - 1 in a row, and the i each belongs to.
+
+    Example: first (5, 0) and count (2, 3) give (5, 6, 0, 1, 2) and (0, 0, 1, 1, 1).
+
+    Parameters
+    ----------
+    first : first number of every range, shape (n,)
+    count : how many numbers it has, shape (n,)
+    """
     owner = np.repeat(np.arange(len(first)), count)
     offset = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
     return first[owner] + offset, owner

@@ -14,7 +14,10 @@ from limitmason.arrays import Array, Index
 from limitmason.multifrontal.dissection import Tree, ragged_ranges
 
 Front = tuple[Array, Array, Array]
-"""Own block f11, boundary by own f21, and boundary f22, each ordered by columns."""
+"""Own block f11, (n, n), boundary by own f21, (m, n), and boundary f22, (m, m), ordered by columns as LAPACK does.
+
+The front eliminates n unknowns and touches m others.
+"""
 
 
 class Fronts:
@@ -22,8 +25,8 @@ class Fronts:
 
     Parameters
     ----------
-    tree : of the nodes
-    width : unknowns of every node in order of elimination
+    tree : elimination tree of the nodes
+    width : number of unknowns of every node, nodes in order of elimination, shape (n,)
 
     Attributes
     ----------
@@ -35,12 +38,8 @@ class Fronts:
     """
 
     def __init__(self, tree: Tree, width: Index) -> None:
-        """Lay out sizes, boundaries and storage.
-
-        Parameters
-        ----------
-        width : unknowns of every node, in order of elimination, shape (n,)
-        """
+        """Lay out sizes, boundaries and storage."""
+        # rank of the first unknown of every node, and behind all
         node_start = np.concatenate([[0], np.cumsum(width)])
         end = node_start[np.cumsum([len(f) for f in tree.fronts])]
         self.first = np.concatenate([[0], end[:-1]])
@@ -57,16 +56,25 @@ class Fronts:
         self._in_parent = {k: self.place(int(p), self.edges[k]) for k, p in enumerate(tree.parent) if p >= 0}
 
     def place(self, front: int, rank: Index) -> Index:
-        """Place of unknowns in a front: its own ones first, then its boundary."""
+        """Place of unknowns in a front: its own ones first, then its boundary.
+
+        Parameters
+        ----------
+        front : number of the front
+        rank : places of unknowns in the order of elimination, all of them in the front, shape (k,)
+        """
         first, owned = self.first[front], self.owned[front]
         return np.where(rank < first + owned, rank - first, owned + np.searchsorted(self.edges[front], rank))
 
     def eliminating(self, rank: Index) -> Index:
-        """Front that eliminates each of some unknowns."""
+        """Number of the front that eliminates each of some unknowns, given by rank, shape (k,)."""
         return np.searchsorted(self.first, rank, side="right") - 1
 
     def parts(self, store: Array, front: int) -> tuple[Array, Array]:
-        """Own block and the one below it of a front of a factor, views of shapes (k, k) and (m, k)."""
+        """Own block (n, n) and the one below it (m, n) of one front of a factor.
+
+        Both are views: what is written to them is written to ``store``, the whole factor, shape (size,).
+        """
         n, m, at = int(self.owned[front]), len(self.edges[front]), int(self._start[front])
         own, below = store[at : at + n * n], store[at + n * n : at + n * (n + m)]
         return own.reshape((n, n), order="F"), below.reshape((m, n), order="F")
@@ -74,12 +82,14 @@ class Fronts:
     def eliminate(
         self, store: Array, assembled: Callable[[int], Front], pivoted: Callable[[int, Front], Front]
     ) -> None:
-        """Fill ``store``, shape (size,), from the bottom up.
+        """Factor a matrix front by front, children before parents, into ``store``, shape (size,).
+
+        A front's update is the Schur complement f22 - f21 f11^-1 f21^T. It is added to the front of its parent.
 
         Parameters
         ----------
-        assembled : what belongs to a front before its children's updates are added
-        pivoted : factor of the own block, what is kept below it, and the update of the boundary
+        assembled : from the number of a front, its entries of the matrix; its children's updates are added to them
+        pivoted : from number and assembled front, factor of the own block, what is kept below it, and the update
         """
         from limitmason.multifrontal.kernels import extend_add  # compiled: loaded where a matrix is factored
 
@@ -94,14 +104,26 @@ class Fronts:
                 below[:], updates[k] = lower, left
 
     def substitute(self, store: Array, x: Array) -> None:
-        """Solve L L^T x = x in place for the rows of ``x``, shape (right-hand sides, n), of Cholesky factors."""
+        """Solve L L^T x = b by Cholesky factors; each row of ``x`` is a b and becomes its solution.
+
+        Parameters
+        ----------
+        store : factor of :meth:`eliminate`, shape (size,)
+        x : right-hand sides, unknowns in order of elimination, shape (right-hand sides, n)
+        """
         from limitmason.multifrontal.kernels import substitute
 
         substitute(x, self.first, self.owned, self.edge_start, self.edge, self._start, store)
 
 
 def below_cholesky(lower: Array, front: Front) -> Front:
-    """A front by the Cholesky factor of its own block: lower, f21 lower^-T and f22 less what is eliminated."""
+    """A front by the Cholesky factor L of its own block: L, f21 L^-T and f22 - (f21 L^-T) (f21 L^-T)^T.
+
+    Parameters
+    ----------
+    lower : L, f11 = L L^T, shape (n, n)
+    front : overwritten by the answer where it has a boundary
+    """
     _, f21, f22 = front
     if len(f21):
         f21 = dtrsm(1.0, lower, f21, side=1, lower=1, trans_a=1, overwrite_b=1)

@@ -15,7 +15,11 @@ FAST = {"reassoc", "contract", "arcp", "nsz"}
 def extend_add(f11: Array, f21: Array, f22: Array, update: Array, place: Index) -> None:
     """Add the lower half of a child's ``update`` to its parent's front, of blocks f11, f21 and f22.
 
-    ``place`` ascends.
+    Parameters
+    ----------
+    f11, f21, f22 : the parent's front, added to; see ``fronts.Front``
+    update : what is left of the child's boundary, shape (m, m)
+    place : where each unknown of that boundary is in the parent's front, ascending, so that lower halves stay lower
     """
     owned, n = f11.shape[0], place.size
     for j in range(n):
@@ -36,11 +40,18 @@ def extend_add(f11: Array, f21: Array, f22: Array, update: Array, place: Index) 
 def substitute(
     x: Array, first: Index, owned: Index, edge_start: Index, edge: Index, store_start: Index, store: Array
 ) -> None:
-    """Solve L L^T x = x in place for the rows of ``x``, shape (right-hand sides, n); front k begins at store_start[k].
+    """Solve L L^T x = b by Cholesky factors; each row of ``x`` is a b and becomes its solution.
 
-    Front k owns the unknowns first[k] : first[k] + owned[k] and touches edge[edge_start[k] : edge_start[k + 1]];
-    ``store`` holds its diagonal block and below it the block of the edge, both by columns. Four columns at a time are
-    as fast as BLAS here and wake no threads.
+    Forwards L y = b goes through the fronts in order, backwards L^T x = y against it. Four columns at a time are as
+    fast as BLAS here and wake no threads.
+
+    Parameters
+    ----------
+    x : unknowns in order of elimination, shape (right-hand sides, n)
+    first, owned : front k owns the unknowns first[k] : first[k] + owned[k], shape (fronts,)
+    edge_start, edge : it touches the unknowns edge[edge_start[k] : edge_start[k + 1]]
+    store_start : where front k begins in ``store``, shape (fronts,)
+    store : its diagonal block, (n, n), then the block of its edge, (m, n), both by columns
     """
     fronts = owned.size
     widest = 0
@@ -116,7 +127,17 @@ def substitute(
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
 def _less_columns(column: Array, columns: Array, s: int, many: int) -> None:
-    """Take from a column of a front its multiples of so many before it, whose ones stand on the diagonal."""
+    """Subtract from a column of a front its multiples of those before it: a forward substitution, L y = column.
+
+    Three columns at a time are read at once.
+
+    Parameters
+    ----------
+    column : column of a front, changed, shape (s,)
+    columns : columns of L, each with a one on the diagonal that is not stored, by columns, shape (s * many or more,)
+    s : unknowns of the front
+    many : columns before this one
+    """
     j = 0
     while j + 3 <= many:
         c0, c1 = columns[j * s : (j + 1) * s], columns[(j + 1) * s : (j + 2) * s]
@@ -137,9 +158,17 @@ def _less_columns(column: Array, columns: Array, s: int, many: int) -> None:
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
 def _less_above(columns: Array, beside: Array, n: int, m: int) -> None:
-    """Take from the rows beside the n columns of a front, of width m, their multiples of the first n, downwards.
+    """Subtract from the rows beside the columns of a front their multiples of the rows above: U, then the update.
 
+    Row i becomes row i less the sum over j < min(i, n) of L[i, j] row j. The first n rows are then rows of U, the
+    others the update of the parent.
     Two rows and three columns at a time: with more, the compiler asks whether they overlap and does not vectorise.
+
+    Parameters
+    ----------
+    columns : first n columns of the front, factored, by columns, shape ((n + m) n,)
+    beside : its other m columns, by rows, changed, shape ((n + m) m,)
+    n, m : unknowns that the front eliminates, and those that it touches
     """
     s = n + m
     for i in range(0, s - 1, 2):
@@ -161,7 +190,7 @@ def _less_above(columns: Array, beside: Array, n: int, m: int) -> None:
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
 def _less(row: Array, columns: Array, beside: Array, s: int, i: int, begin: int, end: int) -> None:
-    """Take from row i, beside columns of length s, its multiples of the rows begin to end."""
+    """Subtract from row i of those beside the columns, of length s, L[i, j] times row j for begin <= j < end."""
     m = len(row)
     for j in range(begin, end):
         x, above = columns[j * s + i], beside[j * m : (j + 1) * m]
@@ -182,14 +211,16 @@ def factor_unsymmetric(
 
     Parameters
     ----------
-    value : entries of the matrix
-    entries : first of every front; number of the entry, and its place in the front: columns, then rows beside them
-    owned : unknowns that a front eliminates
-    edge_start : first of those that it touches
-    children : first of every front; child; first place of its update in the parent, by child; those places
-    starts : where updates and factors of a front begin
-    arrays : ``work`` for what is beside the columns of a front, ``updates`` and ``store``
-    pivot : of every unknown, the row of its front that it was exchanged with
+    value : entries of the matrix, shape (nnz,)
+    entries : where the list of every front begins, (fronts + 1,); then, in these lists, number of the entry in
+        ``value`` and its place in the front, (nnz,): below n s in the columns, from there on in the rows beside them
+    owned : how many unknowns every front eliminates, shape (fronts,)
+    edge_start : where the unknowns that it touches begin in one list of all fronts, shape (fronts + 1,)
+    children : where the children of every front begin, (fronts + 1,); numbers of the children; where the places of each
+        front's update begin, (fronts + 1,); places of these unknowns in the front of the parent
+    starts : where the update of every front begins in ``updates``, and its factors in ``store``, shapes (fronts,)
+    arrays : ``work`` for what is beside the columns of a front, ``updates``, and ``store``, which is the answer
+    pivot : written: of every unknown, the row of its front that it was exchanged with, shape (n,)
     """
     entry_start, entry, spot = entries
     child_start, child, place_start, place = children
@@ -210,6 +241,7 @@ def factor_unsymmetric(
             j = child[q]
             size, own = edge_start[j + 1] - edge_start[j], 0
             to = place[place_start[j] : place_start[j] + size]
+            # places ascend: the first ``own`` are among the columns of the parent
             while own < size and to[own] < n:
                 own += 1
             for a in range(size):
@@ -251,7 +283,15 @@ def factor_unsymmetric(
 def substitute_unsymmetric(
     x: Array, owned: Index, edge_start: Index, edge: Index, store_start: Index, store: Array, pivot: Index
 ) -> None:
-    """Solve with the factors of :func:`factor_unsymmetric`, in place, unknowns in order of elimination."""
+    """Solve L U x = b with the factors of :func:`factor_unsymmetric`, fronts in order, then against it.
+
+    Parameters
+    ----------
+    x : b, which becomes the solution, unknowns in order of elimination, shape (n,)
+    owned, edge_start, pivot : as for :func:`factor_unsymmetric`
+    edge : unknowns that the fronts touch, in one list
+    store_start, store : where the factors of every front begin, shape (fronts,), and all factors
+    """
     first, work = 0, np.empty((owned + np.diff(edge_start)).max())
     for k in range(owned.size):
         n, m, e = owned[k], edge_start[k + 1] - edge_start[k], edge_start[k]

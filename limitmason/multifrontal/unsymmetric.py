@@ -11,7 +11,7 @@ from limitmason.arrays import Array, Index
 from limitmason.multifrontal.dissection import dissect, elimination_tree
 from limitmason.multifrontal.fronts import Fronts
 
-_LEAF = 5  # nodes up to which a piece is eliminated at once
+_LEAF = 5  # nodes up to which a piece is eliminated at once: chosen, not derived
 
 
 class UnsymmetricFronts:
@@ -28,7 +28,7 @@ class UnsymmetricFronts:
     def __init__(self, pattern: sparse.csc_matrix, node: Index, position: Array) -> None:
         """Find the order, and where every entry and every update goes."""
         nodes = len(position)
-        node = np.append(node, nodes)
+        node = np.append(node, nodes)  # the border is a node of its own
         column = np.repeat(np.arange(pattern.shape[1]), np.diff(pattern.indptr))
         ones = np.ones(pattern.nnz)
         graph = sparse.coo_array((ones, (node[pattern.indices], node[column])), shape=(nodes + 1,) * 2).tocsr()
@@ -37,9 +37,10 @@ class UnsymmetricFronts:
         graph.sort_indices()
         inner = graph[:nodes, :nodes]
         order = dissect(inner, position, _LEAF)
-        order[-1] = np.append(order[-1], nodes)
+        order[-1] = np.append(order[-1], nodes)  # the last front eliminates the border
         tree = elimination_tree(graph, order)
         sequence, width = np.concatenate(order), np.bincount(node)
+        # unknowns sorted by the turn of their node; stable, so that those of a node keep their order
         by_node = np.argsort(np.argsort(sequence)[node], kind="stable")
         self.order: Index = by_node  # unknown of every rank
         rank = np.empty(len(node), np.intp)
@@ -50,6 +51,7 @@ class UnsymmetricFronts:
         stored = fronts.owned * (size + edge)
         self._starts = _reused(edge, tree.parent), np.cumsum(stored) - stored
         self._stored = int(stored.sum())
+        # an entry belongs to the front that eliminates the first of its two unknowns
         row, across = rank[pattern.indices], rank[column]
         owner = fronts.eliminating(np.minimum(row, across))
         entry = np.argsort(owner, kind="stable")
@@ -61,6 +63,7 @@ class UnsymmetricFronts:
             beside = n * size[k] + i * edge[k] + j - n
             spot[start[k] : start[k + 1]] = np.where(j < n, j * size[k] + i, beside)
         self._entries = start, entry, spot
+        # where the update of every front goes in its parent; that of the root, empty, goes nowhere
         kept = [fronts.place(int(p), fronts.edges[k]) if p >= 0 else fronts.edges[k] for k, p in enumerate(tree.parent)]
         count = [len(c) for c in tree.children]
         child = np.concatenate([np.array(c, np.intp) for c in tree.children])
@@ -69,9 +72,18 @@ class UnsymmetricFronts:
         self._work, self._updates = np.empty(int((size * edge).max())), np.empty(room)
 
     def factors(self, value: Array) -> tuple[Array, Index] | None:
-        """Factors of the entries of a matrix, in the order of the pattern, and the exchanges of rows.
+        """Factors of a matrix and the exchanges of rows, or None where rows within a front give no pivot.
 
-        None where exchanges within the fronts find no pivot: it may be singular, or ask for others.
+        The matrix may then be singular, or ask for exchanges between fronts.
+
+        Parameters
+        ----------
+        value : entries of the matrix in the order of the pattern, shape (nnz,)
+
+        Returns
+        -------
+        tuple
+            Numbers of all factors in a row, and of every unknown the row of its front that it was exchanged with.
         """
         from limitmason.multifrontal.kernels import factor_unsymmetric  # compiled: loaded where a matrix is factored
 
@@ -83,7 +95,7 @@ class UnsymmetricFronts:
         return (store, pivot) if found else None
 
     def solve(self, store: Array, pivot: Index, right: Array) -> Array:
-        """The solution for a right side, shape (n + 1,), by :meth:`factors`."""
+        """The solution for a right side, shape (n + 1,) as it is, by what :meth:`factors` returned."""
         from limitmason.multifrontal.kernels import substitute_unsymmetric
 
         x, f = right[self.order], self.fronts
@@ -102,7 +114,15 @@ class UnsymmetricFronts:
 
 
 def _reused(edge: Index, parent: Index) -> Index:
-    """Where the update of every front begins, in room that is used again once its parent has taken it."""
+    """Where the update of every front begins, in room that is used again once its parent has taken it.
+
+    An update takes the first gap that is large enough.
+
+    Parameters
+    ----------
+    edge : unknowns that every front touches; its update has edge^2 numbers, shape (fronts,)
+    parent : number of the front that takes the update, -1 for none, shape (fronts,)
+    """
     start, taken = np.zeros(len(edge), np.intp), list[tuple[int, int, int]]()  # begin, end, parent of what waits
     for k, size in enumerate(edge**2):
         taken = [t for t in taken if t[2] != k]

@@ -14,12 +14,13 @@ from limitmason.arrays import Array
 from limitmason.errors import NotApplicable, NotConverged
 from limitmason.vibration.system import VibratingSystem
 
-_GUARD = 4  # vectors beside those wanted
+# these bounds are chosen, not derived: where pivots can be counted they prove the answer, whatever these are
+_GUARD = 4  # vectors beside those wanted: the wanted ones converge by their distance to the first beyond the block
 _DEPTH = 4  # times a block: vectors of the space between two restarts
-_EXACT = 1e-11  # of an eigenvector under the inverse: its eigenvalue is better than that
-_GOOD = 1e-4  # enough where rounding does not let it come nearer
-_RESTARTS = 60
-_IDLE = 4  # restarts that come no nearer: rounding
+_EXACT = 1e-11  # residual of an eigenvector under the inverse [-]; the error of its eigenvalue goes with its square
+_GOOD = 1e-4  # the same, enough where rounding does not let it come nearer: eigenvalues are then right to about 1e-8
+_RESTARTS = 60  # most restarts of a space
+_IDLE = 4  # restarts without a residual half as large: rounding
 _ROUNDS = 5  # how often a block grows by what was missed
 _EQUAL = 1e-6  # of an eigenvalue: eigenvalues this near are equal
 REST = 1e-14  # of the largest eigenvalue: below it nothing holds a motion, or rounding hides what does
@@ -31,7 +32,8 @@ class Lowest(NamedTuple):
 
     Parameters
     ----------
-    value, vector : ascending and of unit mass, shapes (k,), (n, k)
+    value : eigenvalues x = (2 pi f)^2 [1/s2], ascending, shape (k,)
+    vector : eigenvectors as columns, of unit modal mass, shape (n, k)
     below : eigenvalues below ``shift``; k, or more where the last is one of several equal ones; None if not counted
     shift : (2 pi f)^2 at which they were counted [1/s2]
     """
@@ -48,6 +50,11 @@ def lowest(system: VibratingSystem, count: int) -> Lowest:
     The Krylov space of a block of at least ``count`` vectors holds repeated eigenvalues, that of one vector one copy
     of each. By Sylvester's law the negative pivots of K - x M are as many as eigenvalues lie below x. Where they are
     more than were found the block grows by the rest.
+
+    Parameters
+    ----------
+    system : stiffness K and mass M of the free unknowns
+    count : eigenvalues that are wanted
 
     Raises
     ------
@@ -82,7 +89,10 @@ def lowest(system: VibratingSystem, count: int) -> Lowest:
 
 
 def largest_of(system: VibratingSystem) -> float:
-    """Estimate of the largest eigenvalue, from the diagonals [1/s2]."""
+    """Estimate of the largest eigenvalue, max K_ii / M_ii [1/s2].
+
+    It measures what rounding may leave of an eigenvalue; the largest itself may be some times higher.
+    """
     k, m = system.stiffness.diagonal(), system.mass.diagonal()
     massive = m > 0.0  # a layer may have none
     return float((k[massive] / m[massive]).max())
@@ -93,7 +103,7 @@ def _inverse(system: VibratingSystem, largest: float) -> tuple[Callable[[Array],
 
     Parameters
     ----------
-    largest : upper bound of the eigenvalues [1/s2]
+    largest : estimate of the largest eigenvalue [1/s2]
     """
     k, m = system.stiffness, system.mass
     try:
@@ -108,12 +118,16 @@ def _inverse(system: VibratingSystem, largest: float) -> tuple[Callable[[Array],
             return solve, 0.0
     except (RuntimeError, NotApplicable):  # singular
         pass
+    # below zero K - shift M is positive definite; by how much is chosen: 1e-6 of a mean eigenvalue
     shift = -1e-6 * float(k.diagonal().sum() / m.diagonal().sum())
     return _corrected((k - shift * m).tocsc()), shift
 
 
 def _corrected(matrix: sparse.csc_array) -> Callable[[Array], Array]:
-    """Solutions of a matrix by its factor, corrected once: stiff joints between soft blocks leave little else."""
+    """Solver of a matrix by its factors with one step of iterative refinement.
+
+    Between stiff joints and soft blocks rounding leaves few digits without it.
+    """
     solve = splu(matrix).solve
 
     def corrected(right: Array) -> Array:
@@ -133,6 +147,12 @@ def _found(
     solve : product with (K - shift M)^-1
     shift : that shift [1/s2]
     block : vectors to begin with, shape (n, b)
+    count : eigenvalues that must converge
+
+    Returns
+    -------
+    tuple
+        Eigenvalues [1/s2], nearest to the shift first, shape (k,), and their vectors as columns, shape (n, k).
     """
     m = system.mass
     x, best, idle = block, np.inf, 0
@@ -143,13 +163,14 @@ def _found(
         # after a restart a product brings few new vectors: counted by depth the space would shrink
         while space.shape[1] < most:
             new = image[:, -new.shape[1] :]
-            for _ in range(2):
+            for _ in range(2):  # Gram and Schmidt twice: once leaves what rounding cancelled
                 new = new - space @ (space.T @ (m @ new))
             new = _orthonormal(new, m)[:, : most - space.shape[1]]
             if not new.shape[1]:
                 break
             space, image = np.hstack([space, new]), np.hstack([image, solve(m @ new)])
         reduced = space.T @ (m @ image)
+        # Rayleigh and Ritz: the largest eigenvalues of the inverse within the space
         inverse, mix = eigh(0.5 * (reduced + reduced.T))
         order = np.argsort(-inverse)[: max(block.shape[1], count)]
         x, inverse = space @ mix[:, order], inverse[order]
@@ -158,13 +179,16 @@ def _found(
         worst = float(size.max())
         best, idle = (worst, 0) if worst < 0.5 * best else (best, idle + 1)
         if worst < _EXACT or (idle >= _IDLE and worst < _GOOD):
-            # the product with the inverse has the less rounding
+            # vectors multiplied once more by the inverse have less rounding than those of the space
             return shift + 1.0 / inverse, image @ mix[:, order] / inverse
     raise NotConverged(f"modes of {system.label}: not found to {_GOOD:g}, only to {worst:.1g}")
 
 
 def _orthonormal(x: Array, mass: sparse.csc_array) -> Array:
-    """Vectors of unit mass that span x, fewer where it depends on itself."""
+    """Columns of unit mass, orthogonal by mass, that span those of x, (n, b); fewer where these depend on each other.
+
+    Twice, as rounding of nearly dependent columns leaves the first answer not quite orthogonal.
+    """
     x = x / np.maximum(np.sqrt(np.einsum("ik,ik->k", x, mass @ x)), 1e-300)
     for _ in range(2):
         value, axes = eigh(x.T @ (mass @ x))
@@ -176,7 +200,12 @@ def _orthonormal(x: Array, mass: sparse.csc_array) -> Array:
 def _eigenvalues_below(system: VibratingSystem, shift: float) -> int | None:
     """How many eigenvalues lie below a shift, or None where the factor is no proof.
 
-    By Sylvester's law of inertia they are as many as the negative pivots of L D L^T = K - shift M.
+    By Sylvester's law of inertia they are as many as the negative pivots of L D L^T = K - shift M. The factor is no
+    proof where rows were exchanged without their columns, or where it does not solve an equation of its own.
+
+    Parameters
+    ----------
+    shift : the value [1/s2]
     """
     if system.below is not None:
         return system.below(shift)
