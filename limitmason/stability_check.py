@@ -35,11 +35,12 @@ from limitmason.model.plausibility import PlausibilityWarning
 __all__ = ["Standing", "stability"]
 
 LARGEST_DIVISOR = 1e3
-"""Divisor of tan(phi) up to which a structure is tried; one that stands there needs no friction to speak of."""
+"""Divisor of tan(phi) up to which a structure is tried [-]; one that stands there needs no friction to speak of."""
 
 SMALLEST_SHARE = 1e-3
-"""Share of every joint face down to which it is tried."""
+"""Length of every joint face over its own down to which a structure is tried [-]: it is then all but a point."""
 
+# horizontal unit vectors in which the ground falls, by name
 GROUND = {"+x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0), "-y": (0.0, -1.0, 0.0)}
 
 
@@ -52,7 +53,7 @@ class Standing:
     stands : True with admissible forces, False with a motion, None where neither was found
     state : forces that carry the dead load, or the motion by which it falls; for figures and tables
     friction : largest divisor of every tan(phi), between a proven low and high end [-]
-    share : smallest part of every joint face, shrunk about its centroid [-]
+    share : smallest factor of the lengths of every joint face, shrunk about its centroid [-]
     tilt : largest tilt of the ground, by the direction in which the ground falls [deg]
     certain : for psi < phi: True where joints of friction psi carry the load too, which every flow rule between the two
         then does (Radenkovic); else None
@@ -164,6 +165,7 @@ def stability(
 
         def at(angle: float) -> Margin:
             dead = np.array(loads.dead)
+            # gravity turns: weight W along -z becomes W (sin d - cos z), and -W z is in the dead load already
             dead[:, :3] += assembly.weights[:, None] * (math.sin(angle) * direction + (0, 0, 1.0 - math.cos(angle)))
             return standing_margin(assembly, Loads(dead, loads.live), **model)
 
@@ -183,8 +185,13 @@ def stability(
 
 
 def _state(problem: Problem) -> tuple[bool | None, Prediction]:
-    """Whether some forces carry the dead load, and these, or the motion by which it falls; None where neither was
-    found.
+    """Whether some forces carry the dead load, with these forces or the motion by which it falls.
+
+    None where neither was found.
+
+    Parameters
+    ----------
+    problem : equilibrium and law of the joints under the dead load
     """
     forces, falling = carry(problem)
     words = Bound(BoundKind.NONE, "no multiplier: forces that carry the dead load" if forces else "")
@@ -201,13 +208,13 @@ def _divided(joint: Joint, divisor: float) -> Joint:
 
 
 def _shrunk(assembly: Assembly, share: float) -> list[Interface]:
-    """Interfaces shrunk about their centroids."""
+    """Interfaces with all lengths times ``share`` [-] about their centroids."""
     centre = assembly.arrays.centre
     return [replace(i, polygon=c + share * (i.polygon - c)) for i, c in zip(assembly.interfaces, centre, strict=True)]
 
 
 def _directions(tilts: Sequence[str] | Mapping[str, ArrayLike]) -> Mapping[str, ArrayLike]:
-    """Directions of tilts by name, from names of the ground or as given."""
+    """Directions of tilts by name, from names of ``GROUND`` or as given, not checked or scaled yet."""
     if isinstance(tilts, Mapping):
         return tilts
     if not isinstance(tilts, str | Sequence):
@@ -230,10 +237,16 @@ def _horizontal(name: str, direction: ArrayLike) -> Array:
 def _below_normality(
     assembly: Assembly, loads: Loads, path: bool, model: dict[str, Any]
 ) -> tuple[bool | None, PushoverCurve | None, tuple[str, ...]]:
-    """For psi < phi: whether it stands by every flow rule, what a path says, and sentences on both.
+    """For psi < phi: whether it stands by every flow rule, the curve of its path, and sentences on both.
+
+    True, or None where joints of friction psi do not carry the load, which proves nothing. Without such joints both
+    are None.
 
     Parameters
     ----------
+    assembly : what stands
+    loads : its dead loads
+    path : whether the path is asked for
     model : options of :func:`limitmason.limit.make_problem`
     """
     if all(i.joint.tan_psi == i.joint.tan_phi for i in assembly.interfaces):

@@ -30,7 +30,7 @@ from limitmason.vibration.system import VibratingSystem
 
 Grid = tuple[int, int]
 
-_SLIDES = 1.0 - 1e-6  # of the shear strength: a point at it slides
+_SLIDES = 1.0 - 1e-6  # of the shear strength: a point at it slides; solvers leave less than the millionth
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +56,25 @@ class BlockCarrier:
         return ~self.assembly.fixed
 
     def at(self, shape: Array, points: Array) -> Array:
-        """Displacement of points by the block that holds them, or whose box is nearest to them, shape (p, 3)."""
+        """Displacement of points by the block whose bounding box holds them, or is nearest [m], shape (p, 3).
+
+        u = u_b + theta_b x (x - x_b), and the displacement by its shapes where the block deforms.
+
+        Parameters
+        ----------
+        shape : (u, theta, coordinates of shapes) of every block [m, rad], shape (n, 6 + k)
+        points : places in the reference state [m], shape (p, 3)
+
+        Raises
+        ------
+        InputError
+            For a point farther from all boxes than a hundredth of the structure.
+        """
         bounds = np.array([b.bounds for b in self.assembly.blocks])
         outside = np.maximum(bounds[:, 0] - points[:, None], points[:, None] - bounds[:, 1]).max(axis=2)
         size = float(np.ptp(bounds.reshape(-1, 3), axis=0).max())
-        # where boxes touch, the block that moves and whose centre is nearer carries the point
+        # where boxes touch, the block that moves and whose centre is nearer carries the point: the two small terms
+        # decide between boxes that are equally near, and never over a real distance
         gap = np.maximum(outside, 0.0) + 1e-6 * np.linalg.norm(points[:, None] - self.places, axis=2)
         gap[:, self.assembly.fixed] += 1e-3 * size
         owner = np.argmin(gap, axis=1)
@@ -143,6 +157,7 @@ def state_stiffness(
     choice("sliding", sliding, ("sticks", "drops"))
     scale = float(np.abs(normal).max(initial=0.0))
     is_open = (np.abs(normal) + shear <= 1e-9 * scale) & ~(tension > 0.0)
+    # a point of no strength that bears nothing is open, not sliding
     slides = ~is_open & (shear >= _SLIDES * limit)
     kept = np.where(is_open | (slides & (sliding == "drops")), 0.0, ks)
     text = f"{int(is_open.sum())} of {len(normal)} points open, {int(slides.sum())} slide"
@@ -159,7 +174,7 @@ def block_system(
     shapes: Sequence[Body | None] | None = None,
     blocks: str = RIGID,
 ) -> VibratingSystem:
-    """Blocks on springs at contact points.
+    """Stiffness and mass of blocks on springs at contact points: K = A k A^T, M of rigid motions and shapes.
 
     Parameters
     ----------
@@ -215,14 +230,14 @@ def block_system(
 
 
 def _spread(free: Flags, basis: Array, place: Flags, vector: Array) -> Array:
-    """Twists and strains of all blocks from the free unknowns, shape (n, 6 + most strains of a block).
+    """Motion of all blocks from a vector of the free unknowns, shape (n, 6 + m): (u, theta, coordinates of shapes).
 
     Parameters
     ----------
-    free : which unknowns are free
-    basis : wrenches of the rigid ones, shape (6, d)
-    vector : values of the free ones
-    place : which columns of a block's strains it has, shape (n, most)
+    free : which of all unknowns are free, first d rigid ones of every block, then all coordinates of shapes
+    basis : rigid motion (u, theta) per degree of freedom, shape (6, d)
+    place : which of the m most coordinates a block has, shape (n, m)
+    vector : values of the free unknowns, shape (r,)
     """
     out = np.zeros(free.size)
     out[free] = vector

@@ -152,11 +152,13 @@ def _peaks(
     f : lines of the spectrum [Hz], shape (m,)
     first : first singular value at each, shape (m,)
     vectors : its singular vector, shape (m, s)
-    inside : numbers of the lines within the band
-    shown : passed on to the answer
+    inside : which lines lie within the band, shape (m,)
+    count : how many modes at most
+    shown : frequencies and first singular value, kept with the answer, shape (2, m)
     """
     from scipy.signal import find_peaks
 
+    # lines without power stay finite: twelve decades are below any noise
     level = np.log(np.maximum(first, first.max() * 1e-12))
     at, found = find_peaks(np.where(inside, level, level[inside].min() if inside.any() else 0.0), prominence=0.7)
     if not len(at):
@@ -189,11 +191,13 @@ def _subspace(y: Array, step: float, order: int, lags: int) -> list[Pole]:
     lags : number of block rows of the Toeplitz matrix
     """
     n, channels = y.shape
+    # covariances of the record with itself k steps earlier, without bias
     r = [y[k:].T @ y[: n - k] / (n - k) for k in range(1, 2 * lags)]
     toeplitz = np.block([[r[lags + i - j - 1] for j in range(lags)] for i in range(lags)])
     u, s, _ = svd(toeplitz)
     poles = []
     for size in range(2, order + 1, 2):
+        # observability matrix, (lags channels, size): block row i is C A^i, so that a shift by one block is A
         observed = u[:, :size] * np.sqrt(s[:size])
         a = np.linalg.lstsq(observed[:-channels], observed[channels:], rcond=None)[0]
         value, vector = eig(a)
@@ -202,12 +206,16 @@ def _subspace(y: Array, step: float, order: int, lags: int) -> list[Pole]:
 
 
 def _continuous(value: Complex, shape: Complex, step: float) -> Pole:
-    """Frequency [Hz], damping [-] and shape of the poles of a system in steps of ``step`` [s], those that oscillate.
+    """Frequency [Hz], damping [-] and shape of the poles of a system in time steps, those that oscillate.
+
+    With mu an eigenvalue of a step, s = ln(mu) / step, f = |s| / (2 pi), zeta = -Re(s) / |s|. Of a conjugate pair the
+    pole of positive imaginary part is kept.
 
     Parameters
     ----------
-    value : eigenvalues of a step, shape (k,)
-    shape : shapes as columns, (s, k)
+    value : eigenvalues mu of a step, shape (k,)
+    shape : shapes as columns, (channels, k)
+    step : time between samples [s]
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = np.log(np.where(np.abs(value) > 0.0, value, 1e-300)) / step
@@ -224,13 +232,16 @@ def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown:
 
     Parameters
     ----------
+    poles : of every order, ascending
     band : lowest and highest frequency [Hz]
     count : how many modes at most
-    shown : passed on to the answer
+    shown : frequencies and first singular value, kept with the answer, shape (2, lines)
+    method : its name, kept with the answer
     """
     kept: list[tuple[float, float, Complex]] = []
     for (f0, d0, s0), (f1, d1, s1) in pairwise(poles):
         for f, d, shape in zip(f1, d1, s1, strict=True):
+            # structures are damped by less than a fifth; poles of more are the noise's
             if not (band[0] <= f <= band[1] and 0.0 < d < 0.2) or not len(f0):
                 continue
             i = int(np.argmin(np.abs(f0 - f)))
@@ -252,5 +263,6 @@ def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown:
 
 
 def _scaled(shape: Complex) -> Complex:
+    """Shapes, (k, channels), over their component of largest size, which becomes 1."""
     largest = np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)
     return np.asarray(shape / largest)

@@ -43,7 +43,7 @@ class Alike(NamedTuple):
 
 
 ALIKE = 0.5
-"""Shapes that share less are not called alike: they have more that differs than is common."""
+"""Criterion below which two shapes are not called alike [-]: more of them differs than is common."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Mac(Displayed, Tabular, ReadOnly):
 
     Parameters
     ----------
-    values : [-], shape (k, l)
+    values : the criterion, 0 where shapes are orthogonal, 1 where they are one up to a factor, shape (k, l)
     frequency_a, frequency_b : [Hz], shapes (k,) and (l,); NaN where not given
     products : u^H W v, u^H W u and v^H W v of all shapes, shapes (k, l), (k, k), (l, l)
     unseen : modes of the first and of the second, from 0, that hardly move along any sensor: their numbers are rounding
@@ -93,7 +93,12 @@ class Mac(Displayed, Tabular, ReadOnly):
         return out
 
     def _shared(self, a: list[int], b: list[int]) -> Array:
-        """Squared cosines of the principal angles between two spaces (Bjorck and Golub 1973)."""
+        """Squared cosines of the principal angles between two spaces (Bjorck and Golub 1973), largest first.
+
+        Parameters
+        ----------
+        a, b : numbers of the modes of the first and of the second set that span the spaces
+        """
         cross, first, second = self.products
         u, v = (_root(x[np.ix_(g, g)]) for x, g in ((first, a), (second, b)))
         return np.asarray(np.linalg.svd(u.conj().T @ cross[np.ix_(a, b)] @ v, compute_uv=False) ** 2)
@@ -145,11 +150,14 @@ def _groups(frequency: Array) -> list[list[int]]:
 
 
 def _root(gram: Array) -> Array:
-    """Columns that make vectors of these products orthonormal.
+    """Matrix R that makes vectors orthonormal, R^H G R = 1, fewer columns where the vectors depend on each other.
 
-    There are fewer where the vectors depend on each other.
+    Parameters
+    ----------
+    gram : scalar products G of the vectors, Hermitian, shape (k, k)
     """
     value, axes = np.linalg.eigh(gram)
+    # products have the squares of lengths: 1e-10 is a hundred-thousandth of a length, far above rounding
     kept = value > 1e-10 * value.max()
     return np.asarray(axes[:, kept] / np.sqrt(value[kept]))
 
@@ -255,12 +263,13 @@ def mac(
 def _compared(
     products: tuple[Array, Array, Array], frequency: list[Array], unseen: tuple[tuple[int, ...], ...] = ((), ())
 ) -> Mac:
-    """MAC from the products of two sets of shapes; refuses a mode that moves nothing.
+    """MAC_ij = |C_ij|^2 / (A_ii B_jj) from the products of two sets of shapes; refuses a mode that moves nothing.
 
     Parameters
     ----------
-    products : of the two sets with each other, and of each with itself; (k, l), (k, k), (l, l)
-    frequency, unseen : of both sets [Hz], and modes that no sensor sees
+    products : C of the two sets with each other, A and B of each with itself; (k, l), (k, k), (l, l)
+    frequency : of both sets [Hz], shapes (k,) and (l,)
+    unseen : numbers of the modes of either set that no sensor sees
     """
     cross, first, second = products
     own = [np.real(np.diag(g)) for g in (first, second)]
@@ -273,7 +282,13 @@ def _compared(
 
 
 def _frequencies(a: Shapes, b: Shapes, given: ArrayLike | None) -> list[Array]:
-    """Frequencies of both sets, NaN where they are not known."""
+    """Frequencies of both sets [Hz], shapes (k,) and (l,), NaN where they are not known.
+
+    Parameters
+    ----------
+    a, b : modes of a model, which have their own, or shapes
+    given : of the set without a model, (k,), or a pair of them where both have none
+    """
     free = [i for i, m in enumerate((a, b)) if not isinstance(m, Modes)]
     out = [m.frequency if isinstance(m, Modes) else np.full(len(np.asarray(m)), np.nan) for m in (a, b)]
     if given is None:
@@ -292,6 +307,7 @@ def _frequencies(a: Shapes, b: Shapes, given: ArrayLike | None) -> list[Array]:
 
 
 def _one_model(a: Modes, b: Modes) -> bool:
+    """Whether two sets are of one model: their mass matrices are equal but for rounding."""
     x, y = a.system.mass, b.system.mass
     return a.shape.shape[1:] == b.shape.shape[1:] and x.shape == y.shape and abs(x - y).max() <= 1e-9 * abs(x).max()
 

@@ -56,7 +56,7 @@ class ModalTest(ReadOnly):
     close: float = CLOSE
 
     def __post_init__(self) -> None:
-        """Scale every shape to a largest component of 1."""
+        """Check the input and scale every shape so that its component of largest size is 1."""
         if not isinstance(self.sensors, Sequence):
             raise InputError(f"sensors must be a list of (point, direction), got {self.sensors!r}")
         placed(self.sensors)
@@ -107,13 +107,14 @@ class ModalTest(ReadOnly):
         for mine, his in zip(rows, columns, strict=True):
             f = found.frequency[his]
             together = np.flatnonzero(np.abs(found.frequency - f) <= self.close * f)
+            # rcond: modes that look alike at the sensors share the factor, where it would grow without bound
             c = np.linalg.lstsq(theirs[together].T, self.shape[mine], rcond=1e-9)[0]
             shape[mine] = c @ theirs[together]
             frequency[mine] = np.sqrt(c**2 @ found.frequency[together] ** 2 / (c @ c)) if c.any() else f
         return self._named(frequency, shape)
 
     def _named(self, frequency: Array, shape: Array) -> dict[str, float]:
-        """Frequencies (k,) [Hz] and shapes (k, s) by the names of quantities."""
+        """Frequencies, (k,) [Hz], and components of shapes, (k, s) [-], by the names of :attr:`quantities`."""
         out = {f"frequency {k + 1}": float(f) for k, f in enumerate(frequency)}
         return out | {
             f"mode {k + 1} sensor {s + 1}": float(v) for k, row in enumerate(shape) for s, v in enumerate(row)
@@ -121,7 +122,17 @@ class ModalTest(ReadOnly):
 
 
 def placed(sensors: Sequence[tuple[ArrayLike, str | ArrayLike]]) -> tuple[Array, Array]:
-    """Points and unit directions of sensors, shapes (s, 3)."""
+    """Points [m] and unit directions [-] of sensors, each of shape (s, 3).
+
+    Parameters
+    ----------
+    sensors : (point, direction) of every sensor; "x", "-x", "y" ... or a vector of any length
+
+    Raises
+    ------
+    InputError
+        For no sensors, and by number for one that is not of this form.
+    """
     place, along = [], []
     for k, sensor in enumerate(sensors):
         try:

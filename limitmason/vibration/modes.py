@@ -21,11 +21,12 @@ from limitmason.vibration.blocks import closed_system
 from limitmason.vibration.eigensolver import REST, largest_of, lowest
 from limitmason.vibration.system import Vibrates, VibratingSystem
 
+# chosen, not derived, far from both what rounding leaves and what tells motions apart
 _AT_REST = 1e-6  # of the largest frequency found: below it nothing holds the motion
 _REPEATED = 1e-8  # of (2 pi f)^2: modes this near are equal, and any motion that they span is one
-_ORDERS = 5  # of moments that may give a mode its sign
+_ORDERS = 5  # degrees 0 to 4 of the moments that may give a mode its sign
 _SEEN = 1e-2  # of the largest moment there could be: below it a moment may be rounding
-_FIRST = 0.6  # of the largest moment of an order: the first this large counts, so that equal ones cannot change places
+_FIRST = 0.6  # of the largest moment of a degree: the first this large counts, so that equal ones cannot change places
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +157,18 @@ def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
 
 
 def solved(system: VibratingSystem, count: int) -> Modes:
-    """The ``count`` lowest modes of a system, see :func:`modes`; residuals and what lies below included."""
+    """The ``count`` lowest modes of a system, with residuals and the number of modes that lie below the last.
+
+    Parameters
+    ----------
+    system : K and M of the free unknowns
+    count : how many modes, fewer than there are unknowns
+
+    Raises
+    ------
+    InputError, NotConverged
+        As :func:`modes`.
+    """
     n = system.stiffness.shape[0]
     if not (isinstance(count, int | np.integer) and 1 <= count < n):
         raise InputError(f"count must lie between 1 and {n - 1}, got {count!r}")
@@ -180,6 +192,17 @@ def _directed(system: VibratingSystem, value: Array, vector: Array) -> Array:
 
     The first of a group of equal ones has the largest of one moment, the others none of it, and so on. Moments are
     taken in the order of their degree, translations before rotations of blocks.
+
+    Parameters
+    ----------
+    system : what vibrates
+    value : (2 pi f)^2, ascending, which tells which modes are equal [1/s2], shape (k,)
+    vector : eigenvectors of unit modal mass as columns, shape (r, k)
+
+    Returns
+    -------
+    ndarray
+        Vectors as columns, those of every group turned among themselves, shape (r, k).
     """
     motion = np.array([system.spread(v)[:, :6] for v in vector.T])
     moments = list(_moments(system, motion))
@@ -190,12 +213,14 @@ def _directed(system: VibratingSystem, value: Array, vector: Array) -> Array:
         for order in moments:
             left = order[:, group]
             while len(chosen) < len(group):
+                # what the directions chosen before leave of the moments, as Gram and Schmidt
                 left = left - left @ chosen.T @ chosen
                 size = np.linalg.norm(left, axis=1)
                 if size.max() < _SEEN:
                     break
                 row = int(np.argmax(size >= _FIRST * size.max()))
                 chosen = np.vstack([chosen, left[row] / size[row]])
+        # any directions at right angles complete those that no moment tells apart
         rest = np.linalg.svd(chosen, full_matrices=True)[2][len(chosen) :] if len(chosen) else np.eye(len(group))
         out[:, group] = vector[:, group] @ np.vstack([chosen, rest]).T
     return out

@@ -11,13 +11,15 @@ from limitmason.vibration.modes import Modes
 
 Shapes = Modes | ArrayLike
 
+# chosen: far above rounding, far below what a sensor measures
 _UNSEEN = 1e-6  # of its largest motion at the sensors' points: a mode that moves less along them is not seen
 
+# chosen: a component of a tenth of a shape's length changes the criterion by about a hundredth
 _PASSED = 1e-2  # of the squares of a shape: components that read zero are refused where the other's are larger
 
 
 def check_sensors(m: Shapes, count: int) -> None:
-    """Refuse shapes that are not one number for each sensor."""
+    """Refuse shapes that are not one number for each of ``count`` sensors, shape (k, count); a model's always are."""
     shape = (0, count) if isinstance(m, Modes) else np.shape(m)
     if len(shape) != 2 or shape[1] != count:
         turned = "; rows are modes, columns sensors: transpose them" if shape[:1] == (count,) else ""
@@ -58,11 +60,13 @@ def check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
 
 
 def unseen_modes(m: Shapes, where: Array | None, along: Array | None) -> tuple[int, ...]:
-    """Modes of a model that hardly move along any sensor.
+    """Numbers of a model's modes, from 0, that hardly move along any sensor; none of shapes without a model.
 
     Parameters
     ----------
-    where, along : places [m] and unit directions of the sensors, (s, 3), or None
+    m : modes or shapes
+    where : places of the sensors [m], shape (s, 3), or None
+    along : their unit directions, shape (s, 3), or None
     """
     if not isinstance(m, Modes) or along is None or where is None:
         return ()
@@ -78,6 +82,18 @@ def compared_points(
 
     Without ``points`` they are the blocks that move in the coarser model, with its masses if ``weighted``. Without any
     model the points are None.
+
+    Parameters
+    ----------
+    a, b : modes or shapes
+    points : chosen places [m], shape (p, 3), or None
+    masses : that these stand for [kg], shape (p,), or None
+    weighted : whether masses are wanted
+
+    Returns
+    -------
+    tuple
+        Points [m], shape (p, 3), and masses [kg], shape (p,); None where there are none.
     """
     given = None if masses is None else np.asarray(masses, dtype=float)
     if points is not None:
@@ -101,7 +117,14 @@ def compared_points(
 
 
 def as_rows(m: Shapes, where: Array | None, along: Array | None) -> Array:
-    """Shapes as rows of numbers, at points and along directions where they are modes of a model."""
+    """Shapes as rows of numbers, shape (k, components), checked; real or complex.
+
+    Parameters
+    ----------
+    m : modes of a model, taken at the points, or shapes (k, s) or (k, p, 3)
+    where : points of the model's modes [m], shape (p, 3)
+    along : unit directions at these points, (p, 3), for one number each; None for all three components
+    """
     if isinstance(m, Modes):
         assert where is not None
         u = m.at(where)
@@ -122,7 +145,13 @@ def as_rows(m: Shapes, where: Array | None, along: Array | None) -> Array:
 
 
 def per_component(weight: Array, length: int) -> Array:
-    """Mass of every component of a shape, whose components follow each other place by place, shape (length,)."""
+    """Mass of every component of a shape [kg], shape (length,); components follow each other place by place.
+
+    Parameters
+    ----------
+    weight : mass of every place [kg], shape (p,)
+    length : components of a shape, a multiple of p
+    """
     if length % len(weight):
         raise InputError(f"{len(weight)} masses do not fit shapes of {length} components")
     return np.repeat(weight, length // len(weight))

@@ -28,7 +28,13 @@ class Carrier(Protocol):
         """Places that are not wholly held, shape (n,)."""
 
     def at(self, shape: Array, points: Array) -> Array:
-        """Displacement of points, shape (p, 3), by one shape, shape (n, c): shape (p, 3)."""
+        """Displacement of points by one shape [m], shape (p, 3).
+
+        Parameters
+        ----------
+        shape : components of every place, of blocks (u, theta, coordinates of their shapes), of nodes u, shape (n, c)
+        points : places in the reference state [m], shape (p, 3)
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +43,8 @@ class VibratingSystem(ReadOnly):
 
     Parameters
     ----------
-    stiffness, mass : symmetric, shape (r, r)
+    stiffness : K, symmetric [N/m; N m of rotations], shape (r, r)
+    mass : M, symmetric [kg; kg m2 of rotations], shape (r, r)
     excited : M times a unit translation of the whole along x, y, z, held unknowns included [kg], shape (r, 3)
     spread : from a vector of the free unknowns, (r,), to a shape, (n, c)
     carrier : what a shape moves
