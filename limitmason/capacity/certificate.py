@@ -22,16 +22,24 @@ WITHIN = 1e-4
 SHORTEST = 0.1
 """Least elastic opening or slip that this is taken of, over the elastic length of the structure [-]."""
 
-AT_THE_TIP = 1e-9  # of the cohesion: shear strength of a point whose tension lies at the tip of the cone
+AT_THE_TIP = 1e-9  # of the cohesion: shear strength that rounding leaves of a point at the tip of the cone
 
 _CREATED = 1e-2  # energy that a jump may seem to make, of its gross work: its path, and so its work, is not known
 
 
 class PathState(NamedTuple):
-    """A state of the path: shift [m], (n, 3); R - I, (n, 3, 3); coordinates of the blocks' shapes [m], (n, k), none of
-    rigid blocks; slip [m], (m, c - 1); lift [m], (m,); multiplier; plastic elongation of the ties [m], (t,).
+    """A state of the path: all that forces, energy and certificates are worked out from.
 
-    ``damage`` [-], (m,); one 0 for joints that never soften.
+    Parameters
+    ----------
+    shift : displacement of the blocks' centroids [m], shape (n, 3)
+    turn : R - I of their rotations, shape (n, 3, 3)
+    shapes : coordinates of the shapes of blocks that deform [m], shape (n, k); k = 0 for rigid blocks
+    slip : plastic slip of the points along their tangents [m], shape (m, c - 1)
+    lift : their opening by dilation and crushing [m], shape (m,)
+    multiplier : of the live load [-]
+    damage : 0 at peak, 1 at residual strength [-], shape (m,); one 0 for joints that never soften
+    stretched : plastic elongation of the ties [m], shape (t,)
     """
 
     shift: Array
@@ -47,18 +55,24 @@ class PathState(NamedTuple):
 class StepCertificate(NamedTuple):
     """How well one state, reached from the one before, keeps the theory.
 
-    ``equilibrium`` is the largest unbalanced force, or moment over a block's size, in mean block weights, forces on the
-    shapes of blocks that deform and their elastic answer included; ``excess`` the largest excess over the joint law, or
-    the strength of a tie, in block weights; ``flow`` the largest departure of the lift from tan(psi) times the slip,
-    and ``against`` of the slip from the sense of the shear and of slip, or a tie's plastic elongation, below the limit,
-    both over the largest slip or elastic displacement; ``dissipation`` the least over points and ties of the energy
-    that slip and plastic elongation lose, over the gross work; ``energy`` what work by trapezoids, change of stored
-    energy and loss leave over, over the gross work |dW_live| + |dW_dead| of the step, or the change of stored energy
-    where self-stress that slips away is more. A ``jump`` passes through states
-    that are not kept, so that its slip and lift are sums that the flow rule does not bind together.
+    Gross work is |dW_live| + |dW_dead| of the step, or the change of stored energy where self-stress that slips away is
+    more.
 
-    ``damage`` is the largest departure of the damage from what opening and slip ask for, and how far brittle points
-    that have not broken lie beyond their strength by more than ``WITHIN``; below a jump damage may only have grown.
+    Parameters
+    ----------
+    equilibrium : largest unbalanced force, or moment over a block's size, in mean block weights [-]; forces on the
+        shapes of blocks that deform and their elastic answer included
+    excess : largest excess over the joint law, or the strength of a tie, in mean block weights [-]
+    flow : largest departure of the lift from tan(psi) times the slip, over the largest slip or the elastic length [-]
+    against : largest power by which slip departs from the sense of the shear, or runs below the limit, and a tie's
+        plastic elongation below its strength, over block weight times that length [-]
+    dissipation : the least over points and ties of the energy that slip and plastic elongation lose, over gross work
+        [-]; negative where one makes energy
+    energy : what work by trapezoids, change of stored energy and loss leave over, over the gross work [-]
+    jump : whether it passes through states that are not kept, so that its slip and lift are sums that the flow rule
+        does not bind together
+    damage : largest departure of the damage from what opening and slip ask for, and how far brittle points that have
+        not broken lie beyond their strength by more than ``WITHIN`` [-]; in a jump, by how much damage fell
     """
 
     equilibrium: float
@@ -89,9 +103,15 @@ class StepCertificate(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """Energy of a step [J]: work of live and dead load, change of stored energy, loss by slip and crushing, by damage.
+    """Energy of a step: live + dead = stored + lost + broken + jumped, but for what a certificate tells.
 
-    What a jump takes, to motion and to the joints that break, is ``jumped``; it then has no other loss.
+    Parameters
+    ----------
+    live, dead : work of the live and of the dead load [J]
+    stored : change of the elastic energy [J]
+    lost : loss by slip, crushing and yielding of ties [J]
+    broken : loss by damage of joints [J]
+    jumped : what a jump takes, to motion and to the joints that break [J]; it then has no other loss
     """
 
     live: float
@@ -105,9 +125,16 @@ class Balance(NamedTuple):
 class Structure(NamedTuple):
     """What the certificate reads: the model and its contact points with their law and stiffness per area.
 
-    ``weight`` [N], ``size`` [m] and ``length`` [m] are the mean block weight, the block size and the elastic length;
-    ``deformation`` the shapes of blocks that deform, None where all are rigid; ``tie_stiffness`` of the assembly's ties
-    [N/m], (t,).
+    Parameters
+    ----------
+    assembly : blocks, joints and ties
+    loads : dead and live loads
+    points : contact points with law and stiffness per area
+    weight : mean block weight [N]
+    size : median block size [m]
+    length : elastic length [m]: block weight over the mean normal stiffness of a point
+    deformation : shapes of blocks that deform; None where all are rigid
+    tie_stiffness : of the assembly's ties [N/m], shape (t,)
     """
 
     assembly: Assembly
@@ -121,8 +148,13 @@ class Structure(NamedTuple):
 
 
 class StateForces(NamedTuple):
-    """Components of the force on block b along normal and tangents [N], (m, c), compression positive; displacement of b
-    against a along them [m], (m, c), opening positive; present places of b's points [m], (m, 3).
+    """Forces and displacements of m contact points in a state.
+
+    Parameters
+    ----------
+    components : of the force on block b along normal and tangents [N], compression positive, shape (m, c)
+    apart : displacement of b against a along them [m], opening positive, shape (m, c)
+    place : where b's points are now [m], shape (m, 3)
     """
 
     components: Array
@@ -131,12 +163,16 @@ class StateForces(NamedTuple):
 
 
 def strength(s: Structure, at: PathState) -> PointLaw:
-    """Strengths of the points [Pa] at the damage of a state."""
+    """Strengths of the points at the damage of a state [Pa], shapes (m,)."""
     return s.points.law.towards(s.points.rest, np.asarray(at.damage))
 
 
 def forces(s: Structure, at: PathState) -> StateForces:
-    """Forces, displacements and places of the contact points in a state."""
+    """Forces, displacements and places of the contact points in a state.
+
+    N = max(kn (lift - w), -t) A and T = ks (slip - e) A, with (w, e) the displacement of b against a in the frame that
+    turns with a.
+    """
     p, x = s.points, s.assembly.centroids
     rotation = at.turn + np.eye(3)
     a, b = p.block_a, p.block_b
@@ -260,7 +296,7 @@ def damage_error(s: Structure, before: PathState, after: PathState, old: StateFo
     least = np.minimum(np.maximum(before.damage, opening * beyond), 1.0)
     asked = np.minimum(least + slip * slid, 1.0)
     # where damage has brought the tip to the tension, a part of the slip has done it: the rest met no strength
-    # too much and too little damage both count
+    # so that between ``least`` and ``asked`` any damage is right there; elsewhere too much and too little both count
     off = np.maximum(np.maximum(np.where(at_tip, least, asked) - after.damage, after.damage - asked), 0.0)
     reach, give = (np.maximum(x, SHORTEST * s.length) for x in (p.law.tension / p.kn, p.law.cohesion / p.ks))
     # of points that break at once the overload is limited, as far as they are not broken yet
@@ -366,6 +402,11 @@ def _work(s: Structure, case: str, before: PathState, after: PathState) -> float
     """Work of the dead or live loads from one state to the next [J].
 
     Forces work along the ways of their points, f . (dx + dR r); couples, moments without arms, along small spins.
+
+    Parameters
+    ----------
+    case : "dead" or "live", at multiplier 1
+    before, after : states at the ends of the step
     """
     wrench, arms = getattr(s.loads, case), getattr(s.loads, f"{case}_arms")
     motion = np.concatenate([after.shift - before.shift, _spins(before.turn, after.turn)], axis=1)
@@ -375,7 +416,12 @@ def _work(s: Structure, case: str, before: PathState, after: PathState) -> float
 
 
 def _spins(before: Array, after: Array) -> Array:
-    """Rotation vectors of small steps by the skew part, right to second order."""
+    """Rotation vectors of small steps [rad], shape (n, 3), by the skew part of R_after R_before^T: to second order.
+
+    Parameters
+    ----------
+    before, after : R - I in both states, shape (n, 3, 3)
+    """
     step = (after - before) @ np.swapaxes(before + np.eye(3), 1, 2)
     return 0.5 * np.stack(
         [step[:, 2, 1] - step[:, 1, 2], step[:, 0, 2] - step[:, 2, 0], step[:, 1, 0] - step[:, 0, 1]], axis=1

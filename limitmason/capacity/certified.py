@@ -44,6 +44,8 @@ def certified_curve(
     origin : pose under dead load, from which displacements count
     status : how the path ended
     warnings : what is known so far; more is added
+    generations : contacts and equations of every part of the path
+    nodes : its states, in their order
     unit : load of multiplier 1, 1.0 where the curve is in multipliers, else [N]
     toward : sign of the load in the sense in which it is pushed
     """
@@ -99,7 +101,7 @@ def certified_curve(
 
 
 def _told_of_flat_top(curve: PushoverCurve) -> str:
-    """What to say where the displacement near the first limit point hangs on the last digits of the load."""
+    """Warning where the displacement near the first limit point hangs on the last digits of the load; "" elsewhere."""
     top = curve.first_limit_point
     if top is None or curve.toward * top.load <= 0.0 or curve.load[0] / top.load > NEARLY - WITHIN:
         return ""
@@ -114,11 +116,12 @@ def _told_of_flat_top(curve: PushoverCurve) -> str:
 
 
 def _breaks(generations: Generations, nodes: list[Node], balances: list[Balance]) -> tuple[Break, ...]:
-    """What broke at once, and where.
+    """What broke at once: of every node with broken points its sample, joints, number of points and energy [J].
 
     Parameters
     ----------
-    balances : energy of every step
+    nodes : states of the path, in their order
+    balances : energy of the step that led to every node, shape (nodes,)
     """
     found = []
     for k, node in enumerate(nodes):
@@ -133,7 +136,7 @@ def _breaks(generations: Generations, nodes: list[Node], balances: list[Balance]
 
 
 def _returned(generations: Generations, nodes: list[Node]) -> str:
-    """What to say of points that slide back or round a bend after they have dilated."""
+    """Warning of the first points that slide back or round a bend after they have dilated; "" for none."""
     for k, node in enumerate(nodes):
         s = generations.structures[node.generation]
         p = s.points
@@ -151,7 +154,7 @@ def _returned(generations: Generations, nodes: list[Node]) -> str:
 
 
 def _through(generations: Generations, nodes: list[Node]) -> str:
-    """What to say of blocks that go through each other on a path that keeps the points of the undeformed joints."""
+    """Warning of blocks that go through each other on a path that keeps the points of the undeformed joints, or ""."""
     # blocks that have gone through each other stay so: the first such sample is found by bisection
     low, high = -1, len(nodes) - 1
     if not (met := generations.through(nodes[high])):
@@ -164,7 +167,7 @@ def _through(generations: Generations, nodes: list[Node]) -> str:
 
 
 def _stayed(generations: Generations, nodes: list[Node]) -> str:
-    """What to say of points that bear and have slid far from where they may be: blocks no longer meet there."""
+    """Warning of the first point that bears and has slid far from where its blocks may meet; "" for none."""
     for k, node in enumerate(nodes):
         s = generations.structures[node.generation]
         p = s.points

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-_BISECTIONS = 50
+_BISECTIONS = 50  # most steps towards a root: 50 halvings alone come to rounding
 
 
 @njit(cache=True, error_model="numpy")
@@ -31,6 +31,7 @@ def sheared(
     product : mu
     cone, slid : written: (k, T) and (g, -g T / k), shape (m, c)
     """
+    # at T = 0 the slip is mu / k: it would be infinite at no limit, while at a kink both are of the size sqrt(mu)
     least = 1e-3 * np.sqrt(product)
     for m in range(len(strength)):
         most = max(strength[m], least)
@@ -71,11 +72,16 @@ def linearised(
 
     Parameters
     ----------
-    laws : tan(phi), tan(psi), shear strength
-    rows : row, sign and bound of the spare strength
-    state : normal force, cone, slip, spare strength and what has been given of it
-    elastic : forces without limits
-    linear : to be written, see ``interior._Linear``
+    axes : any tuple of c numbers
+    laws : tan(phi), tan(psi) and shear strength at no pressure of every point, shapes (m,)
+    stiff : normal and shear stiffness of every point, shape (m, c)
+    rows : point, sense and bound of every row of spare strength, shapes (r,)
+    state : normal force, (m,); (k, T), the limit of the shear and the shear, (m, c); (g, slip), (m, c); spare strength,
+        (r,); and the opening or crushing that goes with it, (r,)
+    elastic : forces without limits, shape (m, c)
+    linear : written, fields of ``interior._Linear`` in their order: inverse of the arrow matrix of (k, T), its product
+        with that of the slip, stiffness of the points, (m, c, c) each; what springs lack, (m, c), what limits of shear
+        lack, (m,), and what spare strengths lack, (r,)
     """
     tan_phi, tan_psi, strength = laws
     row, sign, bound = rows
@@ -95,6 +101,7 @@ def linearised(
         for j in range(1, c):
             size += cone[k, j] * cone[k, j]
         size = np.sqrt(size)
+        # the arrow matrix of x takes y to (x . y, x0 y' + y0 x'); its inverse is that of a second-order cone's pair
         inside = (first - size) * (first + size)
         inverse[k, 0, 0] = first / inside
         for i in range(1, c):
@@ -154,10 +161,14 @@ def freed(
 
     Parameters
     ----------
+    axes : any tuple of c numbers
+    tan_psi : dilatancy of every point, shape (m,)
+    row, sign : point and sense of every row of spare strength, shapes (r,)
     state, linear : as in :func:`linearised`
     aim : product that is aimed at
-    second, first : whether the products of a first step are taken off, and that step
-    steps : to be written: forces, slips and gaps
+    second : whether the products of a first step are taken off: Mehrotra's corrector
+    first : that first step, laid out as ``state``
+    steps : written: forces, (m, c), (g, slip), (m, c), and openings or crushings, (r,)
     """
     force, slip, gap = steps
     _, cone, slid, spare, given = state
@@ -205,13 +216,19 @@ def stepped(
     linear: tuple[Array, ...], free: tuple[Array, Array, Array], moved: Array,
     step: tuple[Array, ...],
 ) -> float:
-    """Write the step that goes with displacements ``moved``, (m, c), and return its share to the edge of the law.
+    """Write the step that goes with displacements of the points, and return its share to the edge of the law.
+
+    At that share the first point comes to its cone or the first row to nothing; infinite where none does.
 
     Parameters
     ----------
+    axes : any tuple of c numbers
+    tan_phi : friction of every point, shape (m,)
+    row, sign : point and sense of every row of spare strength, shapes (r,)
     state, linear : as in :func:`linearised`
-    free : steps in a pose that is held, see :func:`freed`
-    step : to be written, as ``state``
+    free : steps in a pose that is held, ``steps`` of :func:`freed`
+    moved : displacements of the points by the step, shape (m, c)
+    step : written, laid out as ``state``
     """
     _, cone, slid, spare, given = state
     _, across, tangent, _, cone_off, lacks = linear
@@ -246,7 +263,11 @@ def stepped(
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _leaves(axes: tuple[int, ...], x: Array, step: Array) -> float:
-    """Share of a step at which a vector leaves the cone x0 > |x|, infinite where it does not."""
+    """Share of a step at which a vector leaves the cone x0 > |(x1, x2)|, infinite where it does not.
+
+    With d the step, it is the first root s >= 0 of a s^2 + 2 b s + c = 0, a = d . d, b = x . d, c = x . x, where
+    x . y = x0 y0 - x1 y1 - x2 y2.
+    """
     size = went = along = 0.0
     for j in range(1, len(axes)):
         size += x[j] * x[j]

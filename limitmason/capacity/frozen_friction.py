@@ -17,7 +17,8 @@ from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, retu
 from limitmason.capacity.system import Evaluated, System
 from limitmason.mechanics.tie_springs import tension
 
-ITERATIONS = 60
+# chosen, not derived: what is found is the answer of Newton's method on the true law, whatever these are
+ITERATIONS = 60  # most of a step
 
 DAMPING = 3e-3
 """Of a motion, in block weights per elastic length, for an unbalance of one block weight [-]."""

@@ -65,11 +65,14 @@ class ContactGeometry(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """The points in a pose: relative displacement [m], (m, c).
+    """The points in a pose.
 
-    Directions, (m, c, 3). Arms to b's point [m], (m, 3).
-
-    ``shapes_b`` are those of b turned with it, (m, 3, k).
+    Parameters
+    ----------
+    displacement : of b against a along the directions, opening positive [m], shape (m, c)
+    directions : normal and tangents, turned with a, shape (m, c, 3)
+    arm_a, arm_b : from the centroids of a and of b to b's point, where the force acts [m], shape (m, 3)
+    shapes_b : displacement of b's point per unit of b's shapes, turned with b, shape (m, 3, k)
     """
 
     displacement: Array
@@ -85,6 +88,12 @@ def make_bodies(
     """Arrays of the contact points of an assembly in its reference pose.
 
     Blocks are rigid without a ``deformation``. Its shapes come behind the six degrees of freedom of every block.
+
+    Parameters
+    ----------
+    points : contact points in the reference pose
+    plane : in which blocks move, with three degrees of freedom; None in space, with six
+    deformation : shapes of blocks that deform
     """
     basis, free = degrees_of_freedom(assembly, plane)
     x = assembly.arrays.centroid
@@ -150,7 +159,10 @@ def contact(bodies: ContactGeometry, pose: Pose) -> Contact:
 
 
 def point_wrenches(bodies: ContactGeometry, at: Contact) -> Array:
-    """Wrenches of unit forces on blocks a and b, projected on their degrees of freedom, shape (m, c, 2, d)."""
+    """Wrenches of unit forces on the degrees of freedom of blocks a and b, in this order, shape (m, c, 2, d).
+
+    (-n, -r_a x n) on a and (n, r_b x n) on b, n the direction of the component, times the basis.
+    """
     if bodies.large:
         from limitmason.capacity import compiled
 
@@ -203,6 +215,8 @@ def geometric_stiffness(bodies: ContactGeometry, at: Contact, force: Array, star
 
     Parameters
     ----------
+    at : directions and arms in the pose
+    force : components of the points [N], shape (m, c)
     starts : first point of every run of points between the same two blocks, shape (k,)
     """
     k, d = len(starts), bodies.basis.shape[1] - bodies.deforming

@@ -12,7 +12,7 @@ LEVEL = 1e-6
 """Change of a load that counts as none, of the largest [-]."""
 
 DROP = 0.002
-"""Fall below a limit point after which it is passed, of its load [-]."""
+"""Fall below a limit point after which it is passed, of its load [-]: shallower dips hang on the steps."""
 
 BELOW, RISEN = 0.02, 2e-4
 """Displacement, of the median block size, over which a load rises by less than so much of it and is passed [-].

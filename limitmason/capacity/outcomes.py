@@ -39,9 +39,16 @@ class StepOutcome(StrEnum):
 
 @dataclass
 class Try:
-    """A try of a step: from where, how far [m], what was extrapolated, and what was found.
+    """A try of a step.
 
-    ``due`` are the points that break from there at once.
+    Parameters
+    ----------
+    system : equations with the contacts of the step
+    last : state that it begins from
+    move : control displacement that was tried, signed [m]
+    guess : pose and multiplier that were extrapolated to its end; None without a history to extrapolate
+    new : state that was found
+    due : numbers of the points that break at once from there; None for none
     """
 
     system: System

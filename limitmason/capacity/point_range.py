@@ -14,7 +14,7 @@ OPENING, SLIP, CRUSHING = "opening", "slip", "crushing"
 CRITERIA = (OPENING, SLIP, CRUSHING)
 """What a joint point can fail by: N = -ft, |T| = c + tan(phi) N, N = fc."""
 
-_ALONG = 1e-14  # of the squares: the line runs along the cone
+_ALONG = 1e-14  # of the squares, some units in the last place: the line runs along the cone
 
 
 def point_range(criterion: str, law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
@@ -27,14 +27,21 @@ def point_range(criterion: str, law: PointLaw, dead: Array, live: Array) -> tupl
     criterion : out of ``CRITERIA``
     law : strengths of the points [Pa], or over their areas [N], shape (m,)
     dead, live : stresses (N, T...) [Pa], or forces [N], compression positive, shape (m, c)
+
+    Returns
+    -------
+    tuple
+        Lower and upper ends, (m,), infinite where there is none.
     """
     return _RANGES[criterion](law, dead, live)
 
 
 def _below_zero(constant: Array, slope: Array) -> tuple[Array, Array]:
-    """Range of lambda with constant + lambda slope <= 0, per row.
+    """Range of lambda with constant + lambda slope <= 0, per row: lower and upper ends; (inf, -inf) for none.
 
-    Nothing at all is (inf, -inf).
+    Parameters
+    ----------
+    constant, slope : any unit, shape (m,)
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         root = -constant / slope
@@ -44,17 +51,21 @@ def _below_zero(constant: Array, slope: Array) -> tuple[Array, Array]:
 
 
 def _opening(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
+    """Where N >= -ft, see :func:`point_range`."""
     return _below_zero(-dead[:, 0] - law.tension, -live[:, 0])
 
 
 def _crushing(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
+    """Where N <= fc, see :func:`point_range`; everywhere for points without a compressive strength."""
     crushes = law.crushes
     return _below_zero(np.where(crushes, dead[:, 0] - law.crushing, -1.0), np.where(crushes, live[:, 0], 0.0))
 
 
 def _slip(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
-    """Where a line of stresses runs inside the Coulomb cone |T| <= h, h = c + tan(phi) N; for ever where it is its axis
-    and ft lies beyond the apex, from where h counts as 0 as in :meth:`PointLaw.excess`.
+    """Where a line of stresses runs inside the Coulomb cone |T| <= h, h = c + tan(phi) N, see :func:`point_range`.
+
+    Everywhere where it is the axis of the cone and ft lies beyond the apex: from there h counts as 0, as in
+    :meth:`PointLaw.excess`.
     """
     low, high = _in_cone(law, dead, live)
     axis = ~law.cut_off & ~dead[:, 1:].any(axis=1) & ~live[:, 1:].any(axis=1)
