@@ -17,13 +17,15 @@ from limitmason.capacity.stepping import Node, by_programs, descent_first, node_
 from limitmason.capacity.system import Evaluated, System
 
 _CLOSE = 1e-5  # overload that a step is ended at; up to WITHIN counts where rounding or a bend lets it come no nearer
-_CUTS, _SURE = 40, 8  # tries to end a step where the first point breaks; those after which its far end is doubted
+# tries to end a step where the first point breaks, 40 halvings are 1e-12 of it; those after which its end is doubted
+_CUTS, _SURE = 40, 8
 _LEAP = 1e-6  # of the step: where the first point still breaks only beyond, the state leaps
 _BEYOND, _AIMS = 1.02, 3  # of the way to where a break is foreseen; and times that it is foreseen anew
 _ALIKE = 1e-6  # overload that counts as none, and by which points of a symmetric structure may differ: 1e-7 by rounding
 _ROUNDS = 400  # of points that break one after the other at one displacement
-_TOGETHER = 0.5  # of the largest overload: what breaks in one round
+_TOGETHER = 0.5  # of the largest overload: what breaks in one round; chosen, one point at a time takes longest
 _SLIPS = 1e-6  # of the elastic slip at the cohesion: less is rounding
+_NEVER = -np.inf  # overload of a point that cannot break
 
 
 def brittle(system: System) -> bool:
@@ -35,10 +37,12 @@ def brittle(system: System) -> bool:
 def overload(system: System, old: PlasticHistory, displacement: Array, stress: Array, new: PlasticHistory) -> Array:
     """Opening or slip beyond the strength of points that would break, over the elastic one at the strength, (m,).
 
-    It is negative below the strength, and minus infinity where nothing can break.
+    By opening (w - lift - t / kn) / (t / kn), by slip p / (c / ks), with t and c at peak; the larger of both [-]. It is
+    negative below the strength, and minus infinity where nothing can break.
 
     Parameters
     ----------
+    system : equations of the step, with the law of its points
     old : history that the state was reached from
     displacement : of the points in the state [m], (m, c)
     stress : [Pa], (m, c)
@@ -59,15 +63,20 @@ def overload(system: System, old: PlasticHistory, displacement: Array, stress: A
     # slip ends at the tip, however little it was: how far that is passed tells where it broke
     past = np.maximum(-s.shear_strength(free), 0.0) / law.ks
     slid = np.where(slid > _SLIPS * s.cohesion / law.ks, slid + past, 0.0)
-    sliding = np.where(slid > 0.0, slid, np.where(bears, np.minimum(spare / law.ks, 0.0), -np.inf))
+    sliding = np.where(slid > 0.0, slid, np.where(bears, np.minimum(spare / law.ks, 0.0), _NEVER))
     by_opening, by_slip = softening.sudden
-    over = np.where(by_opening, opening / np.maximum(law.strength.tension / law.kn, least), -np.inf)
-    other = np.where(by_slip, sliding / np.maximum(law.strength.cohesion / law.ks, least), -np.inf)
-    return np.where(damage < 1.0, np.maximum(over, other), -np.inf)
+    over = np.where(by_opening, opening / np.maximum(law.strength.tension / law.kn, least), _NEVER)
+    other = np.where(by_slip, sliding / np.maximum(law.strength.cohesion / law.ks, least), _NEVER)
+    return np.where(damage < 1.0, np.maximum(over, other), _NEVER)
 
 
 def weakened(history: PlasticHistory, rows: Index) -> PlasticHistory:
-    """The history with some points broken."""
+    """The history with some points broken: their damage is 1.
+
+    Parameters
+    ----------
+    rows : numbers of these points
+    """
     damage = np.array(np.broadcast_to(np.asarray(history.damage), history.lift.shape))
     damage[rows] = 1.0
     return history._replace(damage=damage)
@@ -80,13 +89,13 @@ def worst_of(over: Array) -> Index:
 
 
 def overload_of(system: System, old: PlasticHistory, node: Node) -> Array:
-    """Overload of a node that was reached from a history."""
+    """Overload of the points in a node that was reached from history ``old`` [-], shape (m,), see :func:`overload`."""
     apart = contact(system.bodies, node.pose).displacement
     return overload(system, old, apart, node.force / system.bodies.area[:, None], node.history)
 
 
 def _overload_at(system: System, old: PlasticHistory, at: Evaluated) -> Array:
-    """Overload of a pose that was evaluated from a history."""
+    """Overload of the points in a pose evaluated from history ``old`` [-], shape (m,), see :func:`overload`."""
     return overload(system, old, at.contact.displacement, at.returned.stress, at.returned.history)
 
 
@@ -116,7 +125,7 @@ def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple
         return new, None
     if new.jump:
         return new, worst_of(above)
-    # a point that is due already would leave the secant no room
+    # a point at its strength already would leave the secant no room: it counts as just below
     below = np.minimum(overload_of(system, last.history, low), -_ALIKE)
     high, left, after = new, None, low
     for k in range(_CUTS):
@@ -157,7 +166,13 @@ def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple
 
 
 def _first(below: Array, above: Array) -> tuple[Index, Index]:
-    """Points that come to their strength first between two states, by their overloads, and the others that do."""
+    """Points that come to their strength first between two states, and the others that do, by number.
+
+    Parameters
+    ----------
+    below : overloads in the state where none is beyond its strength [-], shape (m,)
+    above : overloads in the other state [-], shape (m,)
+    """
     rows = np.flatnonzero(above > 0.0)
     share = _shares(below[rows], above[rows])
     k = rows[int(np.argmin(share))]
@@ -168,7 +183,12 @@ def _first(below: Array, above: Array) -> tuple[Index, Index]:
 def _shares(below: Array, above: Array) -> Array:
     """Shares of the way from one state to another at which points come to their strength on a straight line [-].
 
-    Infinity for those that do not come nearer to it, and a half for those that leap beyond it.
+    Infinity for those that do not come nearer to it, and a half for those that leap beyond it: their overload before
+    is minus infinity, which no line starts from.
+
+    Parameters
+    ----------
+    below, above : overloads in both states [-], shape (k,)
     """
     known = np.isfinite(below)
     rises = known & (above > below)
@@ -178,7 +198,13 @@ def _shares(below: Array, above: Array) -> Array:
 
 
 def _aimed(below: Array, above: Array, first: Index, rest: Index) -> float:
-    """Share of the way at which only the first is beyond its strength, and by half of what it may be."""
+    """Share of the way at which only the first is beyond its strength, and by half of what it may be [-].
+
+    Parameters
+    ----------
+    below, above : overloads in both states [-], shape (m,)
+    first, rest : numbers of the points that come first and of the others, see :func:`_first`
+    """
     share = float(_shares(below[first], above[first]).min())
     second = float(_shares(below[rest], above[rest]).min(initial=1.0))
     rise = float((above[first] - below[first]).max())
@@ -197,6 +223,11 @@ def foreseen(
     ----------
     guess : extrapolated pose and multiplier at the control displacement ``target`` [m]
     ratio : work of the live load per control displacement [N], for programs
+
+    Returns
+    -------
+    tuple
+        As of :func:`cut`; twice None where no break is foreseen, or no step leads to it.
     """
     far, low = last._replace(pose=guess[0], multiplier=guess[1], control=target), last
     above = _overload_at(system, last.history, system.evaluate(far.pose, last.history, far.multiplier))
@@ -271,6 +302,14 @@ def _solved(
     """Solve a step that Newton's method alone did not: by descent and by programs.
 
     The order is that of :func:`stepping.step`. It returns the solved state and the number of programs, or None.
+
+    Parameters
+    ----------
+    node : state from which the first points broke
+    history : with the damage of the points that broke so far
+    pose, multiplier : guess of the state
+    target : control displacement that is held [m]; None for the multiplier
+    ratio : work of the live load per control displacement [N]
     """
     for by_descent in (True, False) if descent_first(system) else (False, True):
         if by_descent:
@@ -295,6 +334,19 @@ def _fallen(
     """The state that viscous sub-steps come to.
 
     Whatever they overload breaks at the end of each.
+
+    Parameters
+    ----------
+    node : state from which the first points broke
+    history : with the damage of all that broke so far
+    broken : numbers of the points that broke, a list by round; more are added
+    ratio : work of the live load per control displacement [N]
+    target : control displacement that is held [m]; None for the multiplier
+    programs : cone programs that were solved before
+
+    Returns
+    -------
+    The node at rest, or None where the blocks do not come to rest.
     """
 
     def breaks(old: PlasticHistory, at: Evaluated) -> PlasticHistory:

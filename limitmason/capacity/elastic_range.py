@@ -44,12 +44,16 @@ _SAME = 1e-9  # of a stiffness, of an area, and of the model's size
 
 
 class Onset(NamedTuple):
-    """An end of a range.
+    """An end of a range: the point that first reaches its strength.
 
-    Multiplier, what the point fails by, its interface, its joint in words, and its place [m].
-
-    Where a point is over its strength whatever the load, the multiplier is infinite: -inf as the upper end, inf as the
-    lower.
+    Parameters
+    ----------
+    multiplier : of the live load [-]; where a point is over its strength whatever the load, -inf as the upper end, inf
+        as the lower
+    criterion : what the point fails by, "opening", "slip" or "crushing"
+    interface : number of its interface
+    joint : its joint in words
+    place : of the point [m]
     """
 
     multiplier: float
@@ -134,7 +138,8 @@ class ElasticRange(ReadOnly):
         dead, live = self._beyond_rounding(self.dead), self._beyond_rounding(self.live)
         found = []
         for name in CRITERIA if criterion is None else (criterion,):
-            bound = sense * point_range(name, self._law, dead, live)[(1 + sense) // 2]
+            low, high = point_range(name, self._law, dead, live)
+            bound = high if sense == 1 else -low  # the first of the points in the sense asked for is the least
             k = int(np.argmin(bound))
             if bound[k] < np.inf:
                 found.append(self._onset(sense * float(bound[k]) + 0.0, name, k))  # no -0
@@ -305,10 +310,15 @@ def elastic_range(
 
 
 def _solved(matrix: sparse.csc_array, loads: Array) -> Array:
-    """Motions by loads, shape (d n, k); refused where joints leave a block free.
+    """Solution of K u = w for every load, shape (r, k); refused where joints leave a block free.
 
-    Rows are scaled to ones on the diagonal, so that pivots tell a free motion from a soft one. One step of refinement
-    follows.
+    K is scaled to ones on the diagonal, S K S with S_ii = K_ii^-1/2, so that pivots tell a free motion from a soft one.
+    One step of refinement follows.
+
+    Parameters
+    ----------
+    matrix : stiffness K of the free unknowns, symmetric, shape (r, r)
+    loads : w, a column for every load, shape (r, k)
     """
     size = np.sqrt(matrix.diagonal())
     if not (size > 0.0).all():

@@ -25,11 +25,16 @@ from limitmason.mechanics.law import SUDDEN, PointLaw, Softening, softening
 from limitmason.model.assembly import Assembly
 
 _OPEN_TANGENT = 1e-9
-"""Share of the elastic stiffness left in the tangent, never in the forces: keeps the factorisation of free blocks."""
+"""Share of the elastic stiffness left in the tangent, never in the forces: without it a free block's is singular."""
 
 _PROBE = 1e-6
 """Step of the difference quotients of softening points, over their softening length [-]."""
 
+_DAMAGED = 1e-13
+"""Change of a damage that counts as none [-]: rounding of a number of size one, with some room."""
+
+_SECANT = 1e-7
+"""Step of the damage for the slope of what is demanded [-]: near the root of rounding, best for a difference."""
 
 LARGE = 200
 """Contact points from which compiled sums are loaded: below, that takes longer than what they save."""
@@ -38,32 +43,40 @@ LARGE = 200
 class ElastoplasticLaw(NamedTuple):
     """Law of m contact points: strengths, stiffnesses, and how they soften.
 
-    Strengths are the peak ones [Pa], stiffnesses are in [Pa/m]. ``softening`` is None where no point softens.
+    Parameters
+    ----------
+    strength : peak strengths [Pa], shapes (m,)
+    kn, ks : normal and shear stiffness per area [Pa/m], shape (m,)
+    softening : how the points soften; None where none does
     """
 
     strength: PointLaw
-    kn: Array  # (m,)
-    ks: Array  # (m,)
+    kn: Array
+    ks: Array
     softening: Softening | None = None
 
     def strength_at(self, damage: Array | float) -> PointLaw:
-        """Strengths at a damage [Pa]."""
+        """Strengths at a damage between 0, peak, and 1, residual [Pa], shapes (m,)."""
         if self.softening is None:
             return self.strength
         return self.strength.towards(self.softening.rest, np.asarray(damage))
 
     def at(self, rows: Index) -> "ElastoplasticLaw":
-        """Of some of the points."""
+        """The law of some of the points, by number."""
         softening = None if self.softening is None else self.softening.at(rows)
         return ElastoplasticLaw(self.strength.at(rows), self.kn[rows], self.ks[rows], softening)
 
 
 class PlasticHistory(NamedTuple):
-    """Plastic state of the points: slip along the tangents [m], (m, c - 1), and lift by dilation [m], (m,).
+    """Plastic state of the points and ties.
 
-    ``damage`` [-], (m,), is 0 at peak and 1 at residual strength; one 0 for points that never soften.
-    ``stretched`` is the plastic elongation of the ties [m], (t,). ``stress`` (N, T...) is that of the state [Pa],
-    (m, c), from which the next step of softening points begins; one 0 where none softens.
+    Parameters
+    ----------
+    slip : plastic slip along the tangents [m], shape (m, c - 1)
+    lift : opening by dilation, less what crushing took [m], shape (m,)
+    damage : 0 at peak, 1 at residual strength [-], shape (m,); one 0 for points that never soften
+    stretched : plastic elongation of the ties [m], shape (t,)
+    stress : (N, T...) from which the next step of softening points begins [Pa], (m, c); one 0 where none softens
     """
 
     slip: Array
@@ -73,7 +86,7 @@ class PlasticHistory(NamedTuple):
     stress: Array | float = 0.0
 
     def at(self, rows: Index) -> "PlasticHistory":
-        """Of some of the points."""
+        """The history of some of the points, by number."""
         damage = np.broadcast_to(self.damage, self.lift.shape)[rows]
         return self._replace(slip=self.slip[rows], lift=self.lift[rows], damage=damage, stress=self.began()[rows])
 
@@ -83,7 +96,14 @@ class PlasticHistory(NamedTuple):
 
 
 class Returned(NamedTuple):
-    """Stress (N, T...) [Pa], (m, c), the history that goes with it, and -d(stress)/d(displacement), (m, c, c)."""
+    """Answer of the return map.
+
+    Parameters
+    ----------
+    stress : (N, T...) [Pa], compression positive, shape (m, c)
+    history : plastic state that goes with it
+    tangent : - d(stress) / d(displacement) [Pa/m], shape (m, c, c)
+    """
 
     stress: Array
     history: PlasticHistory
@@ -91,12 +111,18 @@ class Returned(NamedTuple):
 
 
 def virgin(m: int, components: int) -> PlasticHistory:
-    """The history of points that have not slid."""
+    """The history of m points of so many components that have not slid."""
     return PlasticHistory(np.zeros((m, components - 1)), np.zeros(m), np.zeros(m))
 
 
 def trial(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> Array:
-    """Stress without further slip and without limits, shape (m, c)."""
+    """Stress (N, T...) = (kn (lift - w), ks (slip - e)), without further slip and without limits [Pa], shape (m, c).
+
+    Parameters
+    ----------
+    old : plastic state before the step
+    displacement : (w, e...) of b against a, opening positive [m], shape (m, c)
+    """
     normal = law.kn * (old.lift - displacement[:, 0])
     return np.column_stack([normal, law.ks[:, None] * (old.slip - displacement[:, 1:])])
 
@@ -175,7 +201,15 @@ def _compiled(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array, t
 
 
 class _ElasticPredictor(NamedTuple):
-    """Stress without limits: normal and size of the shear [Pa], its sense, (m, c - 1), and the opening [m], (m,)."""
+    """Stress without limits.
+
+    Parameters
+    ----------
+    normal : N, compression positive [Pa], shape (m,)
+    size : |T| [Pa], shape (m,)
+    along : T / |T| [-], shape (m, c - 1)
+    opening : w, from which N came [m], shape (m,)
+    """
 
     normal: Array
     size: Array
@@ -184,7 +218,18 @@ class _ElasticPredictor(NamedTuple):
 
 
 class _PlasticCorrector(NamedTuple):
-    """Where limits bring a point: size of the slip and lift [m], normal and size of the shear [Pa], and how."""
+    """Where limits bring a point, and which of them.
+
+    Parameters
+    ----------
+    slip : size of the slip in the step [m], shape (m,)
+    lift : opening by dilation after it [m], shape (m,)
+    normal, held : N and |T| after it [Pa], shape (m,)
+    along : sense of the shear [-], shape (m, c - 1)
+    cone, tip, apex, crushed : whether it slides on the cone, lies beyond the tip of the cone without shear, at the
+        tension cut-off, at the compressive strength, shape (m,)
+    hardness : shear excess that a unit of slip takes off, ks + kn tan(phi) tan(psi) [Pa/m], shape (m,)
+    """
 
     slip: Array
     lift: Array
@@ -221,9 +266,9 @@ def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -
     for _ in range(40):
         asked = _demanded(law, old, tried, damage)
         # Newton's method on damage = demanded(damage), with the slope by a difference
-        if (np.abs(asked - damage) < 1e-13).all():
+        if (np.abs(asked - damage) < _DAMAGED).all():
             break
-        probed = np.minimum(damage + 1e-7, 1.0)
+        probed = np.minimum(damage + _SECANT, 1.0)
         rise = _demanded(law, old, tried, probed) - asked
         slope = rise / np.maximum(probed - damage, 1e-300)
         # a point whose strength falls faster than its spring unloads goes all the way
@@ -231,9 +276,9 @@ def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -
         damage = np.clip(damage + onward, before, 1.0)
     else:
         # Slip damages no more where the tip of the cone has come to the tension: there the damage stops, halved in on.
-        swings = np.abs(_demanded(law, old, tried, damage) - damage) >= 1e-13
+        swings = np.abs(_demanded(law, old, tried, damage) - damage) >= _DAMAGED
         low, high = before, np.ones(len(before))
-        for _ in range(52):
+        for _ in range(52):  # halvings to the last bit of a damage between 0 and 1
             middle = 0.5 * (low + high)
             more = _demanded(law, old, tried, middle) > middle
             low, high = np.where(more, middle, low), np.where(more, high, middle)
@@ -288,7 +333,15 @@ def slip_under_strength(
 def _plastic_corrector(law: ElastoplasticLaw, s: PointLaw, lift: Array, tried: _ElasticPredictor) -> _PlasticCorrector:
     """Return of the elastic trial at fixed strengths to cone, tip, apex or crushing cap.
 
-    ``lift`` is the opening by dilation.
+    Each case is asked for in this order and overrides the one before: only the return to the cone tells whether the
+    tip is passed, and only what is left there whether the tension is reached.
+
+    Parameters
+    ----------
+    law : stiffnesses of the points
+    s : strengths that stay through the step [Pa]
+    lift : opening by dilation before the step [m], shape (m,)
+    tried : stress without limits
     """
     kn, ks, n0, size = law.kn, law.ks, tried.normal, tried.size
     hardness = ks + kn * s.tan_phi * s.tan_psi  # shear excess taken off per slip
@@ -311,7 +364,7 @@ def _plastic_corrector(law: ElastoplasticLaw, s: PointLaw, lift: Array, tried: _
 
 
 def _plastic(law: ElastoplasticLaw, s: PointLaw, old: PlasticHistory, tried: _ElasticPredictor) -> Returned:
-    """The return with strengths that stay, and its consistent tangent -d(N, T)/d(w, e)."""
+    """The return with strengths ``s`` that stay, and its consistent tangent -d(N, T)/d(w, e)."""
     found, kn, ks = _plastic_corrector(law, s, old.lift, tried), law.kn, law.ks
     along, cone, tip = found.along, found.cone, found.tip
     history = PlasticHistory(old.slip - found.slip[:, None] * along, found.lift, old.damage)
