@@ -11,12 +11,22 @@ from scipy.sparse.linalg import SuperLU
 from limitmason.arrays import Array, Index
 from limitmason.multifrontal.unsymmetric import UnsymmetricFronts
 
-_LEFT, ROUNDED = 1e-9, 1e-4  # of a right side that a solution may leave; where a correction makes that no less
+# of a right side: what a solution may leave over; and what it may where corrections come no nearer. Chosen: Newton's
+# method, which asks for the solutions, corrects what is left
+_LEFT, ROUNDED = 1e-9, 1e-4
 _CORRECTIONS = 4  # solutions by fronts at most
 
 
 class FrontFactors(NamedTuple):
-    """Factors of a large matrix, front by front; what they do not solve is left to those with all exchanges of rows."""
+    """Factors of a large matrix, front by front; what they do not solve is left to those with all exchanges of rows.
+
+    Parameters
+    ----------
+    matrix : the bordered tangent, shape (n, n)
+    fronts : order and fronts of its pattern
+    store, exchanged : its factors and exchanges of rows, of :meth:`UnsymmetricFronts.factors`
+    pivoted : from a matrix to factors with any exchange of rows, which raise RuntimeError where it is singular
+    """
 
     matrix: sparse.csc_matrix
     fronts: UnsymmetricFronts
@@ -35,7 +45,12 @@ class FrontFactors(NamedTuple):
             return np.full_like(right, np.nan)
 
     def corrected(self, right: Array) -> tuple[Array, float]:
-        """The solution by fronts, corrected as far as rounding lets it, and the largest entry that it leaves over."""
+        """The solution by fronts with iterative refinement, and the largest entry of b - A x that it leaves over.
+
+        Parameters
+        ----------
+        right : right side b, shape (n,)
+        """
         most, found, off, left = float(np.abs(right).max(initial=0.0)), np.zeros_like(right), right, np.inf
         for _ in range(_CORRECTIONS):
             found = found + self.fronts.solve(self.store, self.exchanged, off)

@@ -23,15 +23,19 @@ def contact(
 ) -> None:
     """Write displacements, directions and arms of the points in a pose.
 
-    Per point: offset (m, 3) from a's place to b's in the reference pose, arms from the centroids [m], reference
-    directions (m, c, 3). ``turn`` is the rotation matrix less one, so that small turns keep their digits.
+    With p_a and p_b the places of the two material points now, the gap is p_b - p_a, and its components along the
+    directions, which turn with a, are the displacement.
 
     Parameters
     ----------
+    block_a, block_b, arm_a, arm_b : see the module, in the reference pose
     offset : from a's place to b's in the reference pose [m], shape (m, 3)
-    reference, shift, turn : directions, (m, c, 3); displacement [m] and rotation less one of every block, which keeps
-        digits
-    displacement, directions, place_a, place_b : written: of b against a [m], directions now, arms to b's point now [m]
+    reference : directions in the reference pose, shape (m, c, 3)
+    shift : displacement of the blocks' centroids [m], shape (n, 3)
+    turn : rotation matrices less one, so that small turns keep their digits, shape (n, 3, 3)
+    displacement : written: of b against a, opening positive [m], shape (m, c)
+    directions : written: as they are turned now, shape (m, c, 3)
+    place_a, place_b : written: arms from the centroids of a and of b to b's point now [m], shape (m, 3)
     """
     gap = np.empty(3)
     for m in range(len(block_a)):

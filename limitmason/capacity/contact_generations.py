@@ -22,14 +22,15 @@ RUNS_OFF = 4.0
 MOVES_ON = 20.0
 """Overshoots by which a place where sides cross may move along the side that carries it in one step [-]."""
 
-_OPEN, _TURNS = 0.1, 3e-3
-_INVERSE = 4  # iterations for the smallest stiffness
+# chosen, not derived: effects of a bond of an open joint below which a path goes on, see :meth:`Generations.bonded`
+_OPEN, _TURNS = 0.1, 3e-3  # gap over the block size; moment of its shear at the gap over that of all forces at a block
+_INVERSE = 4  # iterations for the smallest stiffness: its size is asked for, not its digits
 
 FIRMER = 0.9
 """Stiffness of a point over that at the other end of a step, below which it counts as weaker [-]."""
 
 LEAST = 0.05
-"""Share of a step that is tried where too much would happen in all of it [-]."""
+"""Least share of a step that is tried where too much would happen in all of it [-]: chosen, so that paths go on."""
 
 
 @dataclass
@@ -41,7 +42,10 @@ class Generations:
     Parameters
     ----------
     shapes : faces and corners of the blocks; None where contacts are never looked for
-    make : the equations of a structure
+    make : from a structure to its equations
+    structures : model and contact points of every generation
+    systems : equations of every generation
+    tangents : pose, pose before, slope of the multiplier [1/m] and speed of the blocks [-], as asked last
     """
 
     shapes: Shapes | None
@@ -69,7 +73,7 @@ class Generations:
         )
 
     def energy(self, before: Node, after: Node) -> float:
-        """Energy that a step leaves over, over its gross work, by the certificate."""
+        """Energy that a step leaves over, over its gross work, by the certificate [-]; 0 where it balances."""
         return certify(self.structures[after.generation], self.state(before), self.state(after))[0].energy
 
     def looked_at(self, node: Node, since: Node) -> Node:

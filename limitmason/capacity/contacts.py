@@ -37,8 +37,8 @@ NEW = -1
 
 NO_CORNER = -1
 
-_MANY = 40_000  # points: beyond, fewer are put on the sides
-_FEWEST = 5
+_MANY = 40_000  # points of a structure that are taken at most: beyond, fewer are put on the sides
+_FEWEST = 5  # points on a side, however many joints there are: loads are then up to 24 % too high, as the warning says
 _GLUED = (7, 7)  # points of joints in space that bear cohesion or tension
 
 _SAME = 1e-9  # of the largest of some lengths or forces: what rounding may change
@@ -246,13 +246,19 @@ def firmness(assembly: Assembly, loads: Loads) -> Index:
 
 
 def _unit(total: Array, parts: Array) -> Array:
-    """Direction of a sum of vectors, or zero where it is the rounding of its parts."""
+    """Direction of a sum of vectors, or zero where it is the rounding of its parts, shape (3,).
+
+    Parameters
+    ----------
+    total : the sum, shape (3,)
+    parts : what was summed, whose sizes tell the rounding
+    """
     size = float(np.linalg.norm(total))
     return total / size if size > _SAME * float(np.abs(parts).sum()) else np.zeros(3)
 
 
 def _rank(value: Array) -> Index:
-    """Place of every value among those that differ by more than rounding."""
+    """Rank of every value, from 0, equal for values that differ by rounding only, shape (n,)."""
     order = np.argsort(value)
     apart = np.diff(value[order], prepend=value[order[:1]]) > _SAME * float(np.abs(value).max(initial=0.0))
     out = np.empty(len(value), np.intp)

@@ -53,9 +53,14 @@ class Spread(NamedTuple):
 class Ensemble(ReadOnly):
     """First loss and sustained load of paths from random gaps.
 
-    A value is NaN where a path has none.
+    A path with a step that its certificate refuses has neither.
 
-    A path with a step that its certificate refuses has neither. ``curves`` are load multiplier against displacement.
+    Parameters
+    ----------
+    first_loss : multiplier at which every path first loses equilibrium [-], shape (paths,); NaN where it has none
+    sustained : multiplier after a tenth of the smallest block dimension [-], shape (paths,); NaN where it has none
+    status : how every path ended
+    curves : load multiplier against displacement, a curve per path
     """
 
     first_loss: Array
@@ -143,9 +148,11 @@ def imperfection_ensemble(
 
 
 def _lost(curve: PushoverCurve, within: float) -> float:
-    """The first loss of a path.
+    """The first loss of a path [-]; where nothing falls, the load of the plateau on which it ends; NaN without one.
 
-    Where nothing falls, it is the load of the plateau on which the path ends.
+    Parameters
+    ----------
+    within : displacement in which a load that fell may be carried again [m]
     """
     value, point = first_loss(curve.displacement, curve.load, within), curve.first_limit_point
     level = point is not None and curve.load[-1] >= point.load

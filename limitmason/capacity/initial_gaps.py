@@ -41,6 +41,8 @@ def of_forces(points: ContactPoints, state: Prediction, kn: Array, ks: Array) ->
 
     Parameters
     ----------
+    points : contact points of the path
+    state : prediction of limit analysis on the same points
     kn, ks : of every interface [Pa/m], shape (k,)
 
     Raises
@@ -69,8 +71,11 @@ def begun_with(system: System, state: Prediction, to: float | None, ratio: float
 
     Parameters
     ----------
-    to, ratio : control displacement to reach [m], None for the sense of the load; work of the live load per control
-        displacement [N]
+    system : equations of the structure, whose joints misfit by what the state's forces need
+    state : prediction with a multiplier and a mechanism
+    to : control displacement to reach [m]; None for the sense of the load
+    ratio : work of the live load per control displacement [N]
+    steps : lengths of the steps, of which the first is made along the mechanism
     """
     rest = system.at_rest()
     old = system.virgin()

@@ -33,7 +33,7 @@ SPREADS = (STIFFNESS_RATIO, GRID, PRELOAD)
 """What the first limit point can be tried for."""
 
 RATIOS = (0.4, 2.5)
-"""Factors of ks at the same kn."""
+"""Factors of ks at the same kn [-]: chosen, as far down as up."""
 
 GRIDS = ((2, 4), (2, 8), (4, 8))
 """Points along and across a joint, beside those of the path itself."""
@@ -99,11 +99,12 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
 
 
 def _largest(changes: list[float]) -> float:
-    """The largest change by size, or NaN where a variant has no limit point."""
+    """The change of the largest size, with its sign [-], or NaN where a variant has no limit point."""
     return math.nan if any(map(math.isnan, changes)) else max(changes, key=abs)
 
 
 def _ends(value: float, tried: Mapping[str, Mapping[str, float]]) -> tuple[float, float]:
+    """Least and largest of a load and those of its variants, multipliers by kind and name, NaN left out [-]."""
     known = [v for found in tried.values() for v in found.values() if math.isfinite(v)]
     return min(value, *known), max(value, *known)
 
@@ -180,6 +181,7 @@ def governing_point(curve: PushoverCurve, assembly: Assembly) -> CurvePoint | No
 
 
 def _limit(assembly: Assembly, loads: Loads, **settings: Any) -> float:
+    """Multiplier of the governing point of a path [-], NaN where it has none; settings of :func:`pushover`."""
     point = governing_point(whole_pushover(assembly, loads, **settings), assembly)
     return float("nan") if point is None else point.load
 

@@ -187,7 +187,7 @@ def branch_warnings(generations: Generations, nodes: list[Node]) -> list[str]:
 
 
 def lost_at_edges(generations: Generations, nodes: list[Node]) -> float:
-    """Part by which the largest load would be lower if joints gave way at their edges [-].
+    """Part by which the largest load would be lower if joints gave way at their edges [-], to first order.
 
     It is 0.0 without a limit point. Joints count that bear on their edges alone. A face that bears N and has turned by
     t is pressed over the length x = sqrt(2 N / (k t)), with k its stiffness per length, and its force acts x / 3 from

@@ -22,7 +22,14 @@ TOLERANCE = 1e-12
 
 
 class Stepped(NamedTuple):
-    """Answer of a program: motion in own units, forces [N], (m, c), and the multiplier."""
+    """Answer of a program.
+
+    Parameters
+    ----------
+    motion : of the free unknowns in own units of the system, shape (order,)
+    force : of the points, normal first, compression positive [N], shape (m, c)
+    multiplier : of the live load [-]
+    """
 
     motion: Array
     force: Array
@@ -112,10 +119,15 @@ def solve_step(
 def _bounds(
     system: System, law: PointLaw, normal: Array | None, c: int, unknowns: int
 ) -> tuple[list[sparse.csc_matrix], list[Array], list[Any]]:
-    """Rows, right sides and cones of what points and ties bear at most, in mean block weights.
+    """Rows G, right sides h and cones of what points and ties bear at most, h - G x in the cone, in mean block weights.
+
+    Rows and cones come in one order: pull, crushing, ties, and shear in plane, all in the nonnegative cone; in space
+    then a second-order cone for each point.
 
     Parameters
     ----------
+    system : points and ties
+    law : strengths of the points [Pa]
     normal : N_bar [N], as in :func:`solve_step`
     c : force components of a point
     unknowns : of the program; forces of points come first and those of ties last

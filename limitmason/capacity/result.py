@@ -30,9 +30,12 @@ from limitmason.vibration.system import VibratingSystem
 class Break(NamedTuple):
     """Joints that lose their strength at once.
 
-    The sample after it, which joints by their blocks, points, energy [J].
-
-    The energy is what the structure gives off at the same displacement: to the joints and to motion.
+    Parameters
+    ----------
+    sample : number of the sample after the break
+    joints : names of both blocks of every joint
+    points : how many contact points broke
+    energy : what the structure gives off at the same displacement, to the joints and to motion [J]
     """
 
     sample: int
@@ -42,7 +45,7 @@ class Break(NamedTuple):
 
 
 class Cost(NamedTuple):
-    """What a path took: steps, cone programs, Newton iterations of the accepted steps."""
+    """What a path took: numbers of accepted steps, of cone programs, and of Newton iterations of these steps."""
 
     steps: int
     programs: int

@@ -25,9 +25,11 @@ def begin(
 
     Parameters
     ----------
-    held, ratio : control displacement that is kept [m], None where it is free; work of the live load per control
-        displacement [N]
+    new : equations of the structure as built
+    start : curve whose last state is gone on from; None for the state under dead load
     say : told of what is done
+    held : control displacement that is kept under dead load [m]; None where it is free
+    ratio : work of the live load per control displacement [N]
 
     Raises
     ------

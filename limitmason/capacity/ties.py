@@ -12,12 +12,18 @@ from limitmason.model.assembly import Assembly
 
 
 class Pulled(NamedTuple):
-    """Ties in a pose: tension [N], plastic elongation [m], dT/dL [N/m], (t,).
+    """Ties in a pose.
 
-    Unit wrenches, (t, 2, d). Geometry.
-
-    ``wrenches`` are of a unit tension on blocks a and b; ``elongation`` [m]; ``direction`` from end a to end b and the
-    arms to the ends [m], (t, 3); ``length`` [m].
+    Parameters
+    ----------
+    tension : T [N], shape (t,)
+    plastic : plastic elongation [m], shape (t,)
+    tangent : dT/dL [N/m], shape (t,)
+    wrenches : of a unit tension on the degrees of freedom of blocks a and b, shape (t, 2, d)
+    elongation : L - L0 [m], shape (t,)
+    direction : unit vector from end a to end b, shape (t, 3)
+    arm_a, arm_b : from the centroids to the ends [m], shape (t, 3)
+    length : L [m], shape (t,)
     """
 
     tension: Array
@@ -41,11 +47,14 @@ def make_ties(assembly: Assembly) -> tuple[TieSprings, list[str]]:
 
 
 def pull(ties: TieSprings, basis: Array, pose: Pose, plastic: Array) -> Pulled:
-    """The ties in a pose reached from a plastic elongation [m], (t,).
+    """The ties in a pose reached from a plastic elongation.
 
     Parameters
     ----------
-    basis : of the degrees of freedom, (6, d)
+    ties : springs and their ends
+    basis : rigid motion (shift, spin) per degree of freedom of a block, shape (6, d)
+    pose : where the blocks are
+    plastic : plastic elongation before the step [m], shape (t,)
     """
     if not len(ties.length):
         none, places = np.zeros(0), np.zeros((0, 3))

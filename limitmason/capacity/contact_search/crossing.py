@@ -51,7 +51,7 @@ class Crossings(NamedTuple):
 
 
 def following(shapes: Shapes) -> Index:
-    """The corner that follows every corner round its face: the side between them begins at the first."""
+    """Number of the corner that follows every corner round its face, shape (q,); the side begins at the first."""
     n = len(shapes.corner_face)
     out = np.arange(1, n + 1)
     first = np.flatnonzero(np.diff(shapes.corner_face, prepend=-1))
@@ -60,23 +60,28 @@ def following(shapes: Shapes) -> Index:
 
 
 class _Met(NamedTuple):
-    """Lines of sides that begin at corners p and q, in a pose: shares of both, gap, distance inside, and directions."""
+    """Where the lines of k pairs of sides meet in a pose, as seen along the normal of the first side's face.
+
+    Parameters
+    ----------
+    shares : of the length of the first and of the second side at which they meet [-], shape (k,) each
+    gap : from the first to the second side there, along the normal [m], shape (k,)
+    inside : how far from the ends of both sides that is, negative outside [m], (k,); -inf where they are parallel
+    along : unit vectors along both sides in the pose, shape (k, 3) each
+    """
 
     shares: tuple[Array, Array]
     gap: Array
-    inside: Array  # -inf where the sides run beside each other
+    inside: Array
     along: tuple[Array, Array]
 
 
 def _met(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _Met:
     """Where the lines of two sides meet as seen along the normal of the first side's face.
 
-    A row of the result has the shares of both sides at which they meet [-], the gap there [m], how far that is inside
-    both sides [m], negative outside and without end where they are parallel, and unit vectors along both.
-
     Parameters
     ----------
-    p, q : corners at which the sides begin, rows of ``shapes``
+    p, q : numbers of the corners at which the sides begin, shape (k,)
     """
     now = shapes.placed(pose, shapes.owner, shapes.corner_place)
     after, face = following(shapes), shapes.corner_face[p]
@@ -84,6 +89,7 @@ def _met(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _Met:
     u, v, apart = now[after[p]] - now[p], now[after[q]] - now[q], now[q] - now[p]
 
     def area(a: Array, b: Array) -> Array:
+        """Areas n . (a x b) that pairs of vectors span as seen along the normals [m2]."""
         return np.asarray(np.einsum("ij,ij->i", n, np.cross(a, b)))
 
     long_u, long_v = np.linalg.norm(u, axis=1), np.linalg.norm(v, axis=1)
@@ -132,6 +138,7 @@ def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> 
 
 
 def _places(shapes: Shapes, p: Index, q: Index, shares: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Points at shares [-] of the sides that begin at corners p and q, in the reference pose [m], shape (k, 3) each."""
     x, after = shapes.corner_place, following(shapes)
     (s, t) = shares
     return x[p] + s[:, None] * (x[after[p]] - x[p]), x[q] + t[:, None] * (x[after[q]] - x[q])
@@ -217,7 +224,7 @@ def candidate_contacts(shapes: Shapes, pose: Pose, since: Pose, depth: float, *,
 
 
 def known(shapes: Shapes, c: PathContacts, near: Near) -> Flags:
-    """What is a point already, or lay together in the reference pose without being one."""
+    """Which corners at faces are a point already, or lay together in the reference pose without being one, (k,)."""
     present = shapes.code(c.corner, c.face)[c.face >= 0]
     return np.isin(shapes.code(near.corner, near.face), np.concatenate([present, shapes.strangers]))
 

@@ -19,14 +19,16 @@ ALONG = 0.99
 
 
 class Shapes(NamedTuple):
-    """Faces of all blocks and their corners in the reference pose.
+    """Faces of all n blocks and their corners in the reference pose.
 
-    A face has k sides, padded by repetition.
+    There are f faces of k sides, padded by repetition, and q corners: those of every face for itself.
 
     Parameters
     ----------
     assembly : whose faces they are
-    face_block, face_place, normal : block, a point [m] and the outward normal of every face
+    face_block : block of every face, shape (f,)
+    face_place : a point of it, the mean of its corners [m], shape (f, 3)
+    normal : its outward unit normal, shape (f, 3)
     side : inward unit normals of the sides, (f, k, 3)
     reach : side . x on them in the reference pose [m], (f, k)
     corner_face : face that a corner belongs to, shape (q,)
@@ -82,11 +84,11 @@ class Shapes(NamedTuple):
         return x[block] + pose.shift[block] + turned(pose, block, place - x[block])
 
     def code(self, corner: Index, face: Index) -> NDArray[np.int64]:
-        """One number for a corner at a face."""
+        """One number for a corner at a face, corner f + face, so that pairs can be looked up as numbers."""
         return corner.astype(np.int64) * len(self.face_block) + face
 
     def pair(self, one: Index, other: Index) -> Index:
-        """One number for two blocks, in either order."""
+        """One number for two blocks, the same in either order, shape (m,)."""
         return np.minimum(one, other) * self.assembly.n_blocks + np.maximum(one, other)
 
     def apart(self, face: Index, owner: Index) -> Array:
@@ -103,7 +105,7 @@ class Shapes(NamedTuple):
         return np.where(self.open[row] == pair, self.opening[row], 0.0)
 
     def with_openings(self, c: PathContacts) -> "Shapes":
-        """With the joints that are open in the reference pose."""
+        """These shapes with the pairs of blocks all of whose points ``c`` are open in the reference pose."""
         gap = np.einsum("mi,mi->m", c.directions[:, 0], c.place_b - c.place_a)
         pair, of = np.unique(self.pair(c.block_a, c.block_b), return_inverse=True)
         least = np.full(len(pair), np.inf)
@@ -113,5 +115,11 @@ class Shapes(NamedTuple):
 
 
 def turned(pose: Pose, block: Index, vector: Array) -> Array:
-    """Vectors of blocks, turned with them, shape (m, 3)."""
+    """Vectors of blocks, turned with them, R v, shape (m, 3).
+
+    Parameters
+    ----------
+    block : number of the block of every vector, shape (m,)
+    vector : in the reference pose, shape (m, 3)
+    """
     return vector + np.einsum("mij,mj->mi", pose.turn[block], vector)

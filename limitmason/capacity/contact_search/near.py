@@ -20,10 +20,17 @@ FACING = -0.5
 
 
 class Near(NamedTuple):
-    """Corners at faces: numbers of both, gap [m], and the least distance inside a side [m].
+    """Corners at faces of other blocks.
 
-    ``owner`` is the block of the corner and ``place`` where it is in the reference pose [m]; places where sides cross
-    have a number beyond those of all corners, see :mod:`limitmason.capacity.contact_search.crossing`.
+    Parameters
+    ----------
+    corner : its number, shape (k,); places where sides cross have one beyond those of all corners, see
+        :mod:`limitmason.capacity.contact_search.crossing`
+    face : number of the face, shape (k,)
+    gap : of the corner above the face, negative where it lies behind [m], shape (k,)
+    inside : least distance inside a side of the face, negative outside [m], shape (k,)
+    owner : block of the corner, shape (k,)
+    place : where the corner is in the reference pose [m], shape (k, 3)
     """
 
     corner: Index
@@ -34,7 +41,7 @@ class Near(NamedTuple):
     place: Array
 
     def at(self, rows: Index | Flags) -> "Near":
-        """Some of them."""
+        """Some of them, by number or by flag."""
         return Near(
             corner=self.corner[rows], face=self.face[rows], gap=self.gap[rows], inside=self.inside[rows],
             owner=self.owner[rows], place=self.place[rows],
@@ -46,10 +53,11 @@ class Near(NamedTuple):
 
 
 def together(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> Near:
-    """Corners within the near gap of faces of other blocks in a pose and at least so far inside their sides [m].
+    """Corners within the near gap of faces of other blocks in a pose and inside their sides.
 
     Parameters
     ----------
+    inside : least distance inside the sides, negative for outside [m]
     depth : by which corners may lie behind a face beyond the near gap, as the springs of soft joints let them [m]
     """
     one, two = near_blocks(shapes, pose, depth)
@@ -68,7 +76,17 @@ def together(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> N
 
 
 def facing(shapes: Shapes, pose: Pose, one: Index, two: Index) -> tuple[Index, Index]:
-    """Faces of blocks ``one`` and of blocks ``two`` that look at each other, pair by pair."""
+    """Faces that look at each other in a pose, n_f . n_g < ``FACING``, for many pairs of blocks.
+
+    Parameters
+    ----------
+    one, two : the two blocks of every pair, shape (p,)
+
+    Returns
+    -------
+    tuple
+        Numbers of the faces of blocks ``one`` and of the faces of blocks ``two``, pair by pair, shape (k,) each.
+    """
     f, g = products(shapes.face_start, one, shapes.face_start, two)
     normal = turned(pose, shapes.face_block, shapes.normal)
     looks = np.einsum("ij,ij->i", normal[f], normal[g]) < FACING
@@ -76,9 +94,9 @@ def facing(shapes: Shapes, pose: Pose, one: Index, two: Index) -> tuple[Index, I
 
 
 def near_blocks(shapes: Shapes, pose: Pose, depth: float = 0.0) -> tuple[Index, Index]:
-    """Pairs of blocks that may touch in a pose, not both held.
+    """Pairs of blocks that may touch in a pose, not both held: numbers of the one and of the other.
 
-    ``depth`` as in :func:`together`.
+    The spheres about their centroids that hold them come within the near gap and ``depth`` [m] of each other.
     """
     fixed, x = shapes.assembly.fixed, shapes.assembly.centroids + pose.shift
     reach = shapes.spread + shapes.near + depth

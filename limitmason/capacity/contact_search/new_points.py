@@ -13,13 +13,21 @@ from limitmason.capacity.contacts import NEW, PathContacts
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory
 
-_HEIR = 6.0  # overshoots: distance, beyond the gap, within which a new point inherits from one that has left its face
-
+# in overshoots, above the 4 and 20 by which the steps of a path let points run off (``contact_generations``)
+_HEIR = 6.0  # distance, beyond the gap, within which a new point inherits from one that has left its face
 _MOVING = 25.0  # the same where sides cross, which move on by up to a step's length before they are looked at
 
 
 class Renewed(NamedTuple):
-    """Contacts found anew with their history, forces [N] and numbers among the points before, -1 for new ones."""
+    """Contacts found anew, m points.
+
+    Parameters
+    ----------
+    contacts : the points
+    history : their plastic state
+    force : on them in the pose [N], shape (m, c)
+    before : their numbers among the points before, -1 for new ones, shape (m,)
+    """
 
     contacts: PathContacts
     history: PlasticHistory
@@ -28,7 +36,17 @@ class Renewed(NamedTuple):
 
 
 class NewPoint(NamedTuple):
-    """A new point, its force [N], slip and lift [m], damage [-], and whose heir it is in plane, -1 for none."""
+    """A new point and what it takes over.
+
+    Parameters
+    ----------
+    contacts : the point
+    force : on it, normal first [N], shape (c,)
+    slip : plastic slip along its tangents [m], shape (c - 1,)
+    lift : opening by dilation [m]
+    damage : 0 at peak, 1 at residual strength [-]
+    heir_of : number of the old point that it replaces, -1 for none
+    """
 
     contacts: PathContacts
     force: Array
@@ -43,8 +61,10 @@ class Before(NamedTuple):
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
     c : the points
-    history : theirs
+    pose : where the blocks are
+    history : plastic state of the points
     force : theirs in that pose [N], shape (m, components)
     now : where they are in that pose [m], shape (m, 3)
     gone : which have left their face, shape (m,)

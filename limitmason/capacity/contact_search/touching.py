@@ -39,14 +39,21 @@ def found_anew(
 ) -> Renewed | None:
     """The contacts of a pose, or None where they are still the same.
 
+    In this order: points that have left their face; corners and crossings that have come to one; in space what has left
+    and is not followed is put back at the side; what each new point inherits; all points in the order of their blocks.
+
     Parameters
     ----------
+    shapes : faces and corners of the blocks
+    c : points so far
+    pose : where the blocks are now
+    history : plastic state of the points there
     force : of the points in that pose [N], shape (m, c)
     since : pose in which contacts were last looked for
     """
     gap, inside = _gaps(shapes, c, pose)
     gone = (inside < -shapes.step) | ((c.interface == NEW) & (gap > 2.0 * shapes.near))
-    # corners that take over carry on where springs are pressed, however deep
+    # how deep the springs are pressed: a corner that takes over lies as far behind its face as they do
     pressed = float((force[:, 0] / (c.kn * c.area)).max(initial=0.0))
     space = c.components == 3
     near = candidate_contacts(shapes, pose, since, pressed, inside=0.5 * shapes.step, space=space)
@@ -158,6 +165,9 @@ def landed(shapes: Shapes, c: PathContacts, before: Pose, now: Pose, travel: flo
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
+    c : points that are there
+    before, now : poses at the two ends of a step
     travel : the farthest that a point of a block moved between both poses [m]
 
     Returns
@@ -175,8 +185,18 @@ def landed(shapes: Shapes, c: PathContacts, before: Pose, now: Pose, travel: flo
 def _single(old: Before, near: Near) -> Index:
     """Rows of corners and crossings at which no point of the same two blocks stays and no other row lies.
 
-    Where faces meet at an edge the same place is a contact on either. It is one point: of a corner before a crossing
-    before what has neither, and then on the faces that look at each other most.
+    Where faces meet at an edge the same place is a contact on either. It is one point: a corner goes before a crossing,
+    a crossing before what is neither, and of equals that on the faces that look at each other most.
+
+    Parameters
+    ----------
+    old : points before, and which of them have gone
+    near : corners and crossings that may become points
+
+    Returns
+    -------
+    ndarray
+        Numbers of the rows of ``near`` that are kept, ascending.
     """
     rows: list[int] = []
     # places of the same two blocks are one within half a step, the length by which a corner may overshoot a face [m]
