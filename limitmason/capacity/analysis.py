@@ -252,6 +252,8 @@ def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming
 
     Parameters
     ----------
+    blocks : kind of blocks by name, for messages
+    contacts : "anew", "first", or None for the default of the kind
     deforming : whether blocks deform, whose contacts stay
     """
     choice("contacts", contacts, (ANEW, FIRST, None))
@@ -312,7 +314,7 @@ def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, i
 
 
 def _falls(generations: Generations, warnings: list[str]) -> PushoverCurve:
-    """The curve of a structure that does not stand."""
+    """The curve of a structure that does not stand: one sample at load and displacement 0, without a state."""
     said = "no equilibrium under the dead load was found: is it carried, and is every block held?"
     return PushoverCurve(
         np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=PathEnd.CANNOT_STAND,
@@ -330,7 +332,9 @@ def _equations(
 
     Parameters
     ----------
-    plane, bent : None in space; None for rigid blocks
+    s : contact points with their law
+    plane : in which blocks move; None in space
+    bent : shapes of blocks that deform; None for rigid blocks
     given : options of :class:`System`
     """
     p = s.points

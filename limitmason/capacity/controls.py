@@ -46,12 +46,22 @@ def with_moving_support(
 ) -> tuple[Assembly, Loads, tuple[int, int] | None]:
     """The model and loads of a support that is to be moved, with its block and axis.
 
-    The support is freed along the axis. Its live load there is the total dead load. Without a support that moves, model
-    and loads stay as they are and the third value is None.
+    The support is freed along the axis. Its live load there is the total dead load, so that the multiplier is its force
+    over that. Without a support that moves, model and loads stay as they are and the third value is None.
 
     Parameters
     ----------
     control, to : as of :func:`limitmason.pushover`
+
+    Returns
+    -------
+    tuple
+        Model, loads, and (number of the block, 0, 1 or 2 for x, y or z).
+
+    Raises
+    ------
+    InputError
+        Without a displacement ``to``, beside live loads, and where the only support would move.
     """
     if isinstance(control, str) or len(control) != 2 or control[1] not in _AXES:
         return assembly, loads, None
@@ -83,10 +93,11 @@ def control_row(assembly: Assembly, control: Any, basis: Array, free: NDArray, l
     Parameters
     ----------
     control : as of :func:`limitmason.pushover`
-    basis : wrenches of the degrees of freedom, shape (6, d)
+    basis : rigid motion (shift, spin) per degree of freedom of a block, shape (6, d)
     free : which degrees of freedom are free, shape (n, d)
     live : live load on them [N, N m], shape (n, d)
     """
+    # degrees of freedom that shift a block, not those that turn it: a displacement is meant
     forces = np.where(np.abs(basis[:3]).max(axis=0) > 0.5, live, 0.0)
     total = float(np.linalg.norm(forces, axis=1).sum())
     if not total > 0.0:

@@ -31,14 +31,25 @@ class PathLoads(NamedTuple):
 
     @classmethod
     def of(cls, loads: Loads, basis: Array, free: Flags) -> "PathLoads":
-        """Loads on degrees of freedom of basis (6 + k, d), the last k of them shapes, on which no load does work."""
+        """Loads on the degrees of freedom of blocks; on the last k, shapes, no load does work.
+
+        Parameters
+        ----------
+        basis : motion (shift, spin, coordinates of shapes) per degree of freedom, shape (6 + k, d)
+        free : which are free, shape (n, d)
+        """
         spins, arms = basis[3:6], loads.dead_arms.any(axis=(1, 2)) | loads.live_arms.any(axis=(1, 2))
         turning = np.flatnonzero(arms & (free & spins.any(axis=0)).any(axis=1))
         dead, live = loads.dead @ basis[:6] * free, loads.live @ basis[:6] * free
         return cls(dead, live, loads.dead_arms, loads.live_arms, spins, free, turning)
 
     def at(self, turn: Array) -> tuple[Array, Array]:
-        """Dead and live wrenches where blocks have turned by R - I, (n, 3, 3): M + sum of (R - I) r x f."""
+        """Dead and live wrenches where blocks have turned: M + sum of (R - I) r x f [N, N m], shape (n, d) each.
+
+        Parameters
+        ----------
+        turn : R - I of the blocks, shape (n, 3, 3)
+        """
         if not len(self.turning):
             return self.dead, self.live
         moments = (axial(turn @ arms) @ self.spins * self.free for arms in (self.dead_arms, self.live_arms))

@@ -43,8 +43,9 @@ NEARLY, UNSURE = 0.98, 0.01
 LEVEL = 0.05
 """Spread of that displacement from which it is told [-]; it is 2 % on a straight line."""
 
+# chosen, not derived: far from both what rounding leaves and what would change a warning
 _AT_END, _BEARS = 1e-3, 1e-2  # of the width of a joint, and of what it bears: a point that lies, or bears, inside
-_ENDLESS = 1e3  # times from which no number is told
+_ENDLESS = 1e3  # times the largest load from which no number is told: it is next to infinite
 _NEUTRAL = 1e-3  # of the elastic length over the size of a block: stiffness of motions that nothing drives or holds
 _FAR = 1e6  # advance of the live load that outweighs what elastic forces cost, in block weights times elastic lengths
 

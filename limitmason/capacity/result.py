@@ -84,7 +84,10 @@ class PushoverCurve(Curve):
 
     @property
     def _sense(self) -> float:
-        """That of the push, where it came to a load of that sense: on a way back it may not."""
+        """Sign of the loads of which the peak is taken: that of the push, if it came to such a load, else 1.
+
+        A way back may end before the load has changed its sign.
+        """
         return self.toward if (self.toward * self.load).max() > 0.0 else 1.0
 
     @property

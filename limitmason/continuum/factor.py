@@ -42,10 +42,19 @@ class Elimination:
     unknowns : of every brick, 3 i + j for direction j of node i, shape (m, k)
     held : unknowns that are zero, shape (3 n,)
     position : of the nodes [m], shape (n, 3)
+
+    Attributes
+    ----------
+    order : free unknown that is eliminated at every rank, shape (r,)
+    rank : of the unknowns of every brick, -1 for held ones, shape (m, k)
+    fronts : their sizes and places
+    bricks : numbers of the bricks that every front assembles
+    places : place in the front of the unknowns of these bricks, shape (bricks of the front, k) each
     """
 
     def __init__(self, unknowns: Index, held: Flags, position: Array) -> None:
         """Number the unknowns and lay out the fronts."""
+        # nodes that move and belong to a brick get a number of their own; the others, -1, are no part of the graph
         free = ~held.reshape(-1, 3)
         nodes = np.intersect1d(np.flatnonzero(free.any(axis=1)), unknowns[:, ::3] // 3)
         number = np.full(len(free), -1, dtype=np.intp)
@@ -54,19 +63,21 @@ class Elimination:
         moves = node >= 0
         graph = block_graph(node[moves], np.broadcast_to(brick, node.shape)[moves])
         pieces = dissect(graph, position[nodes], _LEAF)
+        # nodes in the order of elimination, then their free unknowns in that order
         ordered = nodes[np.concatenate(pieces)]
         self.order: Index = (3 * ordered[:, None] + np.arange(3))[free[ordered]]
         rank = np.full(held.size, -1, dtype=np.intp)
         rank[self.order] = np.arange(len(self.order))
         self.rank = rank[unknowns]
         self.fronts = Fronts(elimination_tree(graph, pieces), free[ordered].sum(axis=1))
+        # a brick is assembled by the front that eliminates the first of its unknowns; a wholly held one by none
         first = np.where(self.rank < 0, len(self.order), self.rank).min(axis=1)
         owner = np.where(first < len(self.order), self.fronts.eliminating(first), -1)
-        # of the k unknowns of every brick, (b, k), those that are held behind all others
         self.bricks = [np.flatnonzero(owner == k) for k in range(len(self.fronts.owned))]
         self.places = [self._places(k, self.rank[bricks]) for k, bricks in enumerate(self.bricks)]
 
     def _places(self, front: int, rank: Index) -> Index:
+        """Places in a front of unknowns given by rank, (b, k); held ones, -1, share a place behind all others."""
         size = self.fronts.owned[front] + len(self.fronts.edges[front])
         return np.where(rank < 0, size, self.fronts.place(front, rank))
 
