@@ -190,7 +190,7 @@ def strength(store: Path, progress: Callable[[str], object] | None = None) -> Li
         lines.append([
             case.wall, case.name, f"{1e-6 * case.unknown.start:.3g}", f"{1e-6 * value:.3g}",
             f"{100 * fit.deviation[name]:.0f} %", f"{1e-6 * fit.tied['cohesion']:.3g}",
-            f"{test.row['ft']}, {test.row['c']}", f"{fit.rows[0][3] / 1e3:.1f}",
+            f"{test.row['ft']}, {test.row['c']}", f"{fit.rows[0].fitted / 1e3:.1f}",
             f"{len(fit.objective.runs.memo)}",
         ])
     return lines
@@ -206,7 +206,7 @@ def dry(fits: Sequence[tuple[murano_strength.Case, Fit]]) -> Lines:
         ended = " (end of the search)" if math.isinf(fit.ends[0][1]) else ""
         lines.append([
             kept, f"{1e-3 * case.unknown.start:g}", f"{1e-3 * fit.parameters['tensile_strength']:.3f}",
-            f"{low:.3f} to {high:.3f}{ended}", "0", f"{fit.rows[0][3] / 1e3:.2f}",
+            f"{low:.3f} to {high:.3f}{ended}", "0", f"{fit.rows[0].fitted / 1e3:.2f}",
             f"{len(fit.objective.runs.memo)}",
         ])
     return lines

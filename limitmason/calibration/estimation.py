@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -102,22 +102,30 @@ def calibrate(
         raise InputError(f"level must lie between 0 and 1, or be None, got {level!r}")
     scale, tied = ParameterScale(parameters), LinkedFormulas(ties or {})
     tied.check(scale.names)
-    models, entries, model_of, aimed = _asked(model, targets)
+    asked = _asked(model, targets)
+    models, entries = asked.models, asked.entries
     known = _scatter_known(entries, len(scale))
+    # what is read of each model, each output once, and the place of every entry in it
     readings: list[list[OutputValue]] = [[] for _ in models]
     places = []
-    for e, m in zip(entries, model_of, strict=True):
+    for e, m in zip(entries, asked.model_of, strict=True):
         if e.reading not in readings[m]:
             readings[m].append(e.reading)
         places.append(readings[m].index(e.reading))
     own = "" if store is None else fingerprint("calibration", key or models, readings, scale.names, tied.formulas)
-    runs = Runs(models, readings, aimed, scale.names, tied, executor=executor, workers=workers, store=store, key=own,
-                progress=progress)
+    runs = Runs(models, readings, asked.aimed, scale.names, tied, executor=executor, workers=workers, store=store,
+                key=own, progress=progress)
     deviation = np.array([1.0 if e.scatter is None else e.scatter for e in entries])
-    objective = Objective(scale, entries, model_of, tuple(places), deviation, known, runs)
+    objective = Objective(
+        scale=scale, entries=entries, model_of=asked.model_of, place_of=tuple(places), deviation=deviation, known=known,
+        runs=runs,
+    )
     best, slopes, minima, ends = _fitted(objective, search, level)
     objective.refuse_lost(best)
-    information = Information(scale, slopes.central, objective.variance(best), np.array([slopes.below, slopes.above]))
+    information = Information(
+        scale=scale, slopes=slopes.central, variance=objective.variance(best),
+        sides=np.array([slopes.below, slopes.above]),
+    )
     groups = groups_of(entries, leave_out)
     by = "group" if isinstance(leave_out, Mapping) else str(leave_out)
     missed = None if groups is None else left_out(objective, groups, best, information, by, search.most)
@@ -128,16 +136,22 @@ def calibrate(
     )
 
 
-def _fitted(
-    objective: Objective, effort: SearchSettings, level: float | None
-) -> tuple[Minimum, Slopes, list[Minimum], Array | None]:
-    """The best of all runs, slopes there, every minimum, and intervals if a level is given.
+class Searched(NamedTuple):
+    """The best of all runs, the slopes of the residuals there, and every minimum that a search ended at.
+
+    ``ends`` are the intervals of the p parameters on the scale of the fit, shape (p, 2); None without a level.
+    """
+
+    best: Minimum
+    slopes: Slopes
+    minima: list[Minimum]
+    ends: Array | None
+
+
+def _fitted(objective: Objective, effort: SearchSettings, level: float | None) -> Searched:
+    """Search for the least misfit, and intervals if a level is given.
 
     A run for an interval may lie lower than the best so far: the search then goes on from it, ``AGAIN`` times at most.
-
-    Returns
-    -------
-    best, slopes, minima, ends : ``ends`` has shape (p, 2)
     """
     best, guess, minima = searched(objective, effort)
     objective.refuse_lost(best)  # before the intervals, which take most of the runs
@@ -151,13 +165,23 @@ def _fitted(
         if objective.best.chi2 > best.chi2 - SAME * objective.variance(best):
             break
         best, slopes = confirmed(objective, objective.best, slopes.central, effort.most)
-    return best, slopes, minima, ends
+    return Searched(best, slopes, minima, ends)
 
 
-def _asked(
-    model: Model | Mapping[str, Model], targets: Mapping[str, Any]
-) -> tuple[list[Model], tuple[Entry, ...], tuple[int, ...], list[dict[str, Any]]]:
-    """Models, entries, model of each entry, and the curves aimed at by model, all checked.
+class NumbersToMeet(NamedTuple):
+    """The models, and the numbers to be met with the place of the model of each.
+
+    ``aimed`` holds for each model the measured curves that it is held against, by name.
+    """
+
+    models: list[Model]
+    entries: tuple[Entry, ...]
+    model_of: tuple[int, ...]
+    aimed: list[dict[str, Any]]
+
+
+def _asked(model: Model | Mapping[str, Model], targets: Mapping[str, Any]) -> NumbersToMeet:
+    """What is asked of which model, checked.
 
     Parameters
     ----------
@@ -193,7 +217,7 @@ def _asked(
                 aimed[number][name] = target
     if isinstance(model, Mapping) and (idle := [n for n in model if n not in tests]):
         raise InputError(f"model {idle[0]!r} has no targets: leave it out")
-    return models, tuple(entries), tuple(model_of), aimed
+    return NumbersToMeet(models, tuple(entries), tuple(model_of), aimed)
 
 
 def _scatter_known(entries: Sequence[Entry], unknowns: int) -> bool:

@@ -94,6 +94,11 @@ class Information(ReadOnly):
         return np.where(hidden, inf, np.sqrt(known.sum(axis=0))) * self.scale.resolution
 
     @property
+    def _box(self) -> Array:
+        """Deviation of a value that is uniform between its bounds, width / sqrt(12), in resolutions, shape (p,)."""
+        return np.asarray((self.scale.high - self.scale.low) / np.sqrt(12.0) / self.scale.resolution)
+
+    @property
     def to_sides(self) -> Array:
         """Fisher deviation of every parameter to below and above, shape (2, p).
 
@@ -127,9 +132,7 @@ class Information(ReadOnly):
         see, or hardly, is as wide as values that are uniform between the bounds.
         """
         size, moves = self._parts()
-        # deviation of a value that is uniform between its bounds, in resolutions
-        box = (self.scale.high - self.scale.low) / np.sqrt(12.0) / self.scale.resolution
-        widest = np.sqrt((moves**2 * box**2).sum(axis=1))
+        widest = np.sqrt((moves**2 * self._box**2).sum(axis=1))
         scaled = (moves.T * np.minimum(size, widest) ** 2) @ moves
         return scaled * np.outer(self.scale.resolution, self.scale.resolution)
 
@@ -153,13 +156,11 @@ class Information(ReadOnly):
         component of 0.1 or less takes no part in it. Parameters on a logarithmic scale are told as factors.
         """
         size, moves = self._parts()
-        # deviation of a value that is uniform between its bounds, in resolutions
-        box = (self.scale.high - self.scale.low) / np.sqrt(12.0) / self.scale.resolution
         loose, out = ~self.identified, []
         for d, v in zip(size, moves, strict=True):
             if d <= 1.0 or not (np.abs(v[loose]) > 0.1).any():
                 continue
-            reach = min(d, float(np.sqrt((v**2 * box**2).sum())))
+            reach = min(d, float(np.sqrt((v**2 * self._box**2).sum())))
             # a singular vector has no sign of its own: the parameter that moves most rises
             lead = 1.0 if v[np.argmax(np.abs(v))] > 0.0 else -1.0
             step = lead * reach * v * self.scale.resolution
@@ -247,6 +248,7 @@ def ranked(base: Information, slopes: Mapping[str, Array]) -> NextTest:
     box = np.diag(12.0 / (base.scale.high - base.scale.low) ** 2)
 
     def weight(x: Information) -> float:
+        """Log determinant of the information with the bounds counted as knowledge."""
         return float(np.linalg.slogdet(x.slopes.T @ x.slopes / x.variance + box)[1])
 
     out = []
@@ -254,7 +256,8 @@ def ranked(base: Information, slopes: Mapping[str, Array]) -> NextTest:
         new = base.with_slopes(more)
         kept = tuple(n for n, yes in zip(names, new.identified, strict=True) if yes)
         share = dict(zip(names, (new.deviation / base.scale.resolution).tolist(), strict=True))
-        out.append(Candidate(name, kept, share, 0.5 * (weight(new) - weight(base))))
+        gain = 0.5 * (weight(new) - weight(base))
+        out.append(Candidate(name=name, identified=kept, deviations=share, gain=gain))
     out.sort(key=lambda c: (-len(c.identified), -c.gain))
     return NextTest(tuple(out), tuple(n for n, yes in zip(names, base.identified, strict=True) if yes))
 

@@ -66,15 +66,19 @@ def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: in
     guess = slopes.central.copy()
     guess[:, axis] = side[:, axis]
     j, checked = _nearby(objective, inside, guess, slopes), 0
+
+    def step() -> Array:
+        """Move from ``inside`` to where the linear residuals reach the limit, shape (p,)."""
+        room = (low - inside.x) / width, (high - inside.x) / width
+        return np.asarray(width * furthest(j * width, inside.residuals, limit, axis, sign, *room))
+
     # coordinates: one that lies beyond the end as far as the others have followed, and the last such
     beyond, last = math.inf, math.inf
     for _ in range(MOST):
         here = sign * float(inside.x[axis])
         if sign * bound - here <= 1e-9 * width[axis]:
             return sign * math.inf
-        d = width * furthest(
-            j * width, inside.residuals, limit, axis, sign, (low - inside.x) / width, (high - inside.x) / width
-        )
+        d = step()
         ahead, room = max(sign * float(d[axis]), 0.0), beyond - here
         # close to a point known to lie beyond the end: halve the room, as bisection does
         if ahead > 0.9 * room:
@@ -88,10 +92,7 @@ def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: in
             checked += 1
             j[:, others] = secants(objective, inside.x, inside.residuals, _aside(slopes), others)
             inside, last, beyond = _outermost(objective, inside, limit, axis, sign), min(beyond, last), math.inf
-            d = furthest(
-                j * width, inside.residuals, limit, axis, sign, (low - inside.x) / width, (high - inside.x) / width
-            )
-            if sign * width[axis] * d[axis] <= near:
+            if sign * step()[axis] <= near:
                 return sign * max(to, sign * float(inside.x[axis]))
             continue
         # a step that shows the end, or cuts the room down: the line from far beyond points too near

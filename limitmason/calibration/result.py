@@ -35,6 +35,16 @@ MOST_REFITTED = 3
 _LOOSE: Mapping[tuple[str, ...], str] = {("below",): "NOT from below", ("above",): "NOT from above"}
 
 
+class FittedRow(NamedTuple):
+    """A number that was to be met: measured and fitted value in its unit, residual in standard deviations."""
+
+    test: str
+    quantity: str
+    measured: float
+    fitted: float
+    residual: float
+
+
 class Predicted(NamedTuple):
     """A prediction with the interval that the fit's parameters leave it.
 
@@ -159,14 +169,11 @@ class Fit(ReadOnly):
         return self.minimum.chi2
 
     @property
-    def rows(self) -> tuple[tuple[str, str, float, float, float], ...]:
-        """Test, quantity, measured, fitted and residual of every number.
-
-        Residuals are in standard deviations.
-        """
+    def rows(self) -> tuple[FittedRow, ...]:
+        """Every number that was to be met, measured and fitted."""
         p = self.objective
         fitted, residual = p.predicted([self.minimum.x])[0], p.residuals([self.minimum.x])[0]
-        return tuple((e.test, e.label, e.measured, float(f), float(r))
+        return tuple(FittedRow(e.test, e.label, e.measured, float(f), float(r))
                      for e, f, r in zip(p.entries, fitted, residual, strict=True))
 
     def predict(self, other: Model, *, level: float | None = None) -> dict[str, Predicted]:
@@ -198,7 +205,7 @@ class Fit(ReadOnly):
         takes = taken(other, (*objective.scale.names, *objective.runs.ties.formulas))
         if not takes:
             raise InputError(f"the other model takes none of the parameters {', '.join(objective.scale.names)}")
-        # over the moves that the fit's own slopes were taken over
+        # the fit itself, then a point above and one below it along each parameter: the moves of the fit's own slopes
         points, width = [x], []
         for k in range(len(x)):
             for move in (self.slopes.up[k], -self.slopes.down[k]):

@@ -67,7 +67,10 @@ class Runs:
         if bare := [n for m in self.models for n in _required(m) if n not in given]:
             raise InputError(f"the model needs {bare[0]!r}: give Parameter({bare[0]!r}, start, (low, high)), or a tie")
         self.executor, self.workers, self.progress = executor, workers, progress
-        self.calls, self.told, self.seconds, self.stage, self.best, self.left = 0, 0, 0.0, "", "", 0
+        self.calls, self.seconds = 0, 0.0  # runs made, and the time that they took
+        self.told = 0  # runs made at the last line of progress
+        self.stage, self.best = "", ""  # of the search, and its best values, in words
+        self.left = 0  # runs that are expected still, 0 where that is not known
         self.memo = Memo(store, key, kind=dict)
 
     def __call__(self, points: Sequence[Mapping[str, float]], of: Iterable[int]) -> list[list[Array]]:

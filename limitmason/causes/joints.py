@@ -225,12 +225,17 @@ def joint_softness(size: float, assembly: Assembly, loads: Loads, *, shear_ratio
     """
     added = size * MM_PER_MPA
 
+    def in_series(stiffness: float | None, compliance: float) -> float:
+        """Stiffness [Pa/m] with a compliance [m/Pa] more; no stiffness counts as rigid."""
+        return 1.0 / ((1.0 / stiffness if stiffness else 0.0) + compliance)
+
     def softer(joint: Joint) -> Joint:
         """The joint in series with the added compliance."""
         kn, ks = joint.normal_stiffness, joint.shear_stiffness
         ks = kn if ks is None else ks
-        kn, ks = (1.0 / ((1.0 / k if k else 0.0) + more) for k, more in ((kn, added), (ks, added / shear_ratio)))
-        return replace(joint, normal_stiffness=kn, shear_stiffness=ks)
+        return replace(
+            joint, normal_stiffness=in_series(kn, added), shear_stiffness=in_series(ks, added / shear_ratio)
+        )
 
     return assembly.with_joints(softer, kinds=KINDS), loads
 

@@ -186,14 +186,15 @@ def second_order_displacement(
 
     # fixed point of multiplier -> collapse multiplier of the geometry displaced at it, by the secant method
     high = collapse(assembly)
-    low, f_low, x, fx = 0.0, collapse(at(0.0)), high, collapse(at(high)) - high
+    # f is how much further the displaced structure could be loaded: zero at the fixed point
+    before, f_before, x, f = 0.0, collapse(at(0.0)), high, collapse(at(high)) - high
     for _ in range(ROUNDS):
-        if abs(fx) <= 1e-8 * max(high, 1e-300):
+        if abs(f) <= 1e-8 * max(high, 1e-300):  # the limit analyses themselves are no finer
             break
-        step = x - fx * (x - low) / (fx - f_low) if fx != f_low else 0.5 * (x + low)
-        low, f_low = x, fx
-        x = min(max(step, 0.0), high)
-        fx = collapse(at(x)) - x
-        if x == low:
+        secant = x - f * (x - before) / (f - f_before) if f != f_before else 0.5 * (x + before)
+        before, f_before = x, f
+        x = min(max(secant, 0.0), high)
+        f = collapse(at(x)) - x
+        if x == before:  # held at an end of the range: no step leads on
             break
     return at(x), loads

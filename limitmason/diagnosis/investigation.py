@@ -92,4 +92,6 @@ def investigate(
     if rehearse > 0:
         say(f"{rehearse} blind trials")
         rehearsal = study.rehearse(n=rehearse, seed=seed)
-    return Investigation(answer, tests, pool is not None, rehearsal, left_out)
+    return Investigation(
+        answer=answer, next_tests=tests, from_pool=pool is not None, rehearsal=rehearsal, missing=left_out
+    )

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import betaincinv
@@ -29,6 +30,14 @@ def binomial_interval(k: int, n: int, level: float = 0.95) -> tuple[float, float
     low = 0.0 if k == 0 else float(betaincinv(k, n - k + 1, tail))
     high = 1.0 if k == n else float(betaincinv(k + 1, n - k, 1.0 - tail))
     return low, high
+
+
+class Rate(NamedTuple):
+    """Share of trials with an outcome [-], and the ends of its 95 % interval."""
+
+    share: float
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -58,14 +67,17 @@ class Rehearsal(Displayed):
             for name, row in self.counts.items()
         ]
 
-    def rate(self, outcome: str, hidden: str | None = None) -> tuple[float, float, float]:
-        """Share of an outcome among trials with a hidden cause, with 95 % interval.
+    def rate(self, outcome: str, hidden: str | None = None) -> Rate:
+        """Share of an outcome among trials with a hidden cause, with its interval.
 
-        Without ``hidden`` all trials with a cause count.
+        Parameters
+        ----------
+        outcome : one of ``OUTCOMES``
+        hidden : name of the hidden cause; None is all trials with a cause
         """
         rows = [r for name, r in self.counts.items() if (name == hidden if hidden else name != NULL)]
         k, n = sum(r.get(outcome, 0) for r in rows), sum(sum(r.values()) for r in rows)
-        return (k / n if n else float("nan"), *binomial_interval(k, n))
+        return Rate(k / n if n else float("nan"), *binomial_interval(k, n))
 
     def report(self) -> str:
         """The table as text."""
@@ -128,8 +140,8 @@ def planted(known: Design, cause: Listed | None, judge: Judge) -> Planted:
     judge : of the list that the data are judged by
     """
     if cause is None:
-        return Planted(None, known.null, (), judge)
-    return Planted(cause, known.singles[cause.name], visible(known, cause), judge)
+        return Planted(cause=None, grid=known.null, ranges=(), judge=judge)
+    return Planted(cause=cause, grid=known.singles[cause.name], ranges=visible(known, cause), judge=judge)
 
 
 @watched("rehearsal")

@@ -102,7 +102,7 @@ class Study(Statement):
             def known(sd: float) -> Design:
                 return design if self.noise.kind != "unknown" else self.known_design(causes, sd)
 
-            judges[causes, rule] = Judge(design, known, folds, rule, self.unstated)
+            judges[causes, rule] = Judge(design=design, known=known, folds=folds, rule=rule, unstated=self.unstated)
         return judges[causes, rule]
 
     def shares(self, causes: Iterable[Cause] | None = None, *, price: float | None = None) -> Shares:

@@ -89,24 +89,24 @@ def _identify(
         effect.append(grid.effect(null, fit.node, fit.position))
         slopes.append(null.slopes)
     scale = np.concatenate([design.scale, there.scale])
-    rivals = Discrepancy.of(both, scale, np.concatenate(slopes))
-    whole = np.concatenate(slopes), np.concatenate(effect)
-    chosen, before, after, each = plan.tests_that_identify(rivals, *whole, design.n, k, price)
+    slopes_of_both = np.concatenate(slopes)
+    rivals = Discrepancy.of(both, scale, slopes_of_both)
+    found = plan.tests_that_identify(rivals, slopes_of_both, np.concatenate(effect), design.n, k, price)
     lost = [c for c in diagnosis.covariates if c not in both and c not in own and " in " not in c]
     told = f"; the pool does not say its {', '.join(lost)}" if lost else ""
     asked = diagnosis.identification.margin if diagnosis.identification is not None else 0.0
     reason = (
         f"to identify {' + '.join(names)}, against all that goes with the covariates (expected excess "
-        f"{before:.1f} now, {after:.1f} with them, {asked:.1f} asked{told})"
+        f"{found.before:.1f} now, {found.after:.1f} with them, {asked:.1f} asked{told})"
     )
     # the excess is half the square of a distance, which noise moves by one standard deviation
-    d = np.sqrt(2.0 * np.maximum([before, after], 0.0))
+    d = np.sqrt(2.0 * np.maximum([found.before, found.after], 0.0))
     low, high = (float(v) for v in ndtr(d - np.sqrt(2.0 * asked)))
-    best = {q: float(each[[r == q for r in there.rows.quantities]].max()) for q in there.rows.needed}
+    best = {q: float(found.each[[r == q for r in there.rows.quantities]].max()) for q in there.rows.needed}
     top = max(best.values())
     compared = best.items() if top > 0.0 else ()
     worth = {q: float(np.ceil(top / v)) if v > top / plan.MANY else np.inf for q, v in compared}
-    return replace(_tests(there, chosen, pool, reason, price), chance=(low, high), worth=worth)
+    return replace(_tests(there, found.chosen, pool, reason, price), chance=(low, high), worth=worth)
 
 
 def _tests(there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str, price: np.ndarray) -> plan.NextTests:
@@ -126,13 +126,9 @@ def _tests(there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str
     )
 
 
-Truth = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Predictions here and on the pool, and measured inputs in standard deviations."""
-
-
 def _hypotheses(
     design: Design, there: Mapping[Names, Grid], diagnosis: Findings | None
-) -> tuple[dict[Names, Truth], list[tuple[Names, Names]], str]:
+) -> tuple[dict[Names, plan.Truth], list[tuple[Names, Names]], str]:
     """Explanations to be told apart: predictions, ordered pairs, and the reason.
 
     Parameters
@@ -157,20 +153,20 @@ def _hypotheses(
             rivals = [n for n in verdict.tested if len(n) == 2 and n != kept[0]]
             rivals = sorted(rivals, key=lambda n: verdict.tested[n].deficit)[:8] or [(n,) for n in kept[0]]
         return found, [(kept[0], r) for r in rivals], f"to hold {' + '.join(kept[0])} against the others"
-    map_ = plan.confusable(design)
-    truths: dict[Names, Truth] = {}
+    visible = plan.confusable(design)  # each cause at a size that is clearly seen
+    truths: dict[Names, plan.Truth] = {}
     for cause in design.causes:
-        # of a cause at a size that is clearly visible
-        size = max(map_.sizes[cause.name], key=lambda s: abs(s - cause.baseline))
+        size = max(visible.sizes[cause.name], key=lambda s: abs(s - cause.baseline))
         row = int(np.argmin(np.abs(design.singles[cause.name].sizes[0] - size)))
         here = at_measured(design.singles[cause.name])[row]
-        truths[(cause.name,)] = (here, at_measured(there[(cause.name,)])[row], np.zeros(design.inputs))
+        beyond = at_measured(there[(cause.name,)])[row]
+        truths[(cause.name,)] = plan.Truth(tested=here, pool=beyond, inputs=np.zeros(design.inputs))
     names: list[Names] = [(c.name,) for c in design.causes]
     pairs = [(a, b) for a in names for b in names if a != b] or [(names[0], ())]
     return truths, pairs, "to tell the causes of the list apart"
 
 
-def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: Tested) -> Truth:
+def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: Tested) -> plan.Truth:
     """Predictions of a fitted explanation here and on the pool, by the nearest cell of both grids.
 
     Parameters
@@ -180,7 +176,7 @@ def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: T
     grid, pool = design.grid(names), there[names]
     fit = tested.fit
     here, beyond = (g.values_from(fit.node, fit.position)[0] for g in (grid, pool))
-    return here, beyond, grid.z_at(fit.position)[0]
+    return plan.Truth(tested=here, pool=beyond, inputs=grid.z_at(fit.position)[0])
 
 
 def _spread(covariate: str | None, pool: list[Any], k: int) -> plan.NextTests:

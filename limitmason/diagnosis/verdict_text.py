@@ -122,7 +122,7 @@ def off_the_list(diagnosis: Findings) -> str:
     It is empty where trials with the true cause missing say that sets rarely miss it.
     """
     found = diagnosis.rehearsal
-    if found is not None and found.missing and found.rate("set without it")[2] <= OPEN:
+    if found is not None and found.missing and found.rate("set without it").high <= OPEN:
         return ""
     return ", or something that is not on the list"
 

@@ -96,7 +96,10 @@ class _Digest:
                 self.tag("again", self.seen[id(value)])
             else:
                 self.seen[id(value)] = len(self.seen)
-                self.feed_function(value) if isinstance(value, FunctionType) else self.feed_class(value)
+                if isinstance(value, FunctionType):
+                    self.feed_function(value)
+                else:
+                    self.feed_class(value)
         elif id(value) in self.open:
             raise TypeError(f"a {type(value).__name__} holds itself, so that it has no content of an end")
         else:

@@ -10,8 +10,9 @@ from scipy.optimize import minimize
 from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study
 from limitmason.diagnosis.inference.bootstrap import Tally, add_draws
 from limitmason.diagnosis.inference.box_descent import descend
-from limitmason.diagnosis.inference.fit import Likelihood, fits
+from limitmason.diagnosis.inference.fit import fits
 from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.trends import Trends
 from limitmason.diagnosis.simulator import Job, Simulator

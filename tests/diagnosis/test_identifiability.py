@@ -12,7 +12,7 @@ from scipy.stats import multivariate_normal
 from limitmason.diagnosis import Cause, Noise, Rule, Study
 from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, CONSTANT, Discrepancy
-from limitmason.diagnosis.inference.fit import Likelihood
+from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.shared_noise import (
     LEAST,

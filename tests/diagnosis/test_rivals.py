@@ -11,8 +11,8 @@ from scipy.stats import multivariate_normal
 
 from limitmason.diagnosis import Cause, Observation, Rule, Study
 from limitmason.diagnosis.inference.discrepancy import AMPLITUDES
-from limitmason.diagnosis.inference.fit import Likelihood
 from limitmason.diagnosis.inference.judge import Judge
+from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.rivals import Rivals, dependences
 from limitmason.diagnosis.inference.shared_noise import Components
 from limitmason.diagnosis.inference.trends import Trends, one_of_each, same

@@ -4,8 +4,9 @@ An explanation is here a name, a baseline size and bounds; predictions come as t
 and where the numbers come from is the business of the packages above.
 
 In the order in which data pass through: ``noise`` (what is stated of errors, and errors drawn from it), ``grid`` and
-``cells`` (a tabulated model), ``fit`` (its best fit to many data sets), ``design`` (all models of one list in units of
-the noise, with what is recorded), ``shared_noise`` (noise that tests share), ``decide`` (gate and confidence set),
-``discrepancy``, ``evidence_by_kind`` and ``missing`` (what a name is held against), ``judge`` (all of it, to one
-``verdict``). ``estimate``, ``gain``, ``checks`` and ``plan`` read a verdict or a design afterwards.
+``cells`` (a tabulated model), ``likelihood`` and ``fit`` (its best fit to many data sets), ``design`` (all models of a
+list in units of the noise, with what is recorded), ``shared_noise`` (noise that tests share), ``confidence_set`` (gate
+and causes that are kept), ``discrepancy``, ``evidence_by_kind`` and ``missing`` (what a name is held against),
+``judge`` (all of it, to one ``verdict``). ``estimate``, ``gain``, ``checks`` and ``plan`` read a verdict or a design
+afterwards.
 """

@@ -278,12 +278,13 @@ def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, i
     off = off - move[first:] * z_step
     if cell.residuals is not None and cell.sides is not None:
         chosen = np.where(after.T[:, :, None], cell.sides[:, d:], cell.sides[:, :d])
-        return GridStep(here.index, move, off, loss, cell.residuals - np.einsum("db,bdn->bn", move, chosen))
+        left = cell.residuals - np.einsum("db,bdn->bn", move, chosen)
+        return GridStep(index=here.index, move=move, off=off, loss=loss, left=left)
     for i in range(d):
         loss = loss - 2.0 * move[i] * slope[i]
         for j in range(d):
             loss = loss + move[i] * move[j] * side[i, j]
-    return GridStep(here.index, move, off, np.maximum(loss, 0.0), None)
+    return GridStep(index=here.index, move=move, off=off, loss=np.maximum(loss, 0.0), left=None)
 
 
 def _cell(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inner: Sequence[Array]) -> CellSums:
@@ -314,7 +315,8 @@ def _cell(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inn
         # rows: product with the node, with its d lower neighbours, with its d upper ones
         to = np.ascontiguousarray(np.concatenate(products).T)
         pull = np.concatenate([to[0] - to[1 : 1 + d], to[1 + d :] - to[0]]) - here.cross
-        return CellSums(here, here.gram, pull, np.maximum(at.squares - 2.0 * to[0] + here.squares, 0.0))
+        loss = np.maximum(at.squares - 2.0 * to[0] + here.squares, 0.0)  # |y|^2 - 2 y F + |F|^2
+        return CellSums(here=here, gram=here.gram, pull=pull, loss=loss)
     around = np.concatenate(nodes)
     node = around[:, :1]
     residuals = at.y - node[:, 0]
@@ -323,7 +325,8 @@ def _cell(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inn
     used = at.used(residuals)
     gram = ((sides * used[:, None]) @ sides.transpose(0, 2, 1)).transpose(1, 2, 0)
     pull = np.einsum("bdn,bn->db", sides, residuals * used)
-    return CellSums(here, gram, pull, (used * residuals**2).sum(axis=1), residuals, sides)
+    loss = (used * residuals**2).sum(axis=1)
+    return CellSums(here=here, gram=gram, pull=pull, loss=loss, residuals=residuals, sides=sides)
 
 
 def _normal(

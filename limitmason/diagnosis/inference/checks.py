@@ -89,14 +89,14 @@ def judge_again(
         reached(i / n, f"without specimen {i + 1} of {n}")
         kept = np.arange(n) != i
         left = None if carried is None else carried[np.ix_(kept, kept)]
-        dropped.append(judged(design.without(kept), y[kept], chances.columns(kept), False, left))
+        dropped.append(judged(design.only(kept), y[kept], chances.columns(kept), False, left))
     hangs = tuple(i for i, answer in enumerate(dropped) if _other(plain, answer))
     shared: dict[str, CheckedVerdict] = {}
     if plain.kind != "none":  # what is shared makes no alarm where there is none without
         say("the verdict with noise that some tests share")
         for name, column in _unestimated(design.columns, shares).items():
             shared[name] = judged(design, y, chances, False, assumed(column))
-    return Checks(other, tuple(dropped), hangs, shared)
+    return Checks(unknown_noise=other, dropped=tuple(dropped), hangs_on=hangs, shared=shared)
 
 
 def _unestimated(covariates: Mapping, shares: Shares) -> dict[str, Sequence]:

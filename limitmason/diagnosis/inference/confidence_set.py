@@ -13,7 +13,8 @@ from scipy.special import chdtrc
 
 from limitmason.diagnosis.inference.bootstrap import Tally, add_draws, share_of
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.fit import BestFit, Likelihood
+from limitmason.diagnosis.inference.fit import BestFit
+from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.noise import Drawn, Draws
 from limitmason.diagnosis.inference.shared_noise import PLAUSIBLE, two_groups_by_effect
 from limitmason.diagnosis.inference.trends import same
@@ -22,7 +23,7 @@ from limitmason.diagnosis.inference.verdict import Doubt, Rule, Tested, Verdict,
 GATE = ("gain", "shape", "scatter")  # any of them below its threshold is an alarm
 GATE_DRAWS = 699  # fewest: the critical gain is a quantile of them
 RIVALS = 4  # refitted to a draw at first, then twice as many more at a time
-SURE = 1e6  # degrees of freedom of a noise that is as good as known
+AS_IF_KNOWN = 1e6  # degrees of freedom of a noise that is as good as known
 
 
 class ConfidenceSet:
@@ -116,7 +117,7 @@ class ConfidenceSet:
             p["scatter"] = self._scatter_within_groups(verdict.null, groups)
         limits = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter}
         holds = any(verdict.p[k] < v and p[k] < v for k, v in limits.items() if k in verdict.p)
-        doubt = Doubt(names, unstated, {k: p[k] for k in limits if k in p}, holds)
+        doubt = Doubt(names=names, unstated=unstated, p={k: p[k] for k in limits if k in p}, holds=holds)
         return replace(verdict, doubt=doubt, kind=verdict.kind if holds else VerdictKind.NONE)
 
     def _scatter_within_groups(self, null: BestFit, groups: np.ndarray) -> float:
@@ -355,7 +356,7 @@ class ConfidenceSet:
         y, z = design.predicted(names, fit), design.grid(names).z_at(fit.position)
         sd = design.noise_of(names, fit)
         # the likelihood of a noise that is as good as known
-        like = Likelihood() if design.like.kind == "known" else Likelihood("replicates", SURE)
+        like = Likelihood() if design.like.kind == "known" else Likelihood("replicates", AS_IF_KNOWN)
         found = design.fits(others, y, z, sd**2, like=like)
         apart = [0.5 * float(f.loss[0] / sd**2 + f.penalty[0]) for f in found]
         return [others[i] for i in np.argsort(apart, kind="stable") if apart[i] <= self.rule.far]

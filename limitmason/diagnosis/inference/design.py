@@ -13,8 +13,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from limitmason.diagnosis.inference.fit import BestFit, Likelihood, fits
+from limitmason.diagnosis.inference.fit import BestFit, fits
 from limitmason.diagnosis.inference.grid import Grid, Tabulation
+from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.noise import Drawn, Draws, Noise
 from limitmason.diagnosis.inference.trends import Trends, is_numeric
 
@@ -237,16 +238,21 @@ class Design:
         ratio = self.scale / scale
         return self._with(lambda g: Grid(g.sizes, g.z, g.values * ratio), noise=noise, scale=scale)
 
-    def without(self, chosen: np.ndarray) -> Design:
-        """The design with the chosen specimens only, boolean, shape (n,)."""
+    def only(self, kept: np.ndarray) -> Design:
+        """The design of independent noise with some of the specimens.
+
+        Parameters
+        ----------
+        kept : which ones, boolean, shape (n,)
+        """
 
         def some(values: Sequence[Any]) -> list[Any]:
-            return [v for v, keep in zip(values, chosen, strict=False) if keep]
+            return [v for v, keep in zip(values, kept, strict=False) if keep]  # no kinds: one for all
 
         return self._with(
-            lambda grid: grid.columns(chosen), noise=self.noise.of_some(chosen), scale=self.scale[chosen],
-            origin=self.origin[chosen], columns={k: some(column) for k, column in self.columns.items()},
-            log=None if self.log is None else self.log[chosen], kinds=tuple(some(self.kinds)),
+            lambda grid: grid.columns(kept), noise=self.noise.of_some(kept), scale=self.scale[kept],
+            origin=self.origin[kept], columns={k: some(column) for k, column in self.columns.items()},
+            log=None if self.log is None else self.log[kept], kinds=tuple(some(self.kinds)),
         )
 
     def closed(self) -> Design:

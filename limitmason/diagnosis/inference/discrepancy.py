@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from limitmason.diagnosis.inference.fit import Likelihood
+from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.trends import is_numeric, one_of_each
 
 AMPLITUDES = (1.5, 3.0, 6.0, 12.0, 24.0)  # of the bias in units of the noise

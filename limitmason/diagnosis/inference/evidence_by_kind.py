@@ -84,7 +84,8 @@ def predicted_evidence(kind: str, effect: np.ndarray, about: np.ndarray, data: n
     share, error = (float(effect @ weighted[:, 1]) / reach, reach**-0.5) if reach > UNFELT**-2 else (0.0, np.inf)
     left = data - effect
     gain = 0.5 * float(data @ weighted[:, 1] - left @ (weighted[:, 1] - weighted[:, 0]))
-    return Evidence(kind, gain, share, error, float(np.sqrt(np.mean(data**2))))
+    misfit = float(np.sqrt(np.mean(data**2)))
+    return Evidence(kind=kind, gain=gain, share=share, error=error, misfit=misfit)
 
 
 def by_kind(
@@ -119,5 +120,5 @@ def by_kind(
         share, error = (float(weighted @ y[rows]) / reach, sd / np.sqrt(reach)) if felt else (0.0, np.inf)
         gain = 0.5 * float((squares[0] - squares[1])[rows].sum())
         misfit = float(np.sqrt(np.mean(np.maximum(squares[0][rows], 0.0))))
-        out.append(Evidence(str(kind), gain, share, float(error), misfit))
+        out.append(Evidence(kind=str(kind), gain=gain, share=share, error=float(error), misfit=misfit))
     return tuple(out)

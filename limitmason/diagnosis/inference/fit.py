@@ -9,16 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from limitmason.arrays import Array, Index
 from limitmason.diagnosis.inference.cells import Cells, StepData, stepped
 from limitmason.diagnosis.inference.grid import Grid
-from limitmason.diagnosis.inference.noise import Noise
+from limitmason.diagnosis.inference.likelihood import Likelihood
 
-SMALLEST_SUM = 1e-18  # keeps the logarithm finite for data that a model fits exactly
 CANCELLED = 1e-8  # share of the data's squares below which a loss is summed again from residuals
 WALK = 3  # cells that a fit may go on beyond that of the best node
 EDGE = 0.5 - 1e-9  # of a cell: a step that ends beyond it goes on
@@ -26,86 +25,6 @@ BETTER = 1e-9  # log-likelihood by which the next cell must be better
 BLOCK = 400_000  # inner products held at a time: they stay in the processor's cache
 MANY = 200  # values of a data set, above which a copy of them costs more than fitting grids together saves
 CHUNK = 2_000_000  # entries of a work array of the fits by residuals
-
-
-@dataclass(frozen=True)
-class Likelihood:
-    """How a sum of squares becomes a log-likelihood.
-
-    With residuals in units of the stated noise, R their sum of squares, P the sum of squares of the nuisance data,
-    nu the degrees of freedom of the replicates and s2 the redrawn replicate variance in stated units::
-
-        known       -(R + P) / 2
-        replicates  -(n + nu)/2 log(R + nu s2) - P/2
-        unknown     -n/2 log(R) - P/2
-
-    Parameters
-    ----------
-    kind : "known", "replicates" or "unknown"
-    dof : nu, 0 unless replicates
-
-    Notes
-    -----
-    The noise is profiled out, not integrated; the bootstrap, not a table, gives the distribution of differences.
-    Wrong for errors that specimens share: leave whole groups out and compare.
-    """
-
-    kind: str = "known"
-    dof: float = 0.0
-
-    @classmethod
-    def of(cls, noise: Noise) -> Likelihood:
-        """The likelihood that belongs to a noise statement."""
-        return cls(noise.kind, float(noise.dof or 0.0))
-
-    @property
-    def quadratic(self) -> bool:
-        """Whether the best node is found by one matrix product: known noise."""
-        return self.kind == "known"
-
-    def loglik(self, loss: Any, penalty: Array | float, count: Array | float, replicate: Array | float = 1.0) -> Any:
-        """Log-likelihood up to a constant that is the same for every model of the same data.
-
-        Parameters
-        ----------
-        loss : sum of squares of the data, any shape
-        penalty : sum of squares of the nuisance data
-        count : number of values in ``loss``
-        replicate : redrawn variance of the replicates in stated units
-        """
-        if self.kind == "known":
-            return -0.5 * (loss + penalty)
-        total = np.maximum(loss + self.dof * replicate, SMALLEST_SUM)
-        return -0.5 * (count + self.dof) * np.log(total) - 0.5 * penalty
-
-    def loss(self, residuals: Array, weights: Array | None = None) -> Array:
-        """Sum of squares over the last axis.
-
-        A weight of 0 leaves a value out.
-        """
-        if weights is not None:
-            return (weights * residuals**2).sum(axis=1)
-        return np.einsum("...i,...i->...", residuals, residuals)
-
-    def variance(
-        self, loss: Array | float, count: Array | float, replicate: Array | float = 1.0, spent: float = 0.0
-    ) -> Array:
-        """Noise variance in stated units: 1 when known, else the estimate with ``spent`` parameters taken off.
-
-        Parameters
-        ----------
-        loss : sum of squares of the data, any shape
-        count : number of values in it
-        replicate : redrawn variance of the replicates in stated units
-        """
-        if self.kind == "known":
-            return np.ones_like(np.asarray(loss, dtype=float))
-        freedom = np.maximum(count + self.dof - spent, 1.0)
-        return np.maximum(loss + self.dof * replicate, SMALLEST_SUM) / freedom
-
-    def log_score(self, residuals: Array, variance: Array | float) -> Array:
-        """Log predictive density of whitened residuals, up to a constant shared by all models, shape (n,)."""
-        return -0.5 * (np.log(variance) + residuals**2 / variance)
 
 
 @dataclass(frozen=True)
@@ -236,13 +155,13 @@ def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[BestFit]
     starts = [_best_node(g.cells, data) for g in grids]
     every = data if many == 1 else data.some(np.tile(np.arange(b), many))
     owner = np.repeat(np.arange(many), b)
-    inner = [s[1] for s in starts if s[1] is not None]
-    column = np.concatenate([s[0] for s in starts])
+    inner = [s.products for s in starts if s.products is not None]
+    column = np.concatenate([s.column for s in starts])
     found = _step(grids, every, owner, column, inner)
     if grids[0].shape:
         for g, grid in enumerate(grids):
             if len(grid.sizes) > 1:
-                _try_rows_beside(grid, data, found, slice(g * b, (g + 1) * b), starts[g][2])
+                _try_rows_beside(grid, data, found, slice(g * b, (g + 1) * b), starts[g].ranks)
         _go_on(grids, every, owner, found)
     out = []
     for g, grid in enumerate(grids):
@@ -259,28 +178,36 @@ def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[BestFit]
             loss[rows] = data.like.loss(rest, chosen.weights)
             loglik[rows] = chosen.loglik(loss[rows], penalty[rows])
             left = rest if residuals else left
-        out.append(BestFit(loglik, loss, penalty, position, left, node))
+        out.append(BestFit(loglik=loglik, loss=loss, penalty=penalty, position=position, residuals=left, node=node))
     return out
 
 
-def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None, Array]:
-    """Column of the best node of each data set, the inner products with it and its neighbours where made, and ranks.
+class BestNode(NamedTuple):
+    """The best node of each of b data sets, and what finding it has computed.
 
-    Among nodes with the same measured inputs that with the highest rank is the best.
-
-    Returns
-    -------
-    column, products, ranks : shape (b,); inner products or None; log-likelihoods, (b, nodes)
+    Parameters
+    ----------
+    column : number of the node in the order of ``Cells``, shape (b,)
+    products : data times node and its 2 d neighbours, shape (b, 1 + 2 d); None where values are left out
+    ranks : of every node, the higher the better among nodes with the same measured inputs, shape (b, nodes)
     """
+
+    column: Index
+    products: Array | None
+    ranks: Array
+
+
+def _best_node(cells: Cells, data: Data) -> BestNode:
+    """The node of a grid with the largest log-likelihood, for each data set."""
     y, z, like = data.y, data.z, data.like
     if not data.plain:
-        used = np.ones_like(y) if data.weights is None else data.weights
+        used = data.used(y)
         # |y - F|^2 = |y|^2 - 2 y F + |F|^2, each value with its weight
         squares = (used * y * y).sum(axis=1)[:, None]
         loss = np.maximum((squares - 2.0 * (used * y) @ cells.nodes.T) + used @ (cells.nodes**2).T, 0.0)
         penalty = ((z[:, None, :] - cells["z"][None]) ** 2).sum(axis=-1)
         ranks = data.loglik(loss, penalty)
-        return np.argmax(ranks, axis=1), None, ranks
+        return BestNode(np.argmax(ranks, axis=1), None, ranks)
     # y F - |F|^2 / 2 ranks nodes as -|y - F|^2 / 2 does: |y|^2 is the same for all nodes of a data set
     known, rows = like.kind == "known", np.arange(len(y))
     products = cells.products(y, data.beside, known)
@@ -300,7 +227,7 @@ def _best_node(cells: Cells, data: Data) -> tuple[Index, Array | None, Array]:
     inner = products[rows[:, None], around] + (cells["half"][:, 0] if known else 0.5 * cells["squares"][:, 0])[around]
     if known and cells.k:
         inner -= np.einsum("bck,bk->bc", cells["z"][around], z)
-    return column, inner, products
+    return BestNode(column, inner, products)
 
 
 @dataclass
@@ -327,7 +254,10 @@ def _step(grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner:
     owner, column, inner : grid and node of every data set, (b,), and inner products that are known
     """
     known = data.like.kind == "known"
-    at = StepData(data.y, data.z, data.squares, None if known else data.per, None if data.plain else data.used)
+    at = StepData(
+        y=data.y, z=data.z, squares=data.squares, per=None if known else data.per,
+        used=None if data.plain else data.used,
+    )
     step = stepped([g.cells for g in grids], owner, column, at, inner)
     loss = step.loss if step.left is None else data.like.loss(step.left, data.weights)
     penalty = (step.off**2).sum(axis=0)

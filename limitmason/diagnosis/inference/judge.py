@@ -18,8 +18,8 @@ from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy
 from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, by_kind
-from limitmason.diagnosis.inference.fit import Likelihood
 from limitmason.diagnosis.inference.gain import left_out
+from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.rivals import DRIFT, Rivals

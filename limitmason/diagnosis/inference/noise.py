@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from math import inf, isfinite
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
@@ -210,8 +211,15 @@ class Noise:
         return text
 
 
-Drawn = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Values, measured inputs and replicate variances."""
+class Drawn(NamedTuple):
+    """Data sets drawn from a fitted model: n whitened values and k measured inputs [sd] of each, (b, n) and (b, k).
+
+    ``replicate`` is the redrawn variance of the replicates over the stated one, shape (b,).
+    """
+
+    values: np.ndarray
+    inputs: np.ndarray
+    replicate: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -251,7 +259,7 @@ class Draws:
         sd : noise of the fit in stated units; the replicate variance is drawn in the same units
         rows : which draws
         """
-        return fitted + sd * self.errors[rows], z + self.inputs[rows], sd**2 * self.replicate[rows]
+        return Drawn(fitted + sd * self.errors[rows], z + self.inputs[rows], sd**2 * self.replicate[rows])
 
     def columns(self, chosen: np.ndarray) -> Draws:
         """These draws for some of the specimens."""

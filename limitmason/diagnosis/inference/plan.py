@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
 
 from limitmason.diagnosis.inference.design import Design, Listed, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy
-from limitmason.diagnosis.inference.fit import Likelihood, fits
+from limitmason.diagnosis.inference.fit import fits
 from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.display.notebook import Displayed
 
 KNOWN = Likelihood()
@@ -185,7 +187,7 @@ def confusable(design: Design) -> Confusable:
             d2[i, j] = 0.0 if i == j else float(distances(curve[visible], design.singles[rival]).min())
         sizes[cause.name] = tuple(float(grid.sizes[0][p]) for p in picks)
         seen[cause.name] = float(far[picks].max())
-    return Confusable(names, sizes, seen, d2)
+    return Confusable(names=names, sizes=sizes, seen=seen, d2=d2)
 
 
 def detectable(
@@ -240,8 +242,16 @@ def reached_at(grid: Grid, cause: Listed, side: float, d: np.ndarray, least: flo
     return float(np.interp(least, reach, grid.sizes[0][rows])) if reach[-1] >= least else None
 
 
+class Truth(NamedTuple):
+    """An explanation taken as true: whitened predictions of t tested and m pool rows, and k measured inputs [sd]."""
+
+    tested: np.ndarray
+    pool: np.ndarray
+    inputs: np.ndarray
+
+
 def choose_tests(
-    truths: Mapping[Names, tuple[np.ndarray, np.ndarray, np.ndarray]], rivals: Mapping[Names, tuple[Grid, Grid]],
+    truths: Mapping[Names, Truth], rivals: Mapping[Names, tuple[Grid, Grid]],
     pairs: Sequence[tuple[Names, Names]], k: int, cap: float = CLEAR, price: np.ndarray | None = None,
 ) -> tuple[list[int], np.ndarray, np.ndarray]:
     """Greedy choice of specimens that pull every ordered pair apart after the rival is refitted.
@@ -251,7 +261,7 @@ def choose_tests(
 
     Parameters
     ----------
-    truths : per explanation its predictions on the tested specimens and on the pool, and its measured inputs
+    truths : every explanation that may be true
     rivals : per explanation its grids on the tested specimens and on the pool, with the same nodes
     pairs : (true, rival)
     k : how many
@@ -278,14 +288,14 @@ def choose_tests(
 
 
 def apart(
-    truths: Mapping[Names, tuple[np.ndarray, np.ndarray, np.ndarray]], rivals: Mapping[Names, tuple[Grid, Grid]],
+    truths: Mapping[Names, Truth], rivals: Mapping[Names, tuple[Grid, Grid]],
     pairs: Sequence[tuple[Names, Names]],
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Distance d2 of every pair on the tested rows, and what each pool row adds.
 
     Parameters
     ----------
-    truths : of every true explanation, predictions on the tested rows and on the pool, and its inputs [sd]
+    truths : every explanation that may be true
     rivals : grids of every rival on the tested rows and on the pool
     pairs : true explanation and rival
 
@@ -295,10 +305,10 @@ def apart(
     """
     sums, adds = [], []
     for true, rival in pairs:
-        done, pool, z = truths[true]
+        truth = truths[true]
         here, there = rivals[rival]
-        sums.append(((here.nodes - done) ** 2).sum(axis=1) + ((here.node_z - z) ** 2).sum(axis=1))
-        adds.append((there.nodes - pool) ** 2)
+        sums.append(((here.nodes - truth.tested) ** 2).sum(axis=1) + ((here.node_z - truth.inputs) ** 2).sum(axis=1))
+        adds.append((there.nodes - truth.pool) ** 2)
     return sums, adds
 
 
@@ -348,10 +358,25 @@ def equivalent_tests(
             for q, row in best.items()}
 
 
+class IdentifyingTests(NamedTuple):
+    """Specimens that identify an explanation best.
+
+    Parameters
+    ----------
+    chosen : positions in the pool
+    before, after : expected log-likelihood over the best model discrepancy without and with them
+    each : what each test of the pool would add to ``before`` alone, shape (rows of the pool,)
+    """
+
+    chosen: list[int]
+    before: float
+    after: float
+    each: np.ndarray
+
+
 def tests_that_identify(
-    discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, tested: int, k: int,
-    price: np.ndarray,
-) -> tuple[list[int], float, float, np.ndarray]:
+    discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, tested: int, k: int, price: np.ndarray
+) -> IdentifyingTests:
     """Greedy choice of specimens after which an effect, without noise, most exceeds every model discrepancy.
 
     Each step adds the specimen that raises min over the biases of f' (S + J J')^-1 f / 2 + log det(S + J J') / 2 most.
@@ -363,12 +388,7 @@ def tests_that_identify(
     effect : f of both, in units of the noise, shape (n,)
     tested : how many of them are tested, first
     k : how many to choose
-    price : of each test of the pool, shape (n,)
-
-    Returns
-    -------
-    chosen, before, after, each : positions in the pool; expected excess without and with them; what each test of the
-        pool would add to it alone, shape (n,)
+    price : of each test of the pool, shape (rows of the pool,)
     """
     n = len(effect)
     whole = discrepancy.kernels + np.eye(n) + slopes @ slopes.T
@@ -396,4 +416,4 @@ def tests_that_identify(
         best = rest[int(np.argmax(each / price[np.array(rest) - tested]))]
         chosen.append(best - tested)
         done.append(best)
-    return chosen, values[0], values[-1], first
+    return IdentifyingTests(chosen=chosen, before=values[0], after=values[-1], each=first)

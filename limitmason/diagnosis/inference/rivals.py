@@ -12,7 +12,8 @@ import numpy as np
 
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, Discrepancy
-from limitmason.diagnosis.inference.fit import BestFit, Likelihood
+from limitmason.diagnosis.inference.fit import BestFit
+from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.trends import ROWS, is_numeric, one_of_each
 
 LEVERS = (3.0, 6.0, 12.0, 24.0)  # amplitudes of a lever with another dependence, in units of the noise
