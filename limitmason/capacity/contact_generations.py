@@ -87,12 +87,10 @@ class Generations:
         shapes, s = self.shapes, self.structures[node.generation]
         if shapes is None:
             return node
-        motion = motion_between(since.looked or since.pose, node.pose)
-        farthest = np.linalg.norm(motion[:, :3], axis=1) + np.linalg.norm(motion[:, 3:6], axis=1) * shapes.spread
-        if farthest.max(initial=0.0) < 0.5 * shapes.step:
-            return node._replace(looked=since.looked or since.pose)
-        node = node._replace(looked=node.pose)
         before = since.looked or since.pose
+        if _farthest(shapes, before, node.pose) < 0.5 * shapes.step:
+            return node._replace(looked=before)
+        node = node._replace(looked=node.pose)
         found = found_anew(shapes, s.points, node.pose, node.history, node.force, before)
         if found is None:
             return node
@@ -148,9 +146,7 @@ class Generations:
         shapes, s = self.shapes, self.structures[after.generation]
         if shapes is None:
             return 1.0
-        motion = motion_between(before.pose, after.pose)
-        farthest = np.linalg.norm(motion[:, :3], axis=1) + np.linalg.norm(motion[:, 3:6], axis=1) * shapes.spread
-        travel = float(farthest.max(initial=0.0))
+        travel = _farthest(shapes, before.pose, after.pose)
         if travel < shapes.step:
             return 1.0
         was, now = landed(shapes, s.points, before.pose, after.pose, travel)
@@ -309,3 +305,10 @@ class Generations:
     def forces(self, node: Node) -> tuple[Array, Array, Array]:
         """Force components [N], displacements [m] and places [m] of a node's points, see :func:`certificate.forces`."""
         return forces(self.structures[node.generation], self.state(node))
+
+
+def _farthest(shapes: Shapes, before: Pose, after: Pose) -> float:
+    """The farthest that any corner of a block may have moved between two poses [m]: |shift| + |spin| times its arm."""
+    motion = motion_between(before, after)
+    way = np.linalg.norm(motion[:, :3], axis=1) + np.linalg.norm(motion[:, 3:6], axis=1) * shapes.spread
+    return float(way.max(initial=0.0))

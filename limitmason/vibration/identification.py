@@ -7,6 +7,7 @@ covariance-driven stochastic subspace identification.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -175,11 +176,23 @@ def _peaks(
     )
 
 
-Pole = tuple[Array, Array, Complex]
-"""Frequencies [Hz], damping ratios and shapes of the poles of one order."""
+class _Poles(NamedTuple):
+    """Poles of one order: frequencies [Hz], (k,), damping ratios [-], (k,), and shapes as rows, (k, channels)."""
+
+    frequency: Array
+    damping: Array
+    shape: Complex
 
 
-def _subspace(y: Array, step: float, order: int, lags: int) -> list[Pole]:
+class _Returning(NamedTuple):
+    """A pole that came back at the next order: frequency [Hz], damping ratio [-] and shape, (channels,)."""
+
+    frequency: float
+    damping: float
+    shape: Complex
+
+
+def _subspace(y: Array, step: float, order: int, lags: int) -> list[_Poles]:
     """Poles of every even order, from the singular values of covariances at several lags.
 
     It is the covariance-driven stochastic subspace identification.
@@ -205,7 +218,7 @@ def _subspace(y: Array, step: float, order: int, lags: int) -> list[Pole]:
     return poles
 
 
-def _continuous(value: Complex, shape: Complex, step: float) -> Pole:
+def _continuous(value: Complex, shape: Complex, step: float) -> _Poles:
     """Frequency [Hz], damping [-] and shape of the poles of a system in time steps, those that oscillate.
 
     With mu an eigenvalue of a step, s = ln(mu) / step, f = |s| / (2 pi), zeta = -Re(s) / |s|. Of a conjugate pair the
@@ -221,10 +234,10 @@ def _continuous(value: Complex, shape: Complex, step: float) -> Pole:
         rate = np.log(np.where(np.abs(value) > 0.0, value, 1e-300)) / step
     keep = rate.imag > 1e-9
     rate, shape = rate[keep], shape[:, keep].T
-    return np.abs(rate) / (2.0 * np.pi), -rate.real / np.abs(rate), shape
+    return _Poles(np.abs(rate) / (2.0 * np.pi), -rate.real / np.abs(rate), shape)
 
 
-def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown: Array, method: str) -> Identified:
+def _stable(poles: Sequence[_Poles], band: tuple[float, float], count: int, shown: Array, method: str) -> Identified:
     """Modes of poles that come back at the next order, gathered by frequency.
 
     A pole comes back within 1 % in frequency and 10 % in damping, with a MAC above 0.95. Each mode is the median of at
@@ -238,26 +251,29 @@ def _stable(poles: Sequence[Pole], band: tuple[float, float], count: int, shown:
     shown : frequencies and first singular value, kept with the answer, shape (2, lines)
     method : its name, kept with the answer
     """
-    kept: list[tuple[float, float, Complex]] = []
-    for (f0, d0, s0), (f1, d1, s1) in pairwise(poles):
-        for f, d, shape in zip(f1, d1, s1, strict=True):
+    kept: list[_Returning] = []
+    for (f0, d0, s0), after in pairwise(poles):
+        for f, d, shape in zip(*after, strict=True):
             # structures are damped by less than a fifth; poles of more are the noise's
             if not (band[0] <= f <= band[1] and 0.0 < d < 0.2) or not len(f0):
                 continue
             i = int(np.argmin(np.abs(f0 - f)))
             alike = abs(np.vdot(s0[i], shape)) ** 2 / (np.vdot(s0[i], s0[i]).real * np.vdot(shape, shape).real)
             if abs(f0[i] - f) < 0.01 * f and abs(d0[i] - d) < 0.1 * d and alike > 0.95:
-                kept.append((float(f), float(d), shape))
-    kept.sort(key=lambda p: p[0])
+                kept.append(_Returning(float(f), float(d), shape))
+    kept.sort(key=lambda pole: pole.frequency)
     # a new group begins where frequencies are 1 % apart
-    cuts = [0, *(k + 1 for k, (p, q) in enumerate(pairwise(kept)) if q[0] - p[0] >= 0.01 * q[0]), len(kept)]
+    ascending = np.array([pole.frequency for pole in kept])
+    cuts = [0, *(np.flatnonzero(np.diff(ascending) >= 0.01 * ascending[1:]) + 1).tolist(), len(kept)]
     groups = [kept[a:b] for a, b in pairwise(cuts) if b - a >= 3]
     if not groups:
         raise NotConverged("no pole comes back from order to order: is the record long enough and excited in the band?")
-    best = sorted(sorted(groups, key=len, reverse=True)[:count], key=lambda g: g[0][0])
-    frequency, damping = (np.array([float(np.median([p[k] for p in g])) for g in best]) for k in (0, 1))
-    # of every group the shape whose frequency is nearest to the median
-    shapes = _scaled(np.array([min(g, key=lambda p: abs(p[0] - f))[2] for g, f in zip(best, frequency, strict=True)]))
+    best = sorted(sorted(groups, key=len, reverse=True)[:count], key=lambda group: group[0].frequency)
+    frequency = np.array([np.median([pole.frequency for pole in group]) for group in best])
+    damping = np.array([np.median([pole.damping for pole in group]) for group in best])
+    # of every group the pole whose frequency is nearest to the median gives the shape
+    nearest = [min(group, key=lambda pole: abs(pole.frequency - f)) for group, f in zip(best, frequency, strict=True)]
+    shapes = _scaled(np.array([pole.shape for pole in nearest]))
     warnings = () if len(best) >= count else (f"{len(best)} of {count} modes found in the band",)
     return Identified(frequency, damping, shapes, shown, method, warnings)
 

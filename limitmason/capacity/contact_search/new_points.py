@@ -138,11 +138,11 @@ def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: 
     at = x[b] + pose.shift[b] + place - x[b] + pose.turn[b] @ (place - x[b])
     apart = np.linalg.norm(old.now - at, axis=1)
     same, close = old.pair == number_pairs(shapes, near.at(np.array([row]))), 0.5 * shapes.step
-    if (same & ~gone & (apart < close)).any() or any(
-        {int(r.block_a[0]), int(r.block_b[0])} == {a, b} and np.abs(r.place_b[0] - place).max() < close
-        for r, *_ in others
-    ):
+    if (same & ~gone & (apart < close)).any():
         return None
+    for made in (other.contacts for other in others):
+        if {int(made.block_a[0]), int(made.block_b[0])} == {a, b} and np.abs(made.place_b[0] - place).max() < close:
+            return None
     touching = (c.block_a == a) | (c.block_b == a) | (c.block_a == b) | (c.block_b == b)
     heirs = gone & touching & (apart < _HEIR * shapes.step + abs(float(near.gap[row])))
     heirs[[other.heir_of for other in others if other.heir_of >= 0]] = False
@@ -150,7 +150,13 @@ def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: 
         heirs &= same
     if share is not None:
         heirs = share > 0.0
-    model = int(np.where(heirs if heirs.any() else same if same.any() else touching, apart, np.inf).argmin())
+    # the nearest of the points it inherits from gives law and tangents; without any, of those between the same blocks
+    candidates = touching
+    if heirs.any():
+        candidates = heirs
+    elif same.any():
+        candidates = same
+    model = int(np.where(candidates, apart, np.inf).argmin())
     # tangents of the model, turned into the face
     rotation, normal = np.eye(3) + pose.turn[a], shapes.normal[face]
     directions = _frame(old, model, rotation, normal)
