@@ -65,6 +65,7 @@ def head_joint_friction(factor: float, assembly: Assembly, loads: Loads) -> Mode
 
 
 def _positive_stresses(*, reference_stress: float, least_stress: float) -> Mapping[str, str]:
+    """Refuse stresses that are not positive: a power of their ratio is taken. No field of the cause depends on them."""
     if not (reference_stress > 0 and least_stress > 0):
         raise InputError("reference_stress [Pa] and least_stress [-] must be positive")
     return {}
@@ -133,6 +134,7 @@ def tension(size: float, assembly: Assembly, loads: Loads, *, kinds: Iterable[st
     """
 
     def stronger(joint: Joint) -> Joint:
+        """The joint with more tensile strength, and the cohesion that puts the apex of its cone there at least."""
         ft = joint.tensile_strength + 1e3 * size
         return replace(joint, tensile_strength=ft, cohesion=max(joint.cohesion, ft * joint.tan_phi))
 

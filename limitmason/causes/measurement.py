@@ -188,6 +188,7 @@ def batch_shift(size: float, prediction: float, specimen: Any, *, covariate: str
 
 
 def _taken(*, per: str | None, unit: str) -> Mapping[str, str]:
+    """Physics and unit of the cause: a constant force, or one in proportion to what is recorded under ``per``."""
     more = "a constant force" if per is None else f"a force in proportion to {per}"
     return {"physics": f"rollers, hinges or guides take {more}", "unit": unit}
 

@@ -344,6 +344,7 @@ def pool_rows(pool: str | Path | MeasuredTable, covariates: Iterable[str], simul
 
 
 def _read(table: str | Path | MeasuredTable) -> MeasuredTable:
+    """A table, read from its file where a path is given."""
     return table if isinstance(table, MeasuredTable) else read_measured(table)
 
 
@@ -364,5 +365,6 @@ def _towards(column: str) -> Cause:
 
 
 def _keyword(column: str) -> str:
+    """Name of a column as a keyword of Python: "_" for what is no letter or digit."""
     text = "".join(ch if ch.isalnum() else "_" for ch in column)
     return text if text.isidentifier() else f"to_{text}"

@@ -50,6 +50,7 @@ def outliers(diagnosis: Findings) -> Outliers | None:
     count = inside.sum(axis=1)
 
     def size(r: np.ndarray) -> np.ndarray:
+        """(sum r^2 - k) / sqrt(2 k) of every specimen, from residuals of all rows, shape (..., specimens)."""
         return (r**2 @ inside.T - count) / np.sqrt(2.0 * count)
 
     drawn = size(diagnosis.draws.errors)

@@ -63,8 +63,14 @@ def folder_arguments(
 
     Parameters
     ----------
-    model, levels : simulator, None where the folder holds predictions; sizes at which a cause is simulated
-    inputs, shared, covariates : measured inputs by name; columns within which noise is shared; columns to look along
+    folder : that holds the files
+    model : simulator; None where the folder holds predictions
+    causes : the list; None is a gain, and labels that another gain may have read
+    inputs : measured inputs of the model, by name
+    shared : columns whose labels may share noise
+    covariates : columns that effects may go with; None is all that differ
+    title : of the report; None is the name of the folder
+    levels : most sizes at which a cause is simulated
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -143,6 +149,7 @@ def _costs(table: MeasuredTable) -> dict[str, float]:
 
 
 def _stated(file: Path, stated: Mapping[str, Mapping[str, Any]], quantity: str) -> float:
+    """Scatter that is stated of a quantity, which ``file`` needs."""
     if quantity not in stated:
         raise InputError(f"{file}: {QUANTITIES} has no row for {quantity!r}, whose scatter is needed")
     return float(stated[quantity]["scatter"])

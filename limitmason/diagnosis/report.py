@@ -338,6 +338,7 @@ def _copies(diagnosis: Findings) -> list[str]:
 
 
 def _why(p: Mapping[str, float], rule: Rule) -> str:
+    """The p values that reject an explanation, in words; without any it was too far behind to be tested."""
     limits = {"deficit": rule.deficit, "shape": rule.kept_shape, "scatter": rule.kept_scatter}
     return words.gate_words({k: v for k, v in p.items() if v < limits[k]}) or "far behind the best"
 

@@ -37,7 +37,14 @@ NUMBERED = "number "  # begins what is known of a specimen only by its place in 
 
 
 class Job(NamedTuple):
-    """One call: specimen number, keyword parameters, and causes with ``apply`` at their sizes."""
+    """One call of the simulator.
+
+    Parameters
+    ----------
+    specimen : its number
+    parameters : keywords and their values
+    steps : causes with ``apply``, and the size of each in its unit
+    """
 
     specimen: int
     parameters: tuple[tuple[str, float], ...]
@@ -303,14 +310,17 @@ def _call(simulate: Callable[..., Any], specimen: Any, job: Job) -> Any:
 
 
 def _called(specimen: Any, job: Job) -> str:
+    """A call in words, for errors: number of the specimen, parameters and causes, and the specimen itself."""
     return f"specimen {job.specimen} with {_show(job)} ({_short(specimen)})"
 
 
 def _short(thing: Any, width: int = 160) -> str:
+    """What ``repr`` says of a thing, cut after ``width`` characters."""
     text = repr(thing)
     return text if len(text) <= width else f"{text[:width]}..."
 
 
 def _show(job: Job) -> str:
+    """Parameters and sizes of causes of a call, in words."""
     given = [f"{k}={float(v)!r}" for k, v in job.parameters] + [f"{c.name}={float(v)!r}" for c, v in job.steps]
     return ", ".join(given) or "no parameters"

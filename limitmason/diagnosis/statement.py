@@ -224,9 +224,11 @@ class Statement(ReadOnly):
             }
         if not set(changes) <= set(STATEMENTS):
             return dataclasses.replace(self, **changes)
+        # designs are in units of the noise and hold the trends along covariates
         if set(changes) & {"noise", "covariates"}:
             return dataclasses.replace(self, **changes, made=StudyCache(self.tables, {}))
         made = self._made
+        # judges leave out groups, and rehearsals go by judges: tables and designs know nothing of them
         if "groups" in changes:
             made = StudyCache(self.tables, made.designs)
         return dataclasses.replace(self, **changes, made=made)
@@ -260,7 +262,9 @@ def rows_of(measured: Any, rows: Any, specimens: Sequence[Any]) -> Rows:
 
     Parameters
     ----------
-    measured, rows, specimens : observations, values or None; rows known before or None; what was tested
+    measured : observations, one value per row, or None where nothing is measured yet
+    rows : rows known before, or None
+    specimens : what was tested
     """
     if measured is not None and len(measured) and all(isinstance(o, Observation) for o in measured):
         return Rows.read(list(measured), specimens)

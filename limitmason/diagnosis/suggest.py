@@ -211,5 +211,6 @@ def _spread(covariate: str | None, pool: list[Any], k: int) -> plan.NextTests:
 
 
 def _picked(picks: np.ndarray, pool: list[Any], reason: str) -> plan.NextTests:
+    """Specimens of a pool by their numbers ``picks``, as tests to be made next for a reason."""
     indices = tuple(int(i) for i in picks)
     return plan.NextTests(indices, tuple(pool[i] for i in indices), reason)

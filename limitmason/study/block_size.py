@@ -135,6 +135,7 @@ def _sizes_by_method(
 
 
 def _wall(arguments: Mapping[str, Any], direction: tuple[float, float, float], unit: Unit) -> tuple[Assembly, Loads]:
+    """Wall of units (length, height, thickness) [m] by its other arguments, with its weight live in a direction."""
     built = wall(unit=unit, **arguments)
     return built, Loads.horizontal(built, direction)
 

@@ -108,6 +108,7 @@ def sweep(
 
 
 def _row(points: Sequence[Mapping[str, Any]], number: int, result: Any) -> dict[str, Any]:
+    """Row of a table: the point of that number, as far as it fits in a table, and what the function returned."""
     shown, row = _shown(points[number]), as_row(result)
     if isinstance(result, Mapping) and (lost := [k for k in shown if k in row and row[k] != shown[k]]):
         raise InputError(f"the function returns {lost[0]!r}, which is the name of a parameter: call it otherwise")
@@ -115,6 +116,7 @@ def _row(points: Sequence[Mapping[str, Any]], number: int, result: Any) -> dict[
 
 
 def _table(rows: Mapping[int, Mapping[str, Any]], end: int, units: Mapping[str, str] | None) -> Table:
+    """Table of the rows of the points before ``end``, by number of the point."""
     return Table(tuple(rows[k] for k in sorted(rows) if k < end), dict(units or {}))
 
 

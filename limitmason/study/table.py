@@ -106,6 +106,7 @@ class Table(Displayed, Tabular):
 
 
 def _text(value: Any) -> str:
+    """An entry as it is shown: "-" for none, six digits of a number."""
     if value is None:
         return "-"
     return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -143,6 +143,7 @@ def _unpacked(
 
 
 def _processes(workers: int) -> Any:
+    """Worker processes of joblib, each with one thread, which end after five minutes without work."""
     from joblib.externals.loky import get_reusable_executor
 
     return get_reusable_executor(max_workers=workers, timeout=300, env=dict.fromkeys(_THREADS, "1"))
