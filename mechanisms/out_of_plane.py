@@ -200,7 +200,8 @@ def rocking_terms(
 
     Parameters
     ----------
-    hinge, crossed : courses from the top to the hinge, and those that the crack crosses
+    hinge : courses from the top to the hinge
+    crossed : courses that the crack crosses
     reduction : share of the friction that counts, 1 - s / s_max by default [-]
     below_crack : "connected", joints between hinge and crack keep their friction; "free", they have none
     """

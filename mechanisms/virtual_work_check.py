@@ -68,7 +68,8 @@ def rocking_power(
     Parameters
     ----------
     facade : parameters
-    hinge, crossed : n_k and n_c, courses between the top and the hinge, and those that the crack crosses
+    hinge : n_k, courses between the top and the hinge
+    crossed : n_c, courses that the crack crosses
     tangent : tan(alpha_c) [-]
     stepping : numbers of the stepping courses, counted from the top
     reduction : factor on the friction of the crossed joints; 1 - tangent / tan(alpha_b) where omitted

@@ -131,7 +131,8 @@ def _allow(
     Parameters
     ----------
     near : pairs of pieces; ``move`` [m] and ``angle`` [rad] are written
-    code, own : pair code of every row of ``near``, and of every joint
+    code : pair code of every row of ``near``
+    own : pair code of every joint
     joined : rows whose blocks have a joint, shape (m,)
     margin : distance up to which pairs of pieces are looked at [m]
     """
@@ -176,13 +177,15 @@ class _Search:
     code : pair code of every such joint
     turn : since it was made [rad]
     slip : its largest [m]
-    outworn, stays : joints that are to be made anew, and those of pairs without any, shape (k,)
+    outworn : joints that are to be made anew, shape (k,)
+    stays : joints of pairs without any, shape (k,)
     pairs : near pairs of pieces that are looked at
     key : pair code of each
     met : how they meet
     makes : of these, those that make a joint
     beside : the joint beside each that meets on the face that goes on, by row of ``pairs``
-    family, group : families of pairs whose joints share their energy, and that of every joint
+    family : families of pairs whose joints share their energy
+    group : family of every joint
     active : pair codes whose joints are to be made or made anew
     """
 
@@ -194,7 +197,8 @@ class _Search:
 
         Parameters
         ----------
-        around, code : pieces that are near each other, and the pair code of each such row
+        around : pieces that are near each other
+        code : pair code of each such row
         looked : pair codes to look at
         margin : gap up to which blocks count as near [m]
         beside : take in the joints of neighbours too, as a cut may run on into them

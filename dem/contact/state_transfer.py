@@ -67,7 +67,8 @@ def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, fami
 
     Parameters
     ----------
-    family, families : numbers of the families of old joints, -1 for those that stay, and of the new ones
+    family : numbers of the families of old joints, -1 for those that stay
+    families : numbers of the families of the new ones
     """
     # families are counted from 0, and ``old`` are the points of the joints that they replace
     known, number = np.unique(families, return_inverse=True)

@@ -110,7 +110,8 @@ class DrivenStructure(ABC):
     chosen : settings of the push
     blocks : how they deform, in words
     same : digests by name of what a file of it must have in common with it
-    least_steps, tried : of the faster run, and by which the time of a step is measured
+    least_steps : of the faster run
+    tried : steps by which the time of a step is measured
     to_settle : slowest motions in which it comes to rest, about; 0 where settling has an end of its own
     least_samples : of a run that flew apart, from which it is a curve
     """

@@ -49,7 +49,8 @@ class ZonedRun:
     Parameters
     ----------
     model : at rest; changed on the way
-    twist, hold : of rigid blocks per displacement of 1 m, and the freedoms that the drive holds
+    twist : of rigid blocks per displacement of 1 m
+    hold : freedoms that the drive holds
     path : turning points [m]
     steps : over all of them
     count : of samples

@@ -138,7 +138,8 @@ def _clipped(pieces: PieceArrays, base: int, face: int, axis: Array, polygon: Ar
 
     Parameters
     ----------
-    base, face : number of the piece, and of its face
+    base : number of the piece
+    face : number of its face
     axis : unit normal of that face, shape (3,)
     polygon, spare : corners [m], shape (MOST, 3)
     """
@@ -179,7 +180,8 @@ def _opposed_face(pieces: PieceArrays, other: int, lowest: int, axis: Array) -> 
 
     Parameters
     ----------
-    other, lowest : number of the piece, and of its corner
+    other : number of the piece
+    lowest : number of its corner
 
     Returns
     -------

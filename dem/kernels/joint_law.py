@@ -259,7 +259,8 @@ def _opened(
     new : plastic opening by a slip that goes straight on [m]
     short : what an open point lacks of it [m]
     most : the largest that a point may have [m]
-    before, farthest : plastic slip before the step, and that up to which it dilates [m]
+    before : plastic slip before the step [m]
+    farthest : slip up to which it dilates [m]
     """
     kn, ks = peak.kn, peak.ks
     mu, dil, c, ft, reach = worn
@@ -310,7 +311,8 @@ def return_map(
     -------
     t1, t2, n : stress on b, that of the dashpots included [Pa]
     slip_1, slip_2, lift, damage : state after the step
-    rubbed, raised : work of the friction over the slip, and of N over the plastic opening, which it loses [J/m2]
+    rubbed : work of the friction over the slip [J/m2]
+    raised : work of N over the plastic opening, which it loses [J/m2]
     braked : power of the dashpots [W/m2]
     broken : what damage releases [J/m2]
 

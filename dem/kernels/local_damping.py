@@ -79,7 +79,8 @@ def brakes_of(
     local, drifts : as :func:`brake_of` takes them
     force, held : forces and freedoms that do not count, both from column ``at`` on, shape (n, 6)
     past : force of the step before, from entry ``at`` on, shape (6,)
-    speed, least : velocity before the step, shape (n, 3), and of :func:`least_speeds` what of it has no sign
+    speed : velocity before the step, shape (n, 3)
+    least : of :func:`least_speeds`, what of it has no sign
     axes : see :class:`dem.kernels.arrays.RigidBodies`
     """
     x = y = z = 0.0

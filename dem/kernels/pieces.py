@@ -54,7 +54,8 @@ def place_pieces(owner: Index, local: Array, rot: Array, place: Array, corners: 
 
     Parameters
     ----------
-    owner, local : block of each piece (p,), and its corners from that block's centroid (p, v, 3)
+    owner : block of each piece, shape (p,)
+    local : its corners from that block's centroid [m], shape (p, v, 3)
     rot, place : R - I and place of every block, (n, 3, 3) and (n, 3)
     corners, low, high : written, (p, v, 3), (p, 3) and (p, 3)
     """
@@ -87,7 +88,8 @@ def relative_motion(
     rot : the same as a matrix less one, shape (n, 3, 3)
     place : centroid of every block now [m], shape (n, 3)
     reach : radius of the block about it [m], shape (n,)
-    offset, turn : of the second block against the first, in the first's axes [m], and as a quaternion, (p, 3), (p, 4)
+    offset : of the second block against the first, in the first's axes [m], shape (p, 3)
+    turn : likewise, as a quaternion, shape (p, 4)
     """
     for m in range(len(near.blocks)):
         a, b = near.blocks[m, 0], near.blocks[m, 1]

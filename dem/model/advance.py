@@ -26,7 +26,8 @@ def run(
     ----------
     cases : loads per case and block, as ``Acting`` takes them, shape (c, n, 15 or 6)
     factors : per step, shape (steps, c)
-    drives, speeds : twists of driven blocks, shape (d, n, 6), and their factors per step, shape (steps, d)
+    drives : twists of driven blocks, shape (d, n, 6)
+    speeds : their factors per step, shape (steps, d)
 
     Raises
     ------

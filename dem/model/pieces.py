@@ -87,7 +87,8 @@ def _bent(vertices: Array, faces: Sequence[tuple[int, ...]], edges: Index) -> Fl
 
     Parameters
     ----------
-    vertices, faces : shape (k, v, 3) [m], and the vertices of each face
+    vertices : [m], shape (k, v, 3)
+    faces : vertices of each face
     edges : both vertices and both faces of every edge, shape (e, 4)
     """
     normal = np.empty((len(vertices), len(faces), 3))

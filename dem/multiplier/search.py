@@ -181,7 +181,8 @@ class _Bracket:
     Parameters
     ----------
     settled : multiplier held at the beginning
-    through, up_to : multipliers to be held first, and that beyond which nothing is tried
+    through : multipliers to be held first
+    up_to : that beyond which nothing is tried
 
     Attributes
     ----------

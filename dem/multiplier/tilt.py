@@ -325,7 +325,8 @@ def _stopped(
 
     Parameters
     ----------
-    settled, runs : at rest under dead load; tables that turned, each slower than the one before
+    settled : at rest under dead load
+    runs : tables that turned, each slower than the one before
     last_tangent : largest tangent of the tilt [-]
     tolerance : width of the bracket [-]
     """
@@ -354,7 +355,8 @@ def _read(history: History, begun: float, d: Array, weight: float) -> Readings:
 
     Parameters
     ----------
-    begun, weight : step at which the table began to turn; weight of the free blocks [N]
+    begun : step at which the table began to turn
+    weight : of the free blocks [N]
     """
     total = history.reaction[:, :, :3].sum(axis=1)
     vertical, horizontal = total[:, 2] / weight, -(total @ d) / weight

@@ -213,7 +213,8 @@ def _patch(corners: Array, n: int, m: int) -> tuple[Array, Index]:
 
     Returns
     -------
-    nodes, cells : [m], shape ((n + 1) (m + 1), 2), and four nodes of every zone, shape (n m, 4)
+    nodes : [m], shape ((n + 1) (m + 1), 2)
+    cells : four nodes of every zone, shape (n m, 4)
     """
     s, t = np.meshgrid(np.linspace(0.0, 1.0, n + 1), np.linspace(0.0, 1.0, m + 1))
     weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)

@@ -165,7 +165,8 @@ def _offsets(bond: Bond, size: float, header: bool, *, clipped: bool, centred: b
     Parameters
     ----------
     size : length of the piece [m]
-    clipped, centred : whether the wall's free end has cut it, and whether it lies in the very middle
+    clipped : whether the wall's free end has cut it
+    centred : whether it lies in the very middle
     """
     if bond.name == "english":
         whole = bond.pitch if clipped else size

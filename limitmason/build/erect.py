@@ -36,7 +36,8 @@ class Site:
 
         Parameters
         ----------
-        axis, density : of the unit's length; the site's own where None [kg/m3]
+        axis : of the unit's length
+        density : the site's own where None [kg/m3]
         fixed : whether it is held
         solid : of the block, or its convex pieces
         """
@@ -88,7 +89,8 @@ def add_ground(
     Parameters
     ----------
     unit : (length, height, ...) of a unit [m]
-    base, base_margin : "slab" or another of ``BASES``; how far it stands out [m], half a unit where None
+    base : "slab" or another of ``BASES``
+    base_margin : how far it stands out [m], half a unit where None
     """
     choice("base", base, BASES)
     margin = unit[0] / 2.0 if base_margin is None else not_negative("base_margin", base_margin)

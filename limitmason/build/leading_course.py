@@ -89,7 +89,8 @@ def _place(length: float, sizes: list[tuple[float, bool]], senses: list[int]) ->
 
     Parameters
     ----------
-    sizes, senses : length [m] of every piece and whether it is a header; as of :func:`_symmetric`
+    sizes : length [m] of every piece, and whether it is a header
+    senses : as of :func:`_symmetric`
     """
     pieces, position = [], 0.0
     for index, (size, header) in enumerate(sizes):

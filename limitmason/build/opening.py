@@ -312,7 +312,8 @@ def _merge_short(whole: list[Unit], touched: list[Unit], min_piece: float) -> li
 
     Parameters
     ----------
-    whole, touched : units of the course that are as laid, and those that an opening has cut
+    whole : units of the course that are as laid
+    touched : those that an opening has cut
     """
     pending = sorted(touched, key=_length)
     units = [*whole, *touched]

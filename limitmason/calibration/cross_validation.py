@@ -103,7 +103,8 @@ def left_out(
     Parameters
     ----------
     groups : group of every entry
-    best, information : the fit to all entries, and its slopes
+    best : the fit to all entries
+    information : its slopes
     by : what was left out, in words
     most : steps of a search at most
     """

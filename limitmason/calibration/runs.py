@@ -130,7 +130,8 @@ def _one(
 
     Parameters
     ----------
-    aimed, parameters : curves that it is held against, and its arguments, by name
+    aimed : curves that it is held against, by name
+    parameters : its arguments, by name
     """
     try:
         outputs = outputs_of(model(**parameters))

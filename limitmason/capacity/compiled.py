@@ -184,7 +184,8 @@ def elements(
     area : of every point [m2]
     tangent : derivative of its stress [Pa/m], (m, c, c)
     wrenches : of :func:`point_wrenches`
-    directions, force : axes of its frame (m, c, 3), and its force along them (m, c)
+    directions : axes of its frame, shape (m, c, 3)
+    force : its force along them [N], shape (m, c)
     arm_a, arm_b : from the centroids of its two blocks, global axes, shape (m, 3)
     starts : first point of every run, shape (k,)
     basis : degrees of freedom of a block: velocity and spin by each of them, shape (6, d)

@@ -115,7 +115,8 @@ def _lowest(
     old : the history it returns from
     now : state at the start
     motion, done : in own units, shape (order,): that of the full step, and what came before it under the viscosity
-    multiplier, viscosity : of the live load [-]; eta in own units
+    multiplier : of the live load [-]
+    viscosity : eta in own units
     """
     apart, (work, longer) = now.contact.displacement, system.relative(now, motion)
     dead, live = system.applied(now.pose)

@@ -138,7 +138,8 @@ class _Points:
 
         Parameters
         ----------
-        x, a : state, and its linear equations
+        x : state of the points
+        a : its linear equations
         aim : product of every pair that is aimed at
         second : a first step, whose products are taken off (Mehrotra's second-order term), or None
 
@@ -163,7 +164,8 @@ class _Points:
 
         Parameters
         ----------
-        x, a : state, and its linear equations
+        x : state of the points
+        a : its linear equations
         freed : of :meth:`freed`
         displaced : displacement of the points by the step, in elastic lengths [-], shape (m, c)
         """

@@ -42,7 +42,8 @@ def follow(
         push against it
     loading : whether loads are pushed up: limit points are then closed in on, and the path ends where the load is back
         at nothing; False where a support moves and the multiplier is its reaction
-    nodes, say : of the path so far, and what is told of every step
+    nodes : of the path so far
+    say : what is told of every step
 
     Returns
     -------

@@ -68,7 +68,8 @@ def node_of(system: System, solved: newton.Solved, jump: bool = False, programs:
 
     Parameters
     ----------
-    jump, programs : whether no states led to it, and how many programs were solved for it
+    jump : whether no states led to it
+    programs : how many programs were solved for it
     """
     s = solved.state
     return Node(
@@ -239,7 +240,8 @@ def quieted(
     Parameters
     ----------
     commit : the history that is kept of a sub-step, from the one before and its state; as it came by default
-    target, multiplier : control displacement that is held [m], None to keep the multiplier; its first value [-]
+    target : control displacement that is held [m], None to keep the multiplier
+    multiplier : its first value [-]
     normal : forces at which the programs' friction is frozen at first [N]; None for those of the pose
     ratio : work of the live load per control displacement [N]
     eta : the first viscosity in own units

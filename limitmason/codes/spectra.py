@@ -156,7 +156,8 @@ class FloorSpectrum:
 
         Parameters
         ----------
-        period, damping : [s], and a part of the critical one [-]
+        period : [s]
+        damping : part of the critical one [-]
         """
         first = max(self.periods)
         edge = 1.1 * first

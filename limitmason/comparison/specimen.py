@@ -129,7 +129,8 @@ def _solve(
 
     Parameters
     ----------
-    options, settings : of the test's model, and of the method
+    options : of the test's model
+    settings : of the method
     """
     if not test.has_model:
         return Row(method, status=NO_MODEL)

@@ -149,7 +149,8 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
 
     Parameters
     ----------
-    options, spread : of the wall's model, and whether its spread is asked for
+    options : of the wall's model
+    spread : whether its spread is asked for
     """
     begun = time.process_time()
     test = registry.load(NAME, wall, **options)

@@ -148,7 +148,8 @@ class Polynomials:
 
         Parameters
         ----------
-        coefficients, names : of every shape in the products, shape (k, 3, e), and in words
+        coefficients : of every shape in the products, shape (k, 3, e)
+        names : of the shapes, in words
         """
         none = np.zeros((0, 0))
         out = Body(

@@ -298,7 +298,8 @@ class Rows:
 
         Parameters
         ----------
-        values, rows : predictions, rows last; numbers of these rows, all by default
+        values : predictions, rows last
+        rows : numbers of these rows, all by default
         """
         rows = np.arange(len(self)) if rows is None else rows
         if self.low is not None and self.high is not None:

@@ -193,7 +193,8 @@ class Several:
 
         Parameters
         ----------
-        answers, options : method, or function, of each quantity, and options by method
+        answers : method, or function, of each quantity
+        options : by method
         """
         if not callable(build):
             raise InputError(f"build must be a function build(specimen) of assembly and loads, got {build!r}")

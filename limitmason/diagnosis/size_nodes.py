@@ -46,7 +46,8 @@ def transformed(
 
     Parameters
     ----------
-    size, prediction : of the cause in its unit, and the prediction that is read
+    size : of the cause in its unit
+    prediction : that is read
     specimen, index : what was tested, and its number for errors
     """
     assert cause.apply is not None, "a reading is transformed by its apply"

@@ -144,7 +144,8 @@ def _repairs(
 
     Parameters
     ----------
-    motion, g : twists to repair (n_blocks, 6), and their free opening at every point (m,)
+    motion : twists to repair, shape (n_blocks, 6)
+    g : their free opening at every point, shape (m,)
     fields : opening motions, (n_blocks, 6) each
     to_open : sets of points, flags of shape (m,)
     """

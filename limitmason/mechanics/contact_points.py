@@ -285,7 +285,8 @@ def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
 
     Parameters
     ----------
-    rows, corners : interfaces, and their corners [m], shapes (m,) and (m, 4, 3)
+    rows : numbers of the interfaces, shape (m,)
+    corners : theirs [m], shape (m, 4, 3)
     """
     x = assembly.arrays
     e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1]

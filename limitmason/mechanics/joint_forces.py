@@ -49,7 +49,8 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
 
     Parameters
     ----------
-    model, prediction : what was solved, and its answer with resultants
+    model : what was solved
+    prediction : its answer with resultants
 
     Returns
     -------

@@ -135,7 +135,8 @@ def fan_points(corners: Array, n: int, normal: Array, rule: Rule) -> tuple[Array
 
     Returns
     -------
-    points, areas : [m], shape (m, p, 3), and [m2], shape (m, p)
+    points : [m], shape (m, p, 3)
+    areas : [m2], shape (m, p)
     """
     m, centre = len(corners), _centroids(corners, normal)
     s, share = rule(n)
@@ -166,7 +167,8 @@ def plane_points(
 
     Parameters
     ----------
-    corners, rows : of the interfaces [m], shape (m, k, 3), and their numbers, shape (m,)
+    corners : of the interfaces [m], shape (m, k, 3)
+    rows : numbers of the interfaces, shape (m,)
     """
     tangent = np.cross(plane.normal, x.normal[rows])
     s = np.einsum("mki,mi->mk", corners - x.centre[rows][:, None], tangent)

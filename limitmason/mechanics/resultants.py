@@ -20,7 +20,8 @@ def resultants_from_points(
 
     Parameters
     ----------
-    position, area : of the points [m], (m, 3), and [m2], (m,)
+    position : of the points [m], shape (m, 3)
+    area : of the points [m2], shape (m,)
     interface : number of the joint, or of the tie after them, shape (m,)
     force : on block b in global axes [N], shape (m, 3)
     """

@@ -54,7 +54,8 @@ def face_arrays(polygons: list[Array], normal: Array) -> tuple[Array, Array, Arr
 
     Parameters
     ----------
-    polygons, normal : corners of every face [m], and its unit normal, shape (k, 3)
+    polygons : corners of every face [m]
+    normal : its unit normal, shape (k, 3)
     """
     k = len(polygons)
     count = np.array([len(p) for p in polygons], dtype=np.intp)

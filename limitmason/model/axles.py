@@ -82,7 +82,8 @@ def axle_forces(
 
     Parameters
     ----------
-    at, force : x of the axle [m], and its load downwards over the whole width [N]
+    at : x of the axle [m]
+    force : its load downwards over the whole width [N]
     level : z_f, top of the fill [m]
     spread_deg : beta, from the vertical [deg]
     contact : b, length of the wheels on the fill [m]

@@ -280,7 +280,8 @@ class Loads(LoadArrays):
 
         Parameters
         ----------
-        at, force : x of the axle [m], and its load downwards over the whole width [N]
+        at : x of the axle [m]
+        force : its load downwards over the whole width [N]
         level, spread_deg, contact : top of the fill [m], angle of the spread [deg] and length of the wheels [m], see
             :func:`limitmason.model.axles.axle_forces`
         case : "live" or "dead"

@@ -70,8 +70,10 @@ class ResponseSpectrum(Displayed, Tabular, ReadOnly):
 
         Parameters
         ----------
-        acceleration, sample_step : [m/s2], shape (n,), and time between samples [s]
-        periods, damping : [s], some by default; part of the critical one [-]
+        acceleration : [m/s2], shape (n,)
+        sample_step : time between samples [s]
+        periods : [s], some by default
+        damping : part of the critical one [-]
 
         Raises
         ------

@@ -181,7 +181,8 @@ def _column(path: str, name: str, unit: str, lines: Sequence[int], cells: Sequen
 
     Parameters
     ----------
-    lines, cells : number of every line, for errors, and its text
+    lines : number of every line, for errors
+    cells : its text
     """
     for line, cell in zip(lines, cells, strict=True):
         if not cell:

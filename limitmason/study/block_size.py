@@ -147,7 +147,8 @@ def _at_size(
 
     Parameters
     ----------
-    options, size : of each method by name; over the unit's own [-]
+    options : of each method, by name
+    size : of the units over their own [-]
     """
     scaled = scaled_unit(unit, size, vary)
     assembly, loads = build(scaled)

@@ -151,7 +151,8 @@ def _at_points(
 
     Parameters
     ----------
-    along, options : points along a joint, and of the method
+    along : points along a joint
+    options : of the method
     """
     if method == ASSOCIATIVE:
         grid = {"contact_model": "grid", "grid": (along, points), "in_plane": False}

@@ -96,7 +96,8 @@ class Shapes(NamedTuple):
 
         Parameters
         ----------
-        face, owner : number of the face, and of the block whose corner it is, shape (m,)
+        face : number of the face, shape (m,)
+        owner : number of the block whose corner it is, shape (m,)
         """
         if not len(self.open):
             return np.zeros(len(face))

@@ -233,7 +233,8 @@ def _frame(old: Before, row: int, rotation: Array, normal: Array) -> Array:
     Parameters
     ----------
     row : of the old point that gives the tangents
-    rotation, normal : of the block that carries the frame, shape (3, 3), and of its face in the reference pose, (3,)
+    rotation : of the block that carries the frame, shape (3, 3)
+    normal : of its face in the reference pose, shape (3,)
     """
     if old.c.components == 2:
         # as in the reference pose: the tangent is the normal turned in the plane

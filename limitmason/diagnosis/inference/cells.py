@@ -167,7 +167,8 @@ class NodeData:
     Parameters
     ----------
     table : rows of ``Cells.table``, one per data set
-    d, k : number of axes, and of measured inputs among them
+    d : number of axes
+    k : number of measured inputs among them
     """
 
     def __init__(self, table: np.ndarray, d: int, k: int):
@@ -234,7 +235,8 @@ class CellSums:
     gram : changes to the 2 d neighbours with each other, shape (2 d, 2 d, b)
     pull : these changes with the residual at the node, shape (2 d, b)
     loss : sum of its squares, shape (b,)
-    residuals, sides : residual and changes themselves, shapes (b, n) and (b, 2 d, n); None where not formed
+    residuals : shape (b, n); None where not formed
+    sides : the changes themselves, shape (b, 2 d, n); None where not formed
     """
 
     here: NodeData
@@ -295,7 +297,8 @@ def _cell(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inn
 
     Parameters
     ----------
-    owner, column : grid of each data set, ascending, and its node there, shape (b,)
+    owner : grid of each data set, ascending, shape (b,)
+    column : its node there, shape (b,)
     at : data, their squares and their weights
     inner : products of the data with node and neighbours where these are made already
     """
@@ -337,7 +340,8 @@ def _normal(
     Parameters
     ----------
     gram, slope : inner products of the changes per cell with each other, and with the residuals
-    z_step, off : change of each measured input per cell, and how far it is from its measured value [sd]
+    z_step : change of each measured input per cell
+    off : how far it is from its measured value [sd]
     per : one over the noise variance, shape (b,), or None where it is one
     flat : least squared change along an axis that counts
     """

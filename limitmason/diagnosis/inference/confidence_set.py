@@ -203,7 +203,8 @@ class ConfidenceSet:
 
         Parameters
         ----------
-        base, best : log-likelihood of the baseline, and of the best explanation of its kind
+        base : log-likelihood of the baseline
+        best : log-likelihood of the best explanation of its kind
         """
         grid, value = self.design.grid(names), float(fit.loglik[0])
         sizes, z = (tuple(float(v) for v in at(fit.position)[0]) for at in (grid.sizes_at, grid.z_at))
@@ -216,7 +217,8 @@ class ConfidenceSet:
 
         Parameters
         ----------
-        null, singles : fits of the baseline and of every single cause
+        null : fits of the baseline
+        singles : fits of every cause alone
         """
         rule, shape = self.rule, self.design.trends.statistic(null.residuals)
         observed = self._statistics(null, list(singles.values()), np.ones(1), shape)
@@ -260,7 +262,8 @@ class ConfidenceSet:
 
         Parameters
         ----------
-        null, singles : fits of the baseline, and of every cause alone
+        null : fits of the baseline
+        singles : fits of every cause alone
         """
         best = np.max([f.loglik for f in singles], axis=0)
         out = {"gain": best - null.loglik, **self._residuals(null, replicate, shape)}

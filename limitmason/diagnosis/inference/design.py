@@ -171,7 +171,8 @@ class Design:
         Parameters
         ----------
         models : explanations, by their names or their grids
-        y, weights : whitened data sets, and weights of their values or None for ones, shape (b, n)
+        y : whitened data sets, shape (b, n)
+        weights : of their values, shape (b, n), or None for ones
         replicate : redrawn replicate variance, a number or shape (b,)
         z : measured inputs in standard deviations from their values, shape (b, k); None is the values themselves
         residuals : whether those of the fits are wanted

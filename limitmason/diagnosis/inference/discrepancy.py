@@ -56,7 +56,8 @@ class Discrepancy:
 
         Parameters
         ----------
-        along, factors : what each bias goes with, in words, and a root of its covariance over the noise, (n, r)
+        along : what each bias goes with, in words
+        factors : root of its covariance over the noise, shape (n, r)
         """
         self.along, self.factors, self.n = tuple(along), tuple(factors), len(slopes)
         parts, prices = [np.zeros((self.n, 0))], []
@@ -146,7 +147,8 @@ class Discrepancy:
 
         Parameters
         ----------
-        number, folds : of the bias, and of the fold of every value, shape (n,)
+        number : of the bias
+        folds : number of the fold of every value, shape (n,)
         """
         b, pull = self._stack[:, self._starts[number] : self._starts[number + 1]], self.weighted(number, y)
         miss, spread = np.empty(len(y)), np.empty(len(y))

@@ -119,7 +119,8 @@ def fits(
     grids : models
     y : whitened values, shape (b, n)
     z : nuisance data in standard deviations, shape (b, k)
-    like, weights : how squares become a log-likelihood; 1 for values that are used, else 0, shape (b, n), None for all
+    like : how squares become a log-likelihood
+    weights : 1 for values that are used, else 0, shape (b, n); None for all
     replicate : redrawn replicate variance, a number or shape (b,)
     residuals : whether they are wanted; where not, they have the shape (b, 0)
     """

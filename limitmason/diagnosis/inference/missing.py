@@ -69,7 +69,8 @@ def leave_each_out(
         (causes, b)
     rest : whether the conditions of a name beside its margin hold, ``rest(name, effect, loglik, y, kinds)``
     seed : of noise and measured inputs
-    floor, agreed : least margin, and that where two kinds of evidence show one size
+    floor : least margin
+    agreed : margin where two kinds of evidence show one size
     share, each : largest share of wrong names, of all together and of a single name
     """
     names = [c.name for c in design.causes]
@@ -166,7 +167,8 @@ def _margins(
     Parameters
     ----------
     names : causes that may be named
-    given, excess : number of the cause named in each data set without it, and by how much it beat every bias
+    given : number of the cause named in each data set without it
+    excess : by how much it beat every bias
     trials : data sets drawn, also those in which no cause was named
     floor : margin without any wrong name
     share, each : largest share of the data sets with a wrong name, in all and for one name

@@ -340,7 +340,8 @@ def equivalent_tests(
     ----------
     sums, adds : squared distances of the pairs at every node so far, and what each row of the pool adds, (g,) and (g,
         rows)
-    quantities, cap : of every row; distance from which a pair counts as told apart
+    quantities : of every row
+    cap : distance from which a pair counts as told apart
     """
 
     def reached(row: int, times: int) -> float:

@@ -125,7 +125,8 @@ class Rivals:
         Parameters
         ----------
         effects : whitened effect of every lever at its largest size, shape (n,)
-        ways, amplitudes : factors by column, each (n, r), and the sizes that are tried [-]
+        ways : factors by column, shape (n, r) each
+        amplitudes : sizes that are tried [-]
         """
         along, factors = [], []
         for name, effect in effects.items():
@@ -212,7 +213,8 @@ class Rivals:
 
         Parameters
         ----------
-        listed, fitted : names of every explanation, and its fits
+        listed : names of every explanation
+        fitted : its fits
         """
         evidence = {own: self.of(names).evidence(y, self.design.like, replicate)
                     for own, names in {self.design.own(n): n for n in listed}.items()}

@@ -121,7 +121,8 @@ class Identification:
     chance : share of these in which it reaches the margin: how often this design identifies it
     p : share of these with an excess as small as that of the data
     slope, slope_error : of the data along that contrast; 0 is no effect, 1 the fitted size
-    ahead, ahead_error : log score of values left out, explanation minus model discrepancy, and its standard error
+    ahead : log score of values left out, explanation minus model discrepancy
+    ahead_error : its standard error
     structure : share of these draws whose residuals show as much of a model discrepancy as those of the data
     kinds : what each kind of data shows of it
     rival : the nearest listed lever with another dependence

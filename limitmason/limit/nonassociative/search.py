@@ -121,7 +121,8 @@ class Polisher:
 
         Parameters
         ----------
-        accuracy, descents : violation that counts as none [-]; disturbed descents of every state, in plane
+        accuracy : violation that counts as none [-]
+        descents : disturbed descents of every state, in plane
         """
         self.law, self.accuracy, self.descents, self.random, self.deadline = law, accuracy, descents, random, deadline
         self.cones = ConePrograms(law, deadline)
@@ -356,7 +357,8 @@ def _random_start(
 
     Returns
     -------
-    name, normal : what it is, and normal forces [N], shape (m,), or None without any
+    name : what it is
+    normal : normal forces [N], shape (m,), or None without any
     """
     m = len(good)
     kind = k % 4

@@ -141,7 +141,8 @@ class Problem(NamedTuple):
 
         Parameters
         ----------
-        twists, candidates : the motion, and others that may repair it, shape (n_blocks, 6) each
+        twists : the motion, shape (n_blocks, 6)
+        candidates : others that may repair it, shape (n_blocks, 6) each
         """
         none = self.resultants(np.zeros((self.points.count, 3)))
         motion = Mechanism(twists, np.zeros(0), np.zeros((0, 2)))

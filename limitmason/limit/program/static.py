@@ -181,7 +181,8 @@ def _balances(problem: Problem, force: Array, load: Array, own: Array) -> bool:
 
     Parameters
     ----------
-    load, own : on every equilibrium row, scaled, shape (r,); own load of every block over ``force_scale``, shape (n,)
+    load : on every equilibrium row, scaled, shape (r,)
+    own : own load of every block over ``force_scale``, shape (n,)
     """
     block = row_blocks(problem)
     size = np.linalg.norm(force.reshape(-1, problem.components), axis=1) * problem.point_scale

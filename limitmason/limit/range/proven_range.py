@@ -244,7 +244,8 @@ def _largest(
     top : associative multiplier
     limits : bounds on velocities, shape (n,)
     force : bounds on joint forces
-    time_limit, tolerance : of the mixed-integer program [s], and relative width that counts as none [-]
+    time_limit : of the mixed-integer program [s]
+    tolerance : relative width that counts as none [-]
     """
     answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
     best = found if answer is None else ForceState(answer.multiplier, answer.force, found.velocity)
