@@ -15,7 +15,7 @@ from dem.model.state import PointForces, State
 from limitmason.arrays import Array, Flags, Index
 from limitmason.model import Assembly
 
-FACES = 1
+FACES = 1  # kind of a contact whose faces lie on each other
 
 NOTICED = 1e-4
 """Slip from which the points of a joint follow its edges, over the square root of its area [-]."""

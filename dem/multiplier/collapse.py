@@ -47,7 +47,7 @@ Rigid stones bore 1.6, 1.8 and 3.0 times as much more in three of 70 small struc
 SHEAR = 0.4
 """Factor on ks in the error budget [-]: G / E of a mortar, where kn is ks by default."""
 
-LOADING = Damping(local=0.4, kinetic=True)
+LOADING = Damping(local=0.4, kinetic=True)  # chosen, not derived
 
 
 @of_model

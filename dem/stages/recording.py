@@ -30,7 +30,7 @@ _SUMS = {
 }
 
 
-_NEVER = 10**9
+_NEVER = 10**9  # steps
 
 LEAD = 0.05
 """Displacement after a ramp, over the largest one, from which blocks that went ahead of it are pointed out [-]."""

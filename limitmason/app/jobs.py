@@ -18,7 +18,7 @@ from limitmason.app.worker import work
 GRACE = 5.0
 """Seconds after the last page has gone until its job ends: a page that is loaded again comes back sooner."""
 
-MOST_PAGES = 5
+MOST_PAGES = 5  # pages that look on: a browser has six connections to a server, and each keeps one
 
 _KEPT = 6  # jobs whose files can still be fetched
 

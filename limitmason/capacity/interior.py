@@ -17,7 +17,7 @@ from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory, trial
 from limitmason.capacity.system import Evaluated, System
 
-ITERATIONS = 60
+ITERATIONS = 60  # at most, chosen
 
 FIRST = 10.0
 """Product at the start, block weights times elastic lengths: less finds fewer steps, more takes longer [-]."""

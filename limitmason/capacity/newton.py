@@ -12,7 +12,7 @@ from limitmason.capacity.system import Evaluated, System
 TOLERANCE = 1e-9
 """Unbalance of a solved step, in mean block weights [-]."""
 
-ITERATIONS = 12
+ITERATIONS = 12  # at most, chosen
 
 SHARES = (1.0, 0.5, 0.25, 0.1, 0.03)
 """Shares of a step that are tried until the unbalance falls."""

@@ -14,7 +14,7 @@ from limitmason.capacity.program import solve_step
 from limitmason.capacity.system import Evaluated, System
 from limitmason.mechanics.law import BELOW_THE_APEX
 
-PROGRAMS = 7
+PROGRAMS = 7  # most of them for a step: three plain, four with a proximal term
 
 MANY, MANY_BY_DESCENT = 200, 500
 """Contact points from which an interior path, and from which descent, costs less than programs."""

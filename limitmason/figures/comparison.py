@@ -15,7 +15,7 @@ from limitmason.errors import InputError
 from limitmason.figures import style
 
 LABELS = ("auto", "all", "outside", "none")
-_MANY = 12
+_MANY = 12  # points up to which each has its name beside it
 _SIDE = 4.0  # of the square [in]
 
 

@@ -19,8 +19,8 @@ from limitmason.geometry.rotation import rotation_vectors
 from limitmason.mechanics.rigid_motion import RigidMotion, structure_size
 
 MOMENTS = ("first crack", "peak", "end")
-_WIDEST = 3.0
-_DRAWN = 0.05
+_WIDEST = 3.0  # line of the largest movement [pt]
+_DRAWN = 0.05  # of the structure: largest displacement as drawn
 
 
 @style.in_print_style

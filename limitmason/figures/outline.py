@@ -19,7 +19,7 @@ from limitmason.geometry.polyhedron import face_plane
 from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly, Block
 
-_AROUND = 24
+_AROUND = 24  # places on a circle about an edge: a wedge of 15 degrees is seen
 
 
 class Edge(NamedTuple):

@@ -24,7 +24,7 @@ SAME = 0.95
 SHOWN = 10
 """So many moved stones are named in the text; ``changes`` has all."""
 
-_ROUNDS = 400
+_ROUNDS = 400  # half steps, chosen; the last one is whole
 
 
 class Change(NamedTuple):

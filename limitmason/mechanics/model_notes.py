@@ -17,7 +17,7 @@ from limitmason.model.joint import Joint, LostBy, Unloading
 from limitmason.model.joint_term import Taken
 from limitmason.model.load import Loads
 
-_SAME = 1e-9
+_SAME = 1e-9  # of the largest load: differences below are rounding
 
 
 

@@ -23,7 +23,7 @@ from limitmason.storage.frozen import ReadOnly
 TINY = 0.1
 """A contact narrower than this fraction of the smaller block's width is tiny [-]."""
 
-_SHOWN = 20
+_SHOWN = 20  # rows of a table that a reader looks at
 
 
 class ContactEntry(NamedTuple):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
 
 
-_PARALLEL = np.cos(np.deg2rad(1.0))
+_PARALLEL = np.cos(np.deg2rad(1.0))  # faces turned by less lie in the plane of the patch
 NEAR = 1e-6  # of the patch's size: faces this near to its plane lie in it
 
 

@@ -14,15 +14,15 @@ import numpy as np
 from limitmason.arrays import Array
 
 _OWN = ("limitmason", "dem", "mechanisms", "dataclasses", "functools")
-_ANGLE_LIKE_RADIANS = 1.6
-_STRESS_LIKE_MPA = (1e-3, 50.0)
+_ANGLE_LIKE_RADIANS = 1.6  # a right angle in radians, rounded up
+_STRESS_LIKE_MPA = (1e-3, 50.0)  # mortars and stones lie there in MPa, none in Pa
 _LIGHTEST = 0.5  # g/cm3; blocks far lighter are weightless on purpose
-_STIFFNESS_LIKE_N_PER_MM3 = 1e4
-_PRESSURE_TOO_HIGH = 1e9
+_STIFFNESS_LIKE_N_PER_MM3 = 1e4  # 10 kPa would press a joint of this many Pa/m together by a metre
+_PRESSURE_TOO_HIGH = 1e9  # stronger than any stone [Pa]
 _MODULUS_TOO_LOW = 1e5  # softer than rubber
-_BLOCK_LIKE_CM = 20.0
-_DENSITY_LIKE_N_PER_M3 = (12e3, 35e3)
-_SECTION_LIKE_MM2 = 1.0
+_BLOCK_LIKE_CM = 20.0  # no block is as long in metres
+_DENSITY_LIKE_N_PER_M3 = (12e3, 35e3)  # unit weights of masonry in N/m3
+_SECTION_LIKE_MM2 = 1.0  # no rod is as thick in square metres
 
 _given_as_coefficient: ContextVar[bool] = ContextVar("given_as_coefficient", default=False)
 

@@ -9,7 +9,7 @@ from limitmason.diagnosis.inference.grid import Grid
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.verdict import Tested
 
-LEVEL = 0.95
+LEVEL = 0.95  # of intervals of sizes
 CHI2 = 3.841458820694124  # its 95 % point with one degree of freedom
 CALIBRATION = 699  # draws
 

@@ -28,7 +28,7 @@ from limitmason.model.support import Support
 
 NAME = "modern-walls"
 BEAM = "beam"
-DENSITY = 1000.0
+DENSITY = 1000.0  # assumed [kg/m3]
 THIN = 0.02  # height of a beam whose centroid is nearly at the top of the wall [m]
 FORCE = 1e3  # live load [N]: the multiplier is the horizontal force in kN
 FILLED = ("F", "TF")

@@ -18,7 +18,7 @@ from limitmason.limit.interior_point.factor import BlockCholesky
 STEP = 0.99
 """Fraction of the way to the boundary of the cones that a step may go."""
 
-REFINEMENTS = 2
+REFINEMENTS = 2  # corrections of a solution at most, chosen
 REFINED = 1e-11
 """Refinements of a solution of the bordered system, and its relative error at which it is left alone. A larger one
 would stay in the equilibrium equations: late iterates lie too close to the boundary of the cones to remove it again.
