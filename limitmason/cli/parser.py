@@ -49,11 +49,11 @@ The multiplier scales the live loads; for horizontal loads equal to the weight i
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser that takes -1e4 for a number, as forces are written, and for no option."""
+    """A parser that takes -1e4 and -2mm for numbers, as forces and lengths are written, and for no options."""
 
     def __init__(self, *given: Any, **named: Any) -> None:
         super().__init__(*given, **named)
-        self._negative_number_matcher = re.compile(r"-\d*\.?\d+\.?([eE][-+]?\d+)?$")
+        self._negative_number_matcher = re.compile(r"-\d*\.?\d+\.?([eE][-+]?\d+)?[a-z]*$")
 
 
 def command_parser() -> argparse.ArgumentParser:

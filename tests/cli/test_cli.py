@@ -11,6 +11,7 @@ import pytest
 
 from limitmason import cli
 from limitmason.cli import main, models
+from limitmason.cli.parser import command_parser
 from limitmason.formats import read_json, read_prediction
 
 
@@ -303,3 +304,11 @@ def test_what_the_system_refuses_is_named_without_a_number(arguments, message, c
     said = capsys.readouterr().err
     assert message in said
     assert "Errno" not in said
+
+
+@pytest.mark.parametrize(("text", "metres"), [("-1mm", -1e-3), ("-2.5e-1cm", -2.5e-3), ("-0.002", -0.002), (".5m", 0.5)])
+def test_a_length_with_a_sign_and_a_unit_is_no_option(text, metres):
+    given = command_parser().parse_args(["pushover", "wall.json", "--to", "2mm", text, "--blocks", "lumped"])
+    assert given.to == pytest.approx([2e-3, metres])
+    with pytest.raises(SystemExit):
+        command_parser().parse_args(["pushover", "wall.json", "--to", "-mm"])
