@@ -12,6 +12,7 @@ import limitmason as lm
 from limitmason.cli import console, models
 from limitmason.errors import InputError
 from limitmason.limit import axle_envelope, load_region, thrust
+from limitmason.model.support_motion import group_of
 from limitmason.stability_check import stability
 
 
@@ -73,6 +74,8 @@ def _stability(options: argparse.Namespace) -> int:
     """Print whether a structure stands under its dead load; 3 where it does not."""
     assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
+    if options.support:
+        group_of(assembly, options.support)  # a name that is wrong is said before the analysis
     found = stability(assembly, dead)
     console.show_text(str(found))
     if options.support and found.stands:

@@ -64,9 +64,10 @@ class LoadArrays(ReadOnly):
         return replace(self, name=name, **{k: getattr(self, k) + getattr(other, k) for k in _PARTS})
 
     def scaled(self, *, dead: float = 1.0, live: float = 1.0) -> Self:
-        """Dead and live loads times a factor each."""
+        """Dead and live loads times a factor each; with no live load left they are called "dead loads"."""
         factor = {"dead": finite("dead", dead), "live": finite("live", live)}
-        return replace(self, **{k: factor[k.removesuffix("_arms")] * getattr(self, k) for k in _PARTS})
+        name = "dead loads" if live == 0.0 and self.live.any() else self.name
+        return replace(self, name=name, **{k: factor[k.removesuffix("_arms")] * getattr(self, k) for k in _PARTS})
 
     def of_blocks(self, order: ArrayLike) -> Self:
         """The loads of some blocks by number, in the order given: those of a renumbered or smaller assembly."""

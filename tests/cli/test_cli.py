@@ -306,9 +306,17 @@ def test_what_the_system_refuses_is_named_without_a_number(arguments, message, c
     assert "Errno" not in said
 
 
-@pytest.mark.parametrize(("text", "metres"), [("-1mm", -1e-3), ("-2.5e-1cm", -2.5e-3), ("-0.002", -0.002), (".5m", 0.5)])
+@pytest.mark.parametrize(("text", "metres"), [
+    ("-1mm", -1e-3), ("-2.5e-1cm", -2.5e-3), ("-0.002", -0.002), (".5m", 0.5),
+])
 def test_a_length_with_a_sign_and_a_unit_is_no_option(text, metres):
     given = command_parser().parse_args(["pushover", "wall.json", "--to", "2mm", text, "--blocks", "lumped"])
     assert given.to == pytest.approx([2e-3, metres])
     with pytest.raises(SystemExit):
         command_parser().parse_args(["pushover", "wall.json", "--to", "-mm"])
+
+
+def test_a_support_that_is_not_there_is_refused_before_the_analysis(monkeypatch, capsys):
+    monkeypatch.setattr("limitmason.cli.safety.stability", lambda *_: pytest.fail("the analysis ran"))
+    assert main(["stability", "ferris-tin-loi-2001/wall-3", "--support", "nope"]) == 2
+    assert "nope" in capsys.readouterr().err

@@ -168,3 +168,11 @@ def test_an_axle_acts_on_the_extrados():
     filled = lm.Loads.weight(arch).with_backfill(arch, level=1.5, density=1e3)
     above = filled.points("dead")[2:, :]  # weight and fill: between the centroid and the extrados
     assert (np.einsum("ni,ni->n", above, arch.centroids[2:]) > -1e-9).all()
+
+
+def test_loads_without_their_live_part_do_not_keep_its_name():
+    wall = lm.build.column(width=0.2, depth=0.2, height=1.0, courses=2, joint=lm.Joint(30.0))
+    pushed = lm.Loads.horizontal(wall)
+    assert pushed.scaled(live=0.0).name == "dead loads"
+    assert pushed.scaled(live=0.5).name == pushed.name
+    assert lm.Loads.weight(wall).scaled(live=0.0).name == "self weight"
