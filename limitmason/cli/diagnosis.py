@@ -8,6 +8,7 @@ import traceback
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import limitmason as lm
@@ -32,6 +33,8 @@ The simulation: --model with a packaged series (minho, ...; the file names its s
 --model module:function or file.py:function for simulate(specimen, **parameters) of your own, or a column of the file
 with its predictions (--predicted); then only causes that act on the predicted value can be tried.
 """
+
+_FROM_FILES: set[str] = set()  # names of modules that were read from files of users
 
 _DEFAULTS = {"out": Path("diagnosis"), "seed": 0, "jobs": 1, "next": 4, "rehearse": 0, "missing": 0}
 
@@ -220,6 +223,12 @@ def _refuse_unused(options: argparse.Namespace, *, own: bool, has_model: bool) -
         console.refuse(options, ("dof",), "with --noise replicates, which counts its own degrees of freedom")
 
 
+def _file_of(module: ModuleType | None) -> Path | None:
+    """The file that a module was read from."""
+    file = getattr(module, "__file__", None)
+    return None if file is None else Path(file).resolve()
+
+
 def load_object(text: str, what: str) -> Any:
     """The object behind "module:name" or "file.py:name", looked up from the current folder too.
 
@@ -237,6 +246,11 @@ def load_object(text: str, what: str) -> Any:
         raise InputError(f"{what} {text}: there is no file {module}")
     if place not in sys.path:
         sys.path.insert(0, place)  # stays: worker processes import the same module
+    if path.stem in _FROM_FILES and _file_of(sys.modules.get(path.stem)) != path.resolve():
+        # a file of that name was read from another folder
+        sys.modules.pop(path.stem, None)
+        sys.path.remove(place)
+        sys.path.insert(0, place)
     try:
         found = import_module(path.stem if path.suffix == ".py" else module)
     except ModuleNotFoundError as error:
@@ -247,8 +261,10 @@ def load_object(text: str, what: str) -> Any:
     except Exception as error:  # whatever the user's module may raise
         note_user_code(error, f"{what} {text}: {path} fails when it is imported")
         raise
-    if path.suffix == ".py" and Path(getattr(found, "__file__", None) or "").resolve() != path.resolve():
-        raise InputError(f"{what} {text}: another module is called {path.stem}: give the file another name")
+    if path.suffix == ".py":
+        if _file_of(found) != path.resolve():
+            raise InputError(f"{what} {text}: another module is called {path.stem}: give the file another name")
+        _FROM_FILES.add(path.stem)
     if not hasattr(found, name):
         raise InputError(f"{what} {text}: {module} has no {name!r}")
     return getattr(found, name)

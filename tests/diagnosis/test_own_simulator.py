@@ -139,3 +139,7 @@ def test_a_file_that_is_called_as_another_module_is_not_taken_for_it(tmp_path):
     own = tmp_path / "median_of_my_own.py"
     own.write_text(path.read_text())
     assert load_object(f"{own}:median", "--simulate")(None) == 1.0
+    other = tmp_path / "other" / own.name
+    other.parent.mkdir()
+    other.write_text("def median(specimen):\n    return 2.0\n")
+    assert [load_object(f"{f}:median", "--simulate")(None) for f in (other, own, other)] == [2.0, 1.0, 2.0]
