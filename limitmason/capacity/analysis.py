@@ -58,7 +58,7 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import LOBATTO, ContactPoints, Grid, weakening
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom
-from limitmason.mechanics.joint_shapes import soft_block_warnings
+from limitmason.mechanics.joint_shapes import loads_beside_centroids, soft_block_warnings
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.model_notes import tension_above_apex
@@ -198,6 +198,7 @@ def pushover(
     ties, of_ties = make_ties(assembly)
     apex = tension_above_apex(assembly, taken=True)
     warnings += [*of_points, *of_ties, *filter(None, [apex]), *soft_block_warnings(assembly, kn, blocks)]
+    warnings += loads_beside_centroids(assembly, loads, blocks)
     basis, free = degrees_of_freedom(assembly, plane)
     weight, size = _units(assembly, loads, free, moving)
     row, ratio = control_row(assembly, control, basis, free, loads.live @ basis * free)

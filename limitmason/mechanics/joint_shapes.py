@@ -10,6 +10,7 @@ from limitmason.deformable import Body, polynomial_blocks, simply_deformable_blo
 from limitmason.deformable.levels import RITZ, SIMPLY_DEFORMABLE
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.model.assembly import Assembly
+from limitmason.model.load import Loads
 
 _EXACT = 1e-9
 """To which the points of a joint integrate a polynomial exactly."""
@@ -61,6 +62,31 @@ def soft_block_warnings(assembly: Assembly, kn: Array, blocks: str) -> tuple[str
         f"block {assembly.blocks[i].name!r} is hardly stiffer than its joints, E / (kn l) = {ratio[i]:.2g} below "
         f"{_SOFT:g}: the shapes of simply deformable blocks may be too few, by 2 % and more; compare with "
         "blocks='ritz' of a capacity curve, or with zones",
+    )
+
+
+def loads_beside_centroids(assembly: Assembly, loads: Loads, blocks: str) -> tuple[str, ...]:
+    """Warning where loads act beside the centroids of blocks that deform: they strain these through their joints alone.
+
+    A bar that is pressed at its end then shortens by half of F L / (E A).
+
+    Parameters
+    ----------
+    blocks : "simply deformable" or "ritz"; other kinds have no such limit
+    """
+    if blocks not in (SIMPLY_DEFORMABLE, RITZ):
+        return ()
+    deforms = ~assembly.fixed & np.array([b.material is not None for b in assembly.blocks])
+    # sum of r f^T, whose symmetric part is what would strain a block
+    strains = sum(np.abs(a + a.transpose(0, 2, 1)).max(axis=(1, 2)) for a in (loads.dead_arms, loads.live_arms))
+    size = (np.abs(loads.dead[:, :3]) + np.abs(loads.live[:, :3])).max(initial=0.0)
+    rows = np.flatnonzero(deforms & (strains > 1e-9 * size * np.cbrt(assembly.volumes)))
+    if not len(rows):
+        return ()
+    more = f" and {len(rows) - 1} more" if len(rows) > 1 else ""
+    return (
+        f"loads beside the centroid of block {assembly.blocks[rows[0]].name!r}{more} strain it through its joints "
+        "alone: displacements may be too small; make what is loaded a block of its own",
     )
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import dem
 import limitmason as lm
 from limitmason.capacity.path_loads import PathLoads
 from limitmason.geometry import box
@@ -182,3 +183,22 @@ def test_the_tangent_of_turning_arms_is_the_derivative_of_their_moments():
 
     differences = np.column_stack([(wrench(h * d) - wrench(-h * d)) / (2 * h) for d in spin])
     assert path.stiffness(turn, 0.7)[0][:, 3:] == pytest.approx(differences, abs=1e-4)
+
+
+@pytest.mark.parametrize("blocks", ["simply deformable", "ritz"])
+def test_a_load_beside_the_centroid_of_a_block_that_deforms_says_what_it_does_not_strain(blocks):
+    """A bar that is pressed at its top shortens by half of F L / (E A): the push of the ground strains it alone."""
+    wall = block().with_material(lm.Material(young_modulus=1e9, poisson_ratio=0.2))
+    down = lm.Loads.weight(wall)
+    beside = down.with_point_load(wall, 1, (0.0, 0.0, -1e4), at=(0.2, 0.15, HEIGHT))
+    through = down.with_point_load(wall, 1, (0.0, 0.0, -1e4))
+
+    def said(loads, kind=blocks):
+        settled = lm.pushover(wall, loads, to=-1e-9, control=("block", "z"), blocks=kind)
+        return [w for w in settled.warnings if "beside the centroid of block 'block'" in w]
+
+    assert said(beside)
+    assert not said(through)
+    assert not said(beside, "rigid")
+    told = [dem.initial_state(wall, x, blocks="simply deformable").warnings for x in (beside, through)]
+    assert ["beside the centroid" in " ".join(w) for w in told] == [True, False]
