@@ -15,7 +15,6 @@ from limitmason.answers.references import data_behind
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity import path
-from limitmason.capacity.certificate import Structure
 from limitmason.capacity.certified import certified_curve
 from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.contact_search.crossing import faces_that_meet
@@ -35,6 +34,7 @@ from limitmason.capacity.kinematics import at_rest, make_bodies
 from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path_loads import PathLoads
+from limitmason.capacity.path_state import Structure
 from limitmason.capacity.path_warnings import (
     GLUED_FACES,
     branch_warnings,
@@ -43,9 +43,10 @@ from limitmason.capacity.path_warnings import (
     pressure_sharing_warnings,
     stiffness_warnings,
 )
-from limitmason.capacity.point_law import ElastoplasticLaw, softening_by_plastic_slip
+from limitmason.capacity.point_law import ElastoplasticLaw
 from limitmason.capacity.refused import refuse, refuse_partial_rotations, refuse_with_initial
 from limitmason.capacity.result import PushoverCurve
+from limitmason.capacity.slip_softening import softening_by_plastic_slip
 from limitmason.capacity.start import begin
 from limitmason.capacity.stepping import Node
 from limitmason.capacity.steps import Steps, senses

@@ -16,8 +16,9 @@ from limitmason.capacity.contact_search.touching import outside
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.papers import PAPERS
-from limitmason.capacity.point_law import PlasticHistory, slid_back
+from limitmason.capacity.point_law import PlasticHistory
 from limitmason.capacity.result import Break, PushoverCurve
+from limitmason.capacity.slip_softening import slid_back
 from limitmason.capacity.stepping import Node
 
 WANDERED = 0.1

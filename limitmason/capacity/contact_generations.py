@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.capacity.certificate import PathState, Structure, certify, forces, stored
+from limitmason.capacity.certificate import certify
 from limitmason.capacity.contact_search.crossing import is_crossing
 from limitmason.capacity.contact_search.faces import Shapes
 from limitmason.capacity.contact_search.overlap import DEEP, deepest
 from limitmason.capacity.contact_search.touching import beside_faces, found_anew, landed, outside
 from limitmason.capacity.kinematics import Pose, motion_between
+from limitmason.capacity.path_state import PathState, Structure, forces, stored
 from limitmason.capacity.stepping import Node, Onward
 from limitmason.capacity.system import Evaluated, System
 
@@ -303,7 +304,7 @@ class Generations:
         return 1.0 / max(float(np.linalg.norm(motion)), 1e-300)
 
     def forces(self, node: Node) -> tuple[Array, Array, Array]:
-        """Force components [N], displacements [m] and places [m] of a node's points, see :func:`certificate.forces`."""
+        """Force components [N], displacements [m] and places [m] of a node's points, see :func:`.path_state.forces`."""
         return forces(self.structures[node.generation], self.state(node))
 
 

@@ -21,8 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array, Flags, Index
-from limitmason.mechanics.law import SUDDEN, PointLaw, Softening, softening
-from limitmason.model.assembly import Assembly
+from limitmason.mechanics.law import PointLaw, Softening
 
 _OPEN_TANGENT = 1e-9
 """Share of the elastic stiffness left in the tangent, never in the forces: without it a free block's is singular."""
@@ -386,37 +385,3 @@ def _plastic(law: ElastoplasticLaw, s: PointLaw, old: PlasticHistory, tried: _El
     for k in range(c):
         tangent[:, k, k] += floor
     return Returned(found.stress, history, tangent)
-
-
-def slid_back(tan_psi: Array, history: PlasticHistory) -> Flags:
-    """Points that have slid back: they are lifted by more than their distance from the start asks for, tan(psi) |slip|.
-
-    Lift only grows under this flow rule, while the distance shrinks on the way back. More than a hundredth of the
-    largest lift counts, so that rounding does not.
-
-    Parameters
-    ----------
-    tan_psi : shape (m,)
-    """
-    away = tan_psi * np.linalg.norm(history.slip, axis=1)
-    return history.lift - away > 0.01 * max(float(np.abs(history.lift).max(initial=0.0)), 1e-300)
-
-
-def softening_by_plastic_slip(assembly: Assembly, kn: Array, ks: Array) -> Softening | None:
-    """Softening of every interface by its plastic slip, or None where none softens.
-
-    A joint that has lost all of its opening's or its slip's energy is at damage 1. The slip is the plastic one:
-    1 / rate_slip = 2 GfII / (c - c_r).
-
-    Parameters
-    ----------
-    kn, ks : stiffness of every interface [Pa/m]
-    """
-    joints = [i.joint for i in assembly.interfaces]
-    if not any(j.softens for j in joints):
-        return None
-    found = softening(joints, kn, ks)
-    lost, slip = assembly.arrays.cohesion - found.rest.cohesion, found.by_slip
-    gradual = (slip > 0.0) & (slip < SUDDEN)
-    # at damage 1: the slip past the peak, and the elastic slip lost / ks that has unloaded meanwhile
-    return found._replace(by_slip=np.where(gradual, 1.0 / (1.0 / np.where(gradual, slip, 1.0) + lost / ks), slip))

@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike
 from limitmason.answers.curve import Curve, CurvePoint, Energy
 from limitmason.answers.results import Mechanism, Resultants
 from limitmason.arrays import Array, Index
-from limitmason.capacity.certificate import StepCertificate, Structure, strength, tensions
+from limitmason.capacity.certificate import StepCertificate
 from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.limit_point import first_limit_point
+from limitmason.capacity.path_state import Structure, strength, tensions
 from limitmason.capacity.path_warnings import STIFFER, second_moment_ratio
 from limitmason.capacity.stepping import Node, handed_over
 from limitmason.deformable.levels import RIGID

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from limitmason.capacity import breaking, stepping
-from limitmason.capacity.certificate import Structure
 from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.kinematics import Pose
+from limitmason.capacity.path_state import Structure
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.stepping import Node
 from limitmason.errors import InputError, NotApplicable

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr
 
-from limitmason.diagnosis.inference import plan
+from limitmason.diagnosis.inference import identifying_tests, plan
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy
 from limitmason.diagnosis.inference.grid import Grid, at_measured
@@ -62,7 +62,7 @@ def suggest(
     return replace(
         found, pairs=tuple((" + ".join(a), " + ".join(b)) for a, b in pairs), before=float(before.min()),
         after=float(after.min()), chance=(plan.chance_of_verdict(before, pairs), plan.chance_of_verdict(after, pairs)),
-        worth=plan.equivalent_tests(*plan.apart(truths, grids, pairs), there.rows.quantities),
+        worth=identifying_tests.equivalent_tests(*plan.apart(truths, grids, pairs), there.rows.quantities),
     )
 
 
@@ -91,7 +91,7 @@ def _identify(
     scale = np.concatenate([design.scale, there.scale])
     slopes_of_both = np.concatenate(slopes)
     rivals = Discrepancy.of(both, scale, slopes_of_both)
-    found = plan.tests_that_identify(rivals, slopes_of_both, np.concatenate(effect), design.n, k, price)
+    found = identifying_tests.tests_that_identify(rivals, slopes_of_both, np.concatenate(effect), design.n, k, price)
     lost = [c for c in diagnosis.covariates if c not in both and c not in own and " in " not in c]
     told = f"; the pool does not say its {', '.join(lost)}" if lost else ""
     asked = diagnosis.identification.margin if diagnosis.identification is not None else 0.0

@@ -169,7 +169,7 @@ def test_small_steps_come_to_the_same_as_the_dem_kernel():
 
 
 def test_a_point_that_slides_back_is_seen():
-    from limitmason.capacity.point_law import slid_back
+    from limitmason.capacity.slip_softening import slid_back
 
     one = np.ones(1)
     law = ElastoplasticLaw(PointLaw(0.6 * one, 0.3 * one, 0.0 * one, 0.0 * one, np.inf * one), 2.0 * one, 3.0 * one)
