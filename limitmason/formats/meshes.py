@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zipfile
 from collections.abc import Iterator, Sequence
 from io import BytesIO
@@ -153,6 +154,8 @@ def _files(path: str | Path | Sequence[str | Path]) -> Iterator[tuple[str, str, 
         yield p.stem, p.suffix.lower(), p.read_bytes()
 
 
-def _natural(path: Path) -> tuple[str, int]:
-    digits = "".join(c for c in path.stem if c.isdigit())
-    return path.stem.rstrip("0123456789"), int(digits or 0)
+def _natural(path: Path) -> tuple[str, int, str]:
+    """Key by which files are sorted: stone-2 before stone-10, by the number at the end of the name."""
+    number = re.search(r"[0-9]*$", path.stem)
+    digits = number[0] if number else ""
+    return path.stem.removesuffix(digits), int(digits or 0), path.stem

@@ -1,12 +1,14 @@
 """Blocks from triangle meshes exactly as drawn: notches and hollows stay, and they collapse as closed forms say."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import limitmason as lm
 from limitmason.cli import console, main
 from limitmason.errors import InputError
-from limitmason.formats import DRAWINGS, read_solids
+from limitmason.formats import DRAWINGS, meshes, read_solids
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -63,3 +65,10 @@ def test_a_hollow_stays_and_what_is_no_stone_is_refused(tmp_path):
         (tmp_path / name).write_text(text, encoding="utf-8")
         with pytest.raises(InputError, match=f"{name}: not a mesh"):
             read_solids(tmp_path / name)
+
+
+def test_files_are_read_by_the_number_at_the_end_of_their_name():
+    names = ["w2-10", "w2-009", "w2-8", "stone\u00b2", "stone", "w10-1"]
+    assert [p.stem for p in sorted((Path(f"{n}.ply") for n in names), key=meshes._natural)] == [
+        "stone", "stone\u00b2", "w10-1", "w2-8", "w2-009", "w2-10",
+    ]
