@@ -25,7 +25,7 @@ from limitmason.deformable import SOLID
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import on_few_points
-from limitmason.mechanics.joint_shapes import loads_beside_centroids, soft_block_warnings
+from limitmason.mechanics.joint_shapes import deforming_block_warnings
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly, Loads
@@ -147,8 +147,7 @@ def initial_state(
     start = Start.of(assembly, stress, plane) if blocks == SIMPLY_DEFORMABLE else None
     if start is not None and (rigid := int(free.sum()) - len(start.stiffness)):
         warnings = (*warnings, f"{rigid} of {int(free.sum())} free blocks have no material and stay rigid")
-    warnings += soft_block_warnings(assembly, laws[:, kernels.LAW.kn], blocks)
-    warnings += loads_beside_centroids(assembly, loads, blocks)
+    warnings += deforming_block_warnings(assembly, loads, laws[:, kernels.LAW.kn], blocks)
     deformation: StrainShapes | None = None
     modes: BlockModes | None = None
     axes = _own_axes(points, joints, n)

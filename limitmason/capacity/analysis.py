@@ -59,7 +59,7 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import LOBATTO, ContactPoints, Grid, weakening
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom
-from limitmason.mechanics.joint_shapes import loads_beside_centroids, soft_block_warnings
+from limitmason.mechanics.joint_shapes import deforming_block_warnings
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.model_notes import tension_above_apex
@@ -198,8 +198,7 @@ def pushover(
     kn, ks, warnings = joint_stiffness(assembly, loads.dead, stiffness)
     ties, of_ties = make_ties(assembly)
     apex = tension_above_apex(assembly, taken=True)
-    warnings += [*of_points, *of_ties, *filter(None, [apex]), *soft_block_warnings(assembly, kn, blocks)]
-    warnings += loads_beside_centroids(assembly, loads, blocks)
+    warnings += [*of_points, *of_ties, *filter(None, [apex]), *deforming_block_warnings(assembly, loads, kn, blocks)]
     basis, free = degrees_of_freedom(assembly, plane)
     weight, size = _units(assembly, loads, free, moving)
     row, ratio = control_row(assembly, control, basis, free, loads.live @ basis * free)
@@ -216,10 +215,7 @@ def pushover(
         _equations, assembly, loads, plane=plane, bent=bent, control=row, weight=weight, size=size, length=length,
         ties=ties,
     )
-    structure = Structure(
-        assembly=assembly, loads=loads, points=first, weight=weight, size=size, length=length, deformation=bent,
-        tie_stiffness=ties.stiffness,
-    )
+    structure = Structure(assembly, loads, first, weight, size, length, deformation=bent, tie_stiffness=ties.stiffness)
     generations, origin = Generations(shapes, equations, [structure]), at_rest(assembly.n_blocks)
     if initial is None:
         generations, nodes, origin = begin(generations, start, say, None if moving is None else 0.0, ratio)

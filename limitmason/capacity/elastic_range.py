@@ -24,7 +24,7 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, Grid
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom
-from limitmason.mechanics.joint_shapes import loads_beside_centroids, shapes_of, soft_block_warnings
+from limitmason.mechanics.joint_shapes import deforming_block_warnings, shapes_of
 from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.lumped_units import with_lumped_units
@@ -283,8 +283,7 @@ def elastic_range(
     kn, ks, warnings = joint_stiffness(assembly, loads.dead, stiffness)
     springs = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface]
     shapes = shapes_of(assembly, blocks, state, None if plane is None else plane.normal) if deforming else None
-    said = *soft_block_warnings(assembly, kn, blocks), *loads_beside_centroids(assembly, loads, blocks)
-    warnings = [*warnings, *said]
+    warnings = [*warnings, *deforming_block_warnings(assembly, loads, kn, blocks)]
     rows, matrix = stiffness_matrix(assembly, points, springs, plane, shapes, blocks)
     basis, free = degrees_of_freedom(assembly, plane)
     wrench = np.column_stack([(w @ basis * free).ravel() for w in (loads.dead, loads.live)])

@@ -65,7 +65,18 @@ def soft_block_warnings(assembly: Assembly, kn: Array, blocks: str) -> tuple[str
     )
 
 
-def loads_beside_centroids(assembly: Assembly, loads: Loads, blocks: str) -> tuple[str, ...]:
+def deforming_block_warnings(assembly: Assembly, loads: Loads, kn: Array, blocks: str) -> tuple[str, ...]:
+    """What the shapes of deforming blocks do not tell, of blocks as soft as their joints and of loads.
+
+    Parameters
+    ----------
+    kn : of every interface [Pa/m]
+    blocks : how they deform
+    """
+    return *soft_block_warnings(assembly, kn, blocks), *_loads_beside_centroids(assembly, loads, blocks)
+
+
+def _loads_beside_centroids(assembly: Assembly, loads: Loads, blocks: str) -> tuple[str, ...]:
     """Warning where loads act beside the centroids of blocks that deform: they strain these through their joints alone.
 
     A bar that is pressed at its end then shortens by half of F L / (E A).

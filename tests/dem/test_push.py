@@ -2,36 +2,18 @@
 
 import math
 import os
-import re
 
 import numpy as np
 import pytest
+from stacked_bricks import BRICK, DOWN, KN, KS, stacked
 
 import dem
 import limitmason as lm
 from dem.driving.pace import slowest_period
-from dem.driving.push_curve import missed_between, swing_of
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError, NotConverged
 from limitmason.geometry import box
 from limitmason.mechanics.lumped_units import with_lumped_units
-
-BRICK = lm.Material(young_modulus=16.7e9, poisson_ratio=0.15, density=2000.0)
-KN, KS = 83e9, 36e9
-DOWN = dem.Drive({"top": {"z": -1.0}})
-
-
-def stacked(courses, *, width=0.2, height=0.1, depth=0.1, names=None, **law):
-    """A stack on a held block; the uppermost is called "top"."""
-    joint = lm.Joint(**{"friction_angle_deg": 30.0, "normal_stiffness": KN, "shear_stiffness": KS, **law})
-    outlines = [[[-1.0, -0.1], [1.0, -0.1], [1.0, 0.0], [-1.0, 0.0]]] + [
-        [[0.0, height * k], [width, height * k], [width, height * (k + 1)], [0.0, height * (k + 1)]]
-        for k in range(courses)
-    ]
-    names = ["ground", *(f"b{k}" for k in range(courses - 1)), "top"]
-    wall = lm.Assembly.from_polygons(outlines, thickness=depth, joint=joint, fixed=["ground"], names=names)
-    return wall.with_material(BRICK)
-
 
 # ---- closed forms ----
 
@@ -393,63 +375,20 @@ def test_a_plastic_wall_slides_at_its_associative_limit_load_at_any_speed(blocks
     assert curve.errors["energy"].max() < 1e-3
 
 
+@pytest.mark.exact
 def test_local_damping_alone_lets_a_wall_overshoot_where_it_begins_to_slide():
-    """By how much, .9 to 3 % of one wall, hangs on rounding; with combined damping it is the exact load to .5 %."""
+    """By how much, .9 to 3 % of one wall, hangs on rounding: the median of three that differ by no more."""
     peaks = []
     for stiffer in (1.0 - 1e-12, 1.0, 1.0 + 1e-12):
         curve, exact = slide("rigid", stiffer, damping=dem.Damping(0.5), rate_check=False)
         peaks.append(curve.peak.load)
         assert curve.residual == pytest.approx(exact, rel=5e-3)
-    assert np.median(peaks) > 1.005 * exact
+    assert np.median(peaks) > 1.01 * exact
 
 
 def test_combined_damping_without_a_local_one_is_refused():
     with pytest.raises(InputError, match="give local > 0"):
         dem.Damping(combined=True)
-
-
-def test_the_swing_of_a_load_is_what_it_does_about_its_course():
-    # nine tenths of a sine lie within sin(.45 pi) of its amplitude; a ramp and a drop do not swing
-    x = np.linspace(0.0, 1.0, 401)
-    course = 1.0 + x
-    assert swing_of(course) < 1e-9
-    assert swing_of(np.where(x < 0.5, course, 0.5 * course)) < 0.01
-    assert swing_of(1.0 + 0.2 * np.sin(2 * np.pi * 20.0 * x)) == pytest.approx(0.2 / 1.2, rel=0.1)
-
-
-def test_a_peak_that_may_lie_between_two_samples_is_said_to():
-    # a line that breaks at .7: with 12 samples the last before it is at .6364, 9.1 % low, and may be up to 1/7 low
-    def sampled(count, after=0.0):
-        x = np.linspace(0.0, 1.0, count)
-        return np.where(x < 0.7, x, after)
-
-    assert missed_between(sampled(12)) == pytest.approx(1 / 7)
-    assert missed_between(-sampled(12)) == pytest.approx(1 / 7)
-    assert missed_between(sampled(401)) == pytest.approx(1 / 279)
-    # a yield plateau and a smooth top miss nothing that counts, and of an end nobody knows
-    assert missed_between(sampled(12, after=0.7)) == 0.0
-    assert missed_between(np.sin(np.linspace(0.0, 3.0, 40))) < 1e-3
-    assert missed_between(np.linspace(0.0, 1.0, 12)) == 0.0
-
-
-def test_a_brittle_peak_on_few_samples_warns_and_on_as_many_as_it_asks_for_does_not():
-    law = {"cohesion": 4e4, "tensile_strength": 4e4, "residual_cohesion": 0.0, "residual_tensile_strength": 0.0}
-    wall = stacked(1, width=0.4, height=0.1, **law)
-    friction = math.tan(math.radians(30.0)) * float(wall.weights[~wall.fixed].sum())
-    exact = 4e4 * 0.04 + friction
-
-    def pushed(samples):
-        curve = dem.push(
-            wall, dem.Drive({"top": {"x": 1.0, "ry": 0.0}}), to=4e-6, steps=20_000, samples=samples, rate_check=False
-        )
-        return curve, [w for w in curve.warnings if "falls at once behind" in w]
-
-    few, (said,) = pushed(10)
-    higher = float(re.search(r"up to ([\d.]+)% higher", said)[1]) / 100.0
-    assert few.peak.load < 0.98 * exact <= (1.0 + higher) * few.peak.load
-    many, none = pushed(int(re.search(r"samples=(\d+)", said)[1]))
-    assert not none
-    assert many.peak.load == pytest.approx(exact, rel=5e-3)
 
 
 @pytest.mark.filterwarnings("ignore:.*")  # of units that nobody writes

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -161,6 +162,7 @@ def proven_range(
             "a proven range needs a plane problem: blocks, interfaces and loads symmetric about one plane"
         )
     refuse(PROVEN_RANGE, assembly, problem.interfaces, where=GRID)
+    bounded = partial(ProvenRange, velocity_bound=velocity_bound, force_bound=force_bound)
     law, ends = joint_law(problem), {}
     upper = _associative_end(problem, law, which)
     scale = problem.live_scale
@@ -170,10 +172,7 @@ def proven_range(
         state = ForceState(value, np.zeros(0), np.zeros(0))
         ends = dict.fromkeys(which, Extreme(state, value, True, ASSOCIATIVE))
         low, high = (value if name in which else float("nan") for name in ENDS)
-        return ProvenRange(
-            smallest=low, largest=high, ends=ends, associative=value, velocity_bound=velocity_bound,
-            force_bound=force_bound, seconds=time.perf_counter() - began,
-        )
+        return bounded(smallest=low, largest=high, ends=ends, associative=value, seconds=time.perf_counter() - began)
 
     normal = np.full(len(law.tan_phi), law.total / len(law.tan_phi))
     if upper.resultants is not None:
@@ -209,10 +208,7 @@ def proven_range(
         ends[name] = end.times(scale)._replace(seconds=time.perf_counter() - since)
     low, high = (ends[name].value if name in ends else float("nan") for name in ENDS)
     seconds = time.perf_counter() - began
-    return ProvenRange(
-        smallest=low, largest=high, ends=ends, associative=top * scale, velocity_bound=velocity_bound,
-        force_bound=force_bound, seconds=seconds,
-    )
+    return bounded(smallest=low, largest=high, ends=ends, associative=top * scale, seconds=seconds)
 
 
 def _associative_end(problem: Problem, law: JointLaw, which: tuple[str, ...]) -> Prediction:
