@@ -14,8 +14,8 @@ class PathLoads(NamedTuple):
 
     Parameters
     ----------
-    dead, live : in the reference pose [N, N m], shape (n, d)
-    dead_arms, live_arms : sum of r f^T [N m], shape (n, 3, 3)
+    dead, live : in the reference pose, zero where a degree of freedom is held [N, N m], shape (n, d)
+    dead_arms, live_arms : sum of r f^T, r from the centroid in the reference pose [N m], shape (n, 3, 3)
     spins : rotation vector of a unit of every degree of freedom, shape (3, d)
     free : whether it moves, shape (n, d)
     turning : numbers of the blocks whose moments change as they turn, shape (l,)
@@ -31,10 +31,13 @@ class PathLoads(NamedTuple):
 
     @classmethod
     def of(cls, loads: Loads, basis: Array, free: Flags) -> "PathLoads":
-        """Loads on the degrees of freedom of blocks; on the last k, shapes, no load does work.
+        """Loads on the degrees of freedom of blocks.
+
+        On the last k rows of the basis, shapes of a block that deforms, no load does work.
 
         Parameters
         ----------
+        loads : of the assembly, on n blocks
         basis : motion (shift, spin, coordinates of shapes) per degree of freedom, shape (6 + k, d)
         free : which are free, shape (n, d)
         """
@@ -44,7 +47,9 @@ class PathLoads(NamedTuple):
         return cls(dead, live, loads.dead_arms, loads.live_arms, spins, free, turning)
 
     def at(self, turn: Array) -> tuple[Array, Array]:
-        """Dead and live wrenches where blocks have turned: M + sum of (R - I) r x f [N, N m], shape (n, d) each.
+        """Dead and live wrenches where blocks have turned [N, N m], shape (n, d) each.
+
+        Forces stay as they are, moments become M + sum of (R - I) r x f.
 
         Parameters
         ----------
@@ -60,6 +65,11 @@ class PathLoads(NamedTuple):
         """Change of the wrenches of the turning blocks with their motions, shape (l, d, d).
 
         With P = sum of (R r) f^T a spin d makes d(M) = sum of (d x R r) x f = (P - tr(P) 1) d.
+
+        Parameters
+        ----------
+        turn : R - I of the blocks, shape (n, 3, 3)
+        multiplier : lambda, on the live loads [-]
         """
         rows = self.turning
         p = (turn[rows] + np.eye(3)) @ (self.dead_arms[rows] + multiplier * self.live_arms[rows])

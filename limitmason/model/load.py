@@ -49,6 +49,10 @@ class Loads(LoadArrays):
         """Self weight as dead load, nothing live yet.
 
         Add live loads with the ``with_`` methods.
+
+        Parameters
+        ----------
+        assembly : its blocks are loaded, each at its centroid and along -z
         """
         if not hasattr(assembly, "n_blocks"):
             raise InputError(f"loads are made of an Assembly, got {type(assembly).__name__}")
@@ -62,6 +66,7 @@ class Loads(LoadArrays):
 
         Parameters
         ----------
+        assembly : its blocks are loaded, each at its centroid
         direction : any vector but zero, shape (3,); only its direction counts
         """
         d = read_direction("direction", direction)
@@ -78,12 +83,13 @@ class Loads(LoadArrays):
 
         Parameters
         ----------
-        direction : horizontal vector, shape (3,)
+        assembly : its blocks are loaded, each at its centroid
+        direction : horizontal vector, shape (3,); only its direction counts
 
         Raises
         ------
         InputError
-            When the direction is zero, not finite or not horizontal.
+            When the direction is zero, not finite, or not horizontal: 1e-9 of its length may be vertical by rounding.
         """
         d = read_vector("direction", direction)
         if abs(d[2]) > 1e-9 * np.linalg.norm(d):
@@ -103,7 +109,8 @@ class Loads(LoadArrays):
 
         Parameters
         ----------
-        axis : horizontal vector, shape (3,)
+        assembly : as it stands on the level table; its blocks are loaded, each at its centroid
+        axis : horizontal vector, shape (3,); only its direction counts
 
         Raises
         ------
@@ -132,10 +139,13 @@ class Loads(LoadArrays):
     ) -> Loads:
         """These loads and a point load on one block.
 
+        A place clearly outside the block's box is warned of: it is often a wrong unit or block.
+
         Parameters
         ----------
+        assembly : that these loads are for
         block : name or number
-        force : [N], shape (3,)
+        force : in global axes [N], shape (3,)
         at : point of the block where the force acts [m], shape (3,); its centroid when not given
         case : "live" (scaled by the multiplier) or "dead"
         """
@@ -168,6 +178,7 @@ class Loads(LoadArrays):
 
         Parameters
         ----------
+        assembly : that these loads are for
         block : name or number
         pressure : p, pushes into the face [Pa]; 0 where a level is given
         level : of the water or earth [m]
@@ -205,23 +216,32 @@ class Loads(LoadArrays):
         force: float | None = None,
         case: str = "live",
     ) -> Loads:
-        """These loads and a pressure on a flat patch across blocks, as of an airbag, of water or of earth.
+        """These loads and a pressure on a flat patch across blocks.
 
-        Faces in the plane of the patch are loaded wherever they lie within it, those that another block covers too:
-        draw the patch over what is exposed.
+        An airbag, water or earth presses so: with p + gamma (level - z) below its level, and with p above it. Faces in
+        the plane of the patch are loaded wherever they lie within it, those that another block covers too: draw the
+        patch over what is exposed.
 
         Parameters
         ----------
-        corners : of the patch, counter-clockwise seen from outside [m], shape (k, 3); see
-            :func:`limitmason.model.patch.patch_forces`
-        pressure, level, unit_weight : push into the faces, as in :meth:`with_pressure`
-        force : resultant of an even pressure on the faces instead [N]
-        case : "live" or "dead"
+        assembly : that these loads are for
+        corners : of the patch, convex, counter-clockwise seen from outside [m], shape (k, 3); it loads faces whose
+            outward normal is its own
+        pressure : p, pushes into the faces [Pa]; 0 where a level is given
+        level : of the water or earth [m]
+        unit_weight : gamma, growth of the pressure with depth [N/m3]
+        force : resultant of an even pressure instead, positive into the faces [N]
+        case : "live" (scaled by the multiplier) or "dead"
 
         Raises
         ------
         InputError
             When not exactly one of a pressure and a force is given, or no face lies in the patch and below the level.
+
+        Notes
+        -----
+        The force is spread over the area of the faces within the patch, not over that of the patch: a pressure of 1 Pa
+        is laid on and scaled by force / area. See :func:`limitmason.model.patch.patch_forces`.
         """
         if force is None:
             pushes = Pressure.read("a patch", "force", pressure, level, unit_weight)
@@ -247,6 +267,7 @@ class Loads(LoadArrays):
 
         Parameters
         ----------
+        assembly : that these loads are for
         level : of the top of the fill [m]
         density : of the fill [kg/m3]
         lateral : horizontal over vertical stress in the fill; 0 for weight alone. It acts on inclined faces alone
@@ -278,12 +299,16 @@ class Loads(LoadArrays):
     ) -> Loads:
         """These loads and an axle on the fill over an arch, spread to the extrados and acting there.
 
+        See :func:`limitmason.model.axles.axle_forces`.
+
         Parameters
         ----------
+        assembly : that these loads are for, an arch in the x-z plane
         at : x of the axle [m]
         force : its load downwards over the whole width [N]
-        level, spread_deg, contact : top of the fill [m], angle of the spread [deg] and length of the wheels [m], see
-            :func:`limitmason.model.axles.axle_forces`
+        level : top of the fill [m]
+        spread_deg : angle by which the load spreads with depth, from the vertical [deg]
+        contact : length of the wheels on the fill, along x [m]
         case : "live" or "dead"
         """
         forces = axle_forces(
@@ -297,6 +322,7 @@ class Loads(LoadArrays):
 
         Parameters
         ----------
+        assembly : that these loads are for
         force : downwards [N], >= 0
         block : the loading beam, a block named "beam" by default (``build.wall(..., top_beam=...)`` makes one)
         """
@@ -313,12 +339,14 @@ class Loads(LoadArrays):
     ) -> Loads:
         """These loads and the weight of named blocks turned to a direction.
 
-        All blocks by default.
+        The force of a block is its weight times the vector, at its centroid.
 
         Parameters
         ----------
-        direction : shape (3,); its length is a factor on the weight
+        assembly : that these loads are for
+        direction : vector [-], shape (3,); its length is a factor on the weight
         blocks : names or numbers, or None for all
+        case : "live" (scaled by the multiplier) or "dead"
         """
         rows: Iterable[int] = range(assembly.n_blocks) if blocks is None else [assembly.block_index(b) for b in blocks]
         forces = AppliedForces.none(assembly)
@@ -327,7 +355,15 @@ class Loads(LoadArrays):
         return self._with(assembly, forces, case)
 
     def _with(self, assembly: Assembly, forces: AppliedForces, case: str, factor: float = 1.0) -> Loads:
-        """These loads and so many times some forces."""
+        """These loads and further forces, added to the dead or the live part.
+
+        Parameters
+        ----------
+        assembly : that both are for; one of another number of blocks is an error
+        forces : to be added
+        case : "dead" or "live"
+        factor : on the forces [-]
+        """
         choice("case", case, ("dead", "live"))
         if len(self.dead) != assembly.n_blocks:
             raise InputError(f"these loads are for {len(self.dead)} blocks, the assembly has {assembly.n_blocks}")
