@@ -35,6 +35,18 @@ FREE = "free multipliers"
 CELL_TARGET = 3e-3
 """Part of the gap that cells of cohesive faces may leave before they are made finer."""
 
+BETWEEN_BOUNDS = 0.6
+"""Part of the target that finer cells aim at between two bounds: chosen, as a finer mechanism fits its cells less."""
+
+ONE_BOUND = 0.1
+"""The same for a fall, where the motion alone decides: chosen."""
+
+UNEQUAL = 2.0
+"""Largest over smallest load of a block from which a second scaling is another program worth a try: chosen."""
+
+BELOW_ZERO = -1e-9
+"""Scaled multiplier below which a structure falls without live load [-]: above it is the solver's rounding of zero."""
+
 REFINEMENTS = 6
 """Times that cells are made finer at most."""
 
@@ -69,7 +81,7 @@ def analyse(
 
     Returns
     -------
-    prediction, and the problem with the cells of cohesive faces as fine as the answer needed them
+    prediction, problem : the latter with the cells of cohesive faces as fine as the answer needed them
 
     Raises
     ------
@@ -103,6 +115,7 @@ def _first_certified(
 
     Parameters
     ----------
+    problem, solver, verbose : as for :func:`analyse`
     torsion : torsional strength at uniform pressure over the limit put on torsion [-], 0 for no limit
     tolerance : of the solver [-]
     check_dead_load : whether it is also asked if the structure stands without live load
@@ -118,7 +131,7 @@ def _first_certified(
         tried.append(attempt.outcome)
         if best is None or _rank(attempt.prediction) < _rank(best):
             best, unknown = attempt.prediction, check_dead_load and attempt.stands is None
-        if torsion or _sure(best, problem):
+        if torsion or _sure(best, problem):  # an estimate of torsion has no proof that another attempt could give
             break
     assert best is not None, "there is at least one attempt"
     best = _as_far_as_proven(best, problem, unknown=unknown)
@@ -147,7 +160,9 @@ def _attempted(
 
     Parameters
     ----------
+    problem : in its own units
     scaled : the problem in the units that the solver gets
+    solver, verbose : as for :func:`analyse`
     torsion : torsional strength at uniform pressure over the limit put on torsion [-], 0 for no limit
     tolerance : of the solver [-]
     check_dead_load : whether it is also asked if the structure stands without live load
@@ -158,6 +173,7 @@ def _attempted(
         judged=True,
     )
     spent = solution.seconds
+    # "unbounded" needs a ray of forces that carry the live load alone
     if solution.status == Status.UNBOUNDED and not carries_any(scaled, solution):
         solution = solution._replace(status=Status.NOT_CONVERGED)
     details: dict[str, Any] = {FREE: scaled.live_scale * solution.free} if len(scaled.free) else {}
@@ -176,8 +192,11 @@ def _as_far_as_proven(best: Prediction, problem: Problem, *, unknown: bool) -> P
 
     Parameters
     ----------
+    best : of all attempts
+    problem : that was solved
     unknown : whether it was asked in vain if the structure stands without live load
     """
+    # cells are a lower bound: that none of their forces carry the dead load proves no fall, and may be all there is
     if best.status == Status.CANNOT_STAND and not _falls(best) and not problem.cells:
         reason = "neither forces that carry the dead load were found nor a motion that proves it cannot be carried"
         return replace(best, status=Status.NOT_CONVERGED, mechanism=None, warnings=(reason,))
@@ -191,15 +210,19 @@ def _as_far_as_proven(best: Prediction, problem: Problem, *, unknown: bool) -> P
 
 
 def _attempts(problem: Problem, solver: str) -> Iterator[tuple[Problem, str]]:
-    """Scalings and solvers in the order in which they are tried until the certificate accepts an answer."""
+    """Scalings and solvers in the order in which they are tried until the certificate accepts an answer.
+
+    ``solver`` is the one asked for. Yields the problem in some scaling, and the solver for it.
+    """
     wide = spread(problem)
     own = balanced(problem) if wide > WIDE_LOADS else None
     if own is not None:
         yield own, solver
     yield problem, solver
-    if own is None and wide > 2.0:
+    if own is None and wide > UNEQUAL:
         own = balanced(problem)
         yield own, solver
+    # where "auto" chose the own solver above, Clarabel is still to be tried, and the other way round below
     if choose_solver(problem, solver) == "interior-point" and solver == "auto":
         yield problem, "clarabel"
     if solver == "auto" and unsupported(problem) is None:
@@ -215,9 +238,13 @@ def _falls(prediction: Prediction) -> bool:
 
 
 def _rank(prediction: Prediction) -> tuple[int, float]:
-    """What sorts answers: accepted or proven ones first (0, 1, 2, 3), then the nearer to acceptance the better."""
+    """What sorts answers, the least first: (rank, worst figure of the certificate [-]).
+
+    Rank 0: accepted or proven. 1: solved, not accepted. 2: said to fall without proof. 3: nothing known.
+    """
     c = prediction.certificate
     if prediction.status in (Status.SOLVED, Status.ALMOST_SOLVED) and c is not None:
+        # the part of the gap that the cells leave is no fault of the solver: finer cells take it away
         numerical = replace(c, gap=c.gap - c.discretisation, discretisation=0.0)
         worst = float(np.nanmax([c.block_residual, c.joint_excess, abs(numerical.gap)]))
         return (0 if prediction.status == Status.SOLVED or numerical.accepted else 1), worst
@@ -257,7 +284,8 @@ def _dead_load_checked(
     if not check and solution.status != Status.CANNOT_STAND:
         return solution, None, None, 0.0
     stands = solution.stands if spread(scaled) <= SEEN_LOADS else None
-    falls = solution.status in (Status.SOLVED, Status.ALMOST_SOLVED) and solution.multiplier < -1e-9
+    # the largest multiplier that can be carried is below zero: the live load would have to hold the structure up
+    falls = solution.status in (Status.SOLVED, Status.ALMOST_SOLVED) and solution.multiplier < BELOW_ZERO
     if stands and not falls and solution.status != Status.CANNOT_STAND:
         return solution, True, None, 0.0
     answer = stands_under_dead_load(scaled, cones)
@@ -280,6 +308,10 @@ def _dead_load_checked(
 def _finer(problem: Problem, prediction: Prediction) -> Cells | None:
     """Finer cells of cohesive faces, where the mechanism dissipates more on whole faces than in the cells.
 
+    Parameters
+    ----------
+    prediction : of the problem with its cells so far, with mechanism and certificate
+
     Returns
     -------
     Cells or None
@@ -289,7 +321,7 @@ def _finer(problem: Problem, prediction: Prediction) -> Cells | None:
     -----
     The dissipation that the cells may miss, in the power of loads and twists [W for velocities in m/s], is such that
     their part of the gap is less than ``CELL_TARGET``. Finer cells let the mechanism change and then fit it less, so a
-    part of the target alone is asked for: six tenths between two bounds, one tenth where there is a single one.
+    part of the target alone is asked for: ``BETWEEN_BOUNDS``, or ``ONE_BOUND`` where there is a single one.
     """
     assembly, loads, m, c = problem.assembly, problem.loads, prediction.mechanism, prediction.certificate
     if m is None:
@@ -297,11 +329,11 @@ def _finer(problem: Problem, prediction: Prediction) -> Cells | None:
     if prediction.status == Status.CANNOT_STAND:
         if _falls(prediction):
             return None
-        allowed = 0.1 * CELL_TARGET * float((loads.dead * m.twists).sum())
+        allowed = ONE_BOUND * CELL_TARGET * float((loads.dead * m.twists).sum())
     elif c is not None and c.discretisation > CELL_TARGET:
         rate = float((loads.live * m.twists).sum())
         # gap = (kinematic - static) / scale: a power over the live power and that scale is a part of the gap
-        allowed = 0.6 * CELL_TARGET * (c.kinematic_multiplier - c.static_multiplier) / c.gap * rate
+        allowed = BETWEEN_BOUNDS * CELL_TARGET * (c.kinematic_multiplier - c.static_multiplier) / c.gap * rate
     else:
         return None
     cells = refined(assembly, problem.cells, m.twists, allowed)
@@ -310,6 +342,10 @@ def _finer(problem: Problem, prediction: Prediction) -> Cells | None:
 
 def carry(problem: Problem) -> tuple[Resultants | None, Prediction | None]:
     """Forces that carry the dead load alone; or None, and the proof that it falls where there is one.
+
+    Parameters
+    ----------
+    problem : with ``live_required=False`` if there is no live load
 
     Returns
     -------

@@ -57,6 +57,13 @@ class AxleEnvelope(Displayed):
         return "\n".join([f"axles: smallest multiplier {least}", *self.warnings])
 
 
+POSITIONS = 100
+"""Positions of the train by default: chosen."""
+
+SAME = 1e-7
+"""Relative difference of multipliers that is rounding: of mirrored places the first governs."""
+
+
 @of_model
 def axle_envelope(
     assembly: Assembly,
@@ -110,7 +117,7 @@ def axle_envelope(
     strips = extrados(assembly)
     if positions is None and strips:
         start, end = strips[0].start, max(s.end for s in strips) + max(x for x, _ in train)
-        positions = np.linspace(start, end, 100)
+        positions = np.linspace(start, end, POSITIONS)
     places = np.atleast_1d(numbers("positions", [] if positions is None else positions))
     found: list[Prediction | None] = []
     try:
@@ -122,20 +129,20 @@ def axle_envelope(
                 for behind, force in train
             )
             case = replace(loads, live=np.asarray(live), name=f"axles with the first at x = {place:.4g} m")
+            # axles that load no block, beside the bridge, have no multiplier
             answer = whole_limit_analysis(assembly, case, **options) if np.any(live) else None
             if answer is not None and np.isnan(answer.collapse_multiplier):
                 raise NotConverged(f"{case.name}: {answer.status}")
             found.append(answer)
     except KeyboardInterrupt:
-        if all(p is None for p in found):
+        if all(p is None for p in found):  # nothing to hand back yet
             raise
         ends_early()
     values = np.full(len(places), np.nan)
     values[: len(found)] = [np.inf if p is None else p.collapse_multiplier for p in found]
     if not np.isfinite(values).any():
         raise InputError("axles: at no position do they load the structure to a limit")
-    # of mirrored places the first, whatever rounding says
-    k = int(np.argmax(values <= np.nanmin(values) * (1.0 + 1e-7)))
+    k = int(np.argmax(values <= np.nanmin(values) * (1.0 + SAME)))  # the first of the smallest
     worst = found[k]
     assert worst is not None
     status = Status.SOLVED if len(found) == len(places) else Status.INTERRUPTED

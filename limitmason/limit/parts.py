@@ -24,6 +24,9 @@ from limitmason.model.support import Support
 SAME = 1e-9
 """Difference of two multipliers, relative, at which forces found for one are taken for the other."""
 
+SAME_PLACE = 1e-12
+"""Distance of contact points over the largest coordinate up to which they are at the same place: rounding."""
+
 
 def independent_parts(assembly: Assembly) -> list[Index]:
     """Free blocks of every independent part, in the order of their lowest numbers."""
@@ -48,10 +51,15 @@ def governed(
 
     Parameters
     ----------
+    assembly, loads : the whole
     parts : from :func:`independent_parts`
     solve : prediction of an assembly in which the other parts are held
     model : contact_model, grid, in_plane for :func:`limitmason.limit.program.problem.make_problem`
     check_dead_load : whether every part must also stand without live load
+
+    Returns
+    -------
+    Prediction: ``details["parts"]`` says of every part its blocks, its multiplier [-] and its status.
     """
     held, live = [], []
     for part in parts:
@@ -72,12 +80,14 @@ def governed(
         }
         for k, part in enumerate(parts)
     )
+    # one part that falls, or whose answer is not known, decides the whole
     for status in (Status.CANNOT_STAND, Status.NOT_CONVERGED):
         for k, prediction in found.items():
             if prediction.status == status:
                 return _of_part(prediction, k, rows)
     lead = min(found, key=lambda k: found[k].collapse_multiplier)
     first = found[lead]
+    # parts not solved yet may govern at less: the smallest so far is a value of its part only
     for status in (Status.INTERRUPTED, Status.TIME_ENDED):
         if any(prediction.status == status for prediction in found.values()):
             return _of_part(replace(first, status=status), lead, rows)
@@ -96,7 +106,13 @@ def governed(
 
 
 def _of_part(prediction: Prediction, part: int, rows: tuple) -> Prediction:
-    """The prediction of a part as that of the whole: without forces, which it does not know of the others."""
+    """The prediction of one part as that of the whole, whose other parts have no forces in it.
+
+    Parameters
+    ----------
+    part : its number
+    rows : what is said of all parts, see :func:`governed`
+    """
     return replace(prediction, details={**prediction.details, "parts": rows, "governing_part": part})
 
 
@@ -107,8 +123,9 @@ def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | Non
     ----------
     first : answer of any part
     part : number of the one that falls
-    rows : what is said of all parts
-    value : multiplier [-]
+    rows : what is said of all parts, see :func:`governed`
+    falling : proof of the fall, or None where neither forces nor proof were found
+    value : multiplier at which the part falls [-]; 0 for the dead load alone
     """
     name = rows[part]["blocks"][0]
     if falling is None:
@@ -136,7 +153,9 @@ def _carrying(
 
     Parameters
     ----------
-    own : answer of the part alone
+    part : the assembly with all other parts held
+    multiplier : of the whole [-]
+    own : answer of the part alone, or None without live load on it
     model : options of :func:`make_problem`
     check : whether the dead load alone is known to stand
     """
@@ -158,14 +177,14 @@ def _carrying(
 def _weighted_sum(assembly: Assembly, shares: list[tuple[float, Resultants]]) -> Resultants:
     """Sum of joint forces, each times its share [-].
 
-    Forces at different points keep a share of the area as well.
+    Forces at different points keep a share of the area as well: cohesion and strengths count per area.
     """
     first = shares[0][1]
     position, interface = first.point_position, first.point_interface
     same = all(
         np.array_equal(r.point_interface, interface)
         and np.array_equal(r.point_area, first.point_area)
-        and np.allclose(r.point_position, position, rtol=0.0, atol=1e-12 * np.abs(position).max(initial=1.0))
+        and np.allclose(r.point_position, position, rtol=0.0, atol=SAME_PLACE * np.abs(position).max(initial=1.0))
         for _, r in shares
     )
     if same:
@@ -196,9 +215,10 @@ def _whole(
 
     Parameters
     ----------
+    assembly, loads : the whole
     first : answer of the governing part
     lead : its number
-    rows : what is said of all parts
+    rows : what is said of all parts, see :func:`governed`
     forces : of each part
     """
     resultants = _joined(assembly, forces)

@@ -61,12 +61,17 @@ def solve_program(
 
     Parameters
     ----------
+    problem : the scaled static theorem
     cones : the joint law, see :func:`limitmason.limit.program.cones.make_cones`
     solver : "auto", "clarabel" or "interior-point"; "cvxpy" or "cvxpy:NAME" for any solver installed for cvxpy
     tolerance : of the solver, see there [-]; a solver by way of cvxpy stops at its own
     check_dead_load : let the own solver also find out whether the dead load alone can be carried
     verbose : report every iteration, Clarabel to standard output, the own solver to the log of this module
     judged : a certificate decides what is made of it: what the own solver almost solves is not handed on
+
+    Returns
+    -------
+    Solution, scaled; its ``fallback`` names the solver that was tried besides, and the status that it gave.
 
     Raises
     ------
@@ -93,6 +98,7 @@ def solve_program(
         return own
     other = solve_static(problem, cones, tolerance=tolerance, verbose=verbose)
     seconds = own.seconds + other.seconds
+    # almost solved is more than not solved at all
     if other.status == Status.NOT_CONVERGED and own.status == Status.ALMOST_SOLVED:
         return own._replace(seconds=seconds, fallback=f"clarabel: {other.status}")
     return other._replace(seconds=seconds, stands=own.stands, fallback=f"interior-point: {own.status}")

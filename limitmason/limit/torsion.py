@@ -12,6 +12,33 @@ from limitmason.limit.program.static import Solution, solve_static
 MAX_ITERATIONS = 60
 """Programs solved in search of a pressure that fits its own torsion limit."""
 
+SAME = 1e-7
+"""Relative change of the multiplier from one program to the next at which the search ends."""
+
+NEAR = 1e-9
+"""Scaled multiplier below which that change is taken as absolute [-], so that a multiplier of zero can settle."""
+
+HALF_STEPS = 6
+"""Programs with half a step towards their forces while the pressure still wanders; averages follow. Chosen."""
+
+LEAST_ITERATIONS = 12
+"""Programs after which ``SETTLED`` may end the search: chosen, so that averages have had time to come to rest."""
+
+LAST = 5
+"""Multipliers whose spread says whether the search has settled: chosen."""
+
+SETTLED = 1e-3
+"""Relative spread of the last multipliers at which the search ends: a tenth of a per cent."""
+
+JUMPING = 2e-3
+"""Relative spread that jumping centres of pressure leave, up to which the answer counts as solved."""
+
+UNLOADED = 1e-7
+"""Normal force of a face over the largest of a point up to which it is rounding: its pole is then its centroid."""
+
+LEAST_RADIUS = 1e-4
+"""Polar mean radius over the root of the face's area at least [-]: chosen, a pole at the edge leaves no area at all."""
+
 
 def with_torsion_limit(
     problem: Problem, solution: Solution, tolerance: float, reduction: float, *, verbose: bool = False
@@ -24,15 +51,16 @@ def with_torsion_limit(
 
     Parameters
     ----------
-    solution : without the limit, scaled
-    reduction : the torsional strength is that of uniform pressure over this number [-]
+    problem, solution : the program, and its solution without the limit, scaled
     tolerance : of the solver [-]
+    reduction : the torsional strength is that of uniform pressure over this number [-]
+    verbose : report every iteration of the solver
 
     Returns
     -------
     Solution, seconds in solvers, and what the prediction says of the iteration.
     """
-    if problem.plane is not None:
+    if problem.plane is not None:  # faces of a plane structure do not twist
         return solution, 0.0, {"torsion_iterations": 0}
     last: Solution | None = None
     values, seconds, force = [], 0.0, solution.force
@@ -44,31 +72,29 @@ def with_torsion_limit(
         if answer.status not in (Status.SOLVED, Status.ALMOST_SOLVED):
             if last is None:
                 return solution._replace(status=Status.NOT_CONVERGED), seconds, {"torsion_iterations": k + 1}
-            force = 0.5 * (
-                force + last.force
-            )  # too strict a linearisation: move back towards forces that were possible
+            # too strict a linearisation: move back towards forces that were possible
+            force = 0.5 * (force + last.force)
             continue
         last = answer
         values.append(answer.multiplier)
-        recent = values[-5:]
-        if len(values) > 1 and abs(values[-1] - values[-2]) <= 1e-7 * max(1e-9, abs(values[-1])):
+        recent = values[-LAST:]
+        if len(values) > 1 and abs(values[-1] - values[-2]) <= SAME * max(NEAR, abs(values[-1])):
             break
-        if k >= 12 and max(recent) - min(recent) <= 1e-3 * abs(values[-1]):
+        if k >= LEAST_ITERATIONS and max(recent) - min(recent) <= SETTLED * abs(values[-1]):
             break
-        # half steps while the pressure still wanders, then averages that must come to rest
-        force = force + (answer.force - force) * (0.5 if k < 6 else 3.0 / k)
+        # half steps while the pressure still wanders, then averages that must come to rest: 1/2 at k = 6, then less
+        force = force + (answer.force - force) * (0.5 if k < HALF_STEPS else 0.5 * HALF_STEPS / k)
     if last is None:
         return solution._replace(status=Status.NOT_CONVERGED), seconds, {"torsion_iterations": MAX_ITERATIONS}
-    recent = values[-min(10, len(values)) :] if len(values) > 1 else values
-    tail = recent[-5:]
+    tail = values[-LAST:]
+    # two values that end the search are the same; they have no spread to speak of
     spread = 0.0 if len(values) < 3 else (max(tail) - min(tail)) / max(abs(values[-1]), 1e-300)
     details = {
         "torsion_iterations": len(values),
         "torsion_history": [v * problem.live_scale for v in values],
         "torsion_spread": spread,
     }
-    # a spread of 0.2 % is what jumping centres of pressure leave
-    status = Status.SOLVED if spread <= 2e-3 else Status.ALMOST_SOLVED
+    status = Status.SOLVED if spread <= JUMPING else Status.ALMOST_SOLVED
     return last._replace(status=status), seconds, details
 
 
@@ -77,13 +103,17 @@ def torsion_limits(problem: Problem, force: Array) -> TorsionLimit:
 
     The compressed area is the part of the face that is symmetric about the centre of pressure, which carries its force
     under uniform pressure.
+
+    Parameters
+    ----------
+    force : scaled [-], shape (3 m,): normal (compression > 0) and two tangents of every point
     """
     x = problem.assembly.arrays
     points = problem.points
     normal = force.reshape(-1, 3)[:, 0]
     interfaces = problem.interfaces[problem.interfaces < len(x.area)]  # the ties after them do not twist
     total = np.bincount(points.interface, normal, len(x.area))
-    threshold = 1e-7 * np.abs(normal).max(initial=0.0)
+    threshold = UNLOADED * np.abs(normal).max(initial=0.0)
     chosen, poles, radii = [], [], []
     for k in interfaces:
         frame = np.column_stack([x.tangent_1[k], x.tangent_2[k]])
@@ -91,11 +121,11 @@ def torsion_limits(problem: Problem, force: Array) -> TorsionLimit:
         pole = np.zeros(2)
         if total[k] > threshold:
             p = np.flatnonzero(points.interface == k)
-            weight = np.maximum(normal[p], 0.0)
+            weight = np.maximum(normal[p], 0.0)  # tension of cohesive points moves no centre of pressure
             pole = (weight[:, None] * ((points.position[p] - x.centre[k]) @ frame)).sum(axis=0) / weight.sum()
         area = centred_overlap(corners, pole)
         chosen.append(k)
         poles.append(x.centre[k] + frame @ pole)
         size = np.sqrt(x.area[k])
-        radii.append(max(polar_mean_radius(area, pole) if len(area) >= 3 else 0.0, 1e-4 * size))
+        radii.append(max(polar_mean_radius(area, pole) if len(area) >= 3 else 0.0, LEAST_RADIUS * size))
     return TorsionLimit(np.array(chosen), np.array(poles), np.array(radii))

@@ -11,14 +11,20 @@ from scipy import sparse
 from limitmason.arrays import Array, Index
 from limitmason.limit.program.problem import Problem
 
+TYPICAL_SHARE = 0.25
+"""Normal force that a crushing section is expected to carry, over the total load [-]: chosen, it only scales rows."""
+
+LEAST_RADIUS = 1e-12
+"""Radius of torsion below which it is taken for that [m], so that the division by it stays finite."""
+
 
 class Cones(NamedTuple):
     """Rows  constant + matrix f  in a product of one non-negative orthant and second-order cones of given sizes."""
 
-    matrix: sparse.csr_array
-    constant: Array
-    n_linear: int
-    cone_sizes: tuple[int, ...]
+    matrix: sparse.csr_array  # (rows, c m), on the scaled forces
+    constant: Array  # scaled forces [-], (rows,)
+    n_linear: int  # rows >= 0, which come first
+    cone_sizes: tuple[int, ...]  # rows of every second-order cone after them
 
 
 class TorsionLimit(NamedTuple):
@@ -40,7 +46,11 @@ class _Rows:
         self.count = 0
 
     def add(self, columns: Index, values: Array, constant: Array) -> None:
-        """Append rows: columns and values of shape (n, k), constant of shape (n,)."""
+        """Append n rows of k coefficients each.
+
+        ``columns``: unknown of every coefficient, shape (n, k); ``values``: the coefficients, and ``constant``: of
+        every row, shape (n,), both of that shape or one that broadcasts to it.
+        """
         n, k = columns.shape
         self.row.append(np.repeat(self.count + np.arange(n), k))
         self.col.append(columns.ravel())
@@ -59,7 +69,12 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
 
     Parameters
     ----------
-    torsion : adds (V, M_t / r_m) within tan(phi) N + c A per interface, an estimate (see ``associative``)
+    problem : whose unknowns f are the scaled forces of every point: normal (compression > 0), then tangents
+    torsion : adds |(V, M_t / r_m)| <= tan(phi) N + c A per interface, an estimate, see :mod:`limitmason.limit.torsion`
+
+    Returns
+    -------
+    Cones: linear rows first, then the cones of friction, of stress blocks and of torsion.
     """
     c, m = problem.components, problem.points.count
     column = c * np.arange(m)
@@ -67,21 +82,23 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
     mu, cohesion, tension = law.tan_phi, law.cohesion, law.tension
     linear = _Rows()
     cut = law.cut_off
-    cut[problem.stress_block.ends] = False
+    cut[problem.stress_block.ends] = False  # the stress block, counted from the tension corner, limits tension as well
     linear.add(column[cut, None], np.ones(1), tension[cut])
     crushed = law.crushes
     linear.add(column[crushed, None], -np.ones(1), law.crushing[crushed])
+    # without friction and cohesion the rows of shear ask T = 0 alone and say nothing of N
     smooth = (mu == 0) & (cohesion == 0)
     if c == 2:
         pair = np.column_stack([column, column + 1])
         for sign in (1.0, -1.0):
             linear.add(pair, np.column_stack([mu, np.full(m, sign)]), cohesion)
-        if smooth.any():
+        if smooth.any():  # also at the ends of stress blocks, left out above; elsewhere it repeats the cut-off
             linear.add(column[smooth, None], np.ones(1), tension[smooth])
     n_linear = linear.count
 
     sizes: list[int] = []
     if c == 3:
+        # rows of one cone next to each other: c + tan(phi) N, T_1, T_2 of the first point, then of the second
         order = np.argsort(np.tile(np.arange(m), 3), kind="stable")
         columns = np.concatenate([column, column + 1, column + 2])[order]
         values = np.concatenate([mu, np.ones(2 * m)])[order]
@@ -92,7 +109,7 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
         first, second = problem.stress_block.ends.T
         capacity, shift = problem.stress_block.capacity, problem.stress_block.tension
         # a share of the total load, which is what joint forces add up to; without any, no force is typical
-        typical = 0.25 * np.abs(problem.dead).sum() or np.inf
+        typical = TYPICAL_SHARE * np.abs(problem.dead).sum() or np.inf
         for end in (first, second):
             # N'^2 <= 2 Q N_i'  as  |(sqrt(2) N', Q/k - k N_i')| <= Q/k + k N_i', rows of one cone next to each other;
             # k balances capacity against force, else their difference drowns in rounding when Q is far above N
@@ -123,13 +140,19 @@ def _add_torsion(problem: Problem, torsion: TorsionLimit, rows: _Rows) -> None:
     """Add the cone of torsion of whole joints: moment about a pole within radius times normal force.
 
     The row pair reads |(sum T_1, sum T_2, M / radius)| <= sum(tan(phi) N + c A) over the points of a joint, M about its
-    normal through the pole. The radius [m] is floored to keep the division finite.
+    normal through the pole.
+
+    Parameters
+    ----------
+    torsion : poles [m] and radii [m] of the joints
+    rows : are added to, four per joint in the order of the formula, the bound first
     """
     x = problem.assembly.arrays
     points = problem.points
     for k, pole, radius in zip(torsion.interface, torsion.pole, torsion.radius, strict=True):
         p = np.flatnonzero(points.interface == k)
         n = x.normal[k]
+        # moment about the normal of a unit force along every direction of every point [m], (points, 3)
         moment = np.einsum("pci,i->pc", np.cross((points.position[p] - pole)[:, None], points.directions[p]), n)
         columns = (3 * p[:, None] + np.arange(3)).ravel()
         width = len(columns)
@@ -137,6 +160,6 @@ def _add_torsion(problem: Problem, torsion: TorsionLimit, rows: _Rows) -> None:
         values[0, 0::3] = problem.law.tan_phi[p]
         values[1, 1::3] = 1.0
         values[2, 2::3] = 1.0
-        values[3] = (moment / max(radius, 1e-12)).ravel()
+        values[3] = (moment / max(radius, LEAST_RADIUS)).ravel()
         constant = np.array([problem.law.cohesion[p].sum(), 0.0, 0.0, 0.0])
         rows.add(np.broadcast_to(columns, (4, width)), values, constant)

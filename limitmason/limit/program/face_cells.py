@@ -25,7 +25,25 @@ Cells = Mapping[int, tuple[Array, ...]]
 """Convex polygons (n, 2) of every face in its own tangents about its centroid [m], by number of interface."""
 
 MOST_WEDGES = 48
-"""Wedges that one cell is cut into at most in one refinement."""
+"""Wedges that one cell is cut into at most in one refinement: chosen, so that the program stays small."""
+
+FEWEST_AROUND = 4
+"""Wedges about a pole inside a polygon at least: chosen, so that each stays well below the half turn of a window."""
+
+INSIDE = 1e-9
+"""Distance from every edge, times the edge's length, over the size squared from which a pole counts as inside [-]."""
+
+AT_POLE = 1e-6
+"""Distance from the pole over the polygon's size up to which a corner lies on the pole and has no angle [-]."""
+
+OUTWARDS = 1e-6
+"""Angle by which the outer rays are turned outwards, so that corners on them are not cut off [rad]."""
+
+REACH = 4.0
+"""Length of the rays over the distance to the farthest corner [-]: chosen, so that a window covers the polygon."""
+
+EMPTY = 1e-12
+"""Area of a wedge over that of the polygon up to which it is rounding and left out [-]."""
 
 
 def spread_cohesion(assembly: Assembly) -> Array:
@@ -42,19 +60,30 @@ def whole_faces(assembly: Assembly) -> Cells:
 
 
 def _outline(assembly: Assembly, k: int) -> Array:
+    """Corners of interface ``k`` in its own tangents about its centroid [m], shape (n, 2)."""
     x = assembly.arrays
     frame = np.column_stack([x.tangent_1[k], x.tangent_2[k]])
     return (x.corners[x.corner_start[k] : x.corner_start[k + 1]] - x.centre[k]) @ frame
 
 
 def with_cells(assembly: Assembly, points: ContactPoints, cells: Cells) -> ContactPoints:
-    """Contact points at corners, those of faces with cells without area, and the cells' centroids after them."""
+    """The contact points of faces, with a point at the centroid of every cell as well.
+
+    Parameters
+    ----------
+    points : at the corners of faces, in the order of the interfaces
+    cells : of faces with cohesion; the corners of such a face stay, without area
+
+    Returns
+    -------
+    Contact points in the order of the interfaces: of each the corners first, then its cells.
+    """
     if not cells:
         return points
     x = assembly.links
     owner = np.repeat(list(cells), [len(c) for c in cells.values()])
-    size = [polygon_area_centroid(p) for c in cells.values() for p in c]
-    flat = np.array([centre for _, centre in size])
+    measured = [polygon_area_centroid(p) for c in cells.values() for p in c]
+    flat = np.array([centre for _, centre in measured])
     position = x.centre[owner] + flat[:, :1] * x.tangent_1[owner] + flat[:, 1:] * x.tangent_2[owner]
     interface = np.concatenate([points.interface, owner])
     order = np.argsort(interface, kind="stable")
@@ -63,7 +92,7 @@ def with_cells(assembly: Assembly, points: ContactPoints, cells: Cells) -> Conta
     area = np.where(np.isin(points.interface, owner), 0.0, points.area)
     return ContactPoints(
         position=np.concatenate([points.position, position])[order], interface=interface,
-        area=np.concatenate([area, [a for a, _ in size]])[order],
+        area=np.concatenate([area, [a for a, _ in measured]])[order],
         directions=np.stack([x.normal[interface], x.tangent_1[interface], x.tangent_2[interface]], axis=1),
         block_a=x.block_a[interface], block_b=x.block_b[interface],
     )
@@ -77,8 +106,13 @@ def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> 
 
     Parameters
     ----------
-    twists : of the mechanism, shape (n_blocks, 6)
+    cells : so far
+    twists : of the mechanism [m/s, rad/s], shape (n_blocks, 6)
     allowed : sum of c (integral of |s| - A |s| at the centroid) over all cells afterwards [W]
+
+    Returns
+    -------
+    Cells: the same object where the error is within ``allowed`` already.
     """
     faces = np.array(list(cells))
     at, spin = face_slip(assembly, twists, faces)
@@ -87,15 +121,16 @@ def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> 
     for number, k in enumerate(cells):
         owner += [number] * len(cells[k])
         polygons += list(cells[k])
-    row = np.array(owner)
+    row = np.array(owner)  # number in ``faces`` of the face of every cell
     area, centre = (np.array(v) for v in zip(*(polygon_area_centroid(p) for p in polygons), strict=True))
-    local = at[row] + spin[row, None] * np.column_stack([-centre[:, 1], centre[:, 0]])
+    local = at[row] + spin[row, None] * np.column_stack([-centre[:, 1], centre[:, 0]])  # slip at centroids of cells
     start = np.concatenate([[0], np.cumsum([len(p) for p in polygons])])
     corners = np.concatenate([p - c for p, c in zip(polygons, centre, strict=True)])
     exact = slip_integrals(corners, start, local, spin[row])
     error = np.maximum(exact - area * np.linalg.norm(local, axis=1), 0.0) * cohesion[faces[row]]
     if error.sum() <= allowed:
         return cells
+    # k = s cbrt(e) leaves sum(e / k^2) = sum(cbrt(e)) / s^2, which is ``allowed`` for this s
     root = np.cbrt(error)
     pieces = np.ceil(np.sqrt(root.sum() / allowed) * root)
     out: dict[int, list[Array]] = {k: [] for k in cells}
@@ -104,10 +139,12 @@ def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> 
         if pieces[q] <= 1:
             out[k].append(polygon)
             continue
+        # centre of rotation; a cell with an error turns, so that spin is not zero
         pole = np.array([-at[row[q], 1], at[row[q], 0]]) / spin[row[q]]
-        # a whole turn of n wedges errs by (pi / n)^2 / 6 of its power, which is how many it takes about its own middle
+        # a whole turn of n wedges errs by (pi / n)^2 / 6 of its power: n follows from the part that may stay
         kept = error[q] / pieces[q] ** 2 / max(exact[q] * cohesion[k], 1e-300)
-        out[k] += wedges(polygon, pole, int(pieces[q]), int(np.ceil(np.pi / np.sqrt(6.0 * kept))))
+        around = int(np.ceil(np.pi / np.sqrt(6.0 * kept)))
+        out[k] += wedges(polygon, pole, int(pieces[q]), around)
     return {k: tuple(v) for k, v in out.items()}
 
 
@@ -128,24 +165,25 @@ def wedges(polygon: Array, pole: Array, count: int, around: int) -> list[Array]:
     arm = polygon - pole
     size = np.linalg.norm(np.ptp(polygon, axis=0))
     edge = np.roll(polygon, -1, axis=0) - polygon
-    inside = (edge[:, 0] * -arm[:, 1] - edge[:, 1] * -arm[:, 0] > 1e-9 * size**2).all()
+    # left of every edge of a counter-clockwise polygon: cross product of edge and the way to the pole
+    inside = (edge[:, 0] * -arm[:, 1] - edge[:, 1] * -arm[:, 0] > INSIDE * size**2).all()
     if inside:
-        rays = np.linspace(0.0, 2.0 * np.pi, min(max(around, 4), MOST_WEDGES) + 1)
+        rays = np.linspace(0.0, 2.0 * np.pi, min(max(around, FEWEST_AROUND), MOST_WEDGES) + 1)
     else:
-        away = arm[np.linalg.norm(arm, axis=1) > 1e-6 * size]
+        away = arm[np.linalg.norm(arm, axis=1) > AT_POLE * size]
         middle = np.arctan2(*(polygon_area_centroid(polygon)[1] - pole)[::-1])
         # angles from the direction of the polygon's middle, so that none jumps at pi
         turn = np.angle(np.exp(1j * (np.arctan2(away[:, 1], away[:, 0]) - middle)))
+        # as many as the part of a whole turn asks for; at least two, else nothing is cut
         count = max(count, int(np.ceil(around * np.ptp(turn) / (2.0 * np.pi))), 2)
         rays = middle + np.linspace(turn.min(), turn.max(), min(count, MOST_WEDGES) + 1)
-        # a little outwards, so that corners on the outer rays are not cut off
-        rays[0], rays[-1] = rays[0] - 1e-6, rays[-1] + 1e-6
+        rays[0], rays[-1] = rays[0] - OUTWARDS, rays[-1] + OUTWARDS
     whole = polygon_area_centroid(polygon)[0]
-    reach = 4.0 * np.linalg.norm(arm, axis=1).max()
+    reach = REACH * np.linalg.norm(arm, axis=1).max()
     out = []
     for low, high in itertools.pairwise(rays):
         ends = pole + reach * np.array([[np.cos(low), np.sin(low)], [np.cos(high), np.sin(high)]])
         piece = clip_convex(polygon, np.vstack([pole, ends]))
-        if len(piece) > 2 and polygon_area_centroid(piece)[0] > 1e-12 * whole:
+        if len(piece) > 2 and polygon_area_centroid(piece)[0] > EMPTY * whole:
             out.append(piece)
     return out

@@ -26,6 +26,10 @@ def without_rounding(assembly: Assembly, own: Array, interface: Index, force: Ar
     own : load on every block, shape (n_blocks,); any unit
     interface : of every contact point, shape (m,)
     force : at every contact point, same unit, shape (m, c)
+
+    Returns
+    -------
+    The forces, shape (m, c).
     """
     x, n = assembly.links, assembly.n_blocks
     empty = ~assembly.fixed & (own == 0.0)
@@ -33,8 +37,10 @@ def without_rounding(assembly: Assembly, own: Array, interface: Index, force: Ar
         return force
     a, b = x.block_a, x.block_b
     both = empty[a] & empty[b]
-    _, group = connected_components(coo_array((np.ones(both.sum()), (a[both], b[both])), shape=(n, n)), directed=False)
+    touching = coo_array((np.ones(both.sum()), (a[both], b[both])), shape=(n, n))
+    _, group = connected_components(touching, directed=False)
     joint = np.bincount(interface, np.linalg.norm(force, axis=1), len(x.area))
+    # per group of weightless blocks: largest force on it, and least load of the free blocks around it
     largest, least = np.zeros(n), np.full(n, np.inf)
     for one, other in ((a, b), (b, a)):
         at = np.flatnonzero(empty[one])

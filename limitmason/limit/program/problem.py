@@ -88,13 +88,16 @@ class Problem(NamedTuple):
     def forces(self, scaled: Array) -> Array:
         """Contact forces on block b in global axes [N], shape (m, 3).
 
-        They are made from the scaled unknowns.
+        ``scaled`` are the unknowns f of the program [-], shape (c m,): normal force (compression > 0), then tangents.
         """
         f = scaled.reshape(-1, self.components) * self.point_scale[:, None]
         return self.force_scale * np.einsum("mc,mci->mi", f, self.points.directions)
 
     def twists(self, dual: Array) -> Array:
-        """Twists of all blocks, shape (n_blocks, 6), from the duals of the equilibrium rows, shape (r,)."""
+        """Twists of all blocks: velocity [m/s] and rotation rate [rad/s], shape (n_blocks, 6).
+
+        ``dual`` are the duals of the equilibrium rows, shape (r,). Held degrees of freedom have none and do not move.
+        """
         basis, _ = degrees_of_freedom(self.assembly, self.plane)
         flat = np.zeros(self.assembly.n_blocks * basis.shape[1])
         flat[self.row] = dual / self.row_radius
@@ -103,9 +106,9 @@ class Problem(NamedTuple):
     def with_free(self, multipliers: Array) -> Problem:
         """The problem with its free live loads taken to the dead load.
 
-        They count times their scaled multipliers.
+        ``multipliers`` are their scaled multipliers u [-], shape (k,).
         """
-        if not len(multipliers):
+        if not len(multipliers):  # no free live load
             return self
         added = np.tensordot(multipliers * self.live_scale, self.cases, 1)
         return self._replace(
@@ -133,7 +136,10 @@ class Problem(NamedTuple):
         return resultants_from_points(self.assembly, p.position, p.interface, p.area, force)
 
     def mechanism(self, loads: Loads, dual: Array) -> Mechanism | None:
-        """The motion of duals of the equilibrium rows, scaled to loads, or None where they do no work on it."""
+        """The motion of the duals of the equilibrium rows, shape (r,), or None where the live load does no work on it.
+
+        It is scaled so that the power of the live load of ``loads`` is the size of that load.
+        """
         return scaled_mechanism(self.assembly, loads, self.twists(dual), self.points.position, self.points.interface)
 
     def proven_by(self, loads: Loads, twists: Array, candidates: tuple[Array, ...] = ()) -> Kinematics:
@@ -141,8 +147,12 @@ class Problem(NamedTuple):
 
         Parameters
         ----------
-        twists : the motion, shape (n_blocks, 6)
-        candidates : others that may repair it, shape (n_blocks, 6) each
+        twists : the motion [m/s, rad/s], shape (n_blocks, 6); its scale does not matter
+        candidates : other motions that may repair it, shape (n_blocks, 6) each
+
+        Returns
+        -------
+        Kinematics, with an upper bound of the multiplier [-].
         """
         none = self.resultants(np.zeros((self.points.count, 3)))
         motion = Mechanism(twists, np.zeros(0), np.zeros((0, 2)))
@@ -165,6 +175,7 @@ def make_problem(
 
     Parameters
     ----------
+    assembly, loads : the structure with its dead and live load; loads on held blocks do not count
     contact_model, grid : see :func:`limitmason.mechanics.contact_points.contact_points`
     in_plane : True demands and False forbids the reduction to the plane; None uses it where it is exact
     cells : of cohesive faces in space with contact points at their corners, see
@@ -209,18 +220,19 @@ def make_problem(
     basis, moves = degrees_of_freedom(assembly, plane)
     row = np.flatnonzero(moves.ravel())
     d = basis.shape[1]
-    # moments over the size of their block are of the size of forces
+    # moments over the size of their block are of the size of forces; moments follow 3 forces, or 2 in plane
     radius = np.ones((n, d))
     radius[:, 3 if d == 6 else 2 :] = np.cbrt(x.volume)[:, None]
     row_radius = radius.ravel()[row]
 
-    # unit of force: the total load over the root of the number of free blocks
+    # unit of force: the total load over the root of the number of free blocks;
+    # a total live load without any (only the dead load is asked about) is taken as one
     scale = total_load(assembly, loads) / np.sqrt((~assembly.fixed).sum())
     live = (loads.live @ basis).ravel()[row] / row_radius
     dead = (loads.dead @ basis).ravel()[row] / row_radius
     live_scale = scale * np.sqrt((~assembly.fixed).sum()) / (np.abs(live).sum() or 1.0)
     free_rows = (cases @ basis).reshape(len(cases), n * d)[:, row] / row_radius * (live_scale / scale)
-    # a diagonal product per row keeps the sparsity pattern
+    # rows of held degrees of freedom are left out; a diagonal product per row keeps the sparsity pattern
     matrix = equilibrium_matrix(assembly, points, plane=plane).tocsr()[row]
     matrix = sparse.csc_array(sparse.diags_array(1.0 / row_radius) @ matrix)
 
@@ -245,7 +257,7 @@ def make_problem(
 
 
 def _refuse_endless_ties(assembly: Assembly, load: float) -> None:
-    """Refuse a tie whose strength is so far above the load that a solver takes it for a rod without end."""
+    """Refuse a tie whose strength is so far above the total load [N] that a solver takes it for a rod without end."""
     for tie in assembly.ties:
         if tie.strength > ENDLESS * load:
             raise InputError(

@@ -18,7 +18,12 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
     Parameters
     ----------
     solver : any solver installed for cvxpy ("CLARABEL", "HIGHS" for plane problems, "SCS", "MOSEK", ...)
+    verbose : let the solver report to standard output
     options : passed to cvxpy's ``solve``
+
+    Returns
+    -------
+    Solution, scaled; with NaN and zeros where the solver gives no forces.
 
     Raises
     ------
@@ -38,6 +43,7 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
     law = [slack[: cones.n_linear] >= 0] if cones.n_linear else []
     start = cones.n_linear
     sizes = np.array(cones.cone_sizes, dtype=int)
+    # cvxpy takes all cones of one size at once, one in a column, which is much faster than one by one
     for size in np.unique(sizes):
         first = start + np.concatenate([[0], np.cumsum(sizes)[:-1]])[sizes == size].astype(int)
         tail = vstack([slack[first + k] for k in range(1, size)])
@@ -62,6 +68,7 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
             iterations=0, seconds=seconds,
         )
     velocity = np.asarray(equilibrium.dual_value, dtype=float)
+    # the sign and the scale of duals differ between solvers: live power one fixes both
     rate = float(problem.live @ velocity)
     velocity = velocity / rate if rate != 0 else velocity
     iterations = int(program.solver_stats.num_iters or 0)

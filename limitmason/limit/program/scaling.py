@@ -11,34 +11,40 @@ from scipy import sparse
 from limitmason.arrays import Array, Index
 from limitmason.limit.program.problem import Problem
 
+NO_LOAD = 1e-30
+"""Load of a block over the largest up to which it is none [-]: chosen, so that rows divided by it stay finite."""
+
 
 def row_blocks(problem: Problem) -> Index:
-    """Block of every row."""
+    """Block of every row, shape (r,)."""
+    # rows are numbered by degrees of freedom, 3 per block in plane and 6 in space
     return problem.row // (3 if problem.plane is not None else 6)
 
 
 def block_norms(problem: Problem, load: Array) -> Array:
-    """Size of a load on every block over ``force_scale``, forces and moments together, shape (n_blocks,)."""
+    """Size of a load on every block over ``force_scale`` [-], forces and moments together, shape (n_blocks,).
+
+    ``load`` is scaled, of every row, shape (r,).
+    """
     return np.sqrt(np.bincount(row_blocks(problem), (load * problem.row_unit) ** 2, problem.assembly.n_blocks))
 
 
 def unit_loads(problem: Problem) -> Array:
-    """Dead and live load of every block over ``force_scale``, shape (n_blocks,), or zero for held blocks."""
+    """Dead and live load of every block over ``force_scale`` [-], shape (n_blocks,), or zero for held blocks."""
     return block_norms(problem, problem.dead) + block_norms(problem, problem.live)
 
 
 def own_loads(problem: Problem) -> Array:
-    """Dead load of every block over ``force_scale``; live load where no block has any.
+    """Dead load of every block over ``force_scale`` [-], shape (n_blocks,); live load where no block has dead load.
 
-    The shape is (n_blocks,), held blocks have zero. A block without load takes the largest of its neighbours', from
-    block to block.
+    Held blocks have zero. A block without load takes the largest of its neighbours', from block to block.
     """
     block = row_blocks(problem)
     load = block_norms(problem, problem.dead if problem.dead.any() else problem.live)
     free = np.zeros(len(load), dtype=bool)
     free[block] = True
     a, b = problem.points.block_a, problem.points.block_b
-    empty = free & (load <= 1e-30 * load.max(initial=0.0))
+    empty = free & (load <= NO_LOAD * load.max(initial=0.0))
     load[empty] = 0.0
     while empty.any():
         # one block farther in every round
@@ -47,6 +53,7 @@ def own_loads(problem: Problem) -> Array:
         np.maximum.at(passed, b, np.where(empty[b], load[a], 0.0))
         reached = empty & (passed > 0)
         if not reached.any():
+            # no chain of joints leads from a loaded block to these: any load serves, as nothing acts on them
             load[empty] = load.max(initial=1.0)
             break
         load[reached] = passed[reached]
@@ -74,6 +81,7 @@ def balanced(problem: Problem) -> Problem:
     row = load[row_blocks(problem)]
     columns = np.repeat(lighter, problem.components)
     matrix = sparse.diags_array(1.0 / row) @ problem.matrix.tocsr() @ sparse.diags_array(columns)
+    # largest live load of a block over its own load; one without any live load, where there is nothing to scale
     most = float((block_norms(problem, problem.live) / np.where(load > 0, load, np.inf)).max(initial=0.0)) or 1.0
     return problem._replace(
         matrix=sparse.csc_array(matrix), dead=problem.dead / row, live=problem.live / row / most,

@@ -22,18 +22,19 @@ class Solution(NamedTuple):
     """Scaled result: multiplier, contact forces and block velocities (live . v = 1), with the solver's account."""
 
     status: Status
-    multiplier: float
-    force: Array
-    velocity: Array
+    multiplier: float  # scaled [-]
+    force: Array  # of every point, normal (compression > 0) and tangents, scaled [-], (c m,)
+    velocity: Array  # duals of the equilibrium rows, (r,)
     iterations: int
     seconds: float
     stands: bool | None = None  # True when the solver proved on its way that the dead load alone can be carried
     solver: str = "clarabel"
     fallback: str = ""  # which other solver was tried, and what it said
-    free: Array = np.zeros(0)  # scaled multipliers of the live loads beside it
+    free: Array = np.zeros(0)  # scaled multipliers u of the free live loads beside it [-], (k,)
 
 
-_STATUS = {
+# "almost" counts as proven here: callers test the forces and motions that come with it before they believe it
+_STATUS = {  # by what Clarabel says
     "Solved": Status.SOLVED,
     "AlmostSolved": Status.ALMOST_SOLVED,
     "PrimalInfeasible": Status.CANNOT_STAND,
@@ -43,6 +44,22 @@ _STATUS = {
 }
 
 
+LEVEL = 1e-9
+"""Joints whose normal is vertical but for this are level [-]: chosen, well above rounding of a rotated geometry."""
+
+SHARE = 1e-12
+"""Diagonal added to equations of :func:`in_balance` over itself [-]: chosen, so that redundant rows have a factor."""
+
+NOTHING = 1e-30
+"""The same over the largest, for rows without any force [-]: chosen, so that their zero diagonal has a factor."""
+
+CORRECTIONS = 3
+"""Corrections of the forces in :func:`in_balance`, each with the unbalance that the one before left: chosen."""
+
+OPENING_TOLERANCE = 1e-6
+"""Of the motion that opens every joint [-]: it only helps another motion, whose bound is computed from what it is."""
+
+
 def solver_settings(tolerance: float, *, max_iterations: int = 200, verbose: bool = False) -> clarabel.DefaultSettings:
     """Clarabel settings that reach the stated tolerance on walls of 50 to 10,000 blocks.
 
@@ -50,6 +67,7 @@ def solver_settings(tolerance: float, *, max_iterations: int = 200, verbose: boo
     ----------
     tolerance : of gap and feasibility [-]
     max_iterations : after which the solver gives up
+    verbose : report every iteration to standard output
     """
     settings = clarabel.DefaultSettings()
     settings.verbose = verbose
@@ -70,11 +88,19 @@ def solve_static(
 
     Parameters
     ----------
+    problem : r equilibrium rows, n force components, k free live loads
+    cones : the joint law
     tolerance : gap and feasibility tolerance of the interior-point method [-]; at 1e-8 lambda may be off by 4e-6
+    max_iterations, verbose : see :func:`solver_settings`
     direction : maximise this . (lambda, u) instead, shape (1 + k,)
-    within : largest size of the scaled lambda and u, shape (1 + k,)
+    within : largest size of the scaled lambda and u [-], shape (1 + k,); None leaves them without limit
+
+    Returns
+    -------
+    Solution, scaled; with the free multipliers u.
     """
     r, n = problem.matrix.shape
+    # the unknowns are (f, lambda, u); Clarabel minimises objective . x with bound - matrix x in its cones
     columns = sparse.csc_array(np.column_stack([problem.live, problem.free.T]))
     k = columns.shape[1]
     top = sparse.hstack([problem.matrix, columns])
@@ -101,7 +127,7 @@ def solve_static(
 
 
 def _kinds(rows: int, cones: Cones, limits: int = 0) -> list[Any]:
-    """Clarabel's cones: equations first, then limits of multipliers and the joint law."""
+    """Clarabel's cones: ``rows`` equations first, then ``limits`` rows of limits on multipliers and the joint law."""
     count = limits + cones.n_linear
     linear = [clarabel.NonnegativeConeT(count)] if count else []
     return [clarabel.ZeroConeT(rows), *linear, *(clarabel.SecondOrderConeT(size) for size in cones.cone_sizes)]
@@ -111,8 +137,8 @@ class Carried(NamedTuple):
     """Whether the dead load can be carried, with the forces that do, or the velocities at which it falls."""
 
     stands: bool | None  # None when the solver cannot tell
-    force: Array | None
-    velocity: Array | None
+    force: Array | None  # scaled [-], (c m,); None unless it stands
+    velocity: Array | None  # duals of the equilibrium rows, (r,); None unless it falls
     seconds: float
 
 
@@ -126,16 +152,19 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
 
     Parameters
     ----------
+    cones : the joint law
     tolerance : of the solver [-]
     """
     start = time.perf_counter()
     c, points = problem.components, problem.points
     own = unit_loads(problem)
-    level = np.abs(points.directions[:, 0, 2]) > 1 - 1e-9
+    level = np.abs(points.directions[:, 0, 2]) > 1 - LEVEL
+    # where nothing crushes, any compression without shear is within the joint law
     simple = level & ~problem.law.crushes
     simple[problem.stress_block.ends] = False
     columns = c * np.flatnonzero(simple)
     if len(columns):
+        # least |N|^2 with N >= 0 in equilibrium with the dead load; rows that nothing loads are left out
         part = problem.matrix[:, columns]
         k = len(columns)
         loaded = np.flatnonzero((np.diff(part.tocsr().indptr) > 0) | (problem.dead != 0))
@@ -170,7 +199,10 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
 
 
 def _without_rounding(problem: Problem, force: Array, own: Array) -> Array:
-    """The forces without what is rounding on blocks that bear none of a load, ``own`` as in :func:`_balances`."""
+    """Scaled ``force`` (c m,) without what is rounding on blocks that bear none of a load.
+
+    ``own`` is the load of every block as in :func:`_balances`.
+    """
     scale = problem.point_scale[:, None]
     force = force.reshape(-1, problem.components) * scale
     return np.asarray(without_rounding(problem.assembly, own, problem.points.interface, force) / scale).ravel()
@@ -181,8 +213,9 @@ def _balances(problem: Problem, force: Array, load: Array, own: Array) -> bool:
 
     Parameters
     ----------
-    load : on every equilibrium row, scaled, shape (r,)
-    own : own load of every block over ``force_scale``, shape (n,)
+    force : of every point, scaled [-], shape (c m,)
+    load : on every equilibrium row, scaled [-], shape (r,)
+    own : own load of every block over ``force_scale`` [-], shape (n,)
     """
     block = row_blocks(problem)
     size = np.linalg.norm(force.reshape(-1, problem.components), axis=1) * problem.point_scale
@@ -199,20 +232,21 @@ def in_balance(problem: Problem, force: Array, multiplier: float) -> Array:
 
     Parameters
     ----------
-    force : scaled, shape (c m,)
-    multiplier : scaled multiplier
+    force : scaled [-], shape (c m,)
+    multiplier : scaled multiplier [-]
     """
     load = problem.dead + multiplier * problem.live
     own = block_norms(problem, problem.dead) + abs(multiplier) * block_norms(problem, problem.live)
     if _balances(problem, force, load, own) or not force.any():
         return force
+    # least sum of squares of the changes over the size of their force: equations B B^T y = unbalance, B = A diag(size)
     size = np.repeat(np.linalg.norm(force.reshape(-1, problem.components), axis=1), problem.components)
     by_share = sparse.csr_array(problem.matrix @ sparse.diags_array(size))
     normal = by_share @ by_share.T
     diagonal = normal.diagonal()
-    factor = splu(sparse.csc_matrix(normal + sparse.diags_array(1e-12 * diagonal + 1e-30 * diagonal.max())))
+    factor = splu(sparse.csc_matrix(normal + sparse.diags_array(SHARE * diagonal + NOTHING * diagonal.max())))
     changed = force
-    for _ in range(3):
+    for _ in range(CORRECTIONS):
         changed = changed - size * (by_share.T @ factor.solve(problem.matrix @ changed + load))
     small = bool((np.abs(changed - force) <= OWN_RESIDUAL * size).all())
     return changed if small and _balances(problem, changed, load, own) else force
@@ -224,8 +258,12 @@ def carries_any(problem: Problem, solution: Solution) -> bool:
     A f + live = 0 on every block, by its own live load, with friction and normal force alone: cohesion, ties and joints
     that crush have a largest force and no ray. Every block is judged by its own load, since cohesion that is rounding
     to the whole may bear all of a small block. Forces that a solver does not give prove nothing.
+
+    Parameters
+    ----------
+    solution : "unbounded", scaled; its forces over its multiplier are the candidate for the ray
     """
-    if not solution.multiplier > 0:
+    if not solution.multiplier > 0:  # there is no ray (NaN), or none along which the live load grows
         return False
     force = solution.force.reshape(-1, problem.components) / solution.multiplier
     normal = np.maximum(force[:, 0], 0.0)
@@ -250,14 +288,18 @@ def opening_motion(problem: Problem) -> tuple[Array | None, float]:
     """Velocities that open every joint by more than its friction asks for, or None when the blocks are wedged.
 
     Minimise |v|^2 subject to e_n - tan(phi) |e_t| >= 1 at every contact point, e = A^T v. Added in a small amount to a
-    solver's mechanism it makes that strictly admissible. Depends on geometry and friction alone. Also its seconds.
+    solver's mechanism it makes that strictly admissible. Depends on geometry and friction alone.
+
+    Returns
+    -------
+    velocity, seconds : of the equilibrium rows, shape (r,); and the time of the solver [s]
     """
     start = time.perf_counter()
     r = problem.matrix.shape[0]
     c, m = problem.components, problem.points.count
     opening = problem.matrix[:, ::c].T
     mu = sparse.diags_array(problem.law.tan_phi)
-    if c == 2:
+    if c == 2:  # |e_t| in plane is two linear rows; in space the condition is a second-order cone
         sliding = mu @ problem.matrix[:, 1::c].T
         rows = sparse.vstack([-(opening - sliding), -(opening + sliding)])
         bound = np.full(2 * m, -1.0)
@@ -271,7 +313,7 @@ def opening_motion(problem: Problem) -> tuple[Array | None, float]:
         kinds = [clarabel.SecondOrderConeT(3)] * m
     answer = clarabel.DefaultSolver(
         sparse.csc_matrix(sparse.eye_array(r)), np.zeros(r), sparse.csc_matrix(rows), bound, kinds,
-        solver_settings(1e-6),
+        solver_settings(OPENING_TOLERANCE),
     ).solve()
     seconds = time.perf_counter() - start
     return (np.array(answer.x) if str(answer.status) in ("Solved", "AlmostSolved") else None), seconds
