@@ -33,7 +33,7 @@ from limitmason.study.run_fingerprint import fingerprint
 ANSWERS = "answers.jsonl"
 """File of a store's folder."""
 
-_WIDE = 100  # characters of a line below the table
+_WIDE = 100  # characters of a line below the table, chosen: the table itself is about as wide
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class SideBySide(Displayed, Tabular):
         return any(row.method == method for row in self.rows)
 
     def _lines(self) -> list[list[str]]:
-        """Cells of the table in text, the head first; ratios to a test only where one is given."""
+        """Cells of the table as text, the head first, with a row of the test and ratios to it where one is given."""
         head = ["method", "lambda", "range", "ratio to test", "status", "s", "what it is"]
         lines = [head]
         for r in self.rows:
@@ -76,7 +76,8 @@ class SideBySide(Displayed, Tabular):
             ends = f"{low:.4f} to {high:.4f}" if high > low else ""
             lines.append(["test", f"{middle:.5f}", ends, "1.000", "measured", "", ""])
         else:
-            lines = [line[:3] + line[4:] for line in lines]
+            ratio_column = head.index("ratio to test")
+            lines = [line[:ratio_column] + line[ratio_column + 1:] for line in lines]
         return lines
 
     def table(self) -> str:
@@ -86,15 +87,18 @@ class SideBySide(Displayed, Tabular):
         """
         lines = self._lines()
         notes = []
+        status, meaning = lines[0].index("status"), lines[0].index("what it is")
         for line in lines[1:]:
-            short, _, reason = line[-3].partition(": ")
-            line[-3] = short
-            text = "; ".join(t for t in (reason, line[-1]) if t)
+            # the column keeps "does not apply", the reason behind the colon is too long for it
+            line[status], _, reason = line[status].partition(": ")
+            text = "; ".join(t for t in (reason, line[meaning]) if t)
             if text:
                 notes += wrap(f"{line[0]}: {text}", _WIDE, subsequent_indent="  ", break_long_words=False)
-        align = "<>" + "<" + (">" if self.measured is not None else "") + "<>"
-        below = [f for f in (notes, list(self.findings()), self._told()) if f]
-        return "\n".join([aligned([line[:-1] for line in lines], align), *(t for part in below for t in ("", *part))])
+        # method, lambda, range, the ratio where there is a test, status, seconds
+        align = "<><" + (">" if self.measured is not None else "") + "<>"
+        parts = [part for part in (notes, list(self.findings()), self._told()) if part]
+        below = [line for part in parts for line in ("", *part)]
+        return "\n".join([aligned([line[:meaning] for line in lines], align), *below])
 
     def __str__(self) -> str:
         """The table."""
@@ -137,11 +141,8 @@ class SideBySide(Displayed, Tabular):
 
     def _told(self) -> list[str]:
         """What the loads mean, as lines of a terminal."""
-        return [
-            row
-            for text in self.loads_of_self_stress()
-            for row in wrap(text, _WIDE, subsequent_indent="  ", break_long_words=False)
-        ]
+        texts = self.loads_of_self_stress()
+        return [line for text in texts for line in wrap(text, _WIDE, subsequent_indent="  ", break_long_words=False)]
 
     def loads_of_self_stress(self) -> tuple[str, ...]:
         """What the smallest admissible, the sustained and the associative load mean.
@@ -257,46 +258,58 @@ def compare(
 def _taken_over(method: str, settings: Mapping[str, Mapping[str, Any]], rows: Sequence[Row]) -> dict[str, Prediction]:
     """Answers of other methods that a method starts from, by the setting that takes them.
 
-    Only where both have the same contact points, and where the user gave none.
+    Only where both have the same contact points, and where the user gave none. An answer from a store has no
+    prediction, and is not taken over.
 
     Parameters
     ----------
+    method : that starts, by its name
     settings : options of every method
     rows : answers so far
     """
-    out = {}
+    own, out = settings[method], {}
     for name, other in get_method(method).takes_over.items():
-        same = all(settings[method].get(k) == settings.get(other, {}).get(k) for k in ("contact_model", "grid"))
+        same_points = all(own.get(k) == settings.get(other, {}).get(k) for k in ("contact_model", "grid"))
         for row in rows:
-            if row.method == other and row.prediction is not None and same and name not in settings[method]:
+            if row.method == other and row.prediction is not None and same_points and name not in own:
                 out[name] = row.prediction
     return out
 
 
 def measured_range(measured: float | Sequence[float] | None) -> tuple[float, float, float] | None:
-    """Low, value and high of a measured multiplier.
+    """Low, value and high of a measured multiplier [-], or None where none was measured.
 
-    It is given as a number, (low, high) or (low, value, high).
+    Parameters
+    ----------
+    measured : a number, (low, high), whose middle is then the value, or (low, value, high) [-]
+
+    Raises
+    ------
+    InputError
+        For values that are not positive or not in this order.
     """
     if measured is None:
         return None
     given = [finite("measured", v) for v in (measured if isinstance(measured, list | tuple) else [measured])]
-    if len(given) == 2:
+    if len(given) == 1:
+        given *= 3
+    elif len(given) == 2:
         given.insert(1, 0.5 * (given[0] + given[1]))
-    low, value, high = given * 3 if len(given) == 1 else given if len(given) == 3 else (0.0, 0.0, 0.0)
-    if not 0.0 < low <= value <= high < math.inf:
+    if len(given) != 3 or not 0.0 < given[0] <= given[1] <= given[2] < math.inf:
         raise InputError(f"measured must be positive: a number, (low, high) or (low, value, high); got {measured!r}")
+    low, value, high = given
     return low, value, high
 
 
 def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str, Any], proven: float | None) -> Row:
     """Row of one method: its prediction, its range, and a proven range where one is asked for.
 
-    ``proven`` is the time for that proof [s], or None.
-
     Parameters
     ----------
+    assembly, loads : the problem
+    method : its name
     settings : options of the method
+    proven : time to prove each end of the range of a non-associative method [s], None for no proof
     """
     chosen, begun = get_method(method), time.perf_counter()
     row = Row.attempted(method, lambda: chosen.predict(assembly, loads, **settings))
@@ -309,6 +322,7 @@ def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str,
         try:
             ends = proven_range(assembly, loads, time_limit=proven)
             low, high = (ends.ends[e].bound for e in ("smallest", "largest"))
+            # the prediction may be on other contact points than the proof: the range is widened to hold it
             low, high = min(low, found.collapse_multiplier), max(high, found.collapse_multiplier)
             range_is = "no admissible multiplier lies outside" if ends.proven else "bounds, not met by states"
         except (NotApplicable, NotConverged) as error:

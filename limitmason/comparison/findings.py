@@ -18,6 +18,9 @@ INSIDE = "inside"
 _SAME = 1e-6
 """Relative difference of two multipliers that the programs behind them leave."""
 
+_ZERO = 1e-9
+"""Difference [-] that they leave where both multipliers are zero, and a relative one allows nothing."""
+
 _ENDS = {"upper": "associative", "admissible": "smallest admissible"}
 """What a missing answer would have given, by the theorem of its method."""
 
@@ -51,12 +54,12 @@ class Answers:
     def position(self, row: Row) -> str:
         """Where a simulation lies: "inside", "above by ..." or "below by ...".
 
-        "" where an end to judge by is missing.
-
-        It lies inside where its range meets that from the smallest admissible multiplier to the associative one.
+        It lies inside where its range meets that from the smallest admissible multiplier to the associative one. The
+        position is "" where an end to judge by is missing.
         """
         if not row.solved:
             return ""
+        # a simulation without a range of errors is judged by its value
         low, high = (end if math.isfinite(end) else row.multiplier for end in (row.low, row.high))
         if self.upper and low > self.upper.multiplier * (1.0 + _SAME):
             return f"above by {low / self.upper.multiplier - 1.0:.2%}"
@@ -65,7 +68,7 @@ class Answers:
         return INSIDE if self.upper and self.lower else ""
 
     def missing(self, theorem: str) -> str:
-        """Why there is no answer of a kind."""
+        """Why there is no answer of a kind, which is named as ``Method.theorem`` names it."""
         row = self.asked.get(theorem)
         return "was not asked for" if row is None else f"{row.method} {row.status.partition(':')[0]}"
 
@@ -84,9 +87,10 @@ class Answers:
             kind = "admissible" if upper else "upper"
             return Finding(NOT_CHECKED, f"{demand} ({self.missing(kind)})", self.asked["admissible"].method)
         pair = f"{lower.multiplier:.5f}, {upper.multiplier:.5f}"
+        # where psi = phi the associative program answers both: equal by construction, which confirms nothing
         if lower.multiplier == upper.multiplier and not lower.has_range:
             return Finding(NOT_CHECKED, f"{demand} ({pair}): psi = phi, one program gave both", lower.method)
-        good = lower.multiplier <= upper.multiplier * (1.0 + _SAME) + 1e-9
+        good = lower.multiplier <= upper.multiplier * (1.0 + _SAME) + _ZERO
         return Finding(HOLDS if good else BROKEN, f"{demand} ({pair})", lower.method, theorem=True)
 
     def _simulation(self, row: Row) -> Finding | None:
@@ -95,13 +99,13 @@ class Answers:
         name = f"the {get_method(row.method).look.name}"
         value = f"{row.low:.5f} to {row.high:.5f}" if row.has_range else f"{row.multiplier:.5f}"
         if not (upper or lower):
-            if not set(_ENDS) & set(self.asked):
+            if not set(_ENDS) & set(self.asked):  # no theory was asked for, so none demands anything
                 return None
             why = "; ".join(f"{_ENDS[t]}: {self.missing(t)}" for t in _ENDS)
             return Finding(NOT_CHECKED, f"{name} {value} beside the admissible range ({why})", row.method)
         where = self.position(row)
-        ends = f"{_floor(lower):.5f}" if lower else "?", f"{upper.multiplier:.5f}" if upper else "?"
-        text = f"({name.removeprefix('the ')} {value}, admissible {ends[0]} to {ends[1]})"
+        lowest, highest = f"{_floor(lower):.5f}" if lower else "?", f"{upper.multiplier:.5f}" if upper else "?"
+        text = f"({name.removeprefix('the ')} {value}, admissible {lowest} to {highest})"
         within = f" within its {row.range_is.partition(':')[0]}" if row.has_range and row.range_is else ""
         beyond = " beyond its range" if row.has_range else ""
         if where.startswith("above"):
@@ -128,7 +132,7 @@ class Answers:
         elif not math.isfinite(bound):
             why = "no mechanism of the catalogue is admissible on these joints"
         else:
-            good = upper.multiplier <= bound * (1.0 + _SAME) + 1e-9
+            good = upper.multiplier <= bound * (1.0 + _SAME) + _ZERO
             pair = f"({upper.multiplier:.5f}, {mechanism.details.get('smallest_upper_bound_of')} {bound:.5f})"
             return Finding(HOLDS if good else BROKEN, f"{demand} {pair}", method, theorem=True)
         return Finding(NOT_CHECKED, f"{demand} ({why})", method)

@@ -87,7 +87,8 @@ class Row:
 
         Parameters
         ----------
-        predict : called without arguments
+        method : its name
+        predict : called without arguments, gives the answer or raises ``NotApplicable`` or ``NotConverged``
         """
         begun = time.perf_counter()
         try:
@@ -159,9 +160,11 @@ class Row:
         return math.isfinite(self.low) and math.isfinite(self.high)
 
     def in_unit(self, factor: float) -> Row:
-        """This row for another meaning of a multiplier of 1.
+        """This row with its range and predicted value in another unit.
 
-        Range and predicted value follow.
+        Parameters
+        ----------
+        factor : what a multiplier of 1 means in that unit
         """
         change = factor / self.factor
         return replace(self, factor=factor, low=self.low * change, high=self.high * change)
@@ -186,6 +189,7 @@ class Row:
         if missing := [name for name in STORED if name not in document]:
             raise InputError(f"{path} holds an answer without {missing[0]!r}: remove its line to compute it again")
         values = {name: document[name] for name in STORED}
+        # the governing mechanism is a detail of methods that try several; others have none
         words, governing = values["bound"], values["details"].get("governing")
         # the words begin with the kind, behind the name of the mechanism that governs
         bound = Bound(Bound.from_text(words.removeprefix(f"{governing}: ")).kind, words)

@@ -65,7 +65,14 @@ def run(
     solved: dict[tuple, Row] = {}
 
     def solve(options: Mapping[str, Any], direction: str, rule: str) -> Row:
-        """Row of the specimen with options, in a direction and by a flow rule; each is made once."""
+        """Row of the specimen in a direction; each is computed once, though several values may ask for it.
+
+        Parameters
+        ----------
+        options : of the assembly
+        direction : of the live load
+        rule : flow rule, "" where the method has none
+        """
         key = (rule, direction, tuple(sorted(options.items())))
         if key not in solved:
             chosen = {**settings, "flow_rule": rule} if rule else settings
@@ -82,6 +89,7 @@ def run(
         if rule is None:
             continue
         row = solve(target.options, target.direction, rule)
+        # what the value itself was stated for is settled, also where the sources leave it open for others
         others = [solve({**c, **target.options}, target.direction, rule) for c in combinations]
         if combinations:
             found = [r.multiplier * factor for r in (row, *(o for o in others if o.prediction is not None))]
@@ -94,7 +102,13 @@ def run(
 
 
 def _quantities(asked: Iterable[str] | None, tests: Iterable[Experiment]) -> set[str]:
-    """Quantities to compare out of those that one of the tests has, all by default."""
+    """Names of the quantities to compare.
+
+    Parameters
+    ----------
+    asked : one name or several, each of a quantity that one of the tests has; None for all of them
+    tests : the experiments
+    """
     known = dict.fromkeys(t.quantity for test in tests for t in test.targets)
     wanted = list(known) if asked is None else [asked] if isinstance(asked, str) else list(asked)
     for name in wanted:
@@ -103,16 +117,19 @@ def _quantities(asked: Iterable[str] | None, tests: Iterable[Experiment]) -> set
 
 
 def _flow_rule(target: TargetValue, method: str, asked: str | None) -> str | None:
-    """Flow rule to predict a target with, empty where the method has none, None to leave the target out.
+    """Flow rule to predict a value with, "" where the method has none, None to leave the value out.
 
     Parameters
     ----------
-    asked : flow rule that a user asks for, None for that of the target
+    target : the measured or published value
+    method : by which it is predicted
+    asked : flow rule that a user asks for, None for that of the value
     """
     if method != LIMIT:
         return ""
     if asked is None:
         return target.flow_rule or "associative"
+    # a value computed by another rule is not comparable; a measured one knows no rule
     return asked if target.flow_rule in (None, asked) else None
 
 
@@ -129,8 +146,11 @@ def _solve(
 
     Parameters
     ----------
-    options : of the test's model
-    settings : of the method
+    test : the experiment
+    options : of its model, over those chosen for it
+    direction : of the live load
+    method : its name
+    settings : of the method, among them the flow rule where it has one
     """
     if not test.has_model:
         return Row(method, status=NO_MODEL)
@@ -209,8 +229,11 @@ def as_text(rows: Iterable[Row]) -> str:
             f"{r.ratio:.3f}" if known else "-", r.flow_rule or r.method, r.status, f"{r.seconds:.2f}",
         )
         lines.append(line)
-    if not any(line[5] for line in lines[1:]):
-        lines = [line[:5] + line[6:] for line in lines]
+    column = header.index("range")
+    align = "<<<>>>><<>"
+    if not any(line[column] for line in lines[1:]):  # no method gave one
+        lines = [line[:column] + line[column + 1:] for line in lines]
+        align = align[:column] + align[column + 1:]
     shown, cut = abridged(lines[1:])
-    table = aligned([lines[0], *shown], "<<<>>" + ">" * (len(lines[0]) - 8) + "<<>")
+    table = aligned([lines[0], *shown], align)
     return "\n".join([table, *(f"{c}: write_rows (--csv FILE) writes them" for c in cut)])

@@ -70,14 +70,15 @@ def sustained(
     NotConverged
         Where there is no smallest state to begin with.
     """
-    few: tuple[str, ...] = ()
+    few_points: tuple[str, ...] = ()  # what the standard points warn of
     positive("goes_on", goes_on)
+    # both the search and the path need the same points: those asked for, of the given state, or by the joints
     if contact_model is None and grid is not None:
         contact_model = "grid"
     elif contact_model is None and smallest is not None:
         contact_model = smallest.contact_model or "vertices"
     elif contact_model is None:
-        contact_model, grid, few = standard_points(assembly, find_plane(assembly, loads))
+        contact_model, grid, few_points = standard_points(assembly, find_plane(assembly, loads))
     chosen = chosen_grid(contact_model, grid)
     options: dict[str, Any] = {} if contact_model == "vertices" else {"grid": chosen}
     if smallest is None:
@@ -92,7 +93,7 @@ def sustained(
         assembly, loads, initial=smallest, to=to, contact_model=contact_model, contacts=contacts, stiffness=stiffness,
         steps=steps, progress=progress, **options,
     )
-    value, status, warnings = math.nan, Status.NOT_CONVERGED, (*few, *curve.warnings)
+    value, status, warnings = math.nan, Status.NOT_CONVERGED, (*few_points, *curve.warnings)
     # a structure that has overturned on the way carries nothing any more
     if curve.status == PathEnd.REACHED:
         value, status = float(curve.load[-1]), Status.SOLVED
@@ -100,6 +101,7 @@ def sustained(
         value, status = 0.0, Status.SOLVED
     else:
         warnings = (*warnings, f"the path ends at {curve.displacement[-1]:.3g} m of {to:.3g} m: {curve.status}")
+    # a load whose path left equilibrium or the joint law at some sample is no answer, wherever the path ended
     if not all(c.accepted for c in curve.certificates):
         status = Status.NOT_CONVERGED
     resultants = None
@@ -123,6 +125,7 @@ def sustained(
 
 
 def _beside(details: Mapping[str, Any]) -> str:
+    """Loads at the beginning of the path and the largest on it, in words; "" where a store has not kept them."""
     if "first loss" not in details:
         return ""
     return f"from {details['first loss']:.5f} on, at most {details['largest on the way']:.5f} on the way"

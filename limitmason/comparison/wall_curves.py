@@ -26,7 +26,7 @@ POINTS = 3, 2
 """Contact points of Lobatto's rule along a joint, and across it where a wall is followed in space."""
 
 TRIES = 100
-"""Of a step, after which a curve ends where it is."""
+"""Tries of a step of the path, after which a curve ends where it is."""
 
 LEFT_OVER = 0.05
 """Energy that a step may leave over, of its gross work: with a fifth of it the peak is the same, in twice the time."""
@@ -37,23 +37,36 @@ FURTHEST = 0.004
 UNITS = 100
 """Most units of a wall that is followed as it is built: of others, larger units of the same shape stand for them."""
 
-BROKEN = 0.5  # damage from which on a point has given way
-FALLEN = 0.9  # share of the largest force to which it has fallen just after the peak
-ELASTIC = 0.1  # share of the largest force at which what is elastic is read
-INNER = 0.5  # share of the motion of the top that the inside has of a wall that does not rock
+BROKEN = 0.5  # damage, from 0 to 1, from which on a point has given way; chosen: half of its strength is gone
+FALLEN = 0.9  # share of the largest force to which it has fallen just after the peak; chosen
+ELASTIC = 0.1  # share of the largest force at which the elastic motion is read; chosen small: little has slipped
+INNER = 0.5  # of the motion of the top: a wall whose inside has less of it rocks; chosen, not fitted
 SAMPLES = 100  # of a push by the DEM
 
 
 @dataclass(frozen=True, kw_only=True)
 class WallCurve:
-    """Capacity curve of a wall: drift [%], force [kN], what gave way up to every sample, and how the path ended.
+    """Capacity curve of a wall: drift, force, what gave way up to every sample, and how the path ended.
 
-    ``slid`` and ``slips``, the largest slip of a bed joint and that of all, ``apart`` and ``past``, vertical planes
-    moved apart and past each other, are of :func:`limitmason.comparison.wall_modes.joint_motions` since the dead
-    load, over the motion of the top. ``cracked`` is the share of the cracks across units that have given way; of the
-    DEM, that has reached its strength. ``coarse`` is the number of units along a course, and up, that one block stands
-    for, ``points`` the number of contact points. ``rate`` is the difference of the DEM's peaks at two speeds.
-    ``status`` says how the path ended, or why there is none. What is not known of a method is 0.
+    Lists have one entry per sample. Motions are those of :func:`limitmason.comparison.wall_modes.joint_motions` since
+    the dead load, over the motion of the top. What is not known of a method is 0.
+
+    Parameters
+    ----------
+    wall : its number
+    drift : displacement of the top over the height [%]
+    force : at the beam [kN]
+    slid, slips : largest slip of a bed joint, and the sum of all [-]
+    apart, past : vertical planes moved apart, and past each other [-]
+    cracked : share of the points of cracks across units that have given way [-]; of the DEM, of their area that
+        reached its strength
+    coarse : number of units along a course, and up, that one block stands for
+    points : number of contact points
+    steps, iterations : what the path took
+    status : how the path ended, or why there is none
+    warnings : of the method
+    seconds : processor time
+    rate : difference of the DEM's largest forces at two speeds, over that at the slower one [-]
     """
 
     wall: str
@@ -100,11 +113,16 @@ class WallCurve:
         """slips, slid, apart and past at a sample over the motion of the top [-], all less what is elastic.
 
         Elastic is what goes with the force, at the ratio of the first sample that has a tenth of the largest.
+
+        Parameters
+        ----------
+        sample : its number
         """
         force, top = np.array(self.force), np.array(self.drift)
         first = int(np.argmax(force >= ELASTIC * force.max()))
 
         def since(motion: np.ndarray) -> float:
+            """A motion at the sample, less that which the elastic wall would have under the force of the sample."""
             return float(motion[sample] - motion[first] * force[sample] / force[first])
 
         return [since(np.array(v) * top) / since(top) for v in (self.slips, self.slid, self.apart, self.past)]
@@ -115,7 +133,8 @@ def wall_curve(test: Experiment, *, to: float = FURTHEST, tries: int = TRIES, by
 
     Parameters
     ----------
-    to : drift [-]
+    test : a wall of ``modern-walls``
+    to : drift at which the push ends [-]
     tries : of a step of the path, after which the curve ends where it is
     by : "pushover", the equilibrium path, or "dem", the distinct element method at two speeds
 
@@ -126,7 +145,7 @@ def wall_curve(test: Experiment, *, to: float = FURTHEST, tries: int = TRIES, by
     not go on to spall. The DEM pushes cantilevers and walls whose two ends are held; others are refused by name.
     """
     begun = time.process_time()
-    if test.options["coarse"] == 1:
+    if test.options["coarse"] == 1:  # its default: who asks for another coarseness keeps it
         test = test.with_options(coarse=coarseness(test))
     try:
         found = curve_by_dem(test, to) if by == DEM else curve_of_path(test, equilibrium_path(test, to, tries))
@@ -142,10 +161,12 @@ def coarseness(test: Experiment) -> int:
 
 
 def equilibrium_path(test: Experiment, to: float, tries: int) -> PushoverCurve:
-    """Path of equilibrium of a wall that its beam pushes to a drift [-].
+    """Path of equilibrium of a wall that its beam pushes to a drift.
 
     Parameters
     ----------
+    test : the wall
+    to : drift at which the path ends [-]
     tries : most tries of a step
     """
     return whole_pushover(
@@ -158,19 +179,26 @@ def curve_of_path(test: Experiment, curve: PushoverCurve) -> WallCurve:
     """Curve of a wall from its path of equilibrium.
 
     The live load of a wall is 1 kN at its beam, so that the multiplier is the force [kN].
+
+    Parameters
+    ----------
+    test : the wall
+    curve : its path from the dead load on
     """
     assert curve.generations is not None
     wall, first = curve.structure.assembly, curve.nodes[0].pose
-    crack = np.array([i.kind == "crack" for i in wall.interfaces] + [False])  # the last is of points without a joint
-    broken = []
+    # by number of the interface; points made by contacts of the path belong to none, -1, which reads the last entry
+    is_crack = np.array([i.kind == "crack" for i in wall.interfaces] + [False])
+    cracked = []
     for node in curve.nodes:
-        own = crack[curve.generations.structures[node.generation].points.interface]
+        # a path may find new contact points on its way: those of a state are the points of its generation
+        own = is_crack[curve.generations.structures[node.generation].points.interface]
         damage = np.broadcast_to(np.asarray(node.history.damage), own.shape)
-        broken.append(float(np.mean(damage[own] >= BROKEN)) if own.any() else 0.0)
+        cracked.append(float(np.mean(damage[own] >= BROKEN)) if own.any() else 0.0)
     drift = 100.0 * np.asarray(curve.displacement) / float(test.row["H"])
     return WallCurve(
         wall=test.specimen, drift=drift.tolist(), force=np.asarray(curve.multiplier).tolist(),
-        **shares(wall, [motion_between(first, node.pose)[:, :6] for node in curve.nodes]), cracked=broken,
+        **shares(wall, [motion_between(first, node.pose)[:, :6] for node in curve.nodes]), cracked=cracked,
         coarse=int(test.options["coarse"]), points=curve.structure.points.count, steps=curve.cost.steps,
         iterations=curve.cost.iterations, status=str(curve.status), warnings=list(curve.warnings),
     )
@@ -181,6 +209,7 @@ def curve_by_dem(test: Experiment, to: float) -> WallCurve:
 
     Parameters
     ----------
+    test : the wall
     to : drift at which it ends, displacement over height [-]
 
     Raises
@@ -195,15 +224,17 @@ def curve_by_dem(test: Experiment, to: float) -> WallCurve:
     curve: Any = drive(wall, test.drive(), to=to * height, loads=test.loads(), samples=SAMPLES)
     # motions count from the state at rest
     states = [(shift, rotation_vectors(turn)) for shift, turn in map(curve.moved, range(len(curve.load)))]
-    moved = [np.hstack([shift - states[0][0], turn - states[0][1]]) for shift, turn in states]
-    crack = [i.kind == "crack" for i in wall.interfaces]
-    broken = [float(np.mean(np.nan_to_num(v[crack]))) if any(crack) else 0.0 for v in curve.failed]
+    rest_shift, rest_turn = states[0]
+    moved = [np.hstack([shift - rest_shift, turn - rest_turn]) for shift, turn in states]
+    is_crack = [i.kind == "crack" for i in wall.interfaces]
+    # a crack without points in contact has no share that failed, NaN: it counts as none
+    cracked = [float(np.mean(np.nan_to_num(v[is_crack]))) if any(is_crack) else 0.0 for v in curve.failed]
     drift = 100.0 * np.asarray(curve.displacement) / height
-    # in per cent, less a hundredth for the last sample
+    # 99 % of the drift asked for, both in per cent: the last sample may lie a hundredth, one sample, before the end
     ended = "reached" if drift[-1] > 99.0 * to else "stopped"
     return WallCurve(
         wall=test.specimen, drift=drift.tolist(), force=(1e-3 * np.asarray(curve.load)).tolist(),
-        **shares(wall, moved), cracked=broken, coarse=int(test.options["coarse"]), steps=curve.steps, status=ended,
+        **shares(wall, moved), cracked=cracked, coarse=int(test.options["coarse"]), steps=curve.steps, status=ended,
         warnings=list(curve.warnings), rate=float(curve.rate_error),
     )
 
@@ -213,7 +244,8 @@ def shares(wall: Assembly, moved: Sequence[np.ndarray]) -> dict[str, Any]:
 
     Parameters
     ----------
-    moved : motion of the blocks at every sample, shape (n, 6)
+    wall : its blocks and joints
+    moved : shift of the centroids [m] and rotation vector of every block, one array of shape (n, 6) per sample
     """
     found = []
     for motion in moved:

@@ -108,7 +108,8 @@ def predict_walls(
         :func:`limitmason.comparison.wall_curves.wall_curve`
     walls : their numbers; all where omitted, by the DEM those of ``DOZEN``
     store : file that keeps every answer; the same call goes on after a kill
-    spread : move every input by its standard deviation, one by one, for the interval: six runs more
+    spread : move every input that the model uses by its standard deviation, one by one, for the interval: four or five
+        runs more
     workers, executor : as for :func:`limitmason.study.sweep`: processes of joblib, or a dask client
     options : of the assembly, over those of the model
     progress : called with a line per wall, with the time that is left
@@ -127,8 +128,8 @@ def predict_walls(
     names = list(USUAL.get(method, registry.specimens(NAME)) if walls is None else walls)
     chosen = {} if method == "formulas" else {**MODELS.get(method, MODELS["extended"]), **(options or {})}
     memo = Memo(store, kind=dict)
-    of = fingerprint(method, dict(chosen), spread)
-    keys = {(name, method, of): name for name in names}
+    asked = fingerprint(method, dict(chosen), spread)  # answers of other options are told apart in the store
+    keys = {(name, method, asked): name for name in names}
     jobs = {k: {"wall": n, "method": method, "options": chosen, "spread": spread} for k, n in keys.items()}
     missing, begun = sum(k not in memo for k in keys), time.perf_counter()
     for done, (key, row) in enumerate(memo.map(predict_wall, jobs, workers=workers, executor=executor), 1):
@@ -144,11 +145,12 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
     """One wall by one model, as a row of the store: force [kN], its mode and spread.
 
     The spread is the root of the sum of squares of changes of the logarithm, each by one standard deviation of an
-    input.
-    Seconds are processor time.
+    input. Seconds are processor time.
 
     Parameters
     ----------
+    wall : its number
+    method : a model of ``LADDER``
     options : of the wall's model
     spread : whether its spread is asked for
     """
@@ -162,10 +164,11 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
     try:
         row["force"], row["rocks"], row["inside"] = solve(test)
         if spread:
+            unused = _UNUSED["formulas" if method == "formulas" else test.options["cracks"]]
+            # each at one standard normal deviate above its median
             moved = [
                 solve(test.with_options(**{name: i.drawn(1.0)}))[0]
-                for name, i in inputs_of(test.row).items()
-                if name not in _UNUSED.get(test.options["cracks"] if method != "formulas" else method, ())
+                for name, i in inputs_of(test.row).items() if name not in unused
             ]
             row["spread"] = float(np.linalg.norm(np.log(np.array(moved) / row["force"])))
         known = method == "formulas" or test.row["head_joints"]  # no formula asks for them
@@ -176,6 +179,7 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
 
 
 _UNUSED = {"formulas": ("fb",), "diagonal strength": ("fb",), "unit strength": ("ft",), "none": ("fb", "ft")}
+"""Strengths of units and masonry that the formulas, or the cracks of a block model, do not ask for."""
 
 
 def _by_formulas(test: Experiment) -> tuple[float, float, str]:
@@ -201,6 +205,8 @@ def formulas_force(test: Experiment) -> float:
 
 
 def _by_blocks(test: Experiment) -> tuple[float, float, str]:
+    """Force [kN], over that of rocking, and mode, by associative limit analysis."""
+    # walls of the database stood under their dead load: it need not be checked
     return _answer(test, whole_limit_analysis(test.assembly(), test.loads(), check_dead_load=False))
 
 
