@@ -35,7 +35,22 @@ FORCE_CAP = 10.0
 """Joint force over the total load up to which a mechanism that cannot be repaired still gives a bound."""
 
 AT_REST = 1e-6
-"""Rate over the largest below which a repair may leave a block at rest."""
+"""Rate over the largest below which a repair may leave a block at rest: chosen."""
+
+SETTLED = 0.1
+"""Part of the accepted gap within which a bound is not worth a repair: chosen."""
+
+BEYOND = 1e-9
+"""Part by which a repair does more than it must, so that rounding leaves no violation."""
+
+ROUNDED_OFF = 1e-14
+"""Violation of the flow rule over the largest rate that rounding leaves after a repair [-]."""
+
+LIFTS = (1.0, 2.0, 4.0, 8.0, 16.0, 64.0, 256.0)
+"""Rise over spread of the motions that are tried to open every joint: steep enough for any friction, chosen."""
+
+TINY = 1e-300
+"""Least divisor: a quotient of zeros is zero."""
 
 LEAST_MULTIPLIER = 1e-3
 """Multiplier below which the gap is relative to this one, in units of that at which live load does the dead's work."""
@@ -66,7 +81,9 @@ def kinematic_multiplier(
 
     Parameters
     ----------
-    candidates : further opening motions to try, twists of shape (n_blocks, 6)
+    assembly, loads : the problem
+    prediction : its answer; without a mechanism and forces the bounds are NaN
+    candidates : further opening motions to try, twists of shape (n_blocks, 6) each
     """
     mechanism, resultants = prediction.mechanism, prediction.resultants
     if mechanism is None or resultants is None:
@@ -86,18 +103,21 @@ def kinematic_multiplier(
         return _MotionBound((exact - dead) / live, (at_points - dead) / live, g)
 
     def violation_of(g: Array) -> float:
+        """Largest rate against the flow rule [m/s], from the free opening of every point."""
         return float(np.where(uncrushed, -g, 0.0).max(initial=0.0))
 
     given = bound_by(twists)
-    size = max(float(np.abs(state.opening).max(initial=0.0)), float(np.abs(state.sliding).max(initial=0.0)), 1e-300)
+    size = max(float(np.abs(state.opening).max(initial=0.0)), float(np.abs(state.sliding).max(initial=0.0)), TINY)
     worst = violation_of(given.free_opening)
-    # a bound this near to the answer, within a tenth of the gap that is accepted, is not worth a repair
-    near = prediction.collapse_multiplier + 0.1 * GAP * abs(prediction.collapse_multiplier)
+    near = prediction.collapse_multiplier + SETTLED * GAP * abs(prediction.collapse_multiplier)
     admissible = worst <= 0.0
     if admissible and (given.multiplier <= near or uncrushed.all()):
         return Kinematics(given.multiplier, given.at_points, 0.0, twists=twists)
-    # points that close by next to nothing crush by rounding alone, which at a high strength is much power
+    # points that close by next to nothing crush by rounding alone, which at a high strength is much power: a repair
+    # may open them too
     firm = uncrushed if uncrushed.all() else uncrushed | (given.free_opening > -AT_REST * size)
+    sets = (uncrushed,) if firm is uncrushed else (uncrushed, firm)
+    # speed of every block, its spin over its size [m/s]
     rate = np.abs(twists[:, :3]).max(axis=1) + np.abs(twists[:, 3:]).max(axis=1) * np.cbrt(assembly.volumes)
     best, best_twists = given if admissible else _MotionBound(float("nan"), float("nan"), given.free_opening), twists
     # what hardly moves is better left at rest: to lift a very large block by next to nothing may be too much work
@@ -110,11 +130,12 @@ def kinematic_multiplier(
             resultants.point_interface
         ]
         fields = (np.where(moving[:, None], f, 0.0) for f in (*_opening_fields(assembly, label), *candidates))
-        to_open = (uncrushed & touched, firm & touched)[: 1 if firm is uncrushed else 2]
-        for trial in _repairs(state, joints, motion, g, fields, to_open):
+        for trial in _repairs(state, joints, motion, g, fields, [points & touched for points in sets]):
             repaired = bound_by(trial)
-            if violation_of(repaired.free_opening) <= 1e-14 * size and not repaired.multiplier >= best.multiplier:
+            # "not >=", since the best is NaN until the first repair succeeds
+            if violation_of(repaired.free_opening) <= ROUNDED_OFF * size and not repaired.multiplier >= best.multiplier:
                 best, best_twists = repaired, trial
+        # where all that is slow stands still already, the second round would be the first again
         if best.multiplier <= near or (rate <= AT_REST * rate.max()).sum() == (rate == 0.0).sum():
             break
     if not np.isnan(best.multiplier):
@@ -140,14 +161,17 @@ def _repairs(
 ) -> Iterator[Array]:
     """The motion with just enough of an opening motion added that no point of a set violates the flow rule.
 
-    Opening motions that do not open every point of the set are passed over.
+    One after another for every opening motion and set, as twists of shape (n_blocks, 6). Opening motions that do not
+    open every point of the set are passed over.
 
     Parameters
     ----------
+    state : with the law at every point
+    joints : which give the rates of a motion at the points
     motion : twists to repair, shape (n_blocks, 6)
-    g : their free opening at every point, shape (m,)
+    g : their free opening at every point [m/s], shape (m,)
     fields : opening motions, (n_blocks, 6) each
-    to_open : sets of points, flags of shape (m,)
+    to_open : sets of points, flags of shape (m,) each
     """
     for field in fields:
         opening, sliding = joints.rates(field)
@@ -158,11 +182,11 @@ def _repairs(
                 continue
             # g is concave in v, so adding t field raises every g by at least t times the field's own margin
             need = np.max(np.maximum(-g[points], 0.0) / margin, initial=0.0)
-            yield motion + (1.0 + 1e-9) * need * field
+            yield motion + (1.0 + BEYOND) * need * field
 
 
 def _opening_fields(assembly: Assembly, label: Index) -> Iterator[Array]:
-    """Motions in which the blocks fly apart, ever more upwards than sideways.
+    """Motions in which the blocks fly apart, ever more upwards than sideways, twists of shape (n_blocks, 6).
 
     Every independent part flies from the middle of its own joints with held blocks, or of its blocks. Head joints open
     as blocks spread, bed joints as they rise: which mixture opens all of them beyond their dilation is found by trying.
@@ -174,15 +198,15 @@ def _opening_fields(assembly: Assembly, label: Index) -> Iterator[Array]:
     c, x, fixed = assembly.centroids, assembly.links, label < 0
     # bounds of the joints with held blocks; of a part without any those of its blocks
     low, high = np.full((2, label.max() + 1, 3), np.inf) * np.array([1.0, -1.0])[:, None, None]
-    at = np.flatnonzero(fixed[x.block_a] != fixed[x.block_b])
-    owner = label[np.where(fixed[x.block_a], x.block_b, x.block_a)[at]]
+    at = np.flatnonzero(fixed[x.block_a] != fixed[x.block_b])  # these joints
+    owner = label[np.where(fixed[x.block_a], x.block_b, x.block_a)[at]]  # and the parts that they hold
     np.minimum.at(low, owner, x.centre[at])
     np.maximum.at(high, owner, x.centre[at])
     free = np.flatnonzero(~fixed & ~np.isfinite(low).all(axis=1)[label])
     np.minimum.at(low, label[free], c[free])
     np.maximum.at(high, label[free], c[free])
     origin = 0.5 * (low + high)[label]
-    for lift in (1.0, 2.0, 4.0, 8.0, 16.0, 64.0, 256.0):
+    for lift in LIFTS:
         field = np.zeros((assembly.n_blocks, 6))
         field[:, :3] = (c - origin) * (1.0, 1.0, lift)
         field[assembly.held] = 0.0
@@ -211,6 +235,7 @@ def certify(
     """
     r, m = prediction.resultants, prediction.mechanism
     if r is None or not np.isfinite(prediction.collapse_multiplier):
+        # nothing to judge: a certificate of NaN is refused
         return Certificate(float("nan"), float("nan"))
     scale = total_load(assembly, loads)
     twists = np.zeros((assembly.n_blocks, 6)) if m is None else np.where(assembly.held, 0.0, m.twists)
@@ -220,20 +245,23 @@ def certify(
         return forces
     pairs = stress_blocks_of(assembly, prediction)
     if pairs is not None:
+        # the two ends of a section crush by their stress block, not by the strength of a point
         state = state._replace(law=state.law.without_crushing(pairs.ends))
     rate = float((loads.live * twists).sum())
-    unit = max(abs(rate), 1e-300) * scale / max(live_size(assembly, loads), 1e-300)
+    # power that the total load would have at the speed of the live load [W]: the measure of complementarity
+    unit = max(abs(rate), TINY) * scale / max(live_size(assembly, loads), TINY)
     if not rate > 0.0:
         return forces  # a motion on which the live load does no work is no collapse mechanism
     if prediction.flow_rule == FlowRule.NON_ASSOCIATIVE:
         short, opposed = state.law.flow_residual(state.normal_force, state.shear_force, state.opening, state.sliding)
         slip = np.linalg.norm(state.sliding, axis=1)
         size = max(float(np.abs(state.opening).max(initial=0.0)), float(slip.max(initial=0.0)))
-        flow = float(short.max(initial=0.0) / max(size, 1e-300))
+        flow = float(short.max(initial=0.0) / max(size, TINY))
+        # how much the multiplier changes with cohesion spread over the faces instead of lumped at points [-]
         lumped = Dissipation(assembly, prediction, state).spread(twists, state.sliding) / rate
         return replace(
             forces, flow_residual=flow, complementarity=float(opposed.sum() / unit),
-            discretisation=lumped / max(abs(prediction.collapse_multiplier), 1e-300),
+            discretisation=lumped / max(abs(prediction.collapse_multiplier), TINY),
         )
     k = kinematic_multiplier(assembly, loads, prediction, candidates=candidates)
     power, _ = point_dissipation(state.law, state.opening, state.sliding)
@@ -263,22 +291,29 @@ def _gap_measure(loads: Loads, twists: Array, static: float) -> float:
     by_weight = np.linalg.norm(loads.dead[:, :3], axis=1) * np.linalg.norm(twists[:, :3], axis=1)
     by_couples = np.linalg.norm(loads.dead[:, 3:], axis=1) * np.linalg.norm(twists[:, 3:], axis=1)
     by_live_load = abs(float((loads.live * twists).sum()))
-    equal_work = float((by_weight + by_couples).sum()) / max(by_live_load, 1e-300)
-    return max(LEAST_MULTIPLIER * equal_work, abs(static), 1e-300)
+    equal_work = float((by_weight + by_couples).sum()) / max(by_live_load, TINY)
+    return max(LEAST_MULTIPLIER * equal_work, abs(static), TINY)
 
 
 def _forces_certified(
     assembly: Assembly, loads: Loads, prediction: Prediction, r: Resultants, state: PointState
 ) -> Certificate:
-    """Certificate of the forces alone: equilibrium and joint law, over the total load and each by its own measure."""
+    """Certificate of the forces alone: equilibrium and joint law, over the total load and each by its own measure.
+
+    Parameters
+    ----------
+    assembly, loads, prediction : as of :func:`certify`
+    r : resultants of the prediction
+    state : of its contact points
+    """
     value, x = prediction.collapse_multiplier, assembly.links
     scale = total_load(assembly, loads)
     pairs = stress_blocks_of(assembly, prediction)
     rest = np.abs(unbalance(assembly, loads, r, value)).max(axis=1)
     measures = block_measures(assembly, loads, r, value)
     excess = yield_excess(state, pairs)
-    own = rest / measures
-    joint = np.zeros(len(x.area))
+    own = rest / measures  # of every block [-]
+    joint = np.zeros(len(x.area))  # of every joint, by its worst point [-]
     np.maximum.at(joint, r.point_interface, excess)
     joint /= joint_measures(assembly, r, measures)
     block, face = int(np.argmax(own)), int(np.argmax(joint))

@@ -32,6 +32,12 @@ LOBATTO = ContactModel.LOBATTO
 LOBATTO_POINTS = 15
 """Points on a side: a crushing section to 1 %, the largest load of one that breaks at once to 2 %."""
 
+EVEN_GRID: Grid = (5, 5)
+"""Evenly spaced points along and across a joint where none are given: chosen."""
+
+_DIFFERS = 1e-6
+"""Part of a length, or of a unit vector, below which two of them count as equal: coordinates are rounded [-]."""
+
 
 @dataclass(frozen=True, eq=False)
 class ContactPoints(ReadOnly):
@@ -69,7 +75,7 @@ def contact_points(
     assembly: Assembly,
     *,
     contact_model: str = "vertices",
-    grid: Grid | float | Mapping[str, Grid] = (5, 5),
+    grid: Grid | float | Mapping[str, Grid] = EVEN_GRID,
     plane: Plane | None = None,
     elastic: bool = False,
     ties: bool = False,
@@ -102,6 +108,7 @@ def contact_points(
     if isinstance(grid, int | float) and contact_model != "vertices":
         sizes = _spaced_sizes(assembly, grid, plane)
     else:
+        # a spacing comes here with corners alone, which need no number of points
         kinds = np.array([i.kind for i in assembly.interfaces])
         sizes = _grid_sizes(assembly, kinds, contact_model, (2, 2) if isinstance(grid, int | float) else grid)
     position, interface, area = [np.empty((0, 3))], [np.empty(0, np.intp)], [np.empty(0)]
@@ -114,7 +121,7 @@ def contact_points(
         area.append(share.ravel())
         interface.append(np.repeat(rows, points.shape[1]))
     if ties and assembly.ties:
-        x = assembly.links
+        x = assembly.links  # the interfaces and, after them, the ties
         rows = len(assembly.interfaces) + np.arange(len(assembly.ties))
         rows = rows[~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])[rows]]
         position.append(x.centre[rows])
@@ -145,6 +152,7 @@ def _laid_out(
 
     Parameters
     ----------
+    assembly : whose interfaces these are
     rows : numbers of the faces, shape (r,)
     alike : number of corners k, and of points along and across, of each of them, shape (3,)
     contact_model, plane, elastic : as of :func:`contact_points`
@@ -169,13 +177,17 @@ def _laid_out(
     return lattices.fan_points(corners, max(along, across), x.normal[rows], lattice)
 
 
-_ENOUGH = 5  # points on a side of a joint that crushes or loses strength
+_ENOUGH = 5
+"""Points on a side of a joint that crushes or loses strength that pass without a warning: 4 may err by a quarter."""
 
 
 def chosen_grid(contact_model: str, grid: Chosen | None) -> Chosen | Grid:
     """The grid of contact points that an analysis uses.
 
-    Where none is given it is (5, 5), or ``LOBATTO_POINTS`` both ways.
+    Parameters
+    ----------
+    contact_model : as of :func:`contact_points`
+    grid : what the user gave; without any it is ``EVEN_GRID``, or ``LOBATTO_POINTS`` both ways
 
     Raises
     ------
@@ -183,7 +195,7 @@ def chosen_grid(contact_model: str, grid: Chosen | None) -> Chosen | Grid:
         For a grid with another contact model, which would not use it.
     """
     if grid is None:
-        return (LOBATTO_POINTS, LOBATTO_POINTS) if contact_model == LOBATTO else (5, 5)
+        return (LOBATTO_POINTS, LOBATTO_POINTS) if contact_model == LOBATTO else EVEN_GRID
     if contact_model == "vertices":
         raise InputError(f"grid={grid!r} is not used by contact_model={contact_model!r}: give contact_model='grid'")
     return grid
@@ -200,16 +212,18 @@ FEW_POINTS = "joints crush or lose strength at the few contact points"
 
 
 def on_few_points(assembly: Assembly, remedy: str, points: ContactPoints | None = None) -> tuple[str, ...]:
-    """A warning of joints that crush or lose strength on few points.
+    """A warning of joints that crush or lose strength on few points, or nothing where there are none.
 
     Parameters
     ----------
+    remedy : what the user should do, which ends the warning
     points : those chosen, of which a side of such a joint may have five or more; None for a default that is coarse
     """
     weak = weakening(assembly)
     if points is not None:
-        number = np.bincount(points.interface, minlength=len(weak))[: len(weak)]
-        weak &= (number > 0) & (number < _ENOUGH ** (points.components - 1))
+        number = np.bincount(points.interface, minlength=len(weak))[: len(weak)]  # without the ties, numbered last
+        sides = points.components - 1  # points lie along both sides of a face, in plane along one
+        weak &= (number > 0) & (number < _ENOUGH**sides)
     if not weak.any():
         return ()
     whose = "of the default" if points is None else "given"
@@ -220,8 +234,20 @@ def on_few_points(assembly: Assembly, remedy: str, points: ContactPoints | None 
 
 
 def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Grid | Mapping[str, Grid]) -> Index:
-    """Points along both sides of every joint by its kind or wall, shape (k, 2)."""
+    """Points along both sides of every joint by its kind or wall, shape (k, 2).
+
+    Parameters
+    ----------
+    kinds : kind of every joint, one of ``KINDS``, shape (k,)
+    contact_model, grid : as of :func:`contact_points`
+
+    Raises
+    ------
+    InputError
+        For sizes that are not two whole numbers from 2 on, names that mean nothing, and kinds without an entry.
+    """
     if contact_model == "vertices":
+        # a side has its two ends alone
         return np.full((len(kinds), 2), 2, dtype=np.intp)
     table = grid if isinstance(grid, Mapping) else dict.fromkeys(set(kinds.tolist()), grid)
     for name, size in table.items():
@@ -246,7 +272,13 @@ def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Gr
 
 
 def extents(x: AssemblyArrays, *directions: Array) -> Array:
-    """Extent of every face along directions of its plane, shape (k, 3) each [m]; shape (k, number of directions)."""
+    """Extent of every face along directions of its plane [m], shape (k, number of directions).
+
+    Parameters
+    ----------
+    x : faces by their corners
+    directions : unit vectors, one of each face in every array, shape (k, 3) each
+    """
     owner, first = x.corner_owner, x.corner_start[:-1]
     arm = x.corners - x.centre[owner]
     along = [np.einsum("ij,ij->i", arm, d[owner]) for d in directions]
@@ -254,14 +286,23 @@ def extents(x: AssemblyArrays, *directions: Array) -> Array:
 
 
 def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> Index:
-    """Points along and across every interface, none farther apart than a spacing [m].
+    """Points along and across every interface, none farther apart than a spacing: at least 2, shape (k, 2).
 
-    There are at least 2.
+    Parameters
+    ----------
+    spacing : largest distance of points [m]
+    plane : in which they lie, one row along each face; None for points all over it
+
+    Raises
+    ------
+    InputError
+        For a spacing that is not positive, or seems to be meant as a number of points.
     """
     if isinstance(spacing, bool) or not 0.0 < spacing < np.inf:
         raise InputError(f"a spacing of contact points must be positive [m], got {spacing!r}")
     x = assembly.arrays
     if plane is None:
+        # points of quadrilaterals follow their sides, those of other faces the tangents
         rows = np.flatnonzero(np.diff(x.corner_start) == 4)
         spans = extents(x, x.tangent_1, x.tangent_2)
         if len(rows):
@@ -272,16 +313,18 @@ def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> In
         span = extents(x, np.cross(plane.normal, x.normal))
         spans = np.concatenate([span, np.zeros_like(span)], axis=1)
     longest = spans.max(initial=0.0)
+    # grid=5 is easily meant as 5 points: as a spacing of 5 m it would leave two on a side. A number is 2 at least
     if spacing >= 2.0 and spacing > longest:
         raise InputError(
             f"grid={spacing!r} is a spacing of points [m], more than the longest joint, {longest:.3g} m: give two "
             "numbers of points, grid=(5, 5), or a smaller spacing"
         )
-    return np.maximum(np.ceil(spans / spacing - 1e-6).astype(np.intp) + 1, 2)
+    # a side that is a whole number of spacings but for rounding gets no point more
+    return np.maximum(np.ceil(spans / spacing - _DIFFERS).astype(np.intp) + 1, 2)
 
 
 def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
-    """Quadrilaterals renumbered so that their first edge runs along the unit, the second across the thickness.
+    """Corners of quadrilaterals [m], (m, 4, 3), whose first edge runs along the unit, the second across its thickness.
 
     Parameters
     ----------
@@ -289,6 +332,7 @@ def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
     corners : theirs [m], shape (m, 4, 3)
     """
     x = assembly.arrays
+    # lengths of the first two edges [m], and unit vectors along them
     e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1]
     one, two = np.linalg.norm(e1, axis=1), np.linalg.norm(e2, axis=1)
     e1, e2 = e1 / one[:, None], e2 / two[:, None]
@@ -298,38 +342,40 @@ def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
     pair = np.column_stack([x.block_b[rows], x.block_a[rows]])
     swap = assembly.fixed[pair[:, 0]] & ~assembly.fixed[pair[:, 1]]
     pair[swap] = pair[swap, ::-1]
-    square = np.abs(one - two) <= 1e-6 * one
+    square = np.abs(one - two) <= _DIFFERS * one
     turn[square] = _squares_turned(assembly, pair[square], e1[square], e2[square])
+    # length direction of the deciding unit as laid, or of the other where it names none
     axes = np.array([(np.nan, np.nan, np.nan) if b.axis is None else b.axis for b in assembly.blocks])
     axis = np.where(np.isnan(axes[pair[:, :1], 0]), axes[pair[:, 1]], axes[pair[:, 0]])
     across = np.cross(axis, (0.0, 0.0, 1.0))
     # an upright unit: its thickness is taken along y, as in a wall in x-z
-    across[np.linalg.norm(across, axis=1) <= 1e-6] = 0.0, 1.0, 0.0
-    along_1, along_2 = (np.abs(np.einsum("ij,ij->i", e, across)) for e in (e1, e2))
-    told = np.fmax(along_1, along_2) > 1e-6
-    turn[told] = along_1[told] > along_2[told]
+    across[np.linalg.norm(across, axis=1) <= _DIFFERS] = 0.0, 1.0, 0.0
+    # NaN without an axis, and nothing where both edges stand square to the thickness: such faces are not told
+    across_1, across_2 = (np.abs(np.einsum("ij,ij->i", e, across)) for e in (e1, e2))
+    told = np.fmax(across_1, across_2) > _DIFFERS
+    turn[told] = across_1[told] > across_2[told]
     return np.where(turn[:, None, None], np.roll(corners, -1, axis=1), corners)
 
 
 def _squares_turned(assembly: Assembly, pair: Index, e1: Array, e2: Array) -> Flags:
     """Whether the first side of square faces is not the one along the unit, shape (m,).
 
-    Their sides differ by rounding only.
-
-    The unit runs along the longer extent of its block, that of the first of a pair first. Of cubes the thickness is
-    taken along y, and where neither side runs so, the unit along x.
+    Their sides differ by rounding only. The unit runs along the longer extent of its block, that of the first of a pair
+    first. Of cubes the thickness is taken along y, and where neither side runs so, the unit along x.
 
     Parameters
     ----------
     pair : blocks, shape (m, 2)
     e1, e2 : unit vectors along the sides, shape (m, 3)
     """
+    # by how much more the first side runs along y, and along x, than the second [-]
     by_y, by_x = np.abs(e1[:, 1]) - np.abs(e2[:, 1]), np.abs(e1[:, 0]) - np.abs(e2[:, 0])
-    turn = np.where(np.abs(by_y) > 1e-6, by_y > 0.0, by_x < -1e-6)
+    turn = np.where(np.abs(by_y) > _DIFFERS, by_y > 0.0, by_x < -_DIFFERS)
+    # the first block of a pair comes last, so that its word stands
     for blocks in (pair[:, 1], pair[:, 0]):
-        along, across = (_extent(assembly, blocks, e) for e in (e1, e2))
-        long = np.abs(along - across) > 1e-6 * along
-        turn[long] = (along < across)[long]
+        first, second = (_extent(assembly, blocks, e) for e in (e1, e2))
+        differ = np.abs(first - second) > _DIFFERS * first
+        turn[differ] = (first < second)[differ]
     return np.asarray(turn)
 
 
@@ -338,10 +384,12 @@ def _extent(assembly: Assembly, blocks: Index, axis: Array) -> Array:
 
     Parameters
     ----------
-    blocks, axis : of each row, shapes (m,) and (m, 3)
+    blocks : number of the block of each row, shape (m,)
+    axis : unit vector of each row, shape (m, 3)
     """
     vertices, start = assembly.vertices
     count = np.diff(start)[blocks]
+    # where the vertices of each row's block begin among those gathered below
     first = np.concatenate([[0], np.cumsum(count)])[:-1].astype(np.intp)
     if not len(first):
         return np.zeros(0)

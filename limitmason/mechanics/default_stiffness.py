@@ -13,11 +13,15 @@ SETTLEMENT = 1e-6
 TIE_STRETCH = 1e-5
 """A tie that names no stiffness reaches its strength when it is stretched by this fraction of the median block [-]."""
 
+LEVEL = 0.5
+"""Vertical part of a joint's normal above which the joint counts as level, so that weight presses on it [-]: 60 deg."""
+
 
 def default_tie_stiffness(assembly: Assembly, strength: Array) -> Array:
     """Axial stiffness of ties that name none [N/m]: strength / (1e-5 x median block size), shape as ``strength`` [N].
 
-    Short beside what counts as collapse and no stiffer than the joints; a number for collapse, no property of a rod.
+    Such ties yield long before what counts as collapse, and are no stiffer than the joints. It is a number for
+    collapse, no property of a rod.
     """
     size = float(np.median(np.cbrt(assembly.arrays.volume[~assembly.fixed])))
     return np.asarray(strength / (TIE_STRETCH * size))
@@ -36,10 +40,12 @@ def default_stiffness(assembly: Assembly, dead: Array) -> float:
     """
     x = assembly.arrays
     free = ~assembly.fixed
+    # no less than the own weight: dead loads may cancel, or be left out
     load = np.linalg.norm(dead[free, :3], axis=1).sum()
     load = max(float(load), float(assembly.weights[free].sum()), 1e-300)
+    # the foot: level joints with supports, without any all joints with supports, without these one joint of mean size
     at_support = assembly.held[x.block_a].any(axis=1) ^ assembly.held[x.block_b].any(axis=1)
-    level = at_support & (np.abs(x.normal[:, 2]) > 0.5)
+    level = at_support & (np.abs(x.normal[:, 2]) > LEVEL)
     area = x.area[level].sum() if level.any() else x.area[at_support].sum() if at_support.any() else x.area.mean()
     size = float(np.median(np.cbrt(x.volume[free])))
     return load / area / (SETTLEMENT * size)
@@ -71,12 +77,13 @@ def joint_stiffness(
         if len(given) != 2 or not all((np.isfinite(v) & (v > 0.0)).all() for v in given):
             raise InputError(f"stiffness must be positive and finite, kn or (kn, ks) [Pa/m], got {stiffness!r}")
         return given[0], given[1], warnings
-    missing = ~(x.normal_stiffness > 0.0)
+    missing = ~(x.normal_stiffness > 0.0)  # NaN where a joint names none
     standard = default_stiffness(assembly, dead) if missing.any() else np.nan
     if missing.any():
         warnings.append(missing_stiffness(int(missing.sum()), count, standard))
     kn = np.where(missing, standard, x.normal_stiffness)
-    ks = np.where(np.isnan(x.shear_stiffness), kn, x.shear_stiffness)
+    ks = np.where(np.isnan(x.shear_stiffness), kn, x.shear_stiffness)  # kn where a joint names no ks
+    # a joint without shear stiffness would leave its blocks a free motion
     if not (ks > 0.0).all():
         raise NotApplicable(
             f"joint of interface {int(np.argmin(ks > 0))} has shear_stiffness 0: it must be positive here"

@@ -20,11 +20,13 @@ from limitmason.model.assembly import Assembly
 
 
 def point_rates(assembly: Assembly, twists: Array, position: Array, interface: NDArray) -> tuple[Array, Array]:
-    """Opening [m/s], shape (m,), and sliding of b relative to a in global axes, shape (m, 3), at contact points.
+    """Opening (m,) and sliding (m, 3) of b relative to a at contact points, in global axes [m/s].
 
     Parameters
     ----------
-    position, interface : of the points [m], shapes (m, 3) and (m,)
+    twists : of every block [m/s, rad/s], shape (n, 6)
+    position : of the points [m], shape (m, 3)
+    interface : number of the joint or tie of each, shape (m,)
     """
     x = assembly.links
     a, b = x.block_a[interface], x.block_b[interface]
@@ -37,17 +39,23 @@ def point_rates(assembly: Assembly, twists: Array, position: Array, interface: N
 
 
 def along_tangents(assembly: Assembly, faces: NDArray, vectors: Array) -> Array:
-    """Components of vectors, shape (m, 3), along both tangents of a face each, shape (m, 2)."""
+    """Components of vectors, shape (m, 3), along both tangents of one of the ``faces`` each, shape (m, 2)."""
     x = assembly.links
     return np.column_stack([(vectors * t[faces]).sum(axis=1) for t in (x.tangent_1, x.tangent_2)])
 
 
 def face_slip(assembly: Assembly, twists: Array, faces: NDArray) -> tuple[Array, Array]:
-    """How whole faces slide: slip of their centroids along the tangents [m/s], (m, 2), and spin about the normal.
+    """How whole faces slide, b against a: slip of their centroids along the tangents, and spin about the normal.
 
     Parameters
     ----------
+    twists : of every block [m/s, rad/s], shape (n, 6)
     faces : numbers of the interfaces, shape (m,)
+
+    Returns
+    -------
+    slip : [m/s], shape (m, 2)
+    spin : [rad/s], shape (m,)
     """
     x = assembly.links
     _, at_centre = point_rates(assembly, twists, x.centre[faces], faces)
@@ -58,7 +66,11 @@ def face_slip(assembly: Assembly, twists: Array, faces: NDArray) -> tuple[Array,
 def point_state(assembly: Assembly, resultants: Resultants, twists: Array, *, convex: bool = True) -> PointState:
     """Forces, rates and strengths at the contact points of a prediction.
 
-    ``convex`` is that of :mod:`limitmason.mechanics.law`.
+    Parameters
+    ----------
+    resultants : with the force at every point
+    twists : of every block [m/s, rad/s], shape (n, 6)
+    convex : as of :func:`limitmason.mechanics.law.interface_law`
     """
     x = assembly.links
     k = resultants.point_interface
@@ -72,10 +84,16 @@ def point_state(assembly: Assembly, resultants: Resultants, twists: Array, *, co
 
 
 def point_dissipation(law: PointLaw, opening: Array, sliding: Array) -> tuple[Array, Array]:
-    """Power a point can dissipate under the associative law, and its free opening g.
+    """Power that points dissipate under the associative law [W], (m,), and their free opening g [m/s], (m,).
 
     The free opening g = e_n - tan(phi) |e_t| is the opening beyond the dilation of its slip. Without crushing g < 0 is
     inadmissible, see :meth:`limitmason.mechanics.law.PointLaw.dissipation`.
+
+    Parameters
+    ----------
+    law : capacities of the points [N]
+    opening : e_n [m/s], shape (m,)
+    sliding : e_t [m/s], shape (m, 3)
     """
     slip = np.linalg.norm(sliding, axis=1)
     return law.dissipation(opening, slip), law.free_opening(opening, slip)
@@ -109,16 +127,19 @@ class Dissipation:
         if self.pairs is not None:
             self.rigid[self.pairs.ends] = False
         x, k, law = assembly.links, resultants.point_interface, interface_law(assembly.links)
+        # faces that are integrated: with cohesion, and with points; not in plane, where the slip is uniform
         whole = (law.cohesion > 0) & (np.bincount(k, minlength=len(x.area)) > 0)
         if prediction.plane:
             whole[:] = False
         f = self._faces = np.flatnonzero(whole)
         if len(f):
-            # corners of these faces along t1, t2 from the centre [m], and what their cohesion gives at points, [N]
+            # first corner of each of these faces, and after them the number of corners
             self._start = np.concatenate([[0], np.cumsum(np.diff(x.corner_start)[f])])
+            # corners along t1, t2 from the centre [m]
             rows = np.flatnonzero(whole[x.corner_owner])
             owner = x.corner_owner[rows]
             self._corners = along_tangents(assembly, owner, x.corners[rows] - x.centre[owner])
+            # shear strength at the tension corner [Pa], and what it gives at every contact point [N]
             self._cohesion = law.at(f).corner_cohesion
             lumped = np.zeros(len(x.area))
             lumped[f] = self._cohesion
@@ -137,6 +158,7 @@ class Dissipation:
             power, g = point_dissipation(law, opening, sliding)
             total = float(power.sum())
         else:
+            # at the ends of sections points give the power of cohesion, the stress blocks that of the normal force
             ends = self.pairs.ends
             power, g = point_dissipation(law.without_crushing(ends), opening, sliding)
             slip = np.linalg.norm(sliding, axis=1)
@@ -153,6 +175,7 @@ class Dissipation:
 
         Parameters
         ----------
+        twists : of every block [m/s, rad/s], shape (n, 6)
         sliding : of every point [m/s], shape (m, 3)
         """
         if not len(self._faces):

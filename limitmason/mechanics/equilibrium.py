@@ -19,6 +19,10 @@ from limitmason.model.assembly import Assembly
 def degrees_of_freedom(assembly: Assembly, plane: Plane | None = None) -> tuple[Array, Flags]:
     """Basis of a block's motion and which of its coordinates are free.
 
+    Parameters
+    ----------
+    plane : in which blocks move; None in space
+
     Returns
     -------
     basis : shape (6, 6), the unit wrenches; in plane shape (6, 3), two translations and the turn about the normal
@@ -28,7 +32,8 @@ def degrees_of_freedom(assembly: Assembly, plane: Plane | None = None) -> tuple[
         return np.eye(6), ~assembly.held
     basis = np.zeros((6, 3))
     basis[:3, 0], basis[:3, 1], basis[3:, 2] = plane.axis_1, plane.axis_2, plane.normal
-    touched = np.abs(basis) > 1e-9
+    # a motion of the plane is held where any freedom that it has a part in is held: axes may lie askew to x, y, z
+    touched = np.abs(basis) > 1e-9  # beyond rounding
     free = ~np.stack([assembly.held[:, touched[:, k]].any(axis=1) for k in range(3)], axis=1)
     return basis, free
 
@@ -39,6 +44,7 @@ def equilibrium_matrix(assembly: Assembly, points: ContactPoints, *, plane: Plan
     Parameters
     ----------
     points : contact points; in plane they must come with the same ``plane``
+    plane : in which blocks move; None in space
 
     Returns
     -------

@@ -26,20 +26,26 @@ COLUMNS: Mapping[str, str] = {
 """Columns of a table of forces, with their units."""
 
 
+_CARRIES = 1e-4
+"""Part of the largest joint force above which an interface counts as carrying any [-]: chosen."""
+
+_AT_LIMIT = 0.999
+"""Part of its shear strength at which an interface counts as at its friction limit [-]: chosen."""
+
+_NO_FORCE = 1e-9
+"""Part of the largest joint force that counts as none [-]: rounding."""
+
+
 class JointForces(NamedTuple):
-    """Resultants of interfaces.
+    """Resultants of k interfaces."""
 
-    On block b [N], (k, 3), the point it passes through [m], (k, 3), and which interfaces carry any. Its normal part
-    (compression positive), shear, and shear strength c A + N tan(phi) [N], (k,).
-    """
-
-    force: Array
-    centre: Array
-    carries: Flags
-    at_friction_limit: Flags
-    normal: Array
-    shear: Array
-    strength: Array
+    force: Array  # on block b, in global axes [N], (k, 3)
+    centre: Array  # the point it passes through [m], (k, 3)
+    carries: Flags  # which interfaces bear more than next to nothing, (k,)
+    at_friction_limit: Flags  # (k,)
+    normal: Array  # compression positive [N], (k,)
+    shear: Array  # size of the tangential part [N], (k,)
+    strength: Array  # in shear, c A + N tan(phi) [N], (k,)
 
 
 def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
@@ -81,13 +87,13 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
     moment = np.stack([np.bincount(owner, pressure * r.point_position[faces, i], k) for i in range(3)], axis=1)
     size = np.linalg.norm(force, axis=1)
     largest = float(size.max(initial=0.0))
-    pressed = total > 1e-9 * max(largest, 1e-300)
+    pressed = total > _NO_FORCE * max(largest, 1e-300)
     centre = np.where(pressed[:, None], moment / np.where(pressed, total, 1.0)[:, None], x.centre)
     normal = np.einsum("ij,ij->i", force, x.normal)
     shear = np.linalg.norm(force - normal[:, None] * x.normal, axis=1)
     strength = interface_law(x).over(x.area).shear_strength(normal)
-    carries = size > 1e-4 * largest
-    at_limit = carries & (shear >= 0.999 * strength - 1e-9 * largest)
+    carries = size > _CARRIES * largest
+    at_limit = carries & (shear >= _AT_LIMIT * strength - _NO_FORCE * largest)
     return JointForces(force, centre, carries, at_limit, normal, shear, strength)
 
 
@@ -156,8 +162,9 @@ def force_table(answer: Prediction, assembly: Assembly | None = None) -> ForceTa
     assert r is not None
     rows: list[tuple[Any, ...]] = []
     along, shear, strength = joints.normal, joints.shear, joints.strength
-    least = 1e-9 * np.abs(joints.force).max(initial=0.0)
+    least = _NO_FORCE * np.abs(joints.force).max(initial=0.0)
     for k, name in enumerate(model.joint_names):
+        # shear without any strength has no share of it: a tensile joint beyond the apex of its cone
         used = float(shear[k] / strength[k]) if strength[k] > least else None if shear[k] > least else 0.0
         off = float(np.linalg.norm(joints.centre[k] - model.arrays.centre[k]))
         row = (*map(float, joints.force[k]), float(along[k]), float(shear[k]), *map(float, joints.centre[k]), off, used)
@@ -168,7 +175,7 @@ def force_table(answer: Prediction, assembly: Assembly | None = None) -> ForceTa
         pull = -r.point_force[owner == k].sum(axis=0)  # of block b on a: a tie presses where its ends part
         size = float(np.linalg.norm(pull))
         ends = [model.blocks[i].name for i in (x.block_a[k], x.block_b[k])]
-        part = size / float(x.compressive_strength[k])
+        part = size / float(x.compressive_strength[k])  # among the links a tie's strength [N] stands there
         row = (*map(float, pull), size, 0.0, *map(float, tie.ends[0]), None, part)
         rows.append(("tie", tie.name or "~".join(ends), *row))
     for i in np.flatnonzero(model.held.any(axis=1)):
@@ -176,8 +183,9 @@ def force_table(answer: Prediction, assembly: Assembly | None = None) -> ForceTa
         force = sign[:, None] * r.point_force
         total = force.sum(axis=0)
         moment = np.cross(r.point_position - model.centroids[i], force).sum(axis=0)
-        size = float(total @ total)
-        foot = model.centroids[i] + (np.cross(total, moment) / size if size > 0.0 else 0.0)
+        # the resultant's line is nearest to the centroid at F x M / |F|^2 from it
+        square = float(total @ total)
+        foot = model.centroids[i] + (np.cross(total, moment) / square if square > 0.0 else 0.0)
         off = float(np.linalg.norm(foot - model.centroids[i]))
         rows.append(("support", model.blocks[i].name, *map(float, total), None, None, *map(float, foot), off, None))
     return ForceTable(tuple(rows))

@@ -13,23 +13,33 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
 _EXACT = 1e-9
-"""To which the points of a joint integrate a polynomial exactly."""
+"""Part of a face's area by which an integral over its points may be off and still counts as exact: rounding [-]."""
 
 _SEEN = 1e-10
-"""Of the stiffest rigid motion of a joint's points: one below it moves no point."""
+"""Part of the stiffest rigid motion of a joint's points: a motion below it moves no point [-]."""
+
+_NO_STRAIN = 1e-9
+"""Moment of a block's loads over the largest load times the block's size that counts as none: rounding [-]."""
 
 _SOFT = 5.0
 """E / (kn l) of a block below which simply deformable shapes may miss more than 2 %."""
 
 _HIGHEST = 3
-"""Degree up to which a joint takes up the displacement of a face."""
+"""Degree up to which a joint takes up the displacement of a face: chosen."""
+
+_GAUSS = 7
+"""Gauss points on a side of :func:`_face_points`: exact to the power 13, of which the collapsed corner takes one."""
 
 
 def shapes_of(assembly: Assembly, blocks: str, stress: str, normal: ArrayLike | None) -> Sequence[Body | None]:
     """Shapes of every block, None where it is rigid.
 
-    Of :func:`limitmason.deformable.simply_deformable_blocks` for "simply deformable", of
-    :func:`limitmason.deformable.polynomial_blocks` for "ritz".
+    Parameters
+    ----------
+    blocks : "simply deformable", by :func:`limitmason.deformable.simply_deformable_blocks`, or "ritz", by
+        :func:`limitmason.deformable.polynomial_blocks`
+    stress : "solid", "plane stress" or "plane strain"
+    normal : of the plane, shape (3,); None in space, and for (0, 1, 0) in plane
     """
     return (simply_deformable_blocks if blocks == SIMPLY_DEFORMABLE else polynomial_blocks)(assembly, stress, normal)
 
@@ -39,7 +49,7 @@ def soft_block_warnings(assembly: Assembly, kn: Array, blocks: str) -> tuple[str
 
     Parameters
     ----------
-    kn : of every interface [Pa/m]
+    kn : normal stiffness of every interface [Pa/m], shape (interfaces,)
     blocks : "simply deformable"; other kinds have no such limit
 
     Notes
@@ -49,10 +59,11 @@ def soft_block_warnings(assembly: Assembly, kn: Array, blocks: str) -> tuple[str
     """
     if blocks != SIMPLY_DEFORMABLE:
         return ()
-    x, stiffest = assembly.arrays, np.zeros(assembly.n_blocks)
+    x, stiffest = assembly.arrays, np.zeros(assembly.n_blocks)  # kn of the stiffest joint of every block [Pa/m]
     for side in (x.block_a, x.block_b):
         np.maximum.at(stiffest, side, kn)
     made_of = [np.inf if b.material is None else b.material.young_modulus for b in assembly.blocks]
+    # a block without joints is infinitely stiff beside them; one that is held strains nothing that could be missed
     with np.errstate(divide="ignore"):
         ratio = np.where(assembly.held.all(axis=1), np.inf, np.array(made_of) / (stiffest * np.cbrt(x.volume)))
     i = int(np.argmin(ratio))
@@ -66,12 +77,12 @@ def soft_block_warnings(assembly: Assembly, kn: Array, blocks: str) -> tuple[str
 
 
 def deforming_block_warnings(assembly: Assembly, loads: Loads, kn: Array, blocks: str) -> tuple[str, ...]:
-    """What the shapes of deforming blocks do not tell, of blocks as soft as their joints and of loads.
+    """Warnings of what the shapes of deforming blocks do not tell, of blocks as soft as their joints and of loads.
 
     Parameters
     ----------
-    kn : of every interface [Pa/m]
-    blocks : how they deform
+    kn : normal stiffness of every interface [Pa/m], shape (interfaces,)
+    blocks : "rigid", "simply deformable" or "ritz"
     """
     return *soft_block_warnings(assembly, kn, blocks), *_loads_beside_centroids(assembly, loads, blocks)
 
@@ -83,6 +94,7 @@ def _loads_beside_centroids(assembly: Assembly, loads: Loads, blocks: str) -> tu
 
     Parameters
     ----------
+    loads : with the moment r f^T of the forces on every block, r from its centroid
     blocks : "simply deformable" or "ritz"; other kinds have no such limit
     """
     if blocks not in (SIMPLY_DEFORMABLE, RITZ):
@@ -91,7 +103,7 @@ def _loads_beside_centroids(assembly: Assembly, loads: Loads, blocks: str) -> tu
     # sum of r f^T, whose symmetric part is what would strain a block
     strains = sum(np.abs(a + a.transpose(0, 2, 1)).max(axis=(1, 2)) for a in (loads.dead_arms, loads.live_arms))
     size = (np.abs(loads.dead[:, :3]) + np.abs(loads.live[:, :3])).max(initial=0.0)
-    rows = np.flatnonzero(deforms & (strains > 1e-9 * size * np.cbrt(assembly.volumes)))
+    rows = np.flatnonzero(deforms & (strains > _NO_STRAIN * size * np.cbrt(assembly.volumes)))
     if not len(rows):
         return ()
     more = f" and {len(rows) - 1} more" if len(rows) > 1 else ""
@@ -104,10 +116,14 @@ def _loads_beside_centroids(assembly: Assembly, loads: Loads, blocks: str) -> tu
 def at_joints(
     assembly: Assembly, points: ContactPoints, shapes: Sequence[Body | None], blocks: str
 ) -> tuple[Array, Array]:
-    """Displacement of every shape of the blocks a and b at every joint point, shapes (m, 3, largest k) each.
+    """Displacement of every shape of the blocks a and b at every joint point [m], shapes (m, 3, most shapes) each.
+
+    Columns beyond the shapes of a block are zero.
 
     Parameters
     ----------
+    points : of joints, those of one joint one after another
+    shapes : of every block, None where it is rigid
     blocks : "simply deformable", whose joints take up a face's displacement by :func:`face_motions`, as in the DEM; or
         "ritz", by :func:`fitted`
     """
@@ -126,7 +142,7 @@ def at_joints(
             shape = shapes[int(block)]
             if shape is None:
                 continue
-            u = shape.displacement(samples)
+            u = shape.displacement(samples)  # of every shape there, shape (samples, shapes, 3)
             if fit is not None:
                 u = np.tensordot(fit, u, axes=1).transpose(0, 2, 1)
             else:
@@ -142,9 +158,11 @@ def at_joints(
 def motion_at(place: Array) -> Array:
     """Displacement of points of a joint by its six rigid motions, shape (m, 3, 6).
 
+    Axes and order of the motions: along both tangents and the normal, then turns about the same three.
+
     Parameters
     ----------
-    place : coordinates along the joint's tangents [m], shape (m, 2)
+    place : coordinates along the joint's tangents from the point about which it turns [m], shape (m, 2)
     """
     out = np.zeros((len(place), 3, 6))
     out[:, :, :3] = np.eye(3)
@@ -189,7 +207,7 @@ def face_motions(start: Index, place: Array, area: Array, displacement: Array) -
 
 
 def fitted(points: ContactPoints, rows: Index, samples: Array, weights: Array) -> Array:
-    """Values at a joint's points of the polynomial that is nearest to a face's displacement, (points, samples).
+    """Matrix from a face's displacement at samples to the polynomial nearest to it at a joint's points.
 
     By least squares over the face, of the highest degree up to 3 that the points integrate exactly over it: then
     uniform pressure at the points does the work of uniform pressure on the face, and rigid motions stay as they are. A
@@ -197,11 +215,17 @@ def fitted(points: ContactPoints, rows: Index, samples: Array, weights: Array) -
 
     Parameters
     ----------
-    rows : the points of the joint
-    samples, weights : of a quadrature over the face [m, m2], shapes (s, 3), (s,)
+    points : of all joints
+    rows : numbers of those of this joint, shape (p,)
+    samples, weights : of a quadrature over the face [m], (s, 3), and [m2], (s,)
+
+    Returns
+    -------
+    what a displacement at the samples is multiplied by [-], shape (p, s)
     """
     centre = np.average(samples, axis=0, weights=weights)
     tangents = points.directions[rows[0], 1:]
+    # coordinates along the tangents over half the face's size, so that all powers are of one order
     size = float(np.abs((samples - centre) @ tangents.T).max())
     at, over = ((x - centre) @ tangents.T / size for x in (points.position[rows], samples))
     area = points.area[rows]
@@ -212,26 +236,30 @@ def fitted(points: ContactPoints, rows: Index, samples: Array, weights: Array) -
         if np.abs(area @ here - weights @ there).max() > _EXACT * weights.sum():
             break
         chosen = here, there
+    # least squares by the normal equations over the face
     here, there = chosen
-    normal = there.T @ (weights[:, None] * there)
-    return np.asarray(here @ np.linalg.solve(normal, (weights[:, None] * there).T))
+    gram = there.T @ (weights[:, None] * there)
+    return np.asarray(here @ np.linalg.solve(gram, (weights[:, None] * there).T))
 
 
 def _monomials(x: Array, degree: int) -> Array:
-    """All products of the coordinates up to a degree, x of shape (m, 1) or (m, 2), shape (m, e)."""
+    """All products of powers of coordinates up to a degree, shape (m, number of products); x of (m, 1) or (m, 2)."""
     if x.shape[1] == 1:
         return np.asarray(x ** np.arange(degree + 1))
     return np.column_stack([x[:, 0] ** i * x[:, 1] ** j for i in range(degree + 1) for j in range(degree + 1 - i)])
 
 
 def _face_points(polygon: Array) -> tuple[Array, Array]:
-    """Points [m] and weights [m2] exact to degree 12 over a convex polygon: fans of collapsed Gauss squares."""
-    g, w = np.polynomial.legendre.leggauss(7)
-    g, w = 0.5 * (g + 1.0), 0.5 * w
+    """Points [m], (s, 3), and weights [m2], (s,), exact to degree 12 over a convex polygon of corners (k, 3) [m].
+
+    Every triangle at the first corner is a unit square whose side u = 0 is collapsed into that corner.
+    """
+    g, w = np.polynomial.legendre.leggauss(_GAUSS)
+    g, w = 0.5 * (g + 1.0), 0.5 * w  # from -1 .. 1 to 0 .. 1
     u, v = (x.ravel() for x in np.meshgrid(g, g, indexing="ij"))
-    weight = np.outer(w * g, w).ravel()  # collapsed at the first corner
+    weight = np.outer(w * g, w).ravel()  # the ratio of areas of the map grows as u
     x = np.asarray(polygon, float)
     a, b = x[1:-1] - x[0], x[2:] - x[0]
-    twice = np.linalg.norm(np.cross(a, b), axis=1)
+    twice = np.linalg.norm(np.cross(a, b), axis=1)  # areas of the triangles, doubled
     places = x[0] + np.einsum("s,ti->tsi", u * (1.0 - v), a) + np.einsum("s,ti->tsi", u * v, b)
     return places.reshape(-1, 3), np.outer(twice, weight).ravel()

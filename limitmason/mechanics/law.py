@@ -27,13 +27,11 @@ BELOW_THE_APEX = 1e-12
 
 
 def tension_corner(tensile_strength: Array, cohesion: Array, tan_phi: Array) -> Array:
-    """Tension that a point can carry, t = min(ft, c / tan(phi)).
-
-    ft where there is no friction.
+    """Tension that a point can carry, t = min(ft, c / tan(phi)), shape (m,); ft where there is no friction.
 
     Parameters
     ----------
-    tensile_strength, cohesion : ft, c [Pa] or [N], shape (m,)
+    tensile_strength, cohesion : ft and c, both [Pa] or both [N], shape (m,)
     tan_phi : [-], shape (m,)
     """
     cohesion, tan_phi = np.asarray(cohesion, dtype=float), np.asarray(tan_phi, dtype=float)
@@ -47,6 +45,7 @@ def unit_tension(material: Material) -> float:
     It is infinite if the unit is elastic.
     """
     if material.cohesion is None:
+        # a material without cohesion has no yield law: its zones stay elastic
         return np.inf
     strength = np.inf if material.tensile_strength is None else material.tensile_strength
     return float(tension_corner(np.array(strength), np.array(material.cohesion), np.array(material.tan_phi)))
@@ -62,11 +61,11 @@ class PointLaw(NamedTuple):
     Strengths are per interface, capacities over tributary areas.
     """
 
-    tan_phi: Array
-    tan_psi: Array
+    tan_phi: Array  # friction [-]
+    tan_psi: Array  # opening per slip, the dilatancy [-]
     cohesion: Array  # c
-    tension: Array  # t, the tension corner
-    crushing: Array  # fc, infinite without crushing
+    tension: Array  # t, the tension corner, positive
+    crushing: Array  # fc, positive and infinite without crushing
 
     @property
     def apex(self) -> Array:
@@ -76,7 +75,7 @@ class PointLaw(NamedTuple):
     @property
     def cut_off(self) -> Flags:
         """Points whose tension corner is a cut-off below the apex, so that the cone alone does not limit tension."""
-        smooth = (self.tan_phi == 0.0) & (self.cohesion == 0.0)
+        smooth = (self.tan_phi == 0.0) & (self.cohesion == 0.0)  # no cone is left: only N >= -t limits tension
         return (self.tan_phi * self.tension < (1.0 - BELOW_THE_APEX) * self.cohesion) | smooth
 
     @property
@@ -103,6 +102,7 @@ class PointLaw(NamedTuple):
 
     def over(self, area: Array) -> "PointLaw":
         """Capacities [N] over tributary areas [m2], shape (m,), of a law given by strengths [Pa]."""
+        # a point without area does not crush either: infinity times 0 would be NaN
         crushing = np.full(np.shape(self.crushing), np.inf)
         np.multiply(self.crushing, area, out=crushing, where=self.crushes)
         return self._replace(cohesion=self.cohesion * area, tension=self.tension * area, crushing=crushing)
@@ -118,7 +118,13 @@ class PointLaw(NamedTuple):
         return PointLaw(*(column[rows] for column in self))
 
     def towards(self, rest: "PointLaw", damage: Array) -> "PointLaw":
-        """The law of points on their way to residual values: peak values at damage 0, those of ``rest`` at 1."""
+        """The law of points on their way to residual values: peak values at damage 0, those of ``rest`` at 1.
+
+        Parameters
+        ----------
+        rest : residual law of the same points
+        damage : of every point, from 0 to 1 [-], shape (m,)
+        """
         pairs = {name: (getattr(self, name), getattr(rest, name)) for name in LOST}
         return self._replace(**{name: peak + damage * (left - peak) for name, (peak, left) in pairs.items()})
 
@@ -206,9 +212,13 @@ class PointLaw(NamedTuple):
         return self.frozen(-self.tension)
 
     def frozen(self, normal: Array) -> "PointLaw":
-        """The associative law with friction psi that has this one's shear strength under a normal force, shape (m,).
+        """The associative law with friction psi that has this one's shear strength under a given normal force.
 
         c := max(c + (tan(phi) - tan(psi)) N, 0), the step of Haslinger's fixed point for non-associated friction.
+
+        Parameters
+        ----------
+        normal : N, compression positive, in the unit of the law, shape (m,)
         """
         fixed = np.maximum(self.cohesion + (self.tan_phi - self.tan_psi) * normal, 0.0)
         return self._replace(tan_phi=self.tan_psi, cohesion=fixed)
@@ -225,6 +235,7 @@ def interface_law(arrays: AssemblyArrays, *, convex: bool = True) -> PointLaw:
 
     Parameters
     ----------
+    arrays : interfaces, or interfaces and ties
     convex : cut the tension at the apex; without, ft counts as it is, as in the DEM
     """
     ft = arrays.tensile_strength
@@ -235,7 +246,7 @@ def interface_law(arrays: AssemblyArrays, *, convex: bool = True) -> PointLaw:
 def peak_law(joints: Sequence[Joint], *, convex: bool = True) -> PointLaw:
     """The law of joints before they soften, strengths [Pa], shape (number of joints,).
 
-    ``convex`` as above.
+    ``convex`` is that of :func:`interface_law`.
     """
     rows = [(j.tan_phi, j.tan_psi, j.cohesion, j.tensile_strength, j.compressive_strength) for j in joints]
     mu, psi, c, ft, fc = np.array(rows, dtype=float).reshape(-1, 5).T
@@ -243,21 +254,23 @@ def peak_law(joints: Sequence[Joint], *, convex: bool = True) -> PointLaw:
 
 
 def residual_law(joints: Sequence[Joint], tan_psi: Array | None = None, *, convex: bool = True) -> PointLaw:
-    """The law of joints after they have softened.
+    """The law of joints after they have softened, strengths [Pa], shape (number of joints,).
 
-    Values a joint does not name stay at their peak, strengths [Pa].
-
-    Without ``convex`` a residual tensile strength that is named counts as it is, above the residual apex too. One that
-    is not named stays as it lies at the peak: beyond the apex it does not ask for cohesion, below it it ends with it.
+    Values a joint does not name stay at their peak.
 
     Parameters
     ----------
+    joints : one or more
     tan_psi : residual dilatancy [-], shape (number of joints,); that of the peak where omitted, never above the
         residual friction
+    convex : cut the residual tension at the residual apex. Without, a residual tensile strength that is named counts
+        as it is. One that is not named stays as it lies at the peak: beyond the apex it does not ask for cohesion,
+        below it it ends with it
     """
     peak = peak_law(joints, convex=convex)
 
     def after(values: Sequence[float | None], before: Array) -> Array:
+        """Residual values, those before softening where None is named."""
         return np.array([b if v is None else v for v, b in zip(values, before, strict=True)], dtype=float)
 
     angle = [j.residual_friction_angle_deg for j in joints]
@@ -288,9 +301,9 @@ class Softening(NamedTuple):
     A rate of ``SUDDEN`` loses it at once, 0 never.
     """
 
-    rest: PointLaw
-    by_opening: Array
-    by_slip: Array
+    rest: PointLaw  # residual law
+    by_opening: Array  # [1/m], (m,)
+    by_slip: Array  # [1/m], (m,)
 
     @property
     def sudden(self) -> tuple[Flags, Flags]:
@@ -319,8 +332,10 @@ def softening(
 
     Parameters
     ----------
+    joints : whose laws these are; those that do not soften get rates of 0
     kn, ks : elastic stiffness [Pa/m], shape (number of joints,)
-    slip : length for what has no fracture energy [m], 0 for a sudden drop
+    slip : opening or slip over which joints without fracture energy lose their strength [m], 0 for a sudden drop;
+        one for all, or shape (number of joints,)
     tan_psi : residual dilatancy, as for :func:`residual_law`
 
     Raises
@@ -331,7 +346,7 @@ def softening(
     """
     peak, rest = peak_law(joints, convex=False), residual_law(joints, tan_psi, convex=False)
     slip = np.broadcast_to(np.asarray(slip, dtype=float), (len(joints),))
-    rates = np.zeros((2, len(joints)))
+    rates = np.zeros((2, len(joints)))  # damage by opening, and by slip [1/m]
     for k, joint in enumerate(joints):
         if not joint.softens:
             continue
@@ -342,6 +357,7 @@ def softening(
         ):
             if energy is None:
                 continue
+            # the elastic joint gives this back when it breaks: with less to spend the curve would run back
             if energy <= drop**2 / (2.0 * stiffness):
                 name = f"joint {joint.name!r}" if joint.name else "joint"
                 raise InputError(

@@ -14,7 +14,7 @@ from limitmason.model.joint import Joint, Unloading
 from limitmason.model.joint_term import Cell, JointTerm, Taken, added_terms
 
 LEAST_FRICTION = 1e-6
-"""tan(phi) below which a joint counts as frictionless for a method that divides by it."""
+"""tan(phi) up to which a joint counts as frictionless for a method that divides by it: chosen, far below any joint."""
 
 ASSOCIATIVE, NON_ASSOCIATIVE, DEM, MECHANISMS = "associative", "non-associative", "dem", "mechanisms"
 PUSHOVER = "pushover"
@@ -67,6 +67,7 @@ class Term(NamedTuple):
 
 
 def _all(cell: Cell, *theories: str) -> dict[str, Cell]:
+    """The same cell for several theories."""
     return dict.fromkeys(theories, cell)
 
 
@@ -80,6 +81,7 @@ def _where(holds: Callable[[Joint], bool]) -> Callable[[Assembly], Flags]:
 
 
 def _has(kind: type[JointTerm]) -> Callable[[Assembly], Flags]:
+    """Interfaces whose joint has an added term of a kind."""
     return _where(lambda joint: any(type(t) is kind for t in joint.terms))
 
 
@@ -240,6 +242,7 @@ def refuse(theory: str, assembly: Assembly, rows: Index | None = None, *, where:
     Parameters
     ----------
     theory : of ``THEORIES``
+    assembly : whose joints and ties are looked at
     rows : interfaces that the theory sees; all where omitted
     where : the contact points of the theory, ``GRID``, ``SECTIONS`` or ``CORNERS``. A row of the table that is for
         other points is passed over: an in-plane section can take what a corner in space cannot
@@ -264,6 +267,11 @@ def refuse(theory: str, assembly: Assembly, rows: Index | None = None, *, where:
 def refuse_ties(assembly: Assembly, what: str, remedy: str) -> None:
     """Refuse an assembly with ties where something outside the table does not follow them.
 
+    Parameters
+    ----------
+    what : as the message names it
+    remedy : what to do instead, in words
+
     Raises
     ------
     NotApplicable
@@ -280,6 +288,7 @@ def notes(
 
     Parameters
     ----------
+    theory : of ``THEORIES``
     rows : interfaces that the theory sees; all where omitted
     among : terms to be told of; all where omitted
     """
@@ -295,7 +304,7 @@ def page() -> str:
         "Written by `limitmason.mechanics.law_table.page()`; the same table refuses and warns.", "",
     ]
     rows = [head]
-    remarks: dict[str, int] = {}
+    remarks: dict[str, int] = {}  # footnotes by their text: cells that say one thing share a number
     for term in terms():
         row = [term.name]
         for theory in THEORIES:
@@ -311,5 +320,6 @@ def page() -> str:
 
 
 def _remark(term: Term, cell: Cell) -> str:
+    """What a footnote of the page says of a term and what a theory makes of it; empty where there is nothing to say."""
     what = "tie" if term.name == TIES.name else "joint"
     return f"the {what} {term.words}, which {cell.why}; {cell.remedy}" if cell.how is Taken.REFUSED else cell.why

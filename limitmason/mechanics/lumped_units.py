@@ -7,6 +7,9 @@ import numpy as np
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 
+_DECIMALS = 24
+"""Decimals of a compliance [m/Pa] that are compared: those of units are 1e-12 and more, below 1e-24 it is rounding."""
+
 
 def with_lumped_units(assembly: Assembly) -> Assembly:
     """This assembly with the compliance of its units in the joints between them, for methods of rigid blocks.
@@ -45,12 +48,13 @@ def with_lumped_units(assembly: Assembly) -> Assembly:
     interfaces, known = [], {}
     for k, i in enumerate(assembly.interfaces):
         kn, ks = i.joint.normal_stiffness, i.joint.shear_stiffness
+        # springs in series need both: a default stiffness is no property, and 1 / 0 no spring
         if kn is None or not kn > 0.0 or ks == 0.0:
             joint = assembly.joint_text(i.block_a, i.block_b)
             raise InputError(f"{joint} needs a normal and a shear stiffness of its own")
         ks = kn if ks is None else ks
         # joints alike but for rounding share one law
-        key = (i.joint, round(float(soft[0][k]), 24), round(float(soft[1][k]), 24))
+        key = (i.joint, round(float(soft[0][k]), _DECIMALS), round(float(soft[1][k]), _DECIMALS))
         if key not in known:
             known[key] = replace(
                 i.joint,

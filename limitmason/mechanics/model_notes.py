@@ -17,8 +17,11 @@ from limitmason.model.joint import Joint, LostBy, Unloading
 from limitmason.model.joint_term import Taken
 from limitmason.model.load import Loads
 
-_SAME = 1e-9  # of the largest load: differences below are rounding
+_SAME = 1e-9
+"""Part of the largest load, or of a strength, below which a difference is rounding [-]."""
 
+_TURNED = 1e-6
+"""Part of a weight by which the live load may be off a horizontal copy of it [-]: chosen."""
 
 
 def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
@@ -46,8 +49,8 @@ def why_no_tilt_angle(assembly: Assembly, loads: Loads) -> str:
     k = int(np.argmax(np.where(free, assembly.weights, 0.0)))
     direction = live[k] / assembly.weights[k]
     sideways = assembly.weights[:, None] * direction * moves
-    level = abs(direction[2]) <= _SAME and abs(float(np.hypot(*direction[:2])) - 1.0) <= 1e-6
-    if not level or np.abs(live - sideways).max(initial=0.0) > 1e-6 * scale or direction[3:].any():
+    level = abs(direction[2]) <= _SAME and abs(float(np.hypot(*direction[:2])) - 1.0) <= _TURNED
+    if not level or np.abs(live - sideways).max(initial=0.0) > _TURNED * scale or direction[3:].any():
         return "the live load is not the weight of every block turned to one horizontal direction"
     strong = next((i for i in assembly.interfaces if not i.joint.is_cohesionless), None)
     if strong is not None:
@@ -93,7 +96,7 @@ def tension_above_apex(assembly: Assembly, taken: bool = False) -> str:
 def adds_model_notes(
     theory: str = "", cites: Callable[[Prediction], tuple[Cited, ...]] = lambda found: found.references
 ) -> Callable[[Callable[..., Prediction]], Callable[..., Prediction]]:
-    """Let a method ``(assembly, loads, ...)`` say with its prediction what holds for every method.
+    """A decorator that lets a method ``(assembly, loads, ...)`` say with its prediction what holds for every method.
 
     How many faces nearly touch goes with every multiplier: it is found with the contacts and costs nothing.
 
@@ -150,6 +153,7 @@ def lost_in_failure(assembly: Assembly, lengths: Array | None = None) -> tuple[s
     lengths : of a theory that follows softening: opening or slip over which joints without fracture energies lose
         their strength [m], 0 at once, shape (k,); without, joints are perfectly plastic
     """
+    # joints by identity, each with its length: many interfaces share one
     known: dict[tuple[int, float | None], tuple[Joint, float | None]] = {}
     for k, i in enumerate(assembly.interfaces):
         length = None if lengths is None else float(lengths[k])
@@ -159,20 +163,23 @@ def lost_in_failure(assembly: Assembly, lengths: Array | None = None) -> tuple[s
 
 
 def _joint_loses(joint: Joint, length: float | None) -> str:
-    """What a joint loses where it fails, and over which energy; empty where it loses nothing.
+    """What a joint loses where it fails, and over which energy; empty where it has nothing to lose.
 
     Parameters
     ----------
+    joint : its law
     length : slip and opening over which joints without fracture energies soften [m]; None where the theory never
         softens
     """
     peak, rest = peak_law([joint], convex=False), residual_law([joint], convex=False)
     names = ("c", "ft", "tan(phi)")
+    # of each the peak value and what is left
     values = [[float(getattr(law, f)[0]) for law in (peak, rest)] for f in ("cohesion", "tension", "tan_phi")]
-    if values[0][0] == values[1][0] == 0.0 and values[2][0] == values[2][1] and not joint.terms:
+    (cohesion, _), (tension, _), (friction, friction_left) = values
+    if cohesion == tension == 0.0 and friction == friction_left and not joint.terms:
         return ""
     label = f"joint {joint.name!r}" if joint.name else "joints"
-    strengths = f"c {values[0][0]:.4g} Pa, ft {values[1][0]:.4g} Pa, tan(phi) {values[2][0]:.4g}"
+    strengths = f"c {cohesion:.4g} Pa, ft {tension:.4g} Pa, tan(phi) {friction:.4g}"
     own = [f"{t.words} ({', '.join(f'{k} {v:.4g}' for k, v in t.numbers.items())})" for t in joint.terms]
     if length is None or not joint.softens:
         return f"{label}: {strengths}: {'; '.join(own) or 'nothing is lost in failure (perfectly plastic)'}"

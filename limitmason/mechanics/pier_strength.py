@@ -8,12 +8,18 @@ from typing import NamedTuple
 from limitmason.checks import not_negative, positive
 from limitmason.errors import InputError
 
+SLENDEREST = 1.5
+"""Height over length above which diagonal cracking is no weaker, with 1 as the least (Turnsek and Cacovic) [-]."""
+
+CRUSHED = 0.85
+"""Part of the strength in the stress block at the toe of a wall that rocks [-]."""
+
+SHEAR_IN_UNITS = 2.3
+"""Shear stress at the middle of a unit over the wall's mean, in the Circular's formula of units that crack [-]."""
+
 
 class WallForces(NamedTuple):
-    """Horizontal forces [N] of four formulas.
-
-    ``smallest`` governs and ``mode`` says which it is.
-    """
+    """Horizontal forces [N] of four formulas; the ``smallest`` governs and ``mode`` says which kind it is."""
 
     rocking: float
     sliding: float
@@ -44,9 +50,7 @@ def wall_forces(
     stress: float, strength: float, cohesion: float, friction: float, diagonal_strength: float,
     unit: tuple[float, float],
 ) -> WallForces:
-    """Return the force of a rectangular wall under axial load by four formulas.
-
-    The force is horizontal.
+    """Return the horizontal force of a rectangular wall under axial load by four formulas [N].
 
         rocking with a stress block   N L / (2 H0) (1 - s0 / (0.85 fc))
         sliding                       min[(1.5 c L t + mu N) / (1 + 3 c H0 t / N), mu N + c L t]
@@ -88,21 +92,20 @@ def wall_forces(
         raise InputError(f"stress {stress:g} Pa is not below strength {strength:g} Pa: the wall crushes under its load")
     area = length * thickness
     load = stress * area
-    rocking = 0.5 * load * length / zero_moment * (1.0 - stress / (0.85 * strength))
+    rocking = 0.5 * load * length / zero_moment * (1.0 - stress / (CRUSHED * strength))
     # cohesion acts on the compressed length 3 (l / 2 - e) only, with e = V zero_moment / N
     cracked = (1.5 * cohesion * area + friction * load) / (1.0 + 3.0 * cohesion * zero_moment * thickness / load)
-    # Turnsek and Cacovic: b = h / l between 1 and 1.5
-    slender = min(max(height / length, 1.0), 1.5)
+    slender = min(max(height / length, 1.0), SLENDEREST)
     return WallForces(
-        max(rocking, 0.0),
-        min(cracked, friction * load + cohesion * area),
+        max(rocking, 0.0),  # between 0.85 fc and fc nothing is left to rock on
+        min(cracked, friction * load + cohesion * area),  # the compressed length is no more than all of it
         area * diagonal_strength / slender * math.sqrt(1.0 + stress / diagonal_strength),
         (cohesion + friction * stress) * area / (1.0 + 2.0 * friction * unit[1] / unit[0]),
     )
 
 
 class CircularPierForces(NamedTuple):
-    """Shear of a pier by diagonal cracking, irregular and regular bond [N]; units that crack end the second."""
+    """Shear of a pier by diagonal cracking [N], of irregular bond and, by two ways of cracking, of regular bond."""
 
     irregular: float
     stepped: float
@@ -151,9 +154,9 @@ def circular_pier_forces(
     for name, value in numbers.items():
         positive(name, value)
     not_negative("cohesion", cohesion)
-    area, slender = length * thickness, min(max(height / length, 1.0), 1.5)
+    area, slender = length * thickness, min(max(height / length, 1.0), SLENDEREST)
     return CircularPierForces(
         area * 1.5 * shear_strength / slender * math.sqrt(1.0 + stress / (1.5 * shear_strength)),
         area / slender * (cohesion + friction * stress) / (1.0 + friction * interlocking),
-        area * unit_tension / (2.3 * slender) * math.sqrt(1.0 + stress / unit_tension),
+        area * unit_tension / (SHEAR_IN_UNITS * slender) * math.sqrt(1.0 + stress / unit_tension),
     )

@@ -16,17 +16,25 @@ Rule = Callable[[int], tuple[Array, Array]]
 
 
 def _centroids(corners: Array, normal: Array) -> Array:
-    """Centroids of polygons with equally many corners, from the triangles at their first corner, shape (m, 3)."""
+    """Centroids of polygons with equally many corners, from the triangles at their first corner [m], shape (m, 3).
+
+    Arguments are those of :func:`corner_areas`.
+    """
     r = corners - corners[:, :1]
     part = 0.5 * np.einsum("mti,mi->mt", np.cross(r[:, 1:-1], r[:, 2:]), normal)
     return corners[:, 0] + (part[..., None] * (r[:, 1:-1] + r[:, 2:]) / 3.0).sum(axis=1) / part.sum(axis=1)[:, None]
 
 
 def corner_areas(corners: Array, normal: Array) -> Array:
-    """Tributary areas of polygon corners that add up to the area and keep its centroid.
+    """Tributary areas of polygon corners that add up to the area and keep its centroid [m2], shape (m, k).
 
     Each triangle from the centroid to an edge gives half its area to either end: that is linear interpolation with the
     centroid's own third handed to the corners in the same proportion, which leaves the first moment unchanged.
+
+    Parameters
+    ----------
+    corners : of m polygons, in order around each [m], shape (m, k, 3)
+    normal : unit, about which the corners run counterclockwise, shape (m, 3)
     """
     q = corners - _centroids(corners, normal)[:, None]
     triangle = 0.5 * np.einsum("mti,mi->mt", np.cross(q, np.roll(q, -1, axis=1)), normal)
@@ -40,6 +48,7 @@ def edge_points(n: int, elastic: bool) -> tuple[Array, Array]:
 
     Parameters
     ----------
+    n : number of points, at least 2
     elastic : weights with the second moment of the face from n = 3 on; False for the integrals of hat functions
 
     Returns
@@ -77,13 +86,18 @@ def lobatto_points(n: int) -> tuple[Array, Array]:
 
     Their ends bear 1 / (n (n - 1)) of a face: what a section crushes or breaks by at its edge is told in few points.
 
+    Parameters
+    ----------
+    n : number of points, at least 2
+
     Returns
     -------
     s, share : shape (n,), and shape (2, n)
     """
+    # on -1 .. 1: the ends, and where the Legendre polynomial of degree n - 1 is level, made symmetric beyond rounding
     inner = Legendre.basis(n - 1).deriv().roots().real if n > 2 else np.zeros(0)
     x = np.concatenate([[-1.0], np.sort(0.5 * (inner - inner[::-1])), [1.0]])
-    weight = 1.0 / (n * (n - 1) * Legendre.basis(n - 1)(x) ** 2)
+    weight = 1.0 / (n * (n - 1) * Legendre.basis(n - 1)(x) ** 2)  # half of those on -1 .. 1
     s = 0.5 * (x + 1.0)
     return s, np.stack([weight * (1.0 - s), weight * s])
 
@@ -116,7 +130,7 @@ def lattice_points(corners: Array, n1: int, n2: int, normal: Array, rule: Rule) 
     weight = np.zeros((m, n1, n2))
     for i, edge in enumerate((b - a, c - d)):
         for j, side in enumerate((d - a, c - b)):
-            # tangents at corner (j along, i across)
+            # area of the map per unit square at the corner at s = j and t = i, by the sides that meet there
             ratio = np.einsum("mi,mi->m", np.cross(edge, side), normal)
             weight += ratio[:, None, None] * np.outer(along[j], across[i])
     return points.reshape(m, -1, 3), weight.reshape(m, -1)
@@ -130,8 +144,10 @@ def fan_points(corners: Array, n: int, normal: Array, rule: Rule) -> tuple[Array
 
     Parameters
     ----------
-    corners, normal : of m polygons of k corners [m], shapes (m, k, 3) and (m, 3)
+    corners : of m polygons, in order around each [m], shape (m, k, 3)
+    normal : unit, shape (m, 3)
     n : points between the centroid and a corner, both counted
+    rule : places on 0 .. 1 and weights times 1 - s and s, as :func:`edge_points`
 
     Returns
     -------
@@ -153,6 +169,7 @@ def fan_points(corners: Array, n: int, normal: Array, rule: Rule) -> tuple[Array
     rings = range(1, n)
     points = [centre[:, None] + s[k] * (boundary - centre[:, None]) for k in rings]
     weight = [outwards[k] * load for k in rings]
+    # integrals of hat functions leave the centroid a part, elastic and Gauss-Lobatto weights none
     if outwards[0] > 0.0:
         points, weight = [centre[:, None], *points], [outwards[0] * ratio.sum(axis=1)[:, None], *weight]
     return np.concatenate(points, axis=1), np.concatenate(weight, axis=1)
@@ -161,16 +178,26 @@ def fan_points(corners: Array, n: int, normal: Array, rule: Rule) -> tuple[Array
 def plane_points(
     corners: Array, x: AssemblyArrays, rows: Index, plane: Plane, n: int, rule: Rule
 ) -> tuple[Array, Array]:
-    """Points along each interface on the plane of symmetry, and their areas [m2].
+    """Points along each interface on the plane of symmetry, ends included, and their areas.
 
-    Points (m, n, 3), ends included; each stands for a strip across the whole joint.
+    Each point stands for a strip across the whole joint.
 
     Parameters
     ----------
     corners : of the interfaces [m], shape (m, k, 3)
-    rows : numbers of the interfaces, shape (m,)
+    x : all interfaces
+    rows : numbers of these interfaces, shape (m,)
+    plane : in which the points lie
+    n : points along each interface
+    rule : places on 0 .. 1 and weights times 1 - s and s, as :func:`edge_points`
+
+    Returns
+    -------
+    points : [m], shape (m, n, 3)
+    areas : [m2], shape (m, n)
     """
     tangent = np.cross(plane.normal, x.normal[rows])
+    # along the joint from its centre [m]
     s = np.einsum("mki,mi->mk", corners - x.centre[rows][:, None], tangent)
     low, high = s.min(axis=1), s.max(axis=1)
     t, share = rule(n)

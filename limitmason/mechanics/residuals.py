@@ -20,7 +20,7 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
 WEIGHTLESS = 1e-9
-"""Own load over the largest force on a block below which it counts as weightless, and its forces are the measure."""
+"""Own load over the largest force on a block up to which it counts as weightless, and its forces are the measure."""
 
 ROUNDING = 1e-6
 """Least measure of a loaded block over the largest force on it: sums of such forces are not exact in floating point."""
@@ -40,7 +40,7 @@ class PointState(NamedTuple):
 
 
 def live_size(assembly: Assembly, loads: Loads) -> float:
-    """Sum of the live forces, and of the live couples over the size of their block [N]."""
+    """Sum over the blocks of the live force, or of the live couple over the block's size where that is more [N]."""
     free = ~assembly.fixed
     force = np.linalg.norm(loads.live[free, :3], axis=1)
     couple = np.linalg.norm(loads.live[free, 3:], axis=1) / np.cbrt(assembly.volumes[free])
@@ -75,7 +75,12 @@ def part_labels(assembly: Assembly, free: Flags | None = None) -> Index:
 
 
 def _chains(assembly: Assembly, counts: Flags) -> Index:
-    """Number of the chain of blocks that each block is in, joined by the links that ``counts``, shape (n_blocks,)."""
+    """Number of the chain of blocks that each block is in, shape (n_blocks,).
+
+    Parameters
+    ----------
+    counts : which joints and ties join their blocks, shape (links,)
+    """
     x, n = assembly.links, assembly.n_blocks
     edges = (np.ones(counts.sum()), (x.block_a[counts], x.block_b[counts]))
     _, label = connected_components(coo_array(edges, shape=(n, n)), directed=False)
@@ -89,6 +94,8 @@ def unbalance(assembly: Assembly, loads: Loads, resultants: Resultants, multipli
 
     Parameters
     ----------
+    loads : dead and live
+    resultants : with the force at every contact point
     multiplier : of the live load [-]
     """
     x = assembly.links
@@ -120,6 +127,7 @@ def own_measures(assembly: Assembly, own: Array, largest: Array) -> Array:
     idle = own <= WEIGHTLESS * largest
     measure = np.where(idle, largest, np.maximum(own, ROUNDING * largest))
     if idle.any():
+        # groups of weightless blocks that touch one another
         both = idle[x.block_a] & idle[x.block_b] & ~(assembly.fixed[x.block_a] | assembly.fixed[x.block_b])
         label, group = _chains(assembly, both), np.zeros(assembly.n_blocks)
         np.maximum.at(group, label, np.where(idle, largest, 0.0))
@@ -132,6 +140,7 @@ def load_on_blocks(assembly: Assembly, loads: Loads, multiplier: float) -> Array
 
     Parameters
     ----------
+    loads : dead and live
     multiplier : of the live load [-]
     """
     size = np.cbrt(assembly.links.volume)
@@ -146,7 +155,8 @@ def largest_on_blocks(assembly: Assembly, interface: Index, size: Array) -> Arra
 
     Parameters
     ----------
-    interface, size : of every contact force [N], shape (m,)
+    interface : number of the joint or tie of every contact force, shape (m,)
+    size : of these forces [N], shape (m,)
     """
     x, largest = assembly.links, np.zeros(assembly.n_blocks)
     joint = np.bincount(interface, size, len(x.area))
@@ -158,10 +168,13 @@ def largest_on_blocks(assembly: Assembly, interface: Index, size: Array) -> Arra
 def block_measures(assembly: Assembly, loads: Loads, resultants: Resultants, multiplier: float) -> Array:
     """Force by which the residual of every block is judged [N], shape (n_blocks,).
 
-    The dead and live load of the block, forces and moments over its size; see :func:`own_measures`.
+    The dead and live load of the block, forces and moments over its size; see :func:`own_measures`. Of held blocks,
+    which have no residual, it is infinite.
 
     Parameters
     ----------
+    loads : dead and live
+    resultants : with the force at every contact point
     multiplier : of the live load [-]
     """
     size = np.linalg.norm(resultants.point_force, axis=1)
@@ -171,11 +184,14 @@ def block_measures(assembly: Assembly, loads: Loads, resultants: Resultants, mul
 
 
 def joint_measures(assembly: Assembly, resultants: Resultants, blocks: Array) -> Array:
-    """Force by which the joint law is judged, per interface [N]: its own force, or the load of the lighter block.
+    """Force by which the joint law is judged, per interface [N]: its own force, or the lighter block's measure.
+
+    The larger of both counts, shape (interfaces and ties,).
 
     Parameters
     ----------
-    blocks : what :func:`block_measures` says of every block [N]
+    resultants : with the force at every contact point
+    blocks : what :func:`block_measures` says of every block [N], shape (n_blocks,)
     """
     x = assembly.links
     force = np.linalg.norm(resultants.point_force, axis=1)
@@ -189,11 +205,14 @@ def yield_excess(state: PointState, sections: StressBlock | None) -> Array:
 
     Parameters
     ----------
-    sections : in-plane stress blocks, which stand for the crushing of the points at their ends; None where none has
+    state : forces and law at every point
+    sections : in-plane stress blocks, which stand for the crushing of the points at their ends; None where there are
+        none
     """
     law = state.law if sections is None else state.law.without_crushing(sections.ends)
     excess = np.maximum(law.excess(state.normal_force, np.linalg.norm(state.shear_force, axis=1)), 0.0)
     if sections is not None:
+        # what a section exceeds counts at either end
         over = sections.excess(state.normal_force[sections.ends])
         for end in sections.ends.T:
             excess[end] = np.maximum(excess[end], over)

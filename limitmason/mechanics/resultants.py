@@ -31,6 +31,7 @@ def resultants_from_points(
     moment = np.cross(arm, force)
 
     def total(vector: Array, direction: Array) -> Array:
+        """Sum over the points of every joint of a vector's part along a direction of the joint, shape (k,)."""
         return np.asarray(np.bincount(interface, (vector * direction[interface]).sum(axis=1), k), dtype=float)
 
     return Resultants(
@@ -50,14 +51,16 @@ def scaled_mechanism(
 
     Parameters
     ----------
-    twists : of every block, velocity of the centroid and spin, shape (n, 6)
-    position, interface : contact points at which openings and slips are told
+    twists : of every block, velocity of the centroid and spin, to any scale, shape (n, 6)
+    position : contact points at which openings and slips are told [m], shape (m, 3)
+    interface : number of the joint or tie of each, shape (m,)
     """
     v = np.where(assembly.held, 0.0, twists)
     rate = float((loads.live * v).sum())
     if not rate > 0:
         return None
     size = live_size(assembly, loads)
+    # power [W] as large as the live load [N]: its mean speed is then 1 m/s
     v = v * ((size if size > 0 else 1.0) / rate)
     opening, sliding = point_rates(assembly, v, position, interface)
     return Mechanism(v, opening, along_tangents(assembly, interface, sliding))

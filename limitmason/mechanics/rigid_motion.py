@@ -21,12 +21,19 @@ _LARGEST_TURN = 0.35
 """Largest rotation drawn [rad]; beyond about 20 degrees a picture of a rate suggests a path that nobody computed."""
 
 
-class RigidMotion(NamedTuple):
-    """Finite motion of every block: x -> centroid + translation + rotation (x - centroid)."""
+_SMALL_TURN = 1e-4
+"""Rotation [rad] below which series replace (t - sin t) / t^3 and its like: their next term is below rounding."""
 
-    centroid: Array
-    translation: Array
-    rotation: Array
+_FLAT = 1e-12
+"""Least height and length of a structure [m], so that its size is never zero."""
+
+
+class RigidMotion(NamedTuple):
+    """Finite motion of n blocks: x -> centroid + translation + rotation (x - centroid)."""
+
+    centroid: Array  # before the motion [m], (n, 3)
+    translation: Array  # of the centroid [m], (n, 3)
+    rotation: Array  # matrices, (n, 3, 3)
 
     def moved(self, points: ArrayLike, block: int | Index) -> Array:
         """Points [m], shape (k, 3), carried by one block or by one block each."""
@@ -37,12 +44,12 @@ class RigidMotion(NamedTuple):
 
 
 class MovingJoints(NamedTuple):
-    """Largest opening and sliding rate on each interface's corners, and which of the two dominates."""
+    """Largest opening and sliding rate on the corners of k interfaces, and which of the two dominates."""
 
-    opening: Array
-    sliding: Array
-    opens: Flags
-    slides: Flags
+    opening: Array  # [m/s], (k,)
+    sliding: Array  # [m/s], (k,)
+    opens: Flags  # moves, and opens no slower than it slides, (k,)
+    slides: Flags  # moves, and slides faster than it opens, (k,)
 
 
 def finite_motion(centroids: Array, twists: Array, factor: float) -> RigidMotion:
@@ -54,14 +61,14 @@ def finite_motion(centroids: Array, twists: Array, factor: float) -> RigidMotion
     Parameters
     ----------
     centroids : [m], shape (n, 3)
-    twists : velocity of the centroid and angular velocity, shape (n, 6)
-    factor : pseudo-time [s]
+    twists : velocity of the centroid and angular velocity [m/s, rad/s], shape (n, 6)
+    factor : for how long they are followed [s]
     """
     v, w = factor * twists[:, :3], factor * twists[:, 3:]
     angle = np.linalg.norm(w, axis=1)
     k = cross_matrix(w)
-    small = angle < 1e-4
-    t = np.where(small, 1.0, angle)
+    small = angle < _SMALL_TURN
+    t = np.where(small, 1.0, angle)  # any number but zero, where the series are taken
     # sin(t) / t, (1 - cos(t)) / t^2 and (t - sin(t)) / t^3, by their series at small angles
     sine = np.where(small, 1.0 - angle**2 / 6.0, np.sin(t) / t)
     cosine = np.where(small, 0.5 - angle**2 / 24.0, (1.0 - np.cos(t)) / t**2)
@@ -75,16 +82,24 @@ def finite_motion(centroids: Array, twists: Array, factor: float) -> RigidMotion
 
 
 def velocity(centroids: Array, twists: Array, block: int | Index, points: Array) -> Array:
-    """Velocity of points carried by one block or by one block each, v + omega x (r - c), shape (k, 3)."""
+    """Velocity of points carried by one block or by one block each, v + omega x (r - c) [m/s], shape (k, 3).
+
+    Parameters
+    ----------
+    centroids : c of all blocks [m], shape (n, 3)
+    twists : v and omega of all blocks [m/s, rad/s], shape (n, 6)
+    block : number of the block, or of each point's block, shape (k,)
+    points : r [m], shape (k, 3)
+    """
     return np.asarray(twists[block, :3] + np.cross(twists[block, 3:], points - centroids[block]))
 
 
 def largest_jumps(assembly: Assembly, jump: Array, normal: Array) -> tuple[Array, Array]:
-    """Largest opening and sliding at the corners of every interface, shape (k,) each.
+    """Largest opening (negative where all corners close) and sliding at the corners of every interface, (k,) each.
 
     Parameters
     ----------
-    jump : of b relative to a at every corner of ``assembly.arrays``, shape (n, 3)
+    jump : motion of b relative to a at every corner of ``assembly.arrays`` [m] or [m/s], shape (n, 3)
     normal : of the face there, from a to b, shape (n, 3)
     """
     x = assembly.arrays
@@ -111,6 +126,7 @@ def drawn_motion(assembly: Assembly, twists: Array, scale: float) -> RigidMotion
 
     Parameters
     ----------
+    twists : of every block [m/s, rad/s], shape (n, 6)
     scale : largest displacement over that size [-]; rotations are held below 0.35 rad whatever it is
     """
     positive("scale", scale)
@@ -128,7 +144,7 @@ def structure_size(assembly: Assembly) -> float:
     """Geometric mean of the height and the longest horizontal extent of the blocks that can move [m]."""
     bounds = free_bounds(assembly)
     span = np.ptp(bounds, axis=0)
-    return float(np.sqrt(max(span[:2].max(), 1e-12) * max(span[2], 1e-12)))
+    return float(np.sqrt(max(span[:2].max(), _FLAT) * max(span[2], _FLAT)))
 
 
 def free_bounds(assembly: Assembly) -> Array:
@@ -156,11 +172,12 @@ def moving_joints(assembly: Assembly, twists: Array, threshold: float) -> Moving
 
     Parameters
     ----------
+    twists : of every block [m/s, rad/s], shape (n, 6)
     threshold : rates below this fraction of the fastest vertex are not marked [-]
     """
     opening, sliding = joint_rates(assembly, twists)
     least = threshold * float(largest_rates(assembly, twists).max(initial=0.0))
-    moves = (np.maximum(opening, sliding) > least) & (least > 0.0)
+    moves = (np.maximum(opening, sliding) > least) & (least > 0.0)  # nothing moves in a mechanism at rest
     return MovingJoints(opening, sliding, moves & (opening >= sliding), moves & (sliding > opening))
 
 

@@ -40,6 +40,7 @@ def normal_stiffness(block_modulus: float, soft_modulus: float, length: float) -
     eq (16), after Sarhosis and Sheng.
     """
     _above_zero(block_modulus=block_modulus, soft_modulus=soft_modulus, length=length)
+    # what is left over for the joints must be soft: springs in series are softer than each of them
     if soft_modulus >= block_modulus:
         raise InputError(f"soft_modulus {soft_modulus:g} Pa must be below block_modulus {block_modulus:g} Pa")
     return soft_modulus / (length * (1.0 - soft_modulus / block_modulus))
@@ -66,6 +67,7 @@ def shear_stiffness(normal_stiffness: float, poisson: float = 0.2) -> float:
 
 
 def _above_zero(**values: float) -> None:
+    """Refuse numbers that are not positive, by their names."""
     for name, value in values.items():
         if not value > 0.0:
             raise InputError(f"{name} must be above zero, got {value!r}")

@@ -23,10 +23,12 @@ def stiffness_matrix(
 
     Parameters
     ----------
+    points : m contact points of c = 3 force components, in plane 2
     stiffness : of the points per area, of normal and two tangents [Pa/m], shape (m, 3); of normal and one in plane,
         (m, 2)
     plane : in which blocks move, where points come with one
-    shapes, blocks : of blocks that deform, and their kind, which says how joint points take them up; none by default
+    shapes : of every block that deforms, None where it is rigid; without, all are
+    blocks : their kind, which says how joint points take the shapes up, see :mod:`limitmason.deformable.levels`
 
     Returns
     -------
@@ -48,7 +50,10 @@ def stiffness_matrix(
 def _shape_rows(
     assembly: Assembly, points: ContactPoints, shapes: Sequence[Body | None], blocks: str
 ) -> sparse.csr_array:
-    """Forces of the points on every shape, block by block, shape (shapes of all, c m): more rows of A."""
+    """Forces of the points on every shape, block by block, shape (shapes of all, c m): more rows of A.
+
+    Arguments are those of :func:`stiffness_matrix`.
+    """
     c = points.components
     on = at_joints(assembly, points, shapes, blocks)
     parts = []
@@ -56,6 +61,7 @@ def _shape_rows(
         if shape is None:
             continue
         rows = sparse.lil_array((shape.count, c * points.count))
+        # a joint's force acts on block b, its reverse on block a
         for u, side, sign in zip(on, (points.block_a, points.block_b), (-1.0, 1.0), strict=True):
             at = np.flatnonzero(side == i)
             value = sign * (points.directions[at] @ u[at][:, :, : shape.count])  # (p, c, k)

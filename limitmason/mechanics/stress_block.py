@@ -27,17 +27,23 @@ class StressBlock(NamedTuple):
         return len(self.ends)
 
     def excess(self, normal: Array) -> Array:
-        """How far end forces (j, 2) lie outside the section's law [N], shape (j,).
+        """How far sections lie outside their law, at most 0 inside [N], shape (j,).
 
-        It is <= 0 inside.
+        Parameters
+        ----------
+        normal : forces at both ends, compression positive [N], shape (j, 2)
         """
-        n1, n2 = (normal[:, k] + 0.5 * self.tension for k in (0, 1))
+        n1, n2 = (normal[:, k] + 0.5 * self.tension for k in (0, 1))  # counted from the tension corner
         return (n1 + n2) ** 2 / (2.0 * self.capacity) - np.minimum(n1, n2)
 
     def power(self, lift: Array) -> Array:
-        """Power [W] that sections dissipate where their ends open by ``lift`` [m/s], (j, 2): max of -(g1 N1 + g2 N2),
-        (j,).
+        """Power that sections dissipate, the largest -(g1 N1 + g2 N2) of all forces within their law [W], shape (j,).
+
+        Parameters
+        ----------
+        lift : free opening g of both ends, negative where they close [m/s], shape (j, 2)
         """
+        # the force that dissipates most, N', is 0 where both ends open and the whole capacity where both close
         low, high = lift.min(axis=1), lift.max(axis=1)
         spread = np.maximum(high - low, 1e-300)
         n = self.capacity * (np.clip(-low, 0.0, spread) / spread)
@@ -54,7 +60,7 @@ def stress_blocks(law: PointLaw, ends: Index) -> StressBlock:
     Parameters
     ----------
     law : of every section over its whole area [N], shape (j,)
-    ends : numbers of the end points, shape (j, 2)
+    ends : numbers of the contact points at both ends, shape (j, 2)
     """
     return StressBlock(ends, law.corner_crushing, law.tension)
 

@@ -15,42 +15,36 @@ from limitmason.model.assembly import Assembly
 
 
 class TieSprings(NamedTuple):
-    """What t ties are in the reference pose.
+    """What t ties are in the reference pose."""
 
-    ``arm_a``, ``arm_b`` lead from the centroids to the ends and ``span`` from end to end [m], (t, 3); ``length`` [m],
-    ``stiffness`` [N/m] and ``strength`` [N], (t,).
-    """
-
-    block_a: Index
+    block_a: Index  # numbers of the blocks that they join, (t,)
     block_b: Index
-    arm_a: Array
+    arm_a: Array  # from the centroid of a block to the tie's end in it [m], (t, 3)
     arm_b: Array
-    span: Array
-    length: Array
-    stiffness: Array
-    strength: Array
+    span: Array  # from the end in a to that in b [m], (t, 3)
+    length: Array  # L0 [m], (t,)
+    stiffness: Array  # k [N/m], (t,)
+    strength: Array  # [N], (t,)
 
 
 class Stretched(NamedTuple):
-    """Ties between moved blocks: elongation and length [m], (t,).
+    """Ties between moved blocks."""
 
-    Span and turning of both arms [m], (t, 3).
-    """
-
-    elongation: Array
-    length: Array
-    span: Array
-    swing_a: Array
+    elongation: Array  # L - L0 [m], (t,)
+    length: Array  # L [m], (t,)
+    span: Array  # from the end in a to that in b [m], (t, 3)
+    swing_a: Array  # by how much the rotation of a has moved the tie's end in it [m], (t, 3)
     swing_b: Array
 
 
 _PLACES = np.zeros((0, 3))
 _NUMBERS = np.zeros(0, np.intp)
 NO_TIES = TieSprings(_NUMBERS, _NUMBERS, _PLACES, _PLACES, _PLACES, *(np.zeros(0) for _ in range(3)))
+"""Of a structure without ties."""
 
 
 def tie_springs(assembly: Assembly) -> tuple[TieSprings, tuple[str, ...]]:
-    """The ties of an assembly, and what a user should know about those without a stiffness."""
+    """The ties of an assembly, and what a user should know about those without a stiffness, a sentence or nothing."""
     rows = slice(len(assembly.interfaces), None)
     x = assembly.links
     a, b = x.block_a[rows], x.block_b[rows]
@@ -72,10 +66,11 @@ def tie_springs(assembly: Assembly) -> tuple[TieSprings, tuple[str, ...]]:
 
 
 def stretched(ties: TieSprings, shift: Array, turn: Array) -> Stretched:
-    """Ties where their blocks have moved.
+    """Elongation and place of ties where their blocks have moved.
 
     Parameters
     ----------
+    ties : in the reference pose
     shift : of the centroids of all blocks [m], shape (n, 3)
     turn : R - I of their rotations, shape (n, 3, 3)
     """
@@ -85,15 +80,25 @@ def stretched(ties: TieSprings, shift: Array, turn: Array) -> Stretched:
     change = shift[b] - shift[a] + swing_b - swing_a
     now = ties.span + change
     length = np.linalg.norm(now, axis=1)
-    # L - L0 without cancellation
+    # L - L0 = (L^2 - L0^2) / (L + L0), of which L^2 - L0^2 = change . (span + now): no difference of near lengths
     elongation = (change * (ties.span + now)).sum(axis=1) / (length + ties.length)
     return Stretched(elongation, length, now, swing_a, swing_b)
 
 
 def tension(ties: TieSprings, elongation: Array, plastic: Array) -> tuple[Array, Array, Array]:
-    """Tension [N], plastic elongation after it [m], and dT/dL [N/m], at an elongation [m].
+    """Tension of ties, and what remains of it.
 
-    All have the shape (t,).
+    Parameters
+    ----------
+    ties : t of them
+    elongation : L - L0 [m], shape (t,)
+    plastic : plastic elongation p before [m], shape (t,)
+
+    Returns
+    -------
+    tension : T [N], shape (t,)
+    after : plastic elongation after it [m], shape (t,)
+    tangent : dT/dL [N/m], zero where a tie yields or hangs loose, shape (t,)
     """
     tried = ties.stiffness * (elongation - plastic)
     yields = tried > ties.strength
