@@ -15,14 +15,23 @@ from limitmason.model.applied_forces import AppliedForces
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
 
-_UP = 1e-6  # least upward part of the normal of a loaded face
-_NEAR = 1e-6  # of a face's size: joints this near to its plane cover it
+# chosen, the first four: far above the rounding of coordinates, far below what anybody builds
+_UP = 1e-6  # least upward part of the normal of a loaded face: on vertical ones no fill lies
+_ALIGNED = 1e-6  # unit normals whose parts differ by no more are those of parallel planes
+_NEAR = 1e-6  # of a face's size: joints this near to its plane lie in it
+_LEVEL_SLACK = 1e-9  # of the crown's height: a level given as that height may be lower by rounding
+_WIDEST_SPREAD = 80.0  # [deg], chosen: towards 90 the length grows without end
 
 
 class Strip(NamedTuple):
     """A bare face that looks up, as a strip along x.
 
-    It has its block, its span in x, the height z + slope (x - start), and its width and middle in y.
+    Parameters
+    ----------
+    block : its number
+    start, end : its span in x [m]
+    z, slope : its height at x is z + slope (x - start) [m], [-]
+    width, y : its width and its middle in y [m]
     """
 
     block: int
@@ -35,7 +44,13 @@ class Strip(NamedTuple):
 
 
 def extrados(assembly: Assembly) -> list[Strip]:
-    """Bare faces of free blocks that look up, from left to right.
+    """Bare faces of free blocks that look up, by their starts in x from left to right.
+
+    A face is bare where no joint lies in its plane: one that a joint covers in part counts as covered.
+
+    Parameters
+    ----------
+    assembly : an arch or several side by side, spanning in the x-z plane
 
     Raises
     ------
@@ -43,6 +58,7 @@ def extrados(assembly: Assembly) -> list[Strip]:
         For a face that slopes along y, by the name of its block.
     """
     strips = []
+    # centre and normal of the joints of every block
     joints: dict[int, list[tuple[Array, Array]]] = {}
     for i in assembly.interfaces:
         for block in (i.block_a, i.block_b):
@@ -51,13 +67,15 @@ def extrados(assembly: Assembly) -> list[Strip]:
         for corners in assembly.blocks[k].faces:
             n, _ = face_plane(corners)
             size = float(np.ptp(corners, axis=0).max())
+            # normals of joints run from block a to block b: into this block or out of it
             covered = any(
-                abs(abs(n @ normal) - 1.0) < _NEAR and abs((centre - corners[0]) @ n) < _NEAR * size
+                abs(abs(n @ normal) - 1.0) < _ALIGNED and abs((centre - corners[0]) @ n) < _NEAR * size
                 for centre, normal in joints.get(int(k), ())
             )
             if n[2] <= _UP or covered:
                 continue
-            if abs(n[1]) > _NEAR:
+            # a strip has one height at every x
+            if abs(n[1]) > _ALIGNED:
                 name = assembly.blocks[k].name
                 raise InputError(f"block {name!r} has a face that slopes along y: axles cross arches in x-z")
             (x0, y0, _), (x1, y1, _) = corners.min(axis=0), corners.max(axis=0)
@@ -76,18 +94,24 @@ def axle_forces(
 ) -> AppliedForces:
     r"""Forces of an axle that presses on the fill, on the extrados.
 
-    Even over the length to which it has spread at the extrados below it:
+    Even over the length to which it has spread at the extrados below it, and over the width of the arch:
 
     .. math:: |x - x_a| \le b / 2 + (z_f - z(x_a)) \tan(\beta)
 
     Parameters
     ----------
-    at : x of the axle [m]
+    assembly : the arch, spanning in the x-z plane
+    at : x_a of the axle [m]
     force : its load downwards over the whole width [N]
     level : z_f, top of the fill [m]
-    spread_deg : beta, from the vertical [deg]
-    contact : b, length of the wheels on the fill [m]
+    spread_deg : beta, from the vertical, at least 0 and below 80 [deg]
+    contact : b, length of the wheels on the fill [m], > 0
     strips : from :func:`extrados`, where it is asked for many positions
+
+    Returns
+    -------
+    AppliedForces
+        Vertical forces, each at the middle of the loaded length of a face.
 
     Raises
     ------
@@ -96,27 +120,32 @@ def axle_forces(
 
     Notes
     -----
-    What comes down beside the extrados goes to the ground. The resultant stays below the axle. Fill passes the load on
-    and does nothing else; its lateral pressure, which resists, is left out. A face that a joint covers in part counts
-    as covered.
+    While the whole length lies on the extrados, the resultant is the force and acts below the axle. Where the length
+    runs off an end, that part of the load goes to the ground. The resultant is then smaller and acts at the middle of
+    the part that is left. Fill passes the load on and does nothing else; its lateral pressure, which resists, is left
+    out.
     """
     strips = extrados(assembly) if strips is None else strips
     if not strips:
         raise InputError("no free block has a bare face that looks up: there is nothing to drive over")
     top = max(max(s.z, s.z + s.slope * (s.end - s.start)) for s in strips)
-    if not level >= top - 1e-9 * abs(top):
+    if not level >= top - _LEVEL_SLACK * abs(top):
         raise InputError(f"level of the fill {level:g} m is below the extrados at {top:g} m")
-    if not (0.0 <= spread_deg < 80.0 and contact > 0.0):
-        raise InputError(f"spread_deg must be at least 0 and below 80, contact positive: {spread_deg!r}, {contact!r}")
+    if not (0.0 <= spread_deg < _WIDEST_SPREAD and contact > 0.0):
+        raise InputError(
+            f"spread_deg must be at least 0 and below {_WIDEST_SPREAD:g}, contact positive: {spread_deg!r}, {contact!r}"
+        )
+    # an axle beside the arch is as deep in the fill as at the nearer end
     below = min(strips, key=lambda s: max(s.start - at, at - s.end, 0.0))
     z = below.z + below.slope * (min(max(at, below.start), below.end) - below.start)
     half = 0.5 * contact + (level - z) * math.tan(math.radians(spread_deg))
-    loaded = [(s, max(s.start, at - half), min(s.end, at + half)) for s in strips]
     # arches side by side share the load by their widths
     wide = sum(s.width for s in strips if s.start <= 0.5 * (below.start + below.end) <= s.end)
+    # of the whole spread, on the extrados or not
     area = 2.0 * half * wide
     forces = AppliedForces.none(assembly)
-    for s, a, b in loaded:
+    for s in strips:
+        a, b = max(s.start, at - half), min(s.end, at + half)
         if b <= a:
             continue
         down = np.array([0.0, 0.0, -force * (b - a) * s.width / area])

@@ -37,6 +37,7 @@ def test_load_and_place_of_an_axle_are_kept_on_level_ground():
     assert wrench[6, 4] == pytest.approx(-wrench[6, 2] * (1.8 - 1.5))  # at the middle of 1.6 to 2.0
     half = axle_forces(floor, 5.0, 1e4, level=1.5, spread_deg=45.0, contact=0.4).wrench
     assert -half[:, 2].sum() == pytest.approx(0.5e4)  # the other half is beside the bridge
+    assert moment(floor, half) == pytest.approx(0.5e4 * 4.65)  # at the middle of 4.3 to 5.0, not below the axle
 
 
 def test_an_arch_bears_what_falls_on_it_at_its_place():
