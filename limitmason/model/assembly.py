@@ -10,34 +10,30 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.checks import choice, finite, instance, numbers, positive, several
+from limitmason.checks import finite, positive, several
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.geometry.contact import KEPT, ContactRules, DoubtfulContact
-from limitmason.geometry.polygon import clean_outline, convex_pieces
-from limitmason.geometry.polyhedron import longest_sides, prism
+from limitmason.geometry.polyhedron import longest_sides
+from limitmason.model import detection
 from limitmason.model.block import Block
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.contact_report import ContactReport, contact_report
-from limitmason.model.detection import (
-    BlockPieces,
-    closed_pieces,
-    detect,
-    floating_text,
-    interfaces_by_pair,
-    loose_blocks,
-    near_misses,
-    overlap_text,
-    typical_tolerance,
-    warn_of_doubts,
-    with_convex_parts,
+from limitmason.model.input import (
+    JointChoice,
+    JointTable,
+    read_densities,
+    read_fixed,
+    read_names,
+    read_pieces,
+    read_prisms,
 )
-from limitmason.model.input import JointChoice, JointTable, read_densities, read_fixed, read_pieces
 from limitmason.model.interface import Interface, interface_kind, with_edges_inset
 from limitmason.model.joint import Joint
 from limitmason.model.material import Material
 from limitmason.model.moved import renumbered, transformed
 from limitmason.model.plausibility import warn_of_blocks, warn_of_tolerance
+from limitmason.model.relaid import with_joint_laws, with_materials
 from limitmason.model.support import Support
 from limitmason.model.tie import Tie
 from limitmason.model.tied import fitted
@@ -110,7 +106,7 @@ class Assembly(Displayed, Blockwork):
         wedge_tolerance_deg : faces that touch at one end and open by no more than this angle, and by no more than 2 %
             of the smaller block's width (or twice the tolerance), are in contact over all their common area [deg]
         smallest_contact : contacts narrower than this (2 area / perimeter) are left out [m]; the tolerance by default
-        axes : length direction of each unit as laid, or None
+        axes : length direction of each unit as laid, shape (3,) each; None for one without, or for all
 
         Raises
         ------
@@ -128,12 +124,7 @@ class Assembly(Displayed, Blockwork):
         """
         if not len(solids):
             raise InputError("an assembly needs at least one block")
-        names = tuple(f"block-{i}" for i in range(len(solids))) if names is None else tuple(str(n) for n in names)
-        if len(names) != len(solids):
-            raise InputError(f"{len(names)} names are given for {len(solids)} blocks")
-        if len(set(names)) < len(names):
-            twice = next(n for n in names if names.count(n) > 1)
-            raise InputError(f"block name {twice!r} is used more than once")
+        names = read_names(names, len(solids))
         densities = read_densities(density, names)
         pieces = [read_pieces(solid, name) for solid, name in zip(solids, names, strict=True)]
         if axes is None:
@@ -149,9 +140,10 @@ class Assembly(Displayed, Blockwork):
             finite("wedge_tolerance_deg", wedge_tolerance_deg),
             None if smallest_contact is None else finite("smallest_contact", smallest_contact),
         )
-        closed = closed_pieces(blocks)
-        typical = typical_tolerance(closed) if tolerance is None else float(tolerance)
-        blocks, closed = with_convex_parts(blocks, closed, typical)
+        closed = detection.closed_pieces(blocks)
+        # also how far a vertex may lie off the plane of its face
+        typical = detection.typical_tolerance(closed) if tolerance is None else float(tolerance)
+        blocks, closed = detection.with_convex_parts(blocks, closed, typical)
         assembly = cls(blocks, (), supports, dict(recipe or {}), typical, rules)
         return assembly._with_contacts(closed, joint, joints or {})
 
@@ -194,49 +186,49 @@ class Assembly(Displayed, Blockwork):
         if tolerance is not None:
             finite("tolerance", tolerance)
         names = tuple(f"block-{i}" for i in range(len(outlines))) if names is None else tuple(names)
-        arrays = [numbers(f"outlines: {name}", o) for name, o in zip(names, outlines, strict=True)]
-        sizes = [np.ptp(o, axis=0).min() for o in arrays if o.ndim == 2 and o.shape[0] > 2 and np.isfinite(o).all()]
-        # corners nearer than this are one: far below what counts as a gap, far above rounding
-        slack = 1e-3 * tolerance if tolerance else 1e-9 * (float(np.median(sizes)) if sizes else 1.0)
-        solids = []
-        for name, outline in zip(names, arrays, strict=True):
-            try:
-                pieces = convex_pieces(clean_outline(outline, slack))
-            except ValueError as error:
-                raise InputError(f"block {name!r}: {error}") from None
-            solids.append([prism(piece, 0.0, thickness) for piece in pieces])
+        solids = read_prisms(outlines, names, thickness, tolerance)
         return cls.from_polyhedra(
             solids, joint=joint, density=density, fixed=fixed, names=names, joints=joints, recipe=recipe,
             tolerance=tolerance, angle_tolerance_deg=angle_tolerance_deg, wedge_tolerance_deg=wedge_tolerance_deg,
             smallest_contact=smallest_contact,
         )
 
-    def _with_contacts(self, pieces: BlockPieces, joint: Joint, table: JointTable) -> Assembly:
+    def _with_contacts(self, pieces: detection.BlockPieces, joint: Joint, table: JointTable) -> Assembly:
         """This assembly with the contacts that its rules find and the joints chosen for them.
 
-        ``joint`` is for those that the ``table`` does not name. Blocks that overlap are a :class:`ContactError`.
+        Parameters
+        ----------
+        pieces : convex pieces of its blocks
+        joint : law of the joints that the table does not name
+        table : laws by kind or by pair of block names
+
+        Raises
+        ------
+        ContactError
+            For blocks that overlap, and for blocks that float where something is held.
         """
         rules = self.contact_rules
         # before the errors below: a wrong unit may be their cause
         warn_of_blocks(self.blocks, longest_sides(pieces.solids))
         if rules.distance is not None:
             warn_of_tolerance(rules.distance, [b.name for b in self.blocks], pieces.widths)
-        found = detect(self.blocks, pieces, rules, self.tolerance)
+        found = detection.detect(self.blocks, pieces, rules, self.tolerance)
         choose = JointChoice(joint, table, [b.name for b in self.blocks])
-        whole = self.fixed
+        fixed = self.fixed
         interfaces = []
         for a, b, polygon, normal in zip(
             found.a.tolist(), found.b.tolist(), found.polygons, found.normals, strict=True
         ):
-            kind = interface_kind(normal, whole[a], whole[b])
+            kind = interface_kind(normal, fixed[a], fixed[b])
             interfaces.append(Interface(a, b, polygon, normal, choose(a, b, kind) or joint, kind))
         assembly = replace(self, interfaces=tuple(interfaces), doubts=tuple(found.doubts))
+        # only now: the error carries the assembly, whose contact report shows what overlaps
         if found.overlaps:
-            raise ContactError(overlap_text(found, self.blocks, pieces.widths, rules), assembly)
+            raise ContactError(detection.overlap_text(found, self.blocks, pieces.widths, rules), assembly)
         choose.check_all_used()
         if assembly.supports:
             assembly.check_connected()
-        warn_of_doubts(assembly, [d for d in found.doubts if d.kind in KEPT], assembly.near_misses)
+        detection.warn_of_doubts(assembly, [d for d in found.doubts if d.kind in KEPT], assembly.near_misses)
         return assembly
 
     # ---- variants -----------------------------------------------------------------------------------------------
@@ -244,7 +236,7 @@ class Assembly(Displayed, Blockwork):
     def with_supports(self, supports: Iterable[Support]) -> Assembly:
         """This assembly with further supports.
 
-        A new one for a block replaces the block's old one.
+        A new one for a block replaces the block's old one. A block that they leave floating is an error.
         """
         new = several("supports", supports, Support)
         replaced = {self.block_index(s.block) for s in new}
@@ -269,32 +261,7 @@ class Assembly(Displayed, Blockwork):
         ValueError
             For kinds beside a table, which names its joints itself.
         """
-        if isinstance(kinds, str):
-            raise InputError(f"kinds must be several names such as ('bed', 'base'), got the single word {kinds!r}")
-        chosen = None if kinds is None else set(kinds)
-        for kind in chosen or ():
-            choice("kinds", kind, sorted({"base", "bed", "crack", "head", *(i.kind for i in self.interfaces)}))
-        names = [b.name for b in self.blocks]
-        if isinstance(joints, Joint) or callable(joints):
-            new: dict[int, Joint] = {}
-            laid = []
-            for i in self.interfaces:
-                if chosen is None or i.kind in chosen:
-                    if id(i.joint) not in new:
-                        law = joints if isinstance(joints, Joint) else joints(i.joint)
-                        new[id(i.joint)] = instance("joints(joint)", law, Joint)
-                    i = replace(i, joint=new[id(i.joint)])
-                laid.append(i)
-            changed = tuple(laid)
-        elif not isinstance(joints, Mapping):
-            raise InputError(f"joints must be a limitmason.Joint, a function of one, or a table; got {joints!r}")
-        elif chosen is not None:
-            raise InputError("kinds goes with one law or a function; a table names its joints itself")
-        else:
-            choose = JointChoice(None, joints, names, required=False)
-            changed = tuple(replace(i, joint=choose(i.block_a, i.block_b, i.kind) or i.joint) for i in self.interfaces)
-            choose.check_all_used()
-        return replace(self, interfaces=changed)
+        return with_joint_laws(self, joints, kinds)
 
     def with_material(
         self, material: Material | Mapping[int | str, Material], *, blocks: Iterable[int | str] | None = None
@@ -313,31 +280,12 @@ class Assembly(Displayed, Blockwork):
         ValueError
             For blocks beside a table, an unknown block, and a block that would be left without a density.
         """
-        if isinstance(material, Material):
-            chosen = range(self.n_blocks) if blocks is None else [self.block_index(b) for b in read_fixed(blocks)]
-            table = dict.fromkeys(chosen, material)
-        elif blocks is not None:
-            raise InputError("blocks goes with one material; a table names its blocks itself")
-        elif not isinstance(material, Mapping):
-            raise InputError(f"material must be a limitmason.Material, or a table of them, got {material!r}")
-        else:
-            table = {self.block_index(b): m for b, m in material.items()}
-        laid = list(self.blocks)
-        for k, made_of in table.items():
-            if not isinstance(made_of, Material):
-                raise InputError(f"block {laid[k].name!r}: material must be a limitmason.Material, got {made_of!r}")
-            density = laid[k].density if made_of.density is None else float(made_of.density)
-            if not density > 0.0:
-                raise InputError(
-                    f"block {laid[k].name!r} has no density and neither has its material: give Material(density=...)"
-                )
-            laid[k] = replace(laid[k], material=made_of, density=density)
-        return replace(self, blocks=tuple(laid))
+        return with_materials(self, material, blocks)
 
     def with_interfaces(self, interfaces: Iterable[Interface]) -> Assembly:
-        """This assembly with other interfaces.
+        """This assembly with other interfaces, taken as they are.
 
-        Some joints may be missing, or polygons be changed.
+        Some joints may be missing, or polygons be changed: contacts are not looked for again.
         """
         return replace(self, interfaces=tuple(interfaces))
 
@@ -392,7 +340,9 @@ class Assembly(Displayed, Blockwork):
     def renumbered(self, order: Sequence[int]) -> Assembly:
         """This assembly with its blocks in another order.
 
-        New block k is old block ``order[k]``.
+        Parameters
+        ----------
+        order : every block number once; new block k is old block ``order[k]``
         """
         return renumbered(self, order)
 
@@ -410,28 +360,22 @@ class Assembly(Displayed, Blockwork):
         """
         if not self.held.any():
             raise InputError("nothing is fixed: give fixed=[...] or with_supports([...]) for at least one block")
-        loose = loose_blocks(self)
+        loose = detection.loose_blocks(self)
         if len(loose):
-            raise ContactError(floating_text(self, loose), self)
+            raise ContactError(detection.floating_text(self, loose), self)
 
     @cached_property
     def near_misses(self) -> tuple[DoubtfulContact, ...]:
         """Pairs of faces that nearly touch and are no contact, between blocks without another joint made by hand."""
         if not self.doubts:
             return ()
-        given = self.contact_rules.width is not None
-        return tuple(near_misses(self.doubts, interfaces_by_pair(self), least_width_given=given))
+        present, given = detection.interfaces_by_pair(self), self.contact_rules.width is not None
+        return tuple(detection.near_misses(self.doubts, present, least_width_given=given))
 
     @property
     def contact_warnings(self) -> tuple[str, ...]:
         """What an analysis of this assembly says about its contacts."""
-        count = len(self.near_misses)
-        if not count:
-            return ()
-        which = "pair of faces nearly touches and is no contact" if count == 1 else (
-            "pairs of faces nearly touch and are no contacts"
-        )
-        return (f"{count} {which}: see assembly.contact_report()",)
+        return (detection.count_text(len(self.near_misses)),) if self.near_misses else ()
 
     def contact_report(self, *, distance: float | None = None, angle_deg: float | None = None) -> ContactReport:
         """Which faces touch, which nearly do, and what a wider tolerance would add.

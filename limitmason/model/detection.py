@@ -17,6 +17,13 @@ from limitmason.model.blockwork import Blockwork
 from limitmason.model.interface import Interface
 from limitmason.model.plausibility import PlausibilityWarning, warn
 
+_ROUNDING = 1e-9  # of a solid's size: chosen, far above the rounding of coordinates and far below a gap
+
+_SAME_FACE_DEG = 10.0
+"""Chosen: two faces of one block that turn by more are told apart, and an interface may lie on either side [deg]."""
+
+_SHOWN = 3  # doubts that a warning lists in full, chosen to keep it readable
+
 
 class ContactWarning(PlausibilityWarning):
     """Faces that nearly touch and are no contact, or contacts that open like a wedge."""
@@ -49,7 +56,7 @@ def closed_pieces(blocks: Sequence[Block]) -> BlockPieces:
 def with_convex_parts(
     blocks: Sequence[Block], pieces: BlockPieces, flatness: float
 ) -> tuple[tuple[Block, ...], BlockPieces]:
-    """Blocks of which solids that are not convex are divided into convex parts.
+    """Blocks and their pieces, with solids that are not convex divided into convex parts.
 
     They stay one rigid body each.
 
@@ -57,6 +64,8 @@ def with_convex_parts(
 
     Parameters
     ----------
+    blocks : as given
+    pieces : their solids, closed but convex or not
     flatness : largest distance of a vertex from its face's plane [m]
 
     Raises
@@ -69,11 +78,13 @@ def with_convex_parts(
     for k in rows.tolist():
         solid, name = pieces.solids[k], blocks[pieces.owner[k]].name
         skew = largest_skew(solid)
+        # warped, flat or inverted: detect refuses it in plainer words than a division would
         if skew > flatness or not mass_properties([solid]).volume[0] > 0.0:
             continue
         size = float(np.ptp(solid.vertices, axis=0).max())
         try:
-            parts[k] = convex_parts(solid, max(2.0 * skew, 1e-9 * size))
+            # chosen twice the skew: corners of a warped face lie in its plane, with room
+            parts[k] = convex_parts(solid, max(2.0 * skew, _ROUNDING * size))
         except InputError as error:
             raise InputError(f"block {name!r} is not convex, and {error}") from None
     if not parts:
@@ -98,15 +109,28 @@ def typical_tolerance(pieces: BlockPieces) -> float:
 
 
 def contact_distances(widths: Array, rules: ContactRules) -> Array:
-    """Tolerance of every block [m].
+    """Gap or overlap up to which faces of every block touch [m], shape (n_blocks,).
 
     Of two blocks the smaller one counts.
+
+    Parameters
+    ----------
+    widths : least width of every block [m], shape (n_blocks,)
+    rules : their distance, where it is given, holds for all blocks
     """
     return np.asarray(RELATIVE_TOLERANCE * widths if rules.distance is None else np.full(len(widths), rules.distance))
 
 
 def near_miss_reach(widths: Array, distances: Array) -> Array:
-    """Gap of every block up to which faces that do not touch are near misses [m]."""
+    """Gap of every block up to which faces that do not touch are near misses [m], shape (n_blocks,).
+
+    It is at least twice the tolerance, so that a tolerance given wide still leaves room for near misses beyond it.
+
+    Parameters
+    ----------
+    widths : least width of every block [m], shape (n_blocks,)
+    distances : from :func:`contact_distances` [m], shape (n_blocks,)
+    """
     return np.maximum(2.0 * distances, NEAR * widths)
 
 
@@ -117,10 +141,10 @@ def detect(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRules, fl
 
     Parameters
     ----------
-    flatness : largest distance of a vertex from its face's plane [m]
     blocks : between which contacts are looked for
     pieces : their convex pieces
     rules : what counts as a contact
+    flatness : largest distance of a vertex from its face's plane [m]
     """
     check_solids(pieces.solids, [blocks[i].name for i in pieces.owner], flatness)
     distances = contact_distances(pieces.widths, rules)
@@ -130,16 +154,20 @@ def detect(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRules, fl
 
 
 def _check_pieces(blocks: Sequence[Block], pieces: BlockPieces, distances: Array) -> None:
-    """Pieces of one block may touch but not overlap: their volumes are added up.
+    """Refuse pieces of one block that overlap: their volumes are added up, so that they may only touch.
 
     Parameters
     ----------
+    blocks : for their names
+    pieces : of all of them
     distances : up to which faces of every block touch [m], shape (n_blocks,)
     """
     owner = pieces.owner
+    # pieces that are not alone in their block
     rows = np.flatnonzero(np.bincount(owner)[owner] > 1)
     if not len(rows):
         return
+    # each taken as a block of its own, since contacts are found between blocks
     among = find_contacts([pieces.solids[i] for i in rows], np.arange(len(rows)), distances[owner[rows]])
     for i, j, depth in among.overlaps:
         if owner[rows[i]] == owner[rows[j]]:
@@ -154,9 +182,12 @@ def overlap_text(found: ContactPatches, blocks: Sequence[Block], widths: Array, 
 
     Parameters
     ----------
+    found : with one overlap or more
+    blocks : of the assembly
     widths : least thickness of every block [m], shape (n_blocks,)
+    rules : what their tolerance is read from
     """
-    i, j, depth = max(found.overlaps, key=lambda o: o[2])
+    i, j, depth = max(found.overlaps, key=lambda overlap: overlap[2])
     more = f" ({len(found.overlaps)} overlapping pairs in all)" if len(found.overlaps) > 1 else ""
     distances = contact_distances(widths, rules)
     what = "correct the geometry or raise the tolerance"
@@ -185,10 +216,12 @@ def floating_text(assembly: Blockwork, loose: Index) -> str:
 
     Parameters
     ----------
-    loose : numbers of these blocks
+    assembly : that has them
+    loose : numbers of these blocks, one or more
     """
     near = [d for d in assembly.doubts if d.kind not in KEPT and (d.a in loose or d.b in loose)]
     first = int(loose[0])
+    # a miss of the block that is named goes first, then the smallest gap
     about = min(near, key=lambda d: (first not in (d.a, d.b), d.gap[0], d.angle_deg), default=None)
     nearest = "" if about is None else f"; nearest miss: {doubt_text(about, assembly.blocks)}"
     return (
@@ -199,12 +232,13 @@ def floating_text(assembly: Blockwork, loose: Index) -> str:
 
 
 def length_text(length: float) -> str:
-    """A length with a fitting unit."""
+    """A length [m] in words, in m from 1 m on and in mm below."""
     return f"{length:.3g} m" if abs(length) >= 1.0 else f"{1e3 * length:.3g} mm"
 
 
 def doubt_text(doubt: DoubtfulContact, blocks: Sequence[Block]) -> str:
-    """Names, gap and angle of two faces."""
+    """Names, gap and angle of two faces in words; a narrow contact's width too."""
+    # a least gap that is rounding beside the largest is told as 0, and a gap even to 1 % as one number
     low, high = (0.0 if abs(g) < 1e-6 * abs(doubt.gap[1]) else g for g in doubt.gap)
     gap = length_text(high) if high - low <= 0.01 * abs(high) else f"{length_text(low)} to {length_text(high)}"
     wide = f", {length_text(doubt.width)} wide" if doubt.kind == "narrow" else ""
@@ -238,8 +272,8 @@ def joined(doubt: DoubtfulContact, present: Mapping[tuple[int, int], list[Interf
     slack += abs(doubt.gap[1])
     for i in present.get((doubt.a, doubt.b), ()):
         near = (i.polygon.min(axis=0) <= high + slack).all() and (low - slack <= i.polygon.max(axis=0)).all()
-        # another face of the same blocks may be as near: its normal is not within 10 degrees
-        if near and abs(i.normal @ doubt.normal) > np.cos(np.deg2rad(10.0)):
+        # another face of the same blocks may be as near, but it is turned
+        if near and abs(i.normal @ doubt.normal) > np.cos(np.deg2rad(_SAME_FACE_DEG)):
             return True
     return False
 
@@ -256,13 +290,16 @@ def near_misses(
 
     Parameters
     ----------
-    present : interfaces by pair of blocks
+    doubts : of all faces that nearly touch
+    present : interfaces by pair of blocks, from :func:`interfaces_by_pair`
     slack : what :func:`joined` allows beside them [m]
+    least_width_given : whether a user gave the least width of a contact
     """
     turned: dict[tuple[int, int], DoubtfulContact] = {}
     for d in doubts:
         pair = (d.a, d.b)
         if d.kind == "turned" and pair not in present:
+            # of angles that are equal but for rounding the larger face
             turned[pair] = min(turned.get(pair, d), d, key=lambda e: (round(e.angle_deg, 6), -e.area))
     return [
         d
@@ -273,8 +310,23 @@ def near_misses(
     ]
 
 
+def count_text(count: int) -> str:
+    """Words on the number of near misses, one or more."""
+    which = "pair of faces nearly touches and is no contact" if count == 1 else (
+        "pairs of faces nearly touch and are no contacts"
+    )
+    return f"{count} {which}: see assembly.contact_report()"
+
+
 def warn_of_doubts(assembly: Blockwork, kept: Sequence[DoubtfulContact], missed: Sequence[DoubtfulContact]) -> None:
-    """Name the joints that were made by a rule, and those that were not made."""
+    """Warn of joints that were made by a rule, and of faces that nearly touch and were not made joints.
+
+    Parameters
+    ----------
+    assembly : for the names of its blocks
+    kept : doubts that are contacts by a rule
+    missed : near misses, see :func:`near_misses`
+    """
     narrow = [d for d in missed if d.kind == "narrow"]
     missed = [d for d in missed if d.kind != "narrow"]
     for rows, what, do in (
@@ -285,8 +337,8 @@ def warn_of_doubts(assembly: Blockwork, kept: Sequence[DoubtfulContact], missed:
          "to leave them out, or see assembly.contact_report()"),
     ):
         if rows:
-            shown = "; ".join(doubt_text(d, assembly.blocks) for d in rows[:3])
-            more = f"; and {len(rows) - 3} more" if len(rows) > 3 else ""
+            shown = "; ".join(doubt_text(d, assembly.blocks) for d in rows[:_SHOWN])
+            more = f"; and {len(rows) - _SHOWN} more" if len(rows) > _SHOWN else ""
             warn(f"{len(rows)} pair(s) of faces {what}: {shown}{more}; {do}", ContactWarning)
 
 
@@ -297,6 +349,9 @@ def moved_doubts(
 
     Parameters
     ----------
+    doubts : before
+    matrix : scale times an orthogonal one, shape (3, 3)
+    translation : [m], shape (3,)
     scale : lengths after over before [-]
     """
     return tuple(
@@ -310,7 +365,7 @@ def moved_doubts(
 
 
 def renumbered_doubts(doubts: Iterable[DoubtfulContact], new: Index) -> tuple[DoubtfulContact, ...]:
-    """Doubts of an assembly whose block i is now block ``new[i]``."""
+    """Doubts of an assembly whose block i is now block ``new[i]``, sorted by pair with a < b as they are found."""
     out = []
     for d in doubts:
         a, b = int(new[d.a]), int(new[d.b])

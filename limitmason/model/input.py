@@ -5,11 +5,26 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.checks import numbers
 from limitmason.errors import InputError
-from limitmason.geometry.polyhedron import Solid
+from limitmason.geometry.polygon import clean_outline, convex_pieces
+from limitmason.geometry.polyhedron import Solid, prism
 from limitmason.model.joint import Joint
 
 JointTable = Mapping[Any, Joint]
+
+
+def read_names(names: Sequence[str] | None, count: int) -> tuple[str, ...]:
+    """Names of so many blocks, each its own; "block-0", "block-1", ... where none are given."""
+    if names is None:
+        return tuple(f"block-{i}" for i in range(count))
+    read = tuple(str(n) for n in names)
+    if len(read) != count:
+        raise InputError(f"{len(read)} names are given for {count} blocks")
+    if len(set(read)) < len(read):
+        twice = next(n for n in read if read.count(n) > 1)
+        raise InputError(f"block name {twice!r} is used more than once")
+    return read
 
 
 def read_densities(density: Any, names: Sequence[str]) -> list[float]:
@@ -19,6 +34,7 @@ def read_densities(density: Any, names: Sequence[str]) -> list[float]:
 
     Parameters
     ----------
+    density : as given [kg/m3]; booleans and text are no numbers, though arrays can be made of them
     names : of the blocks, for messages
     """
     try:
@@ -41,7 +57,8 @@ def read_pieces(solid: Any, name: str) -> tuple[Solid, ...]:
 
     Parameters
     ----------
-    solid : a solid, (vertices, faces), or a list of these
+    solid : a solid, (vertices [m], faces as vertex numbers), or a list of these
+    name : of the block, for messages
     """
     try:
         if isinstance(solid, Solid):
@@ -56,8 +73,10 @@ def read_pieces(solid: Any, name: str) -> tuple[Solid, ...]:
             if v.ndim != 2 or v.shape[1] != 3:
                 raise InputError(f"vertices must have shape (n, 3), got {v.shape}")
             v.setflags(write=False)
+            # tuples already: kept without a copy
             if not isinstance(faces, tuple) or not all(isinstance(f, tuple) for f in faces):
                 faces = tuple(tuple(int(i) for i in f) for f in faces)
+            # a tetrahedron has the fewest
             if len(faces) < 4:
                 raise InputError(f"a solid has four faces or more, here are {len(faces)}")
             out.append(Solid(v, faces))
@@ -66,6 +85,32 @@ def read_pieces(solid: Any, name: str) -> tuple[Solid, ...]:
     if not out:
         raise InputError(f"block {name!r} has no pieces")
     return tuple(out)
+
+
+def read_prisms(
+    outlines: Sequence[Any], names: Sequence[str], thickness: float, tolerance: float | None
+) -> list[list[Solid]]:
+    """Convex pieces of blocks that are prisms over outlines in the x-z plane, between y = 0 and a thickness.
+
+    Parameters
+    ----------
+    outlines : simple polygons in either sense, columns x and z [m], shape (n, 2) each
+    names : of the blocks, for messages
+    thickness : extent in y [m], > 0
+    tolerance : gap up to which faces touch, if it was given [m]
+    """
+    arrays = [numbers(f"outlines: {name}", o) for name, o in zip(names, outlines, strict=True)]
+    sizes = [np.ptp(o, axis=0).min() for o in arrays if o.ndim == 2 and o.shape[0] > 2 and np.isfinite(o).all()]
+    # corners nearer than this are one: far below what counts as a gap, far above rounding
+    slack = 1e-3 * tolerance if tolerance else 1e-9 * (float(np.median(sizes)) if sizes else 1.0)
+    solids = []
+    for name, outline in zip(names, arrays, strict=True):
+        try:
+            pieces = convex_pieces(clean_outline(outline, slack))
+        except ValueError as error:
+            raise InputError(f"block {name!r}: {error}") from None
+        solids.append([prism(piece, 0.0, thickness) for piece in pieces])
+    return solids
 
 
 def read_vector(name: str, value: Any) -> np.ndarray:
@@ -112,7 +157,15 @@ class JointChoice:
     def __init__(
         self, default: Joint | None, table: JointTable, names: Sequence[str], *, required: bool = True
     ) -> None:
-        """Sort a table of joint laws by kind and by pair of blocks; ``default`` is for the rest."""
+        """Sort a table of joint laws by kind and by pair of blocks.
+
+        Parameters
+        ----------
+        default : law of the joints that the table does not name; None where these keep theirs
+        table : laws by kind, or by pair of block names in either order
+        names : of all blocks, by number
+        required : whether there must be a default
+        """
         if not isinstance(default, Joint) and (required or default is not None):
             raise InputError(f"joint must be a limitmason.Joint, got {default!r}")
         self.default = default
