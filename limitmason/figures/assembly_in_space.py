@@ -25,15 +25,28 @@ from limitmason.model import Assembly
 _LIGHT = np.array([-0.28, 0.55, 0.79])
 """Direction of the light in page axes (right, up, towards the viewer)."""
 
+_FACING = 1e-9
+"""Cosine below which a face is seen edge on: rounding [-]."""
+
 _MANY_GHOSTS = 600
 """Beyond so many pieces their dashed edges are one grey, and sorting them is not worth the time."""
 
 
 class SolidView:
-    """Convex pieces of an assembly, moved or not, with what is needed to paint them."""
+    """Convex pieces of an assembly, moved or not, with what is needed to paint them.
+
+    ``pieces`` are those of all blocks where they are drawn, ``owner`` is the block of each. ``edges`` are its visible
+    edges at rest, ``faces`` its planes, ``hidden`` the faces (piece, face) at which blocks were cut into pieces.
+    """
 
     def __init__(self, assembly: Assembly, view: Camera, motion: RigidMotion | None = None) -> None:
-        """Place the pieces of all blocks as the motion has them, and find their edges and faces."""
+        """Place the pieces of all blocks as the motion has them, and find their edges and faces.
+
+        Parameters
+        ----------
+        assembly, view : the structure, and from where it is seen
+        motion : of the blocks, None for the place at rest
+        """
         self.assembly = assembly
         self.view = view
         self.motion = motion
@@ -46,14 +59,14 @@ class SolidView:
         self.hidden = _shared_faces(assembly)
 
     def moved(self, points: Array, block: int) -> Array:
-        """Points carried by a block."""
+        """Places [m] of ``points`` at rest, shape (n, 3), when a block carries them, by its number."""
         return points if self.motion is None else self.motion.moved(points, int(block))
 
     def facing(self, piece: int) -> list[int]:
-        """Numbers of the faces of a piece that the viewer sees."""
+        """Numbers of the faces of a piece, by its number, that look at the viewer and are no cuts in a block."""
         n = len(self.pieces[piece].faces)
         towards = self.faces.normal[piece, :n] @ self.view.towards
-        return [k for k in range(n) if towards[k] > 1e-9 and (piece, k) not in self.hidden]
+        return [k for k in range(n) if towards[k] > _FACING and (piece, k) not in self.hidden]
 
     def page_bounds(self, blocks: Index) -> Array:
         """Lowest and highest page coordinates of some blocks [m], shape (2, 2)."""
@@ -63,7 +76,7 @@ class SolidView:
 
 
 class _Ink:
-    """Paths with their colours in the order in which they are painted."""
+    """Paths with their colours in the order in which they are painted; widths in points."""
 
     def __init__(self) -> None:
         self.paths: list[Path] = []
@@ -73,10 +86,11 @@ class _Ink:
         self.dash: list = []
 
     def area(self, points: Array, colour: Any, width: float) -> None:
+        """Add a filled polygon with a line of its own colour: ``points`` on the page, shape (n, 2), ``width`` in pt."""
         self._add(Path(np.vstack([points, points[:1]]), closed=True), colour, colour, width)
 
     def strokes(self, segments: list[Array], colour: Any, width: float, *, dashed: bool = False) -> None:
-        """Add lines of one colour."""
+        """Add lines of one colour between pairs of ends, ``segments``, ``width`` in points."""
         if segments:
             codes = [Path.MOVETO, Path.LINETO] * len(segments)
             dash = (0.0, (3.0, 2.0)) if dashed else "-"
@@ -102,14 +116,14 @@ def draw_solids(
     ax: Axes, scene: SolidView, width: float, *, moving: Flags, joints: MovingJoints | None = None,
     before: SolidView | None = None, ghosts: Flags | None = None, outline: str = style.OUTLINE,
 ) -> None:
-    """All blocks from back to front, moving joints marked where they show on the surface.
+    """Draw all blocks from back to front, moving joints marked where they show on the surface.
 
     Parameters
     ----------
     scene : the blocks as they are drawn
     width : of outlines [pt]
-    moving : blocks in the colour of stone; the others are pale
-    joints : to be marked
+    moving : blocks in the colour of stone, shape (n,); the others are pale, fixed ones grey
+    joints : to be marked, None for no marks
     before, ghosts : the blocks where they were, and those of which dashed edges are drawn; edges that displaced blocks
         cover do not show
     outline : colour of edges
@@ -119,12 +133,12 @@ def draw_solids(
     rows = [] if before is None or ghosts is None else np.flatnonzero(ghosts[before.owner]).tolist()
     was = before or scene
     ink = _Ink()
-    if len(rows) > _MANY_GHOSTS:
+    if len(rows) > _MANY_GHOSTS:  # drawn first, under all blocks
         for piece in rows:
             ink.strokes(_edge_strokes(was, piece, set(was.facing(piece))), style.GHOST, 0.8 * width)
         rows = []
     order = back_to_front(scene.pieces, scene.faces, scene.view)
-    waiting: dict[int, list[int]] = {}
+    waiting: dict[int, list[int]] = {}  # ghosts by the place in the order before which they are painted
     places = places_behind(order, scene.pieces, [was.pieces[p] for p in rows], scene.view) if rows else []
     for ghost, place in zip(rows, places, strict=True):
         waiting.setdefault(place, []).append(ghost)
@@ -137,6 +151,7 @@ def draw_solids(
         solid = scene.pieces[piece]
         visible = scene.facing(piece)
         for k in visible:
+            # its line of 0.25 pt closes the seam to the next face
             ink.area(scene.view.project(solid.vertices[list(solid.faces[k])]),
                      _shaded(colour, scene.faces.normal[piece, k], scene.view), 0.25)
         ink.strokes(_edge_strokes(scene, piece, set(visible)), outline, width)
@@ -148,7 +163,12 @@ def draw_solids(
 
 
 def _edge_strokes(scene: SolidView, piece: int, visible: set[int]) -> list[Array]:
-    """Ends on the page of the edges of a piece that one of its visible faces has."""
+    """Ends on the page [m] of those edges of a piece that belong to a visible face, shape (2, 2) each.
+
+    Parameters
+    ----------
+    piece, visible : numbers of the piece, and of its faces that the viewer sees
+    """
     block = int(scene.owner[piece])
     edges: list[Edge] = [e for e in scene.edges[piece] if visible.intersection(e.faces)]
     if not edges:
@@ -158,26 +178,31 @@ def _edge_strokes(scene: SolidView, piece: int, visible: set[int]) -> list[Array
 
 
 def _joint_marks(scene: SolidView, joints: MovingJoints | None) -> dict[int, list[tuple[list[Array], str]]]:
-    """Per piece the stretches of joint edges that lie on faces the viewer sees."""
+    """For every piece, by number, edges of its moving joints that lie on faces the viewer sees, with their colour.
+
+    Parameters
+    ----------
+    joints : which open and which slide; None marks nothing
+    """
     marks: dict[int, list[tuple[list[Array], str]]] = {}
     if joints is None:
         return marks
     of_block: dict[int, list[int]] = {}
     for piece, block in enumerate(scene.owner.tolist()):
         of_block.setdefault(block, []).append(piece)
-    slack = 5.0 * scene.assembly.tolerance
+    slack = 5.0 * scene.assembly.tolerance  # chosen: corners of a joint may lie off the faces by the tolerance
     for k in np.flatnonzero(joints.opens | joints.slides).tolist():
         interface = scene.assembly.interfaces[k]
         colour = style.OPENING if joints.opens[k] else style.SLIDING
         for block in (interface.block_a, interface.block_b):
             corners = scene.moved(interface.polygon, block)
-            contact = scene.moved(interface.polygon[0] + interface.normal, block) - corners[0]
+            contact = scene.moved(interface.polygon[0] + interface.normal, block) - corners[0]  # normal, turned
             ends = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
             for piece in of_block[block]:
                 strokes: dict[int, Array] = {}
-                for f in scene.facing(piece):
+                for f in scene.facing(piece):  # an edge where two faces meet is drawn once
                     normal, offset = scene.faces.normal[piece, f], scene.faces.offset[piece, f]
-                    if abs(normal @ contact) > 0.99:
+                    if abs(normal @ contact) > 0.99:  # the face in contact itself, up to 8 degrees
                         continue
                     on = (np.abs(ends @ normal - offset) <= slack).all(axis=1)
                     strokes.update({int(e): scene.view.project(ends[e]) for e in np.flatnonzero(on)})
@@ -194,6 +219,7 @@ def _shared_faces(assembly: Assembly) -> set[tuple[int, int]]:
         if len(block.parts) > 1:
             seen: dict[frozenset[tuple[int, ...]], tuple[int, int]] = {}
             for p, part in enumerate(block.parts):
+                # corners are compared by their cells in a grid as fine as the tolerance
                 key = np.round(part.vertices / max(assembly.tolerance, 1e-12)).astype(int)
                 for f, face in enumerate(part.faces):
                     corners = frozenset(tuple(key[i].tolist()) for i in face)
@@ -206,6 +232,7 @@ def _shared_faces(assembly: Assembly) -> set[tuple[int, int]]:
 
 def _shaded(colour: str, normal: Array, view: Camera) -> tuple[float, float, float]:
     """Red, green and blue of a colour on a face with a unit normal, lighter towards the light."""
+    # chosen: 0.72 of the colour in the shade, so that edges still show
     light = _LIGHT / np.linalg.norm(_LIGHT)
     lit = max(0.0, float(np.array([normal @ view.right, normal @ view.up, normal @ view.towards]) @ light))
     red, green, blue = (float(c) * (0.72 + 0.28 * lit) for c in to_rgb(colour))
@@ -213,7 +240,14 @@ def _shaded(colour: str, normal: Array, view: Camera) -> tuple[float, float, flo
 
 
 def draw_triad(ax: Axes, view: Camera, corner: Array, length: float, width: float = 0.8) -> None:
-    """Axes x, y, z at a corner of the page, each as long as the stated length: they are the scale of the drawing."""
+    """Draw the axes x, y, z, each as long as stated: they are the scale of the drawing.
+
+    Parameters
+    ----------
+    corner : where they start on the page [m], shape (2,)
+    length : of each in space [m]
+    width : of their lines [pt]
+    """
     for name, direction in (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0))):
         tip = corner + length * view.project(np.array([direction]))[0]
         arrow = {"arrowstyle": "-|>", "linewidth": width, "color": style.FAINT, "shrinkA": 0.0, "shrinkB": 0.0}
@@ -232,30 +266,29 @@ def block_size(assembly: Assembly) -> float:
 class Layout:
     """Limits of the page, and where the triad of axes stands: in an empty lower corner, or below the drawing.
 
-    Lengths of paper are in inches; ``inch`` is how many of them a metre of the drawing takes.
+    ``low`` and ``high`` are the limits of the page, ``origin`` is where the axes start, ``label`` where their length
+    is written [m]; ``length`` is that of the axes [m].
 
     Parameters
     ----------
-    scene, bounds : what is drawn, and its ends on the page
+    scene : what is drawn
+    bounds : its lowest and highest place on the page [m], shape (2, 2)
     ax : axes of the caller, whose size is that of the page
     """
 
     def __init__(self, scene: SolidView, bounds: Array, ax: Axes | None = None) -> None:
-        """Fit the drawing on its page, and find a free corner for the axes and their length.
-
-        ``bounds`` are the lowest and highest places on the page [m], shape (2, 2).
-        """
+        """Fit the drawing on its page, and find a free corner for the axes and their length."""
         self.view = scene.view
         span = np.ptp(bounds, axis=0)
         room = np.array([style.page_width() - 0.24, style.HEIGHT])
         if ax is not None:
             room = style.figure_of(ax).get_size_inches() * ax.get_position().size
-        inch = float((room / span).min())
-        self.length = style.round_length(0.16 * float(span.max()))
+        inch = float((room / span).min())  # of paper, that a metre of the drawing takes: below, lengths over it are m
+        self.length = style.round_length(0.16 * float(span.max()))  # chosen: about a sixth of the drawing
         ends = 1.25 * self.length * scene.view.project(np.eye(3))
         low, high = np.minimum(ends.min(axis=0), 0.0), np.maximum(ends.max(axis=0), 0.0)
         gap = 0.07 / inch
-        # the label stands below the arrows
+        # the label, 0.9 by 0.16 inches, stands below the arrows
         size = np.array([max(high[0] - low[0], 0.9 / inch), high[1] - low[1] + 0.16 / inch])
         corners = [bounds[0] + gap, np.array([bounds[1, 0] - size[0] - gap, bounds[0, 1] + gap])]
         free = [c for c in corners if not _covered(scene, c - gap, c + size + gap)]
@@ -278,7 +311,7 @@ class Layout:
 
 
 def _covered(scene: SolidView, low: Array, high: Array) -> bool:
-    """Whether the drawing covers a box on the page, given by two corners."""
+    """Whether the drawing covers a part of a box on the page, from its corner ``low`` to ``high`` [m], shape (2,)."""
     box = Bbox(np.array([low, high]))
     return any(
         Path(scene.view.project(solid.vertices[list(solid.faces[k])])).intersects_bbox(box, filled=True)

@@ -83,7 +83,7 @@ def _states(verdict: Assessment) -> str:
 
 
 def _capacities(verdict: Assessment) -> str:
-    """HTML of the quantities of the capacity by bodies, as the text asks, and by single blocks."""
+    """HTML of the quantities of the capacity by bodies, as the text of the Circular asks, and by single blocks."""
 
     def cells(c: Capacity) -> dict[str, float]:
         """Numbers of one reading by their names with units."""
@@ -107,6 +107,7 @@ def _capacities(verdict: Assessment) -> str:
 
 
 def _shown(value: float) -> str:
+    """A quantity in words; infinite is an acceleration [g] beyond those that were tried."""
     return "more than 2" if math.isinf(value) else f"{value:.4f}"
 
 

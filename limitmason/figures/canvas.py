@@ -26,6 +26,9 @@ VIEWS = ("auto", "elevation", "3d")
 _ARROW = 0.2
 """Length of the arrow of a load over the size of the structure."""
 
+_TO_VIEWER = 0.2
+"""Part of a direction on the page below which it points at the viewer: its arrow could not be read there."""
+
 
 class Canvas:
     """The page of a structure, large enough for all its positions.
@@ -48,15 +51,7 @@ class Canvas:
         self, model: Assembly, view: str, ax: Axes | None, *, twists: Array | None = None,
         motions: Sequence[RigidMotion | None] = (None,), viewpoint_deg: tuple[float, float] | None = None,
     ) -> None:
-        """Choose plane or space, and a page on which all positions fit.
-
-        Parameters
-        ----------
-        view : one of ``VIEWS``
-        twists : of the mechanism, shape (n, 6), which tell whether it stays in a plane
-        motions : positions that must fit on the page; None is the reference
-        viewpoint_deg : azimuth and elevation of the camera; None for where the mechanism is seen best
-        """
+        """Choose plane or space, and a page on which all positions fit."""
         self.model, self.plane = model, chosen_plane(model, view, twists)
         if self.plane is not None:
             self.drawing = elevation.Elevation(model, self.plane)
@@ -79,6 +74,7 @@ class Canvas:
         self._told_apart = False
 
     def _moved(self, motion: RigidMotion | None) -> SolidView:
+        """The blocks in space as ``motion`` has them, or at rest."""
         return self.before if motion is None else SolidView(self.model, self.camera, motion)
 
     def blocks(
@@ -89,6 +85,7 @@ class Canvas:
 
         Parameters
         ----------
+        motion : that has brought them there, None for the place at rest
         moving : blocks in the colour of stone, all by default; the others are pale
         ghosts : blocks whose place at rest is drawn as an outline
         joints : marked where they open or slide
@@ -111,7 +108,13 @@ class Canvas:
             elevation.draw_joints(self.ax, self.drawing, joints, motion, self.width)
 
     def ties(self, motion: RigidMotion | None = None, *, yields: Flags | None = None) -> list[Line2D]:
-        """Draw the ties over the blocks and return entries for the legend."""
+        """Draw the ties over the blocks and return entries for the legend.
+
+        Parameters
+        ----------
+        motion : of the blocks, which carry the ends
+        yields : ties that are drawn as yielding, shape (t,)
+        """
         return draw_ties(self.ax, self.model, lambda p: p @ self.axes, self.width, motion=motion, yields=yields)
 
     def load(self, loads: Loads | None, label: str = "live load") -> list[Line2D]:
@@ -121,7 +124,7 @@ class Canvas:
             return []
         place, direction = found
         tail, along = place @ self.axes, direction @ self.axes
-        if np.linalg.norm(along) < 0.2:  # towards the viewer
+        if np.linalg.norm(along) < _TO_VIEWER:
             return []
         along *= _ARROW * structure_size(self.model) / np.linalg.norm(along)
         halo = effects.withStroke(linewidth=3.6, foreground="white")
@@ -146,7 +149,10 @@ class Canvas:
 
 
 def resultant(model: Assembly, loads: Loads | None) -> tuple[Array, Array] | None:
-    """Point on the line of action of the live loads on free blocks, and its direction; None where they have none."""
+    """Point on the line of action of the live loads on free blocks [m], and its unit direction, shape (3,) each.
+
+    None where the loads are not of these blocks, or where their forces cancel: a couple has no line of action.
+    """
     if loads is None or len(loads.live) != model.n_blocks:
         return None
     live, free = loads.live, ~model.fixed
@@ -155,26 +161,38 @@ def resultant(model: Assembly, loads: Loads | None) -> tuple[Array, Array] | Non
     total = force.sum(axis=0)
     if not np.linalg.norm(total) > 1e-6 * size.sum():
         return None
+    # the point of the line nearest to the centre of the forces; a moment about the line itself does not move it
     middle = size @ centre / size.sum()
     moment = (live[free, 3:] + np.cross(model.centroids[free] - middle, force)).sum(axis=0)
     return middle + np.cross(total, moment) / (total @ total), total / np.linalg.norm(total)
 
 
 def chosen_plane(model: Assembly, view: str, twists: Array | None) -> Plane | None:
-    """Plane of the elevation that a view asks for, or None for a drawing in space; ``twists`` (n, 6) of a mechanism
-    count.
+    """Plane of the elevation that a view asks for, or None for a drawing in space.
+
+    Parameters
+    ----------
+    view : one of ``VIEWS``
+    twists : of a mechanism, shape (n, 6), which "auto" draws in elevation only where it stays in the plane
     """
     choice("view", view, VIEWS)
     if view == "3d":
         return None
     plane = wall_plane(model, twists if view == "auto" else None)
-    if plane is None and view == "elevation":
+    if plane is None and view == "elevation":  # no wall of one leaf: looked at along y
         return elevation_plane(np.array([0.0, 1.0, 0.0]))
     return plane
 
 
 def _bounds(scene: SolidView, before: SolidView) -> Array:
-    """Page bounds of the free blocks before and after, and as much of the fixed ones as needs to be seen."""
+    """Lowest and highest place on the page of the free blocks before and after [m], shape (2, 2).
+
+    Fixed ones count up to half the drawing's size beyond the free ones: a wide ground must not shrink these.
+
+    Parameters
+    ----------
+    scene, before : the blocks as they are drawn, and at rest
+    """
     model = scene.assembly
     free, fixed = np.flatnonzero(~model.fixed), np.flatnonzero(model.fixed)
     if not len(free):
@@ -192,4 +210,5 @@ def _corner_they_move_to(model: Assembly, twists: Array) -> tuple[float, float]:
     weight = model.volumes * np.linalg.norm(twists[:, :3], axis=1)
     mean = (weight[:, None] * twists[:, :3]).sum(axis=0)
     corners = [(azimuth, VIEWPOINT_DEG[1]) for azimuth in (-58.0, -122.0, 58.0, 122.0)]
+    # rounded: of corners that are equally near the first is taken, whatever the last digit says
     return max(corners, key=lambda c: round(float(camera(*c).towards @ mean), 9))

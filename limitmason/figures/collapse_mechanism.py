@@ -14,6 +14,9 @@ from limitmason.mechanics.rigid_motion import checked_twists, drawn_motion, larg
 from limitmason.model import Assembly
 from limitmason.model.model_call import of_model
 
+_GHOST = 0.03
+"""Part of the fastest vertex below which a block has no ghost: its two outlines would be one line [-]."""
+
 
 @of_model
 @style.in_print_style
@@ -112,7 +115,7 @@ def mechanism(
     rates = largest_rates(model, twists)
     moving = rates > threshold * max(float(rates.max(initial=0.0)), 1e-300)
     marks = moving_joints(model, twists, threshold) if joints else None
-    ghosts = ghost & ~model.fixed & (rates > max(threshold, 0.03) * max(float(rates.max(initial=0.0)), 1e-300))
+    ghosts = ghost & ~model.fixed & (rates > max(threshold, _GHOST) * max(float(rates.max(initial=0.0)), 1e-300))
     canvas = Canvas(model, view, ax, twists=twists, motions=[motion], viewpoint_deg=viewpoint_deg)
     canvas.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
     rods = canvas.ties(motion, yields=stretching(model, twists, threshold) if model.ties else None)

@@ -18,9 +18,15 @@ LABELS = ("auto", "all", "outside", "none")
 _MANY = 12  # points up to which each has its name beside it
 _SIDE = 4.0  # of the square [in]
 
+_ROW, _REACH = 0.034, 0.16
+"""Height of a name beside a point, and how far it reaches along the axis, over the side of the square [-]."""
+
+_ON_LINE = 0.02
+"""Relative difference up to which a point lies on the 1:1 line, as far as can be seen [-]."""
+
 
 class ComparedValue(NamedTuple):
-    """One comparison: values with their ranges (low, high), equal where there is none."""
+    """One comparison: ``published`` and ``predicted`` are (low, value, high), all equal where there is no range."""
 
     label: str
     published: tuple[float, float, float]
@@ -50,7 +56,10 @@ def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[ComparedValue]:
 
 
 def _with_range(value: Any, where: str) -> tuple[float, float, float]:
-    """Low, value and high of a number or a range; refused by ``where`` it stands."""
+    """Low, value and high of a number, of (low, high), whose mean is the value, or of (low, value, high).
+
+    ``where`` the value stands is said of one that is refused.
+    """
     try:
         numbers = [float(v) for v in (value if np.ndim(value) else [value])]
     except (TypeError, ValueError):
@@ -85,6 +94,7 @@ def predicted_beside_references(rows: Iterable[Compared], **options: Any) -> Fig
             "no row has a prediction: there is nothing to draw" if not known
             else f"the values have different units ({', '.join(sorted(units))}): draw one source at a time"
         )
+    # a specimen of which several quantities were measured is named with each of them
     several = len({(r.source, r.specimen) for r in known}) < len(known)
     stated = {
         "quantity": "collapse multiplier λ [-]" if units == {"-"} else f"collapse load [{units.pop()}]",
@@ -163,7 +173,7 @@ def predicted_against_published(
     x = np.array([r.published[1] for r in finite])
     y = np.array([r.predicted[1] for r in finite])
     with np.errstate(divide="ignore", invalid="ignore"):
-        inside = np.abs(y - x) <= band * np.abs(x) + 1e-12
+        inside = np.abs(y - x) <= band * np.abs(x) + 1e-12  # a point on the edge is inside
         ratio = np.where(x != 0.0, y / x, np.nan)
     named = labels == "all" or (labels == "auto" and len(finite) <= _MANY)
     chosen = [] if labels == "none" else [i for i in range(len(finite)) if named or not inside[i]]
@@ -172,7 +182,7 @@ def predicted_against_published(
         ax.set_yscale("log")
     ax.set_xlim(low, high)
     ax.set_ylim(low, high)
-    sides = {g: k % 2 == 1 for k, g in enumerate(groups)}
+    sides = {g: k % 2 == 1 for k, g in enumerate(groups)}  # names on the 1:1 line stand left for every second group
     _label_points(ax, [(finite[i].label, x[i], y[i], sides[finite[i].group]) for i in chosen], (low, high), log)
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel(f"{published} {quantity}".strip())
@@ -183,22 +193,35 @@ def predicted_against_published(
 
 
 def _limits(rows: list[ComparedValue], log: bool) -> tuple[float, float]:
-    """Low and high end of both axes; linear ones begin at zero unless that would leave a third of them empty."""
+    """Low and high end of both axes; linear ones begin at zero unless that would leave a third of them empty.
+
+    Parameters
+    ----------
+    rows, log : values that are drawn, and whether on logarithmic axes
+    """
     values = np.array([r.published + r.predicted for r in rows])
     low, high = float(values.min()), float(values.max())
     if log:
         return low / 1.25, high * 1.25
     low = min(low, 0.0) if low < 0.35 * high else low
-    pad = 0.06 * max(high - low, 0.02 * abs(high), 1e-12)
+    pad = 0.06 * max(high - low, 0.02 * abs(high), 1e-12)  # equal values, and zeros, have axes of some length too
     return (0.0 if low == 0.0 else low - pad), high + pad
 
 
 def _draw_group(ax: Axes, rows: list[ComparedValue], group: str, k: int) -> Any:
-    """Draw the values of one group with their ranges; ``k`` is its number, which chooses the colour."""
+    """Draw the values of one group with their ranges, and return its points as an entry for the legend.
+
+    Parameters
+    ----------
+    rows : of the group, all finite
+    group : its name, empty for none
+    k : its number, which chooses colour and marker
+    """
+    # columns of both: low, value, high
     colour, marker = style.SERIES[k % len(style.SERIES)], style.MARKERS[k % len(style.MARKERS)]
     x, y = np.array([r.published for r in rows]), np.array([r.predicted for r in rows])
     for values, other, horizontal in ((x, y, True), (y, x, False)):
-        ranged = values[:, 2] > values[:, 0]
+        ranged = values[:, 2] > values[:, 0]  # a bar along the axis of these values
         if ranged.any():
             draw = ax.hlines if horizontal else ax.vlines
             low, high = values[ranged, 0], values[ranged, 2]
@@ -213,29 +236,30 @@ def _draw_group(ax: Axes, rows: list[ComparedValue], group: str, k: int) -> Any:
 def _label_points(
     ax: Axes, points: list[tuple[str, float, float, bool]], limits: tuple[float, float], log: bool
 ) -> None:
-    """Names beside points: above the 1:1 line to the left, below it to the right, kept apart vertically.
+    """Write names beside points: above the 1:1 line to the left, below it to the right, kept apart vertically.
 
     Points on the line go to the side of their group, so that two groups that agree do not write over each other.
 
     Parameters
     ----------
-    points : text, x, y and side of every point
+    points : text, x and y of every point, and whether its name stands left where it lies on the line
     limits : ends of both axes
     log : whether both axes are logarithmic
     """
     low, high = (np.log(limits[0]), np.log(limits[1])) if log else limits
-    row = 0.034 * (high - low)
+    row = _ROW * (high - low)
     for left in (True, False):
-        side = [(t, x, y) for t, x, y, away in points if left == (away if abs(y - x) <= 0.02 * abs(x) else y > x)]
-        placed: list[tuple[float, float]] = []
+        side = [(t, x, y) for t, x, y, on in points if left == (on if abs(y - x) <= _ON_LINE * abs(x) else y > x)]
+        placed: list[tuple[float, float]] = []  # places of points along x, and of their names along y
         for text, x, y in sorted(side, key=lambda p: (p[2], p[1])):
             u, v = (np.log(x), np.log(y)) if log else (x, y)
             at = v
-            near = [q for p, q in placed if abs(p - u) < 0.16 * (high - low)]
+            near = [q for p, q in placed if abs(p - u) < _REACH * (high - low)]
             while any(abs(at - q) < row for q in near):
+                # up to the lowest place clear of a name in the way, a little more so that rounding ends the search
                 at = min(q + 1.001 * row for q in near if abs(at - q) < row)
             placed.append((u, at))
-            shift = (at - v) / (high - low) * 72.0 * _SIDE
+            shift = (at - v) / (high - low) * 72.0 * _SIDE  # [pt]; a name moved far has a line to its point
             ax.annotate(
                 text, (x, y), (-6.0 if left else 6.0, shift), textcoords="offset points", fontsize=6.5,
                 color=style.FAINT, ha="right" if left else "left", va="center", gid="label", zorder=4,
@@ -250,8 +274,8 @@ def _summary(total: int, finite: list[ComparedValue], inside: np.ndarray, ratio:
     Parameters
     ----------
     total, finite : how many values there are, and those that can be drawn
-    inside : whether each value lies in the band
-    ratio : predicted over published [-]
+    inside : whether each value lies in the band, shape (n,)
+    ratio : predicted over published [-], shape (n,), NaN where published is zero
     band : half the band's width [-]
     """
     parts = [f"{len(finite)} values"]

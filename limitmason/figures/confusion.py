@@ -20,16 +20,16 @@ CLASSES = (
 )
 """Upper end of d2, colour and meaning; the first and the last are the limits at which the rule was tried blindly."""
 
-_SAME = "#b5b5b5"
+_SAME = "#b5b5b5"  # a cause beside itself
+_WRITTEN = 0.24  # least side of a cell in which a number can be read [in]
 _CHARACTER = 0.06  # mean width at the small size [in]
 
 
 def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] = (), named: bool = True) -> None:
-    """The map of d2 on given axes: rows true causes, columns rivals by number.
+    """Draw the map of d2 on given axes: rows true causes, columns rivals by number.
 
     Parameters
     ----------
-    ax : axes
     result : from ``Study.confusable``
     cell : side of a cell [in]; numbers are written where they fit
     kept : names to be set in bold
@@ -42,8 +42,9 @@ def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] 
         for j in range(count):
             colour = _SAME if i == j else next(c for top, c, _ in CLASSES if d2[i, j] < top or top == np.inf)
             ax.add_patch(Rectangle((j, i), 1, 1, facecolor=colour, edgecolor="white", linewidth=0.8, gid="cell"))
-            if i != j and cell >= 0.24:
+            if i != j and cell >= _WRITTEN:
                 value = d2[i, j]
+                # up to three characters fit: 9.95 and 99.5 are where rounding would write one more
                 text = f"{value:.1f}" if value < 9.95 else f"{value:.0f}" if value < 99.5 else ">99"
                 ax.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=min(6.5, 23 * cell), zorder=3,
                         color="white" if value < 1 else style.BLACK, gid="d2")
@@ -55,7 +56,7 @@ def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] 
     invisible = set(result.invisible)
     ax.set_xlim(0, count)
     ax.set_ylim(count, 0)
-    size = min(style._SMALL, max(5.0, 62 * cell))
+    size = min(style._SMALL, max(5.0, 62 * cell))  # letters shrink with the cells [pt]
     ax.set_xticks(np.arange(count) + 0.5, [str(k + 1) for k in range(count)], fontsize=size)
     rows = [f"{name}  {k}" if named else str(k) for k, name in enumerate(names, 1)]
     ax.set_yticks(np.arange(count) + 0.5, rows, fontsize=min(size, 7))
@@ -68,7 +69,7 @@ def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] 
 
 
 def distance_legend() -> list[Patch]:
-    """Legend of the map."""
+    """Entries of the legend of :func:`draw_distances`."""
     out = [Patch(facecolor=c, edgecolor=style.GHOST, linewidth=0.4, label=text) for _, c, text in CLASSES]
     return [
         *out,
@@ -95,6 +96,7 @@ def confusable(result: Any, *, title: str | None = None) -> Figure:
     """
     names = result.names
     count = len(names)
+    # lengths in inches: names at the left, the map, and a legend beside it where the page has room, else below
     left = 0.3 + _CHARACTER * max(len(n) for n in names)
     cell = min(0.36, (style.page_width() - left - 0.15) / count)
     side, legend, page = cell * count, 1.75, style.page_width()

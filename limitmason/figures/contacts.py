@@ -24,6 +24,7 @@ from limitmason.model.contact_report import ContactReport, NearMiss
 
 _CONTACT, _MISS, _WEDGE, _TINY, _EDGE = style.GREEN, style.VERMILION, style.BLUE, style.ORANGE, style.BLACK
 _BARE, _BROKEN = style.PURPLE, (0, (1.2, 2.0))
+_FLOATS = style.pale(_MISS, 0.25)  # fill of blocks that float
 _LABELLED = 12
 """So many near misses get a label; more would cover the drawing, and the printed report names them all."""
 
@@ -75,6 +76,7 @@ def contact_report(
         _lines(page.ax, kept, axes, _WEDGE, 2.0 * width + 1.0, "kept", 4.0)
         _lines(page.ax, missed, axes, _MISS, 2.0 * width + 1.0, "near misses", 4.0)
     else:
+        # contacts are many and lie behind each other: they are paler than what is to be decided
         _areas(page.ax, found, axes, _CONTACT, 0.25, "contacts")
         _areas(page.ax, kept, axes, _WEDGE, 0.7, "kept")
         _areas(page.ax, missed, axes, _MISS, 0.7, "near misses")
@@ -91,11 +93,13 @@ def contact_report(
 def _lines(
     ax: Axes, polygons: list[Array], axes: Array, colour: str, width: float, gid: str, zorder: float, **look: Any
 ) -> None:
-    """Polygons seen edge on: their longest stretch on the page.
+    """Draw polygons seen edge on: their longest stretch on the page.
 
     Parameters
     ----------
     polygons : corners [m], shape (n, 3) each
+    width : of the lines [pt]
+    gid, zorder, look : name, height in the drawing and further options of the lines in matplotlib
     """
     if not polygons:
         return
@@ -111,7 +115,7 @@ def _lines(
 
 
 def _areas(ax: Axes, polygons: list[Array], axes: Array, colour: str, alpha: float, gid: str) -> None:
-    """Polygons seen from the front, filled and half transparent by ``alpha``."""
+    """Draw polygons seen from the front, filled; their corners in [m], shape (n, 3), ``alpha`` from clear to opaque."""
     if polygons:
         flat = [p @ axes for p in polygons]
         ax.add_collection(PolyCollection(
@@ -120,16 +124,16 @@ def _areas(ax: Axes, polygons: list[Array], axes: Array, colour: str, alpha: flo
 
 
 def _loose(ax: Axes, drawing: elevation.Elevation, loose: Flags, width: float) -> None:
-    """Blocks that float, filled."""
+    """Draw blocks that float, flagged by ``loose``, filled."""
     if loose.any():
         ax.add_collection(PathCollection(
-            drawing.paths(np.flatnonzero(loose)), facecolors=style.pale(_MISS, 0.25), edgecolors=style.OUTLINE,
+            drawing.paths(np.flatnonzero(loose)), facecolors=_FLOATS, edgecolors=style.OUTLINE,
             linewidths=width, gid="floating", zorder=2.2,
         ))
 
 
 def _points(ax: Axes, places: list[Array], axes: Array, marker: str, colour: str, gid: str) -> None:
-    """Open markers at places in space."""
+    """Draw open markers at places in space [m], shape (3,) each."""
     if places:
         x, z = (np.array(places) @ axes).T
         (line,) = ax.plot(x, z, marker, color=colour, markersize=4.5, markerfacecolor="none", markeredgewidth=1.1,
@@ -138,23 +142,27 @@ def _points(ax: Axes, places: list[Array], axes: Array, marker: str, colour: str
 
 
 def _label(page: style.Page, rows: list[tuple[NearMiss, str]], axes: Array) -> None:
-    """Gap and angle beside each, where no other label is: of eight places around the first that is free.
+    """Write gap and angle beside each near miss: of eight places around it at the first where no other label is.
+
+    Where none of the eight is free the last is taken.
 
     Parameters
     ----------
+    page : whose axes have their limits
     rows : near misses with the colours of their labels
     """
-    ax, size = page.ax, 6.5
-    taken: list[Array] = []
+    ax, size = page.ax, 6.5  # of the letters [pt]
+    taken: list[Array] = []  # lower left corners of the labels so far
     middle = np.array([np.mean(ax.get_xlim()), np.mean(ax.get_ylim())])
     for row, colour in rows:
         text = f"{_gap(row)}, {row.angle_deg:.2g}°"
         at = row.place @ axes
-        out = np.where(at >= middle, 1.0, -1.0)
+        out = np.where(at >= middle, 1.0, -1.0)  # outwards from the middle of the drawing, where there is room
         # in points on the page, from its middle
         here = 72.0 * page.inch * (at - middle)
         # size of the text in points, by the mean width of a letter
         box = np.array([0.58 * size * len(text) + 4.0, size + 5.0])
+        # a low place in each of the four directions, outwards first, then a high one
         for lift, side in [(k, (u, v)) for k in (8.0, 24.0) for u in (1, -1) for v in (1, -1)]:
             step = out * side * (9.0, lift)
             low = here + np.where(step < 0.0, step - box, step)
@@ -170,12 +178,13 @@ def _label(page: style.Page, rows: list[tuple[NearMiss, str]], axes: Array) -> N
 
 
 def _gap(row: NearMiss) -> str:
+    """Gap of a near miss in mm, as a range where it differs by more than 1 % along the faces."""
     low, high = (1e3 * g for g in row.gap)
     return f"{high:.2g} mm" if high - low <= 0.01 * abs(high) else f"{low:.2g}\N{EN DASH}{high:.2g} mm"
 
 
 def _caption(report: ContactReport) -> str:
-    """What the report found, in one line."""
+    """What ``report`` found, in one line."""
     return " · ".join([
         f"{len(report.contacts)} contacts of {report.n_blocks} blocks", f"tolerance {report.tolerance_text}",
         f"angle {report.rules.angle_deg:g}°",
@@ -184,7 +193,8 @@ def _caption(report: ContactReport) -> str:
 
 
 def _handles(report: ContactReport, *, plane: bool) -> list[Patch | Line2D]:
-    """Legend entries for what is really in the drawing."""
+    """Legend entries for what is really in the drawing; ``plane`` tells whether it is an elevation."""
+    # what there is of a kind, colour, words, and how it looks
     mark: dict[str, Any] = {"linestyle": "none", "markersize": 4.5, "markerfacecolor": "none"}
     entries: list[tuple[Any, str, str, dict[str, Any]]] = [
         (report.contacts, _CONTACT, "contact", {}), (report.kept, _WEDGE, "wedge kept: gap, angle", {}),
@@ -198,5 +208,5 @@ def _handles(report: ContactReport, *, plane: bool) -> list[Patch | Line2D]:
         for rows, colour, label, look in entries if rows
     ]
     if report.floating:
-        handles.append(Patch(facecolor=style.pale(_MISS, 0.25), edgecolor=style.OUTLINE, linewidth=0.5, label="floats"))
+        handles.append(Patch(facecolor=_FLOATS, edgecolor=style.OUTLINE, linewidth=0.5, label="floats"))
     return handles

@@ -18,6 +18,9 @@ from limitmason.figures import style
 from limitmason.figures.painter import VIEWPOINT_DEG, Camera, camera
 
 _BAR = 0.62  # width that a colour bar takes beside the drawing [in]
+_LIGHT = np.array([0.35, -0.45, 0.82])  # direction of the light, of length 1 but for rounding: above the viewer
+_STONE = (0.80, 0.76, 0.70)  # red, green and blue of bricks without values
+_FRACTION = 15.0  # size of the structure over the largest displacement as drawn where no scale is given
 
 
 @style.in_print_style
@@ -62,7 +65,7 @@ def solid_map(
     norm = None
     if per_brick is not None:
         bottom, top = limits or (float(per_brick.min()), float(per_brick.max()))
-        norm = Normalize(bottom, top if top > bottom else bottom + 1e-12)
+        norm = Normalize(bottom, top if top > bottom else bottom + 1e-12)  # equal values have one colour
     _paint(page.ax, model, moved, view, per_brick, norm, colours, page.line_width(_brick_size(model)))
     page.ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     page.ax.axis("off")
@@ -73,10 +76,11 @@ def solid_map(
 
 
 def _moved(model: Continuum, displacement: ArrayLike | None, scale: float | None) -> tuple[Array, str]:
-    """Places of the nodes as drawn, and what to say about them.
+    """Places of the nodes as drawn [m], shape (n_nodes, 3), and what to say about them.
 
     Parameters
     ----------
+    displacement : of the nodes [m], shape (n_nodes, 3); None for the place at rest
     scale : factor on the displacements; None for a largest of a fifteenth of the size
     """
     nodes = model.mesh.nodes
@@ -89,12 +93,12 @@ def _moved(model: Continuum, displacement: ArrayLike | None, scale: float | None
         raise InputError(f"displacements must be finite and of shape {nodes.shape}, got shape {u.shape}")
     largest = float(np.linalg.norm(u, axis=1).max())
     size = float(np.ptp(nodes, axis=0).max())
-    factor = scale if scale is not None else size / 15.0 / largest if largest > 0.0 else 1.0
+    factor = scale if scale is not None else size / _FRACTION / largest if largest > 0.0 else 1.0
     return nodes + factor * u, f"largest displacement {1e3 * largest:.3g} mm · drawn {factor:.3g} times"
 
 
 def _per_brick(model: Continuum, values: ArrayLike) -> Array:
-    """One value per brick; of several points the largest in size."""
+    """One value per brick, shape (m,): of ``values`` at several points of it, shape (m, q), the largest in size."""
     v = np.asarray(values, dtype=float)
     if v.ndim == 2:
         v = np.take_along_axis(v, np.abs(v).argmax(axis=1)[:, None], axis=1)[:, 0]
@@ -104,6 +108,7 @@ def _per_brick(model: Continuum, values: ArrayLike) -> Array:
 
 
 def _brick_size(model: Continuum) -> float:
+    """Median smallest side of the bricks [m]."""
     c = model.mesh.corners
     return float(np.median((c.max(axis=1) - c.min(axis=1)).min(axis=1)))
 
@@ -114,26 +119,29 @@ def _paint(
 ) -> None:
     """Paint the faces that look at the viewer, from behind, shaded and coloured by values.
 
-    ``values`` has one number per brick; without them the faces have the colour of stone.
-
     Parameters
     ----------
-    places, width : of the nodes as drawn [m], shape (n, 3), and of edges in points
+    places : of the nodes as drawn [m], shape (n_nodes, 3)
+    view : from which they are seen
+    values, norm, colours : one number per brick, shape (m,), the range of colours and the colour map; without numbers
+        the faces have the colour of stone
+    width : of outlines [pt]; edges of bricks are half as thick
     """
     mesh = model.mesh
     faces = mesh.boundary_nodes  # corners around each face, counter-clockwise from outside
     p = places[faces]
     normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
     seen = np.flatnonzero(normal @ view.towards > 0.0)
+    # by the depth of their middles: right for faces of like sizes
     depth = p[seen].mean(axis=1) @ view.towards
     seen = seen[np.argsort(depth)]
-    light = np.abs(normal[seen] @ np.array([0.35, -0.45, 0.82])) / np.linalg.norm(normal[seen], axis=1)
+    light = np.abs(normal[seen] @ _LIGHT) / np.linalg.norm(normal[seen], axis=1)
     if values is None or norm is None:
-        base = np.tile([0.80, 0.76, 0.70], (len(seen), 1))
+        base = np.tile(_STONE, (len(seen), 1))
     else:
         owner = mesh.boundary_owner[seen]
         base = colormaps[colours](norm(values[owner]))[:, :3]
-    shade = base * (0.78 + 0.22 * light)[:, None]
+    shade = base * (0.78 + 0.22 * light)[:, None]  # chosen: the colour bar still reads in the shade
     flat = list(view.project(p[seen].reshape(-1, 3)).reshape(-1, 4, 2))
     ax.add_collection(
         PolyCollection(flat, facecolors=shade, edgecolors=style.BLACK, linewidths=0.5 * width, gid="bricks")
@@ -141,8 +149,15 @@ def _paint(
 
 
 def _bar(figure: Figure, ax: Axes, norm: Normalize, colours: str, label: str) -> None:
-    """Colour bar in a strip that the page is widened by."""
+    """Add a colour bar in a strip of ``_BAR`` by which the page is widened; what is on it keeps its size and place.
+
+    Parameters
+    ----------
+    ax : the drawing, beside which the bar stands
+    norm, colours, label : range of values, colour map and name of the bar
+    """
     width, height = figure.get_size_inches()
+    # places on a page are parts of its width, which grows
     for other in figure.axes:
         box = other.get_position()
         place = (box.x0 * width / (width + _BAR), box.y0, box.width * width / (width + _BAR), box.height)

@@ -19,7 +19,9 @@ from limitmason.geometry.rotation import rotation_vectors
 from limitmason.mechanics.rigid_motion import RigidMotion, structure_size
 
 MOMENTS = ("first crack", "peak", "end")
-_WIDEST = 3.0  # line of the largest movement [pt]
+_WIDEST, _LEAST = 3.0, 0.6  # lines of the largest movement and of next to none [pt]
+_THIN = 0.7  # lines of joints that have failed but hardly moved [pt]
+_HARDLY = 30.0  # largest movement of a picture over one that counts as hardly any, chosen [-]
 _DRAWN = 0.05  # of the structure: largest displacement as drawn
 
 
@@ -33,9 +35,7 @@ def cracks(
     title: str | None = None,
     caption: str | None = None,
 ) -> Figure:
-    """Elevations of a driven structure with its cracked joints.
-
-    They are as thick as they are wide.
+    """Elevations of a driven structure with its cracked joints, drawn the thicker the more they have moved.
 
     A joint is drawn where it has failed: vermilion where it has opened more than slid, blue where it slid, its line as
     thick as its movement is large beside the largest of the same picture; below a thirtieth of that it is a thin grey
@@ -62,7 +62,7 @@ def cracks(
     if not drawn:
         raise InputError(f"none of {', '.join(map(str, at))} happened on this curve: name another moment or width")
     model = curve.assembly
-    moved = [_since_settled(curve, i) for i, _ in drawn]
+    moved = [_moved(curve, i) for i, _ in drawn]
     plane = chosen_plane(model, "elevation", np.concatenate(moved[-1], axis=1))
     if plane is None:
         raise InputError("cracks are drawn in elevation, and this structure has no plane of its own")
@@ -75,6 +75,7 @@ def cracks(
     text += [f"no {m}: never {1e3 * width:g} mm wide" for i, m in chosen if i is None and m == "first crack"]
     text += [caption] if caption else []
     page = style.page_width()
+    # scale of the drawings [in/m]: on the page beside the numbers of their axes, each at most 3.2 in high
     inch = float(min((page - 0.67) / frame.span[0], 3.2 / frame.span[1]))
     figure, axes = style.panels(page, len(drawn) * (frame.span[1] * inch + 0.3) + 0.3, rows=len(drawn))
     for ax, (i, moment), motion in zip(axes, drawn, motions, strict=True):
@@ -87,14 +88,19 @@ def cracks(
             ax.tick_params(labelbottom=False)
     entries = (
         (style.OPENING, _WIDEST, "joint opened"), (style.SLIDING, _WIDEST, "joint slid"),
-        (style.GHOST, 0.7, "failed, hardly moved"),
+        (style.GHOST, _THIN, "failed, hardly moved"),
     )
     handles = [Line2D([], [], color=colour, linewidth=wide, label=label) for colour, wide, label in entries]
     return style.finished(figure, title, " · ".join(text), handles)
 
 
 def one_a_sample(moments: list[tuple[int, str | int]]) -> list[tuple[int, str]]:
-    """Samples with the names of all moments that fall on them."""
+    """Samples in their order with the names of all moments that fall on each, joined by "and".
+
+    Parameters
+    ----------
+    moments : sample and moment, a name or the number of a sample
+    """
     names: dict[int, list[str]] = {}
     for index, moment in moments:
         names.setdefault(index, []).append(moment if isinstance(moment, str) else f"sample {index}")
@@ -102,14 +108,20 @@ def one_a_sample(moments: list[tuple[int, str | int]]) -> list[tuple[int, str]]:
 
 
 def sample_of(curve: Any, moment: str | int) -> int:
-    """Sample of a moment: "peak", "end", or one by number."""
+    """Number of the sample of ``curve`` at a moment: "peak", "end", or one by number, from the end where negative."""
     if isinstance(moment, str) and moment not in ("peak", "end"):
         raise InputError(f"unknown moment {moment!r}: 'peak', 'end' or a sample by number")
     return int(curve.peak.index) if moment == "peak" else int(curve.point(-1 if moment == "end" else moment).index)
 
 
 def _index(curve: Any, moment: str | int, width: float) -> int | None:
-    """Sample of a moment of a curve, or None where it did not happen; a first crack is one of ``width`` [m]."""
+    """Number of the sample of ``curve`` at a moment, or None where it did not happen.
+
+    Parameters
+    ----------
+    moment : as in :func:`cracks`
+    width : opening of a first crack [m]
+    """
     if not isinstance(moment, str) or moment in ("peak", "end"):
         return sample_of(curve, moment)
     if moment in ("first crack", "first failure"):
@@ -118,8 +130,11 @@ def _index(curve: Any, moment: str | int, width: float) -> int | None:
     raise InputError(f"unknown moment {moment!r}: 'first crack', 'first failure', 'peak', 'end' or a sample")
 
 
-def _since_settled(curve: Any, index: int) -> tuple[Array, Array]:
-    """Displacements [m] and rotation vectors [rad] of the blocks at a sample."""
+def _moved(curve: Any, index: int) -> tuple[Array, Array]:
+    """Displacements [m] and rotation vectors [rad] of the blocks at a sample, by its number, shape (n, 3) each.
+
+    They count from the model as it was built: settling under its own weight is a part of them.
+    """
     shift, quaternion = curve.states[index]
     return np.asarray(shift), rotation_vectors(np.asarray(quaternion))
 
@@ -131,32 +146,35 @@ def _draw_joints(ax: Axes, view: elevation.Elevation, motion: RigidMotion, curve
 
     Parameters
     ----------
-    curve, index : of a driven structure, and the sample
+    motion : of the blocks, as drawn
+    curve, index : of a driven structure, and the number of the sample
     """
+    # no record of a joint is no movement
     opening, slip = (np.nan_to_num(getattr(curve, n)[index]) for n in ("opening", "slip"))
     failed = np.nan_to_num(curve.failed[index]) > 0.0
     movement = np.maximum(opening, slip) * failed
     largest = float(movement.max(initial=0.0))
-    small = failed & (movement <= largest / 30.0)
-    widths = np.where(small, 0.7, 0.6 + (_WIDEST - 0.6) * movement / max(largest, 1e-300))
+    small = failed & (movement <= largest / _HARDLY)
+    widths = np.where(small, _THIN, _LEAST + (_WIDEST - _LEAST) * movement / max(largest, 1e-300))
     for flags, colour, gid in (
         (small, style.GHOST, "failed"), (failed & ~small & (opening >= slip), style.OPENING, "opening"),
         (failed & ~small & (slip > opening), style.SLIDING, "sliding"),
     ):
         rows = np.flatnonzero(flags)
         if len(rows):
-            middle = list(0.5 * np.add(*view.segments(rows, motion)))
+            middle = list(0.5 * np.add(*view.segments(rows, motion)))  # between the faces of both blocks
             ax.add_collection(LineCollection(
                 middle, colors=colour, linewidths=widths[rows], gid=gid, zorder=3.0, capstyle="butt"
             ))
 
 
 def _heading(curve: Any, index: int, name: str) -> str:
+    """A moment of a curve in words, by the number of its sample, with the widest opening of a joint."""
     widest = 1e3 * float(np.nan_to_num(curve.opening[index]).max(initial=0.0))
     return f"{point_text(curve, index, name)}, widest opening {widest:.2g} mm"
 
 
 def point_text(curve: Any, index: int, name: str) -> str:
-    """A moment of a curve in words: its name, load and displacement."""
+    """A moment of a curve in words: its name, load [N] and displacement [m], by the number of its sample."""
     point = curve.point(index)
     return f"{name}: {style.force_text(point.load)} at {1e3 * point.displacement:.3g} mm"

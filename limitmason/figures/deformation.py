@@ -21,6 +21,12 @@ from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.rigid_motion import MovingJoints, RigidMotion, largest_jumps, structure_size
 from limitmason.model import Assembly
 
+_STILL = 0.01
+"""Part of the largest displacement below which a block is drawn as one that stands still, chosen [-]."""
+
+_CRACK = 0.1
+"""Part of the largest movement in a joint from which joints are marked where no width is given, chosen [-]."""
+
 
 @style.in_print_style
 def deformed(
@@ -70,7 +76,7 @@ def deformed(
     shift, vector = moved_blocks(model, state, sample)
     motion, true = (rigid_motion(model, shift, vector, factor) for factor in (scale, 1.0))
     marks, travel = cracked_joints(model, true, crack), _travel(model, true)
-    moving = travel > 0.01 * max(float(travel.max(initial=0.0)), 1e-300)
+    moving = travel > _STILL * max(float(travel.max(initial=0.0)), 1e-300)
     ghosts = ghost & moving & ~model.fixed
     twists = np.concatenate([shift, vector], axis=1)
     canvas = Canvas(model, view, ax, twists=twists, motions=[motion], viewpoint_deg=viewpoint_deg)
@@ -131,10 +137,11 @@ def animate(
     motions = [rigid_motion(model, u, v, scale) for u, v in moved]
     last = rigid_motion(model, *moved[-1], 1.0)
     if crack is None:
-        crack = 0.1 * largest_movement(model, last)
+        crack = _CRACK * largest_movement(model, last)  # one width for the whole film
     marks = [cracked_joints(model, rigid_motion(model, u, v, 1.0), crack) for u, v in moved]
     travel = _travel(model, last)
-    moving = travel > 0.01 * max(float(travel.max(initial=0.0)), 1e-300)
+    moving = travel > _STILL * max(float(travel.max(initial=0.0)), 1e-300)
+    # plane and viewpoint are chosen for the sample that has moved farthest
     farthest = max(moved, key=lambda m: float(np.abs(m[0]).max(initial=0.0)))
     with style.print_style():
         twists = np.concatenate(farthest, axis=1)
@@ -152,19 +159,28 @@ def animate(
 
 
 def rigid_motion(model: Assembly, shift: Array, vector: Array, scale: float) -> RigidMotion:
-    """Motion of the blocks with displacements [m] and rotation vectors [rad] times a factor [-]."""
+    """Finite motion of the blocks.
+
+    Parameters
+    ----------
+    shift, vector : displacements of the centroids [m] and rotation vectors [rad], shape (n, 3) each
+    scale : factor on both [-], > 0
+    """
     return RigidMotion(model.centroids, positive("scale", scale) * shift, rotation_matrices(scale * vector))
 
 
 def cracked_joints(model: Assembly, motion: RigidMotion, crack: float | None) -> MovingJoints:
-    """Interfaces that have opened or slid by more than ``crack`` [m], by the larger of the two at their corners.
+    """Interfaces that have opened or slid, by the larger of the two at their corners.
 
-    None counts from a tenth of the largest movement on.
+    Parameters
+    ----------
+    motion : of the blocks, not enlarged
+    crack : movement from which an interface counts [m]; None for a tenth of the largest
     """
     opening, sliding = _joint_movements(model, motion)
     largest = np.maximum(opening, sliding)
-    least = 0.1 * float(largest.max(initial=0.0)) if crack is None else float(crack)
-    wide = (largest > least) & (largest > 1e-12 * structure_size(model))
+    least = _CRACK * float(largest.max(initial=0.0)) if crack is None else float(crack)
+    wide = (largest > least) & (largest > 1e-12 * structure_size(model))  # rounding opens no joint
     return MovingJoints(opening, sliding, wide & (opening >= sliding), wide & (sliding > opening))
 
 
@@ -173,7 +189,7 @@ def _joint_movements(model: Assembly, motion: RigidMotion) -> tuple[Array, Array
 
     Returns
     -------
-    opening, sliding : shape (k,)
+    opening, sliding : shape (k,); opening is positive where block b moves away from a
     """
     x = model.arrays
     owner = x.corner_owner
@@ -193,7 +209,13 @@ def _travel(model: Assembly, motion: RigidMotion) -> Array:
 
 
 def moved_blocks(model: Assembly, state: Any, sample: int) -> tuple[Array, Array]:
-    """Displacements [m] and rotation vectors [rad] of a state, a history's sample or a pair of arrays."""
+    """Displacements [m] and rotation vectors [rad] of all blocks, shape (n, 3) each.
+
+    Parameters
+    ----------
+    state : a state, a history, or a pair of displacements [m] and unit quaternions
+    sample : number of the sample of a history; of no meaning for the others
+    """
     bodies = getattr(state, "bodies", None)
     if bodies is not None:
         shift, quaternion = bodies.shift, bodies.quat
@@ -210,7 +232,12 @@ def moved_blocks(model: Assembly, state: Any, sample: int) -> tuple[Array, Array
 
 
 def _checked(model: Assembly, shift: ArrayLike, quaternion: ArrayLike) -> tuple[Array, Array]:
-    """Displacements [m] and rotation vectors [rad] of all blocks, finite and of the right shape."""
+    """Displacements [m] and rotation vectors [rad] of all blocks, shape (n, 3) each, or what is wrong with them.
+
+    Parameters
+    ----------
+    shift, quaternion : displacements [m], shape (n, 3), and unit quaternions, scalar first, shape (n, 4)
+    """
     u, q = np.array(shift, dtype=float), np.array(quaternion, dtype=float)
     n = model.n_blocks
     if u.shape != (n, 3) or q.shape != (n, 4):

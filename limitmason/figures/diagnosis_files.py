@@ -15,9 +15,7 @@ from limitmason.storage.files import save_figure, write_text
 
 
 def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> list[Path]:
-    """Write report.txt, diagnosis.html, pictures, causes.csv and verdict.json.
-
-    Tables of rehearsals where there are any.
+    """Write report.txt, diagnosis.html, pictures, causes.csv and verdict.json, and tables of rehearsals if any.
 
     Parameters
     ----------
@@ -67,6 +65,7 @@ def write_causes(path: str | Path, answer: Any) -> None:
         "identified": "-",
     }
     lines = []
+    # a pair has a size of each of its causes, joined by "+"; without an interval both ends are empty
     for row in answer.table():
         ends = row["interval"] or [("", "")] * len(row["size"])
         sizes, low, high = (

@@ -36,18 +36,20 @@ class Window(NamedTuple):
 
 
 def window_of(windows: Sequence[Window]) -> Window:
-    """The smallest window that holds others."""
+    """The smallest window that holds all ``windows``."""
     return Window(np.min([w.low for w in windows], axis=0), np.max([w.high for w in windows], axis=0))
 
 
 def with_held(low: Array, high: Array, held: Array, share: float) -> Array:
-    """Ends of a drawing with what is held [m], shape (2, 2), as far as that does not shrink the rest to a detail.
+    """Lowest and highest place of a drawing [m], shape (2, 2): all that moves, and of what is held a margin about it.
+
+    A wide ground seen whole would shrink the structure to a detail.
 
     Parameters
     ----------
-    held : ends of what is held
-    share : of it is seen at most so much on every side, over the geometric mean of the drawing's sides [-]
     low, high : ends of what moves, on the page [m], shape (2,)
+    held : ends of what is held [m], shape (2, 2)
+    share : widest margin over the geometric mean of the sides of what moves [-]
     """
     reach = share * float(np.sqrt(np.prod(np.maximum(high - low, 1e-12))))
     return np.array([
@@ -55,21 +57,30 @@ def with_held(low: Array, high: Array, held: Array, share: float) -> Array:
     ])
 
 
+_HELD_SHOWN = 0.25
+"""Widest margin of the ground that is drawn over the size of the rest [-], chosen: it is seen as ground."""
+
+
 class Elevation:
-    """Outlines of an assembly's blocks in one vertical plane, ready to be moved and drawn."""
+    """Outlines of an assembly's blocks in one vertical plane, ready to be moved and drawn.
+
+    ``axes`` are the directions to the right and up, shape (3, 2); ``loops`` are the closed outlines of every block in
+    space [m], shape (k, 3) each; ``order`` has the numbers of the blocks from behind to the front.
+    """
 
     def __init__(self, assembly: Assembly, plane: Plane) -> None:
+        """Find the outlines of the blocks of ``assembly`` seen along the normal of ``plane``."""
         self.assembly = assembly
         self.plane = plane
         self.axes = np.column_stack([plane.axis_1, plane.axis_2])
         self.loops = [elevation_loops(b, plane, assembly.tolerance) for b in assembly.blocks]
-        # those behind are drawn first
+        # those behind are drawn first; depths within the tolerance are one, so that blocks keep their order
         depth = assembly.centroids @ plane.normal
         self.order = np.argsort(-np.round(depth / max(assembly.tolerance, 1e-12)), kind="stable")
 
     @property
     def axis_names(self) -> tuple[str, str]:
-        """Labels of the two axes."""
+        """Labels of the axes to the right and up; a wall turned against x and y has no letter along it."""
         a = self.plane.axis_1
         for name, unit in (("x", 0), ("y", 1)):
             if abs(abs(a[unit]) - 1.0) < 1e-9:
@@ -92,7 +103,7 @@ class Elevation:
         return out
 
     def frame(self, motion: RigidMotion | None = None) -> Window:
-        """Free blocks before and after the motion, and as much of the fixed ones as needs to be seen."""
+        """Window of the free blocks before and after the motion, and of the fixed ones in a margin about them."""
         free = np.flatnonzero(~self.assembly.fixed)
         points = self._corners(free if len(free) else np.arange(self.assembly.n_blocks))
         if motion is not None and len(free):
@@ -101,11 +112,12 @@ class Elevation:
         fixed = np.flatnonzero(self.assembly.fixed)
         if len(fixed) and len(free):
             held = self._corners(fixed)
-            low, high = with_held(low, high, np.array([held.min(axis=0), held.max(axis=0)]), 0.25)
-        margin = 0.02 * float((high - low).max())
+            low, high = with_held(low, high, np.array([held.min(axis=0), held.max(axis=0)]), _HELD_SHOWN)
+        margin = 0.02 * float((high - low).max())  # lines at the edge show their whole width
         return Window(low - margin, high + margin)
 
     def _corners(self, blocks: Index, motion: RigidMotion | None = None) -> Array:
+        """Places on the page of all points of the outlines of ``blocks``, moved or not [m], shape (k, 2)."""
         pairs = [(int(i), loop) for i in blocks for loop in self.loops[i]]
         rows = [(loop if motion is None else motion.moved(loop, i)) @ self.axes for i, loop in pairs]
         return np.concatenate(rows) if rows else np.zeros((0, 2))
@@ -117,7 +129,14 @@ class Elevation:
         return float(np.median([np.ptp(np.concatenate(self.loops[i]) @ self.axes, axis=0).min() for i in rows]))
 
     def segments(self, interfaces: Index, motion: RigidMotion | None = None) -> tuple[Array, Array]:
-        """Ends of interfaces in the plane as carried by block a and by block b, shape (k, 2, 2) each [m]."""
+        """Ends of interfaces in the plane as carried by block a and by block b [m], shape (k, 2, 2) each.
+
+        An interface is a line here: its ends are its extreme corners along that line.
+
+        Parameters
+        ----------
+        interfaces : their numbers, shape (k,)
+        """
         x = self.assembly.arrays
         a, b = np.empty((len(interfaces), 2, 2)), np.empty((len(interfaces), 2, 2))
         for row, k in enumerate(interfaces):
@@ -134,7 +153,15 @@ def draw_blocks(
     ax: Axes, view: Elevation, width: float, *, motion: RigidMotion | None = None, moving: Flags | None = None,
     outline: str = style.OUTLINE,
 ) -> None:
-    """Blocks as three collections: free and moving, free and still, fixed (grey, hatched)."""
+    """Draw the blocks as three collections: free and moving, free and still, fixed (grey, hatched).
+
+    Parameters
+    ----------
+    width : of outlines [pt]
+    motion : of the moving and the fixed blocks; those that are still stay where they are
+    moving : blocks that move, all free ones by default
+    outline : colour of edges
+    """
     fixed = view.assembly.fixed
     moves = ~fixed if moving is None else moving & ~fixed
     layers = (("still", ~fixed & ~moves, style.STILL), ("blocks", moves, style.STONE))
@@ -161,16 +188,21 @@ def draw_blocks(
 
 
 def _thin_hatch(artist: PathCollection | Patch) -> None:
+    """Thin lines in the hatch of a patch, where matplotlib can."""
     if hasattr(artist, "set_hatch_linewidth"):  # matplotlib 3.10 and later
         artist.set_hatch_linewidth(0.4)
 
 
+_DENSE = 150
+"""Ghosts beyond which they would cover the drawing: they are then paler, not dashed, and lie under the blocks."""
+
+
 def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
-    """Original outlines of the blocks that move, dashed, over the displaced ones where there is room for them."""
+    """Draw the original outlines of ``moving`` blocks, dashed and over the displaced ones unless they are many."""
     rows = np.flatnonzero(moving)
     if not len(rows):
         return
-    dense = len(rows) > 150
+    dense = len(rows) > _DENSE
     ax.add_collection(PathCollection(
         view.paths(rows), facecolors="none", edgecolors=style.GHOST, linewidths=0.8 * width, gid="ghost",
         linestyles="solid" if dense else (0, (3.0, 2.0)), alpha=0.5 if dense else 0.9, zorder=1.0 if dense else 2.4,
@@ -178,7 +210,7 @@ def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
 
 
 def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMotion, width: float) -> None:
-    """Moving joints: the gap between both faces filled, and its edges drawn, in the colour of opening or sliding."""
+    """Draw the gap of moving joints filled, and both its faces as lines, in the colour of opening or sliding."""
     for flags, colour, gid in ((joints.opens, style.OPENING, "opening"), (joints.slides, style.SLIDING, "sliding")):
         rows = np.flatnonzero(flags)
         if not len(rows):
@@ -193,7 +225,14 @@ def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMo
 
 
 def joint_handles(joints: MovingJoints | None, *, fixed: bool, ghost: bool, hatch: bool = True) -> list[Patch | Line2D]:
-    """Legend entries for what is really in the drawing."""
+    """Legend entries for what is really in the drawing.
+
+    Parameters
+    ----------
+    joints : those marked, None without marks
+    fixed, ghost : whether fixed blocks, and outlines of the place at rest, are drawn
+    hatch : whether fixed blocks are hatched, as in elevation alone
+    """
     handles: list[Patch | Line2D] = []
     if joints is not None:
         moves = (joints.opens, style.OPENING, "joint opens"), (joints.slides, style.SLIDING, "joint slides")
@@ -210,17 +249,18 @@ def joint_handles(joints: MovingJoints | None, *, fixed: bool, ghost: bool, hatc
 
 
 def set_frame(ax: Axes, view: Elevation, frame: Window) -> None:
-    """Limits and metre axes."""
+    """Set the limits of ``frame`` and axes in metres."""
     ax.set_xlim(frame.low[0], frame.high[0])
     ax.set_ylim(frame.low[1], frame.high[1])
     style.metre_axes(ax, view.axis_names)
 
 
 def label_blocks(ax: Axes, view: Elevation, scale: float) -> None:
-    """Names at the blocks' centroids, as large as fits them; the drawing has a scale [pt/m]."""
+    """Write names at the blocks' centroids, as large as fits them, at most 7 pt; ``scale`` of the drawing in pt/m."""
     for i, block in enumerate(view.assembly.blocks):
         x, y = view.assembly.centroids[i] @ view.axes
         wide, high = scale * np.ptp(np.concatenate(view.loops[i]) @ view.axes, axis=0)
+        # 0.62 of its size is the mean width of a letter
         size = float(min(0.5 * high, wide / (0.62 * max(len(block.name), 1)), 7.0))
         ax.text(x, y, block.name, ha="center", va="center", fontsize=max(size, 1.0), color=style.FAINT, zorder=4,
                 clip_on=True)

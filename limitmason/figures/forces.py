@@ -25,6 +25,9 @@ from limitmason.model.model_call import of_model
 _PALE = "#b5b5b5"
 """Outlines under forces."""
 
+_AT_STRENGTH = 0.999
+"""Part of its strength from which a tie counts as yielding [-]: solvers end a little below it."""
+
 
 @of_model
 @style.in_print_style
@@ -71,22 +74,23 @@ def contact_forces(
     many: the picture shows the one the solver returned.
     """
     forces = joint_forces(model, prediction)
-    at_strength = tie_forces(model, prediction) >= 0.999 * np.array([t.strength for t in model.ties])
+    at_strength = tie_forces(model, prediction) >= _AT_STRENGTH * np.array([t.strength for t in model.ties])
     canvas = Canvas(model, view, ax, viewpoint_deg=viewpoint_deg)
     canvas.blocks(moving=np.zeros(model.n_blocks, dtype=bool), outline=_PALE)
     pulls = canvas.ties(yields=at_strength)
     canvas.frame()
     page, axes, size = canvas.page, canvas.axes, canvas.size
-    thickest = min(max(0.2 * 72.0 * page.inch * size, 0.8), 5.0)
+    thickest = min(max(0.2 * 72.0 * page.inch * size, 0.8), 5.0)  # chosen: a fifth of a block, from 0.8 to 5 pt
     largest = float(np.linalg.norm(forces.force, axis=1).max(initial=0.0))
     lines = thrust_lines(model, forces) if thrust_line else []
+    # joints of a line of thrust have no segments of their own
     in_line = {k for line in lines for k in line.interfaces}
     rows = np.array([k for k in np.flatnonzero(forces.carries).tolist() if k not in in_line], dtype=np.intp)
     _draw_segments(page.ax, forces, rows, axes, length * size, thickest)
     for line in lines:
         _draw_thrust_line(page.ax, line, forces, axes, thickest)
     unit, newtons = style.force_unit(largest)
-    shares = (1.0, 0.5, 0.1) if largest > 0.0 else ()
+    shares = (1.0, 0.5, 0.1) if largest > 0.0 else ()  # of the largest force: widths that the legend shows
     entries = [(style.BLACK, max(s * thickest, 0.3), f"{s * largest / newtons:.3g} {unit}") for s in shares]
     entries += [(style.BLUE, 2.0, "at friction limit")] * bool((forces.at_friction_limit & forces.carries).any())
     entries += [(style.VERMILION, 1.6, "line of thrust")] * bool(lines)
@@ -105,13 +109,12 @@ def tie_forces(model: Assembly, prediction: Prediction) -> Array:
 def _draw_segments(
     ax: Axes, forces: JointForces, rows: Index, axes: Array, length: float, thickest: float
 ) -> None:
-    """One segment per interface through its centre of pressure, along the resultant.
-
-    ``length`` is that of all segments [m], ``thickest`` the width of the largest force in points.
+    """Draw one segment per interface through its centre of pressure, along the resultant.
 
     Parameters
     ----------
-    rows : numbers of the interfaces
+    rows : numbers of the interfaces, which carry a force
+    length : of all segments [m]
     """
     if not len(rows):
         return
@@ -128,13 +131,20 @@ def _draw_segments(
 
 
 def _draw_thrust_line(ax: Axes, line: ThrustLine, forces: JointForces, axes: Array, thickest: float) -> None:
-    """Polyline as thick as the force, a dot at every centre of pressure, blue at the friction limit."""
+    """Draw a polyline as thick as the force, and a dot at every centre of pressure, blue at the friction limit.
+
+    Parameters
+    ----------
+    line : of thrust through the joints of a chain of blocks
+    forces : of all joints, whose largest has the width ``thickest``
+    """
     flat = line.centre @ axes
     width = thickest * line.force / np.linalg.norm(forces.force, axis=1).max()
     ax.add_collection(LineCollection(
         list(np.stack([flat[:-1], flat[1:]], axis=1)), colors=style.VERMILION, capstyle="round", zorder=4,
         linewidths=np.maximum(0.5 * (width[:-1] + width[1:]), 0.4), gid="thrust line",
     ))
+    # several interfaces between two blocks are one point of the line, which then is of no single joint: dots are black
     sliding = [bool(forces.at_friction_limit[k]) for k in line.interfaces] if len(line.interfaces) == len(flat) else []
     colours = [style.BLUE if s else style.BLACK for s in sliding] or style.BLACK
     ax.scatter(flat[:, 0], flat[:, 1], s=7.0, c=colours, linewidths=0.0, zorder=4.5, gid="centres of pressure")

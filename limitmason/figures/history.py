@@ -15,8 +15,9 @@ from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.figures import style
 
-_WIDTH, _HEIGHT = 4.6, 3.0
+_WIDTH, _HEIGHT = 4.6, 3.0  # of the diagram [in]
 FORCE = "force [kN]"
+# dash patterns of matplotlib: start and lengths of line and gap [line widths]; levels differ from curves
 _LEVELS = ((0, (5, 2)), (0, (1.2, 1.6)), (0, (8, 2, 1.2, 2)), (0, (3, 1.2, 1.2, 1.2, 1.2, 1.2)))
 _LINES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 
@@ -67,7 +68,7 @@ def load_displacement(
     if not named:
         raise InputError("no curve to draw")
     if measured is None and not points and not levels and all(_is_multiplier(c) for _, c in named):
-        # drawn as they are, in the place of kN
+        # named kN so that they are drawn with their own numbers: the axis is given its name here
         named = [(label, Curve(c.displacement, c.load, c.displacement_unit, "kN")) for label, c in named]
         ylabel = "multiplier λ [-]" if ylabel == FORCE else ylabel
     own, (_, ax) = ax is None, style.paper(style.page_width(_WIDTH), _HEIGHT, ax)
@@ -77,7 +78,7 @@ def load_displacement(
         ax.plot(1e3 * u, 1e-3 * f, linewidth=1.0, label=label or None, gid=f"curve {label}".strip(), **look)
     for label, curve in _measured_curves(measured):
         u, f = _curve(curve, None, direction, label)
-        marker = "o" if len(u) < 12 else None
+        marker = "o" if len(u) < 12 else None  # chosen: the points of a longer record run into each other
         ax.plot(1e3 * u, 1e-3 * f, color=style.BLACK, linewidth=0.8, marker=marker, markersize=3.5, label=label,
                 markerfacecolor="white", gid="measured", zorder=2.5)
     for (label, force_kn), dashes in zip(_measured_levels(measured), cycle(_LEVELS), strict=False):
@@ -152,42 +153,57 @@ def history_curves(
 
 
 def _looks() -> Iterator[dict[str, Any]]:
-    """Colours first, then line styles, so that curves are told apart in grey too."""
+    """Colour and line style of one curve after the other, without end; no style repeats soon, so grey will do too."""
     return ({"color": c, "linestyle": _LINES[k % len(_LINES)]} for k, c in enumerate(cycle(style.SERIES)))
 
 
 def _is_multiplier(curve: Any) -> bool:
+    """Whether ``curve`` is a ``Curve`` of multipliers, not of forces."""
     return isinstance(curve, Curve) and curve.load_unit == "-"
 
 
 def _by_label(curves: Any) -> list[tuple[str, Any]]:
-    """Curves by the labels that a legend shows, of one curve, several, or a mapping.
+    """Pairs of label and curve, one for every curve to draw; the label is empty where a curve has none.
 
-    ``curves`` is any of these.
+    Parameters
+    ----------
+    curves : a ``Curve``, a sequence of them, a mapping of labels to curves, or one history or pair of arrays
     """
     if isinstance(curves, Curve):
         return [(curves.label, curves)]
+    # a mapping with a method ``curve`` is a history: its keys are recorded quantities, not labels of curves
     if isinstance(curves, Mapping) and not hasattr(curves, "curve"):
         return list(curves.items())
+    # a pair of arrays is a sequence too, but one curve
     if isinstance(curves, Sequence) and all(isinstance(c, Curve) for c in curves):
         return [(c.label, c) for c in curves]
     return [("", curves)]
 
 
 def _measured_curves(measured: Any) -> list[tuple[str, Any]]:
-    """Measured curves with their names in the legend; ``measured`` is a curve, several, or an experiment."""
-    test = getattr(measured, "__self__", measured)
-    if hasattr(test, "recipe"):
+    """Pairs of name in the legend and measured curve.
+
+    Parameters
+    ----------
+    measured : one curve, several, an experiment, its method ``curve``, or None
+    """
+    test = getattr(measured, "__self__", measured)  # of a method, the experiment that it belongs to
+    if hasattr(test, "recipe"):  # only experiments have one
         try:
             curve = test.curve()
-        except InputError:
+        except InputError:  # this one was published without a curve: its forces are drawn as levels
             return []
         return [(curve.label or "measured", curve)]
     return [] if measured is None else [(label or "measured", curve) for label, curve in _by_label(measured)]
 
 
 def _measured_levels(measured: Any) -> list[tuple[str, float]]:
-    """Measured forces [kN] by name of an experiment, ``measured``, that has no curve."""
+    """Names and measured forces [kN] of an experiment that has no curve; none of anything else.
+
+    Parameters
+    ----------
+    measured : an experiment or its method ``curve``; also a curve, several or None, which have no levels
+    """
     test = getattr(measured, "__self__", measured)
     if not hasattr(test, "recipe") or _measured_curves(test):
         return []
@@ -199,13 +215,20 @@ def _measured_levels(measured: Any) -> list[tuple[str, float]]:
 
 _FORCES = ("N", "kN", "MN")
 _TO_SI = {"m": 1.0, "mm": 1e-3, "N": 1.0, "kN": 1e3, "MN": 1e6}
+"""Size of units in m and N."""
 
 
 def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> tuple[Array, Array]:
-    """Displacements [m] and forces [N] of a curve, a history or a pair of arrays.
+    """Displacements [m] and forces [N], shape (k,) each, in the order of the path.
 
-    A history gives the curve of ``block`` along ``direction``, of the driven block where none is named. Multipliers
-    become forces where the curve knows its loads.
+    Multipliers become forces where the curve knows its loads.
+
+    Parameters
+    ----------
+    curve : a ``Curve``, a history, or a pair of arrays (displacement [m], force [N])
+    block : of a history, whose displacement and reaction are taken; None for the driven block
+    direction : along which these are taken of a history, shape (3,)
+    label : by which a curve is named where it is refused
     """
     if hasattr(curve, "curve"):
         curve = curve.curve(_driven(curve) if block is None else block, direction)
@@ -213,7 +236,7 @@ def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> t
         curve = curve.as_force()
     if isinstance(curve, Curve):
         length, force = curve.displacement_unit, curve.load_unit
-        if length not in ("m", "mm") or force not in ("N", "kN", "MN"):
+        if length not in ("m", "mm") or force not in _FORCES:
             raise InputError(
                 f"curve {label!r} is in {length} and {force}; drawn are lengths (m, mm) and forces (N, kN, MN): "
                 "convert it with Curve.in_units"
@@ -230,7 +253,10 @@ def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> t
 
 
 def _driven(history: Any) -> int:
-    """The one block with a recorded reaction in a ``history`` that is not wholly fixed in the assembly."""
+    """Number of the one block with a recorded reaction in a ``history`` that is not wholly fixed in the assembly.
+
+    Supports have a recorded reaction too, but are not driven.
+    """
     blocks = [int(i) for i in history.reaction_blocks if not history.assembly.fixed[int(i)]]
     if len(blocks) != 1:
         names = ", ".join(history.assembly.blocks[i].name for i in blocks) or "none"
@@ -239,7 +265,12 @@ def _driven(history: Any) -> int:
 
 
 def _finish(ax: Axes, own: bool, xlabel: str, ylabel: str, title: str | None, caption: str | None) -> Figure:
-    """Labels, legend, title and caption of a diagram on its own page or in axes of the caller."""
+    """Write labels of axes, legend, title and caption of a diagram, and return its figure.
+
+    Parameters
+    ----------
+    own : whether the page was made here; in axes of the caller the page is not made larger and a caption is left out
+    """
     ax.set_xlabel(xlabel)
     ax.set_ylabel(ylabel)
     ax.tick_params(labelsize=7.5, width=0.5, length=2.5, which="both")

@@ -43,6 +43,7 @@ def mode_shape(modes: Modes, number: int, *, reach: float = _REACH, title: str |
         moved = shape[:, :3], quaternions(shape[:, 3:6])
         figure: Figure = deformed(carrier.assembly, moved, title=title, caption=caption, **options)
     else:
+        # a brick has the colour of its node that moves most
         size = np.linalg.norm(shape[carrier.model.mesh.connectivity], axis=2).max(axis=1)  # type: ignore[attr-defined]
         figure = solid_map(
             carrier.model, size / size.max(), displacement=shape, scale=1.0, label="displacement [-]",  # type: ignore[attr-defined]
@@ -56,7 +57,13 @@ def mode_shape(modes: Modes, number: int, *, reach: float = _REACH, title: str |
 
 
 def _drawn(modes: Modes, number: int, reach: float) -> Array:
-    """Motions of the blocks in mode ``number``, counted from 1, the largest ``reach`` times the structure [m, rad]."""
+    """Motions in a mode as drawn: displacements [m], and rotations of blocks [rad], shape (n, 3) or (n, 6).
+
+    Parameters
+    ----------
+    number : of the mode, from 1
+    reach : largest displacement over the structure's largest extent [-]
+    """
     instance("modes", modes, Modes, "of lm.modes")
     if not (isinstance(number, int | np.integer) and 1 <= number <= len(modes)):
         raise InputError(f"mode must lie between 1 and {len(modes)}, got {number!r}")
@@ -81,8 +88,8 @@ def mac_matrix(
     """
     k, l = mac.values.shape  # noqa: E741
     left, foot = 1.05, 0.62  # inches, as all lengths here: room for the names of rows and columns
-    cell = min(0.52, (style.page_width() - left - 0.2) / l)
-    wide = max(cell * l + left + 0.2, 3.0)
+    cell = min(0.52, (style.page_width() - left - 0.2) / l)  # chosen: two decimals fit in it
+    wide = max(cell * l + left + 0.2, 3.0)  # a title and its caption have room
     heading = style.Heading(title, caption, wide)
     high = cell * k + foot + heading.depth
     figure = style.blank(wide, high)
@@ -92,10 +99,11 @@ def mac_matrix(
         for j in range(l):
             v = float(mac.values[i, j])
             ax.add_patch(Rectangle((j, i), 1, 1, facecolor=style.pale(style.BLUE, v), edgecolor="white", gid="cell"))
+            # white where a cell is so dark that black is not read
             ax.text(j + 0.5, i + 0.5, f"{v:.2f}", ha="center", va="center", fontsize=7,
                     color="white" if v > 0.75 else style.BLACK, gid="value")
         if mac.values[i, best[i]] >= ALIKE:
-            at = (best[i] + 0.03, i + 0.03)
+            at = (best[i] + 0.03, i + 0.03)  # a frame inside the cell
             ax.add_patch(Rectangle(at, 0.94, 0.94, fill=False, edgecolor=style.BLACK, gid="best"))
     ax.set(xlim=(0, l), ylim=(k, 0))
     ax.set_xticks(np.arange(l) + 0.5, _ticks(mac.frequency_b), fontsize=6.5)
@@ -109,4 +117,5 @@ def mac_matrix(
 
 
 def _ticks(frequency: Array) -> list[str]:
+    """Number, from 1, and frequency [Hz] of every mode, the number alone where none is known (NaN)."""
     return [f"{i + 1}" if np.isnan(f) else f"{i + 1}\n{f:.1f} Hz" for i, f in enumerate(frequency)]

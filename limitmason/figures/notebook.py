@@ -34,8 +34,17 @@ MANY = 400
 def plot(shown: Any, *which: Any, **options: Any) -> Figure:
     """Figure of ``shown``, an object of this package.
 
-    A record is drawn as its own ``diagram()`` says, and a tilting test by its angles: both stand above this package.
+    Parameters
+    ----------
+    which : what of it is drawn, such as the number of a mode; records and tests leave no choice
+    options : of the figure
+
+    Raises
+    ------
+    InputError
+        Where there is no figure of such an object.
     """
+    # known by what they have, not by their class: records and tilting tests stand in packages above this one
     if hasattr(shown, "diagram"):
         return history_curves(**shown.diagram(), **options)
     if hasattr(shown, "tilt_deg"):
@@ -45,8 +54,6 @@ def plot(shown: Any, *which: Any, **options: Any) -> Figure:
     raise InputError(f"there is no figure of a {type(shown).__name__}{with_them}")
 
 
-
-
 @plot.register
 def _(shown: Prediction, structure: Assembly | None = None, **options: Any) -> Figure:
     """Collapse mechanism of a prediction, of ``structure`` where it has lost its own."""
@@ -54,8 +61,6 @@ def _(shown: Prediction, structure: Assembly | None = None, **options: Any) -> F
     if model is None:
         raise InputError("this prediction was read or copied without its assembly: give it, plot(structure=wall)")
     return mechanism(model, shown, **options)
-
-
 
 
 @plot.register
@@ -80,7 +85,7 @@ for kind, draw in {
 def html(shown: Any) -> str:
     """Picture of ``shown`` as an SVG element, or empty where there is none or it would take long."""
     model = shown.structure if isinstance(shown, Prediction) else shown
-    model = shown.system.carrier if isinstance(shown, Modes) else model
+    model = shown.system.carrier if isinstance(shown, Modes) else model  # what carries a mode may be no assembly
     if isinstance(model, Assembly) and model.n_blocks > MANY:
         return f"<p>{model.n_blocks} blocks are drawn on demand: .plot(), or lm.view for a scene to turn.</p>"
     if isinstance(shown, Prediction) and (model is None or shown.mechanism is None):

@@ -21,6 +21,12 @@ from limitmason.model import Assembly, Block
 
 _AROUND = 24  # places on a circle about an edge: a wedge of 15 degrees is seen
 
+_FLAT = 1e-6
+"""Sine of an angle that counts as none when the plane of a wall is looked for: rounding [-]."""
+
+_IN_PLANE = 1e-3
+"""Part of a mechanism across a plane up to which it is drawn in it, chosen: it cannot be seen [-]."""
+
 
 class Edge(NamedTuple):
     """A visible edge of a convex piece: its two ends [m] and the numbers of the faces that meet there."""
@@ -37,7 +43,8 @@ def wall_plane(assembly: Assembly, twists: Array | None = None) -> Plane | None:
 
     Parameters
     ----------
-    twists : of a mechanism, shape (n, 6)
+    assembly : the structure; where all its blocks are fixed, all count as free
+    twists : of a mechanism: velocities of the centroids and angular velocities, shape (n, 6)
     """
     x = assembly.arrays
     free = np.flatnonzero(~assembly.fixed)
@@ -45,22 +52,25 @@ def wall_plane(assembly: Assembly, twists: Array | None = None) -> Plane | None:
         free = np.arange(assembly.n_blocks)
     candidates = [np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])]
     if len(x.normal):
+        # normals of joints that span a plane, and no line, tell it alone: the axis across has no part of them, where
+        # 1e-10 of a square is 1e-5 of a length; it must lie level
         value, vector = np.linalg.eigh(x.normal.T @ x.normal)
-        if value[0] < 1e-10 * value[2] < value[1] and abs(vector[2, 0]) < 1e-6:
+        if value[0] < 1e-10 * value[2] < value[1] and abs(vector[2, 0]) < _FLAT:
             candidates = [vector[:, 0]]
     # joints all of one direction do not tell the plane, the sides of a block do
     sides = [face_plane(face)[0] for face in assembly.blocks[free[0]].faces]
-    candidates += [n for n in sides if abs(n[2]) < 1e-6]
+    candidates += [n for n in sides if abs(n[2]) < _FLAT]
     for p in candidates:
-        p = p * (1.0 if p[np.abs(p[:2]).argmax()] > 0 else -1.0)
-        if np.abs(x.normal @ p).max(initial=0.0) > 1e-6 or not _one_leaf(assembly, free, p):
+        p = p * (1.0 if p[np.abs(p[:2]).argmax()] > 0 else -1.0)  # one of its two senses, always the same
+        if np.abs(x.normal @ p).max(initial=0.0) > _FLAT or not _one_leaf(assembly, free, p):
             continue
         if twists is not None:
+            # in the plane blocks neither shift along its normal p nor turn about anything else
             size = max(float(np.abs(twists[:, :3]).max(initial=0.0)), 1e-300)
             turning = twists[:, 3:] - (twists[:, 3:] @ p)[:, None] * p
             spin = max(float(np.abs(twists[:, 3:]).max(initial=0.0)), 1e-300)
             across = np.abs(twists[:, :3] @ p).max(initial=0.0)
-            if across > 1e-3 * size or np.abs(turning).max(initial=0.0) > 1e-3 * spin:
+            if across > _IN_PLANE * size or np.abs(turning).max(initial=0.0) > _IN_PLANE * spin:
                 continue
         return elevation_plane(p)
     return None
@@ -74,14 +84,14 @@ def elevation_plane(normal: Array) -> Plane:
 
 
 def _one_leaf(assembly: Assembly, rows: Index, p: Array) -> bool:
-    """Whether blocks ``rows`` are prisms across the plane with normal p, all at one depth."""
+    """Whether blocks ``rows``, by number, are prisms across the plane with unit normal p, all at one depth."""
     low, high, off = [], [], []
     for i in rows:
         h = assembly.blocks[i].vertices @ p
         low.append(h.min())
         high.append(h.max())
-        off.append(np.minimum(h - h.min(), h.max() - h).max())
-    slack = 10.0 * assembly.tolerance + 1e-9
+        off.append(np.minimum(h - h.min(), h.max() - h).max())  # of a prism every corner lies in front or behind
+    slack = 10.0 * assembly.tolerance + 1e-9  # chosen: well above what contacts may be off [m]
     middle = 0.5 * (np.array(low) + np.array(high))
     return bool(max(off) <= slack and np.abs(middle - np.median(middle)).max() <= slack)
 
@@ -90,6 +100,11 @@ def elevation_loops(block: Block, plane: Plane, tolerance: float) -> list[Array]
     """Closed outline of a block seen in elevation, as points of its surface [m], list of shape (k, 3).
 
     Edges that two convex pieces share are left out, so a concave block shows one outline.
+
+    Parameters
+    ----------
+    block, plane : what is drawn, and the plane of the drawing
+    tolerance : distance on the page up to which corners are one [m]
     """
     rings = [_front(part, plane) for part in block.parts]
     if len(rings) == 1:
@@ -99,6 +114,7 @@ def elevation_loops(block: Block, plane: Plane, tolerance: float) -> list[Array]
     flat = points @ axes
     label = _labels(flat, max(tolerance, 1e-12))
     starts = np.concatenate([[0], np.cumsum([len(r) for r in rings])])
+    # how often each directed edge occurs: two pieces pass a shared edge in opposite directions, which cancel
     directed: dict[tuple[int, int], int] = {}
     for a, b in pairwise(starts.tolist()):
         for i in range(a, b):
@@ -114,7 +130,7 @@ def elevation_loops(block: Block, plane: Plane, tolerance: float) -> list[Array]
 
 
 def _front(part: Solid, plane: Plane) -> Array:
-    """Corners of a piece's silhouette, counter-clockwise for the viewer, shape (n, 3)."""
+    """Corners of the silhouette of the piece ``part`` [m], counter-clockwise for the viewer, shape (n, 3)."""
     v = part.vertices
     depth = v @ plane.normal
     slack = 1e-9 * max(float(np.ptp(v, axis=0).max()), 1e-300)
@@ -128,11 +144,11 @@ def _front(part: Solid, plane: Plane) -> Array:
             reach = np.linalg.norm(flat[others][:, None] - flat[rows][None], axis=2).min(axis=1)
             if (reach <= 1e-6 * max(float(np.ptp(flat, axis=0).max()), 1e-300)).all():
                 return v[rows]
-    return v[ConvexHull(flat).vertices]
+    return v[ConvexHull(flat).vertices]  # of anything else the corners on the page
 
 
 def _labels(flat: Array, tolerance: float) -> Index:
-    """Number of the first of all points (n, 2) at the same place, for every point."""
+    """For every point of ``flat`` [m], shape (n, 2), the number of the first point within ``tolerance`` of it [m]."""
     label = np.full(len(flat), -1, dtype=np.intp)
     for i in range(len(flat)):
         if label[i] < 0:
@@ -146,12 +162,14 @@ def _through(flat: Array, label: Index, i: int, j: int, tolerance: float) -> lis
 
     Parameters
     ----------
-    flat, label : points on the page [m], shape (n, 2), and their numbers by :func:`_labels`
+    flat, label : points on the page [m], shape (n, 2), and their numbers by :func:`_labels`, shape (n,)
+    i, j : rows of the two ends
     """
     edge = flat[j] - flat[i]
     length = np.linalg.norm(edge)
-    if label[i] == label[j] or length <= tolerance:
+    if label[i] == label[j] or length <= tolerance:  # both ends are one place
         return [int(label[i])]
+    # of every point: its place along the edge and its distance from it [m]
     arm = flat - flat[i]
     s = arm @ edge / length
     off = np.abs(arm[:, 0] * edge[1] - arm[:, 1] * edge[0]) / length
@@ -164,7 +182,7 @@ def _through(flat: Array, label: Index, i: int, j: int, tolerance: float) -> lis
 
 
 def _chained(directed: dict[tuple[int, int], int]) -> list[list[int]]:
-    """Closed loops of vertices from directed edges that are counted."""
+    """Closed loops of vertices, by number, that use every directed edge as often as it is counted."""
     after: dict[int, list[int]] = {}
     for (u, v), times in directed.items():
         if times:
@@ -181,16 +199,20 @@ def _chained(directed: dict[tuple[int, int], int]) -> list[list[int]]:
             here = following
             if here == start:
                 break
-        if len(loop) > 2:
+        if len(loop) > 2:  # there and back encloses nothing
             loops.append(loop)
     return loops
 
 
 def visible_edges(parts: Sequence[Solid], tolerance: float) -> list[list[Edge]]:
-    """Edges of every convex piece of one block that are edges of the block too.
+    """For every convex piece of one block, those of its edges that are edges of the block too.
 
     An edge of a piece is cut where faces of other pieces cross it; a stretch is dropped when the block is flat or solid
     all around it, which a small circle of points about its middle tells.
+
+    Parameters
+    ----------
+    parts : the pieces; the only piece of a convex block keeps all its edges
     """
     planes = [[face_plane(part.vertices[list(f)]) for f in part.faces] for part in parts]
     normals, offsets = ([np.array([plane[k] for plane in p]) for p in planes] for k in (0, 1))
@@ -216,11 +238,13 @@ def visible_edges(parts: Sequence[Solid], tolerance: float) -> list[list[Edge]]:
 def _stretches(
     a: Array, b: Array, own: int, normals: list[Array], offsets: list[Array], tolerance: float
 ) -> list[tuple[float, float]]:
-    """Parts of an edge between the faces of other pieces that cross it, as shares of its length.
+    """Parts of an edge between the faces of other pieces that cross it: start and end as shares of its length [-].
+
+    Parts shorter than twice the tolerance are left out: what is about their middle cannot be told.
 
     Parameters
     ----------
-    a, b : ends of the edge [m]
+    a, b : ends of the edge [m], shape (3,)
     own : number of the piece that it is of
     """
     length = float(np.linalg.norm(b - a))
@@ -228,7 +252,7 @@ def _stretches(
     for k, (n, o) in enumerate(zip(normals, offsets, strict=True)):
         if k == own:
             continue
-        da, db = n @ a - o, n @ b - o
+        da, db = n @ a - o, n @ b - o  # signed distances of both ends from the faces [m]
         crossing = (da * db < 0.0) & (np.abs(da - db) > tolerance)
         cuts.extend((da[crossing] / (da[crossing] - db[crossing])).tolist())
     cuts.sort()
@@ -236,18 +260,19 @@ def _stretches(
 
 
 def _is_edge(middle: Array, along: Array, normals: list[Array], offsets: list[Array], tolerance: float) -> bool:
-    """Whether a block has an edge at a place: points around it are neither all inside nor half.
+    """Whether a block has an edge at a place: points around it are neither all inside nor half of them in a row.
 
     Parameters
     ----------
-    middle, along : place on the edge and vector along it [m]
+    middle, along : place on the edge and vector along it [m], shape (3,)
     """
+    # v, w: unit vectors across the edge, from the axis that is surely not along it
     u = along / np.linalg.norm(along)
     v = np.cross(u, (1.0, 0.0, 0.0) if abs(u[0]) < 0.7 else (0.0, 1.0, 0.0))
     v /= np.linalg.norm(v)
     w = np.cross(u, v)
-    angle = (np.arange(_AROUND) + 0.37) * 2.0 * np.pi / _AROUND
-    # a circle around the edge: all inside is solid, half of it is a flat face
+    angle = (np.arange(_AROUND) + 0.37) * 2.0 * np.pi / _AROUND  # 0.37 of a step aside: none on a brick's face
+    # a circle around the edge, far from it beside the tolerance: all inside is solid, half of it is a flat face
     circle = middle + 20.0 * tolerance * (np.cos(angle)[:, None] * v + np.sin(angle)[:, None] * w)
     inside = np.zeros(_AROUND, dtype=bool)
     for n, o in zip(normals, offsets, strict=True):

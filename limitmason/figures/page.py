@@ -32,9 +32,13 @@ img { max-width: 100%; height: auto; }
 small, .small { color: #666; font-size: .85rem; }
 """
 
+_DOTS, _SHOWN = 160, 130
+"""Dots of a picture, and pixels of the page that it takes, per inch of the figure; chosen: legible, and sharp when
+enlarged a little."""
+
 
 def write_page(path: str | Path, title: str, parts: Sequence[str]) -> Path:
-    """Write the parts as one page and return its path."""
+    """Write ``parts``, each of them HTML, as one page under each other and return its path; ``title`` is plain text."""
     text = (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -46,28 +50,32 @@ def write_page(path: str | Path, title: str, parts: Sequence[str]) -> Path:
 
 
 def image(figure: Figure, description: str) -> str:
-    """A figure as part of the page."""
+    """HTML of a figure whose picture is part of the page; ``description`` is read out where it is not seen."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=160)
+    figure.savefig(buffer, format="png", dpi=_DOTS)
     data = base64.b64encode(buffer.getvalue()).decode("ascii")
-    width = round(figure.get_size_inches()[0] * 130)
+    width = round(figure.get_size_inches()[0] * _SHOWN)
     return f'<img alt="{escape(description)}" width="{width}" src="data:image/png;base64,{data}">'
 
 
 def paragraphs(sentences: Iterable[str]) -> str:
-    """Sentences as paragraphs."""
+    """HTML of plain sentences, a paragraph each."""
     return "".join(f"<p>{escape(s)}</p>" for s in sentences)
 
 
 def bullets(sentences: Iterable[str]) -> str:
-    """Sentences as a list."""
+    """HTML of plain sentences as a list."""
     return "<ul>" + "".join(f"<li>{escape(s)}</li>" for s in sentences) + "</ul>"
 
 
 def table(header: Sequence[str], rows: Iterable[tuple[str, Sequence[Any]]]) -> str:
-    """HTML of a table from its header and its rows.
+    """HTML of a table.
 
-    A row is its class and its cells. Numbers as text in a one-tuple are set flush right.
+    Parameters
+    ----------
+    header : names of the columns
+    rows : class of the style sheet and cells of every row; "kept" is set in bold, "" is plain. Cells are plain text; a
+        number is a one-tuple of its text, and is set flush right
     """
     lines = ["<tr>" + "".join(f"<th>{escape(h)}</th>" for h in header) + "</tr>"]
     for kind, cells in rows:

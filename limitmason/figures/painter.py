@@ -41,7 +41,10 @@ VIEWPOINT_DEG = (-58.0, 22.0)
 
 
 def camera(azimuth_deg: float, elevation_deg: float) -> Camera:
-    """Camera that looks at the origin from ``azimuth_deg``, counted from x towards y, and ``elevation_deg``."""
+    """Camera that looks at the origin from ``azimuth_deg``, counted from x towards y, and ``elevation_deg``.
+
+    From straight above or below no direction would be up on the page.
+    """
     if not -90.0 < elevation_deg < 90.0:
         raise InputError(f"elevation_deg must be between -90 and 90, got {elevation_deg!r}")
     a, e = np.radians(azimuth_deg), np.radians(elevation_deg)
@@ -58,7 +61,7 @@ class FacePlanes(NamedTuple):
 
 
 def piece_faces(solids: Sequence[Solid]) -> FacePlanes:
-    """Planes of the faces of convex pieces."""
+    """Outward normals and offsets of the faces of all pieces, padded to the most faces that one has."""
     widest = max(len(s.faces) for s in solids)
     normal, offset = np.full((len(solids), widest, 3), np.nan), np.full((len(solids), widest), np.nan)
     for faces, members, vertices in group_by_topology(solids):
@@ -68,11 +71,16 @@ def piece_faces(solids: Sequence[Solid]) -> FacePlanes:
 
 
 def back_to_front(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> list[int]:
-    """Order in which to paint convex pieces.
+    """Numbers of convex pieces in the order in which to paint them.
 
     Pieces in contact may overlap slightly (finite rotations do that): the plane of least overlap then decides, the
     surer the more the least overlap with the other verdict exceeds it. A cycle, in which each piece hides part of the
     next, has no valid order: the least sure of its verdicts is given up, and nothing outside is painted out of turn.
+
+    Parameters
+    ----------
+    faces : of ``solids``, from :func:`piece_faces`
+    view : from which they are seen
     """
     i, j, front, _, sure = _hiding(solids, faces, view)
     depth = np.array([s.vertices.mean(axis=0) @ view.towards for s in solids])
@@ -85,8 +93,8 @@ def back_to_front(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> l
 def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[Solid], view: Camera) -> list[int]:
     """Where in the order to paint other pieces, which may overlap the sorted ones.
 
-    They come before all pieces that can hide them. Of two pieces that occupy the same space the sorted one hides the
-    other.
+    Each comes before all sorted pieces that can hide it. Of two pieces that occupy the same space the sorted one hides
+    the other. What the others hide of each other is not asked: of them edges alone are drawn.
 
     Parameters
     ----------
@@ -95,7 +103,7 @@ def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[So
 
     Returns
     -------
-    position in ``order`` before which each of ``others`` is painted
+    position in ``order`` before which each of ``others`` is painted; its length where nothing hides it
     """
     n = len(solids)
     both = [*solids, *others]
@@ -109,15 +117,29 @@ def places_behind(order: list[int], solids: Sequence[Solid], others: Sequence[So
     return place.tolist()
 
 
+_AT_ONCE = 20000
+"""Pairs of pieces that are compared at a time: memory stays bounded."""
+
+_PARALLEL = 1e-9
+"""Sine of an angle, and gap over the size of the drawing, that count as none: rounding [-]."""
+
+
 def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[Index, Index, Index, Flags, Array]:
-    """Which of two pieces that are near each other on the page hides the other.
+    """Which of two pieces whose boxes meet on the page hides the other.
+
+    Parameters
+    ----------
+    faces : of ``solids``, from :func:`piece_faces`
 
     Returns
     -------
-    Numbers i < j of the pairs; +1 where j may hide i, -1 where i may hide j, 0 where neither can; whether they
-    overlap in space; and how sure that is [m].
+    i, j : numbers i < j of the m pairs, shape (m,) each
+    front : +1 where j may hide i, -1 where i may hide j, 0 where neither can
+    overlap : whether they overlap in space
+    sure : how sure ``front`` is, from :func:`_which_in_front` [m]
     """
     page = [view.project(s.vertices) for s in solids]
+    # boxes of no depth: pieces far apart along the line of sight hide each other too
     low = np.array([[*p.min(axis=0), 0.0] for p in page])
     high = np.array([[*p.max(axis=0), 0.0] for p in page])
     i, j = overlapping_pairs(low, high)
@@ -126,9 +148,8 @@ def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[I
     corners = np.array([s.vertices[[*range(len(s.vertices)), *[0] * (widest - len(s.vertices))]] for s in solids])
     size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
     front, overlap, sure = np.zeros(len(i), dtype=np.intp), np.zeros(len(i), dtype=bool), np.zeros(len(i))
-    # 20,000 pairs at a time: memory stays bounded
-    for first in range(0, len(i), 20000):
-        rows = slice(first, first + 20000)
+    for first in range(0, len(i), _AT_ONCE):
+        rows = slice(first, first + _AT_ONCE)
         found = _which_in_front(i[rows], j[rows], corners, faces, view.towards, size)
         front[rows], overlap[rows], sure[rows] = found
     return i, j, front, overlap, sure
@@ -137,54 +158,66 @@ def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[I
 def _which_in_front(
     i: Index, j: Index, corners: Array, faces: FacePlanes, towards: Array, size: float
 ) -> tuple[Index, Flags, Array]:
-    """+1 where piece j may hide piece i, -1 where i may hide j, 0 where neither can.
+    """Which piece of every pair hides the other, told by the faces of both as planes between them.
 
-    The second value says whether the two overlap, the third how much farther they overlap by the other verdict [m].
+    Edges of both are no planes here: two pieces that only a plane along two edges separates count as overlapping.
 
     Parameters
     ----------
-    i, j : pieces of every pair
+    i, j : pieces of every pair, shape (m,)
     corners : of all pieces, padded [m], shape (n, v, 3)
+    faces : of all pieces
     towards : unit vector to the viewer
     size : extent of all pieces [m]
+
+    Returns
+    -------
+    front : +1 where piece j may hide piece i, -1 where i may hide j, 0 where neither can, shape (m,)
+    overlap : whether no face has the two on different sides
+    sure : difference between the widest gaps, or least overlaps, that speak for either verdict [m]
     """
-    # gaps along every face normal of i, then of j, and how these look at the viewer
+    # gap between every face of i and all of j, then between every face of j and all of i; negative for an overlap.
+    # Where slope is positive, a gap has j on the side of the viewer
     gap_i = np.einsum("mfk,mvk->mfv", faces.normal[i], corners[j]).min(axis=2) - faces.offset[i]
     gap_j = np.einsum("mfk,mvk->mfv", faces.normal[j], corners[i]).min(axis=2) - faces.offset[j]
     gap = np.concatenate([gap_i, gap_j], axis=1)
     slope = np.concatenate([faces.normal[i] @ towards, -(faces.normal[j] @ towards)], axis=1)
-    gap = np.where(np.isnan(gap), -np.inf, gap)
-    apart = gap >= -1e-9 * size
-    edge_on = np.abs(slope) < 1e-9
+    gap = np.where(np.isnan(gap), -np.inf, gap)  # padded faces tell nothing
+    apart = gap >= -_PARALLEL * size
+    edge_on = np.abs(slope) < _PARALLEL
     ahead = (apart & (slope > 0.0)).any(axis=1)
     back = (apart & (slope < 0.0)).any(axis=1)
+    # planes that say both: each keeps one piece from hiding the other, so neither does
     verdict = np.where(ahead & ~back, 1, np.where(back & ~ahead, -1, 0))
     # without a plane between both, the plane of least overlap decides
     best = gap.argmax(axis=1)
-    touching = np.asarray(~apart.any(axis=1))
-    verdict = np.where(touching, np.sign(slope[np.arange(len(i)), best]).astype(int), verdict)
+    overlap = np.asarray(~apart.any(axis=1))
+    verdict = np.where(overlap, np.sign(slope[np.arange(len(i)), best]).astype(int), verdict)
     widest = [np.where(slope * side > 0.0, gap, -size).max(axis=1) for side in (1.0, -1.0)]
-    return np.where((apart & edge_on).any(axis=1), 0, verdict), touching, np.abs(widest[0] - widest[1])
+    # a plane between both along the line of sight: side by side on the page, neither hides the other
+    return np.where((apart & edge_on).any(axis=1), 0, verdict), overlap, np.abs(widest[0] - widest[1])
 
 
 def _sorted_by_depth(
     n: int, behind: list[int], before: list[int], depth: Array, sure: Sequence[float]
 ) -> list[int]:
-    """Order in which to paint pieces: each after those behind it, the farthest first.
+    """Numbers of pieces in the order in which to paint them: each after those behind it, the farthest first.
 
-    In a cycle the piece goes first that hides the others by the least certain verdict.
+    In a cycle the piece goes first whose surest verdict of something behind it is the least sure.
 
     Parameters
     ----------
-    behind, before : pairs of pieces of which the second hides the first
-    depth : of every piece towards the viewer
-    sure : how certain each pair is [m]
     n : number of pieces
+    behind, before : pairs of pieces of which the second hides the first
+    depth : of every piece along the direction to the viewer [m], shape (n,)
+    sure : how certain each pair is [m]
     """
+    # cycle: number of the strongly connected part of every piece; most parts are of one piece
     graph = coo_matrix((np.ones(len(behind)), (behind, before)), shape=(n, n))
     cycle = connected_components(graph, directed=True, connection="strong")[1]
     hides: list[list[int]] = [[] for _ in range(n)]
-    waiting: list[dict[int, float]] = [{} for _ in range(n)]
+    waiting: list[dict[int, float]] = [{} for _ in range(n)]  # of its cycle: pieces behind each, and how sure
+    # of every part: how many of those behind it outside are not painted yet, and its pieces, the farthest first
     outside = [0] * int(cycle.max() + 1)
     members: list[list[int]] = [[] for _ in outside]
     for k in np.argsort(depth).tolist():

@@ -44,7 +44,7 @@ def plasticity(
         raise InputError("this curve has no zones: draw the curve of dem.push with blocks='zoned'")
     drawn = one_a_sample([(sample_of(curve, moment), moment) for moment in at])
     mesh = curve.mesh
-    start = curve.zones[0].shift
+    start = curve.zones[0].shift  # displacements count from the first state, at rest under its own weight
     shifts = [curve.zones[i].shift - start for i, _ in drawn]
     if scale is None:
         scale = style.seen_at(shifts[-1], _DRAWN * float(np.ptp(mesh.place, axis=0).max()))
@@ -52,7 +52,7 @@ def plasticity(
     low, high = np.min(places, axis=(0, 1)), np.max(places, axis=(0, 1))
     span = high - low
     page = style.page_width()
-    inch = min((page - 0.7) / span[0], 3.4 / span[1])
+    inch = min((page - 0.7) / span[0], 3.4 / span[1])  # scale of the drawings [in/m], each at most 3.4 in high
     figure, axes = style.panels(page, len(drawn) * (span[1] * inch + 0.3), rows=len(drawn))
     colours: tuple[Any, ...] = ("white", style.VERMILION, style.pale(style.VERMILION, 0.45), style.BLUE)
     for ax, (i, name), place in zip(axes, drawn, places, strict=True):
@@ -63,7 +63,7 @@ def plasticity(
         ))
         sides = [place[mesh.sides[a:b]] for a, b in pairwise(mesh.side_start)]
         ax.add_collection(LineCollection(sides, colors=style.BLACK, linewidths=0.45, gid="sides", zorder=2.0))
-        edge = 0.005 * span
+        edge = 0.005 * span  # lines at the edge show their whole width
         ax.set_xlim(low[0] - edge[0], high[0] + edge[0])
         ax.set_ylim(low[1] - edge[1], high[1] + edge[1])
         ax.set_aspect("equal")

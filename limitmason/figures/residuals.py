@@ -13,17 +13,18 @@ from limitmason.diagnosis.inference.trends import Trends, is_numeric
 from limitmason.figures import style
 
 LABELS = 6  # of a covariate whose words are written out
+_LETTER = 0.052  # mean width of a letter at 6.5 pt, the size of the numbers of an axis [in]
 POINTER = style.VERMILION
 """Colour of the covariate that a verdict names."""
 
 
 def ordered_covariates(result: Any, covariates: Mapping[str, Sequence]) -> list[str]:
-    """Covariates with the verdict's first, then by the strength of the baseline's trend along them.
+    """Names of covariates, the one of the verdict first, then by the strength of the baseline's trend along them.
 
     Parameters
     ----------
     result : the diagnosis
-    covariates : columns by name
+    covariates : columns by name, numbers or words, shape (n,) each
     """
     residual = result.y[None, :]
     strength = {}
@@ -38,6 +39,7 @@ def few_labels(column: Sequence) -> bool:
     return len(set(map(str, column))) <= LABELS
 
 
+# by kind of data in their order; the words are for the note under the heading
 MARKERS = {"o": "circles", "s": "squares", "^": "triangles", "D": "diamonds"}
 LINES = ("-", "--", ":", "-.")
 
@@ -66,12 +68,12 @@ def residual_panel(
     ax.axhspan(-2 * noise, 2 * noise, color="#ececec", linewidth=0, zorder=0.5, gid="noise")
     ax.axhline(0.0, color=style.FAINT, linewidth=0.6, zorder=1)
     line: dict[str, Any] = {"color": POINTER if trend else style.GHOST, "linewidth": 1.3 if trend else 0.8, "zorder": 2}
-    told = np.array(kinds if len(kinds) else [""] * len(values))
+    kind_of = np.array(kinds if len(kinds) else [""] * len(values))
     labels = [str(v) for v in column]
-    known = sorted(set(labels))
+    known = sorted(set(labels))  # places of words along the axis
     if is_numeric(column):
         x = np.asarray(column, dtype=float)
-        span = float(np.ptp(x)) or 1.0
+        span = float(np.ptp(x)) or 1.0  # equal values stand in the middle
         ax.set_xlim(x.min() - 0.07 * span, x.max() + 0.07 * span)
         levels = np.unique(x)
         ax.set_xticks(_ticks(levels), [f"{v:g}" for v in _ticks(levels)])
@@ -80,12 +82,13 @@ def residual_panel(
         ax.set_xlim(-0.6, len(known) - 0.4)
         ax.set_xticks([])
         if len(known) <= LABELS:
-            room = max(int(width / len(known) / 0.052), 4)
+            room = max(int(width / len(known) / _LETTER), 4)
             ax.set_xticks(range(len(known)), [v if len(v) <= room else v[: room - 1] + "…" for v in known])
+    # points of one word are spread at random, the same in every panel, so that they do not cover each other
     spread = 0.0 if is_numeric(column) else np.random.default_rng(0).uniform(-0.13, 0.13, len(labels))
-    each = zip(dict.fromkeys(told.tolist()), MARKERS, LINES, strict=False)
+    each = zip(dict.fromkeys(kind_of.tolist()), MARKERS, LINES, strict=False)
     for kind, marker, dashes in each:
-        inside = told == kind
+        inside = kind_of == kind
         for at, height in _trend_lines(x[inside], values[inside], trend, numeric=is_numeric(column)):
             ax.plot(at, height, gid="trend", linestyle=dashes, **line)
         ax.plot((x + spread)[inside], values[inside], marker, color=colour, markersize=3.6, markeredgecolor="white",
@@ -101,19 +104,26 @@ def residual_panel(
 def _trend_lines(
     x: np.ndarray, values: np.ndarray, trend: str | None, *, numeric: bool
 ) -> Iterator[tuple[Sequence[float] | np.ndarray, Sequence[float] | np.ndarray]]:
-    """Lines of one trend: the mean of every label or of few levels, else a line or a bend.
+    """Lines of one trend: the mean of every label or of few levels, else a straight line or a parabola.
 
     Parameters
     ----------
-    x, values : of the covariate and of the residuals, shape (n,)
+    x, values : covariate and residuals [%], shape (n,); words have the numbers of their places along the axis
+    trend : kind that the verdict names, "group" for means and "quadratic" for a parabola
+    numeric : whether the covariate is a number
+
+    Yields
+    ------
+    places along the axis, and heights [%], of the points of one line
     """
     levels = np.unique(x)
+    # with hardly two values a level a mean is a single point
     if not numeric or (trend == "group" and len(levels) <= len(x) / 2):
-        half = 0.03 * (float(np.ptp(x)) or 1.0) if numeric else 0.3
+        half = 0.03 * (float(np.ptp(x)) or 1.0) if numeric else 0.3  # half the length of the dash of a mean
         for level in levels:
             mean = float(values[x == level].mean())
             yield [level - half, level + half], [mean, mean]
-    elif len(levels) > 1:
+    elif len(levels) > 1:  # through one level there is no slope
         power = 2 if trend == "quadratic" and len(levels) > 2 else 1
         at = np.linspace(x.min(), x.max(), 60)
         yield at, np.polyval(np.polyfit(x, values, power), at)
@@ -126,7 +136,10 @@ def kinds_note(kinds: Sequence[str]) -> str:
 
 
 def _ticks(levels: np.ndarray) -> np.ndarray:
-    """The ``levels`` themselves, increasing, where they are few and apart, else round numbers between them."""
+    """Places of ticks: the ``levels``, shape (k,), increasing, where they are few and apart, else round numbers.
+
+    Up to four that lie a fifth of the axis apart do not write over each other.
+    """
     span = float(np.ptp(levels))
     if len(levels) <= 4 and (len(levels) == 1 or np.diff(levels).min() > 0.2 * span):
         return levels

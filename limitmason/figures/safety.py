@@ -21,6 +21,8 @@ from limitmason.figures import style
 from limitmason.limit.axles import AxleEnvelope
 from limitmason.limit.load_regions import LoadRegion
 
+_CARRIED, _CERTAIN = "#d8d8d8", "#a0a0a0"  # fill of a region, and of the part that is certain for psi < phi
+
 
 @style.in_print_style
 def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None = None) -> Figure:
@@ -44,25 +46,26 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
     if len(region.names) != 2 or not len(region.corners):
         raise InputError(f"a region is drawn of two loads that can be carried, not: {region}")
     own, (_, ax) = ax is None, style.paper(style.page_width(3.4), 3.0, ax)
-    for drawn, shade in ((region, "#d8d8d8"), (region.certain, "#a0a0a0")):
+    for drawn, shade in ((region, _CARRIED), (region.certain, _CERTAIN)):
         if drawn is not None and len(drawn.corners):
             outline = _outline(drawn.corners)
-            ax.fill(*outline.T, color=shade, lw=0 if len(outline) > 2 else 3.0)
+            ax.fill(*outline.T, color=shade, lw=0 if len(outline) > 2 else 3.0)  # a flat one is a line
             ax.plot(*np.vstack([outline, outline[:1]]).T, color="black", lw=0.8, marker="o", ms=2.5)
     low, high = region.corners.min(axis=0), region.corners.max(axis=0)
+    # a margin in which the lines of half-planes show, also along a side without length
     room = 0.12 * np.maximum(high - low, 1e-3 * np.abs(region.corners).max())
     ax.set_xlim(low[0] - room[0], high[0] + room[0])
     ax.set_ylim(low[1] - room[1], high[1] + room[1])
     for plane in region.outside:
-        foot, (x, y) = plane.offset * plane.normal, plane.normal
+        foot, (x, y) = plane.offset * plane.normal, plane.normal  # its line runs through the foot, across the normal
         line = ax.axline((foot[0], foot[1]), (foot[0] - y, foot[1] + x), color=style.ORANGE, lw=0.5)
         if plane.twists is None:  # white over the outline, which it makes dashed
             line.set(color="white", lw=1.2, ls=(0, (4, 4)))
     ax.set_xlabel(f"multiplier of {region.names[0]} [-]")
     ax.set_ylabel(f"multiplier of {region.names[1]} [-]")
-    handles: list[Any] = [Patch(facecolor="#d8d8d8", edgecolor="black", linewidth=0.8, label="carried")]
+    handles: list[Any] = [Patch(facecolor=_CARRIED, edgecolor="black", linewidth=0.8, label="carried")]
     if region.certain is not None and len(region.certain.corners):
-        handles.append(Patch(facecolor="#a0a0a0", edgecolor="black", linewidth=0.8, label="certain for ψ < φ"))
+        handles.append(Patch(facecolor=_CERTAIN, edgecolor="black", linewidth=0.8, label="certain for ψ < φ"))
     if any(plane.twists is not None for plane in region.outside):
         handles.append(Line2D([], [], color=style.ORANGE, linewidth=1.0, label="a mechanism"))
     return _finished(ax, own, title, str(region), handles)
@@ -108,6 +111,7 @@ def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes 
     shown = np.where(np.isfinite(envelope.multipliers), envelope.multipliers, np.nan)
     ax.plot(envelope.positions, shown, color="black", lw=0.9)
     ax.plot([envelope.governing], [least], "o", color=style.ORANGE, ms=4)
+    # axles over a support are carried at any multiplier: beyond six times the least the curve is cut off
     ax.set_ylim(0.0, min(float(np.nanmax(shown)), 6.0 * least) * 1.05)
     ax.set_xlabel("first axle at x [m]")
     ax.set_ylabel("multiplier of the axles [-]")
@@ -139,6 +143,7 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
     figure, (left, right) = style.panels(style.FULL_WIDTH, 2.4, columns=2)
     alpha, moved = verdict.curve.load, verdict.curve.displacement
     peak = int(np.argmax(alpha))
+    # from the control point to the oscillator of the code: the curve comes down to zero at d0
     along = moved * (c.d0 / np.interp(0.0, -alpha[peak:], moved[peak:]))
     left.plot(along, alpha * GRAVITY / (c.mass_share * verdict.confidence_factor), color="black", lw=0.9)
     periods = np.linspace(0.02, 1.6 * max(c.period.values()), 200)
@@ -155,7 +160,10 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
 
 
 def _by_peaks(verdict: Assessment, title: str | None, text: str) -> Figure:
-    """Elastic spectra of SLD and SLV with their peaks, a0* and twice it."""
+    """Elastic spectra of SLD and SLV with their peaks, and what is set against these: a0* and, by q = 2, twice it.
+
+    ``text`` is the caption.
+    """
     figure, (ax,) = style.panels(3.4, 2.4)
     for state, colour, factor in (("SLV", style.ORANGE, 2.0), ("SLD", style.BLUE, 1.0)):
         spectrum = verdict.spectra[state]

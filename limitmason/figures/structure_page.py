@@ -20,6 +20,7 @@ from limitmason.figures.page import bullets, image, table, write_page
 from limitmason.figures.studies import side_by_side
 from limitmason.model import Assembly, Joint, Loads
 
+# what a number says of the collapse, by the kind of its bound
 _KINDS = {
     BoundKind.EXACT: "exact for the law it names",
     BoundKind.UPPER: "the structure collapses at this multiplier or below it",
@@ -94,25 +95,28 @@ def structure_report(
 
 
 def _headline(compared: SideBySide) -> str:
-    """The smallest upper bound, and the smallest answer of all below it.
+    """Sentence with the smallest upper bound, and with the smallest answer of all where that lies below it.
 
-    A weak bound far above says nothing.
+    Larger upper bounds are left out: they say nothing beside the smallest.
     """
     solved = [r for r in compared.rows if r.solved]
     if not solved:
         return "No theory found a finite collapse multiplier."
     least = min(solved, key=lambda r: r.multiplier)
     above = [r for r in solved if r.bound.kind in (BoundKind.EXACT, BoundKind.UPPER)]
-    if not above:
+    if not above:  # lower bounds and estimates alone do not limit the load from above
         return f"Collapse at about {least.multiplier:.3g} times the live load ({least.method})."
     bound = min(above, key=lambda r: r.multiplier)
     text = f"Collapse at no more than {bound.multiplier:.3g} times the live load ({bound.method})"
-    lower = least.multiplier < 0.995 * bound.multiplier
+    lower = least.multiplier < 0.995 * bound.multiplier  # chosen: a difference that three digits show
     return text + (f"; {least.method} finds {least.multiplier:.3g}." if lower else ".")
 
 
 def _compared(compared: SideBySide) -> str:
-    """HTML of the answers by all theories, with the test where there is one."""
+    """HTML table of the multipliers [-] by all theories, a row each, and of the test where there is one.
+
+    A cell in a one-tuple holds a number: :func:`~limitmason.figures.page.table` sets it flush right.
+    """
     rows = []
     for r in compared.rows:
         ends = f"{r.low:.4f} to {r.high:.4f}" if r.has_range else ""
@@ -120,13 +124,13 @@ def _compared(compared: SideBySide) -> str:
         rows.append(("", [r.method, (value,), (ends,), r.status, f"{_KINDS[r.bound.kind]} ({r.bound})"]))
     if compared.measured is not None:
         low, middle, high = compared.measured
-        ends = f"{low:.4f} to {high:.4f}" if high > low else ""
-        rows.append(("kept", ["test", (f"{middle:.4f}",), (ends,), "measured", ""]))
+        ends = f"{low:.4f} to {high:.4f}" if high > low else ""  # one test has no range
+        rows.append(("kept", ["test", (f"{middle:.4f}",), (ends,), "measured", ""]))  # a row in bold
     return table(["theory", "multiplier", "range", "status", "what the number is"], rows)
 
 
 def geometry_facts(model: Assembly) -> list[str]:
-    """Sentences on blocks, size, weight and supports."""
+    """Sentences on the blocks, size, weight and supports of an assembly; of many held blocks the first 12 are named."""
     bounds = np.array([b.bounds for b in model.blocks])
     size = bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)
     held = [model.blocks[i].name for i in np.flatnonzero(model.held.any(axis=1))]
@@ -141,7 +145,7 @@ def geometry_facts(model: Assembly) -> list[str]:
 
 
 def load_facts(model: Assembly, loads: Loads) -> list[str]:
-    """Sentences on the sums of dead and live load."""
+    """Sentences on the sums of dead and live load; what acts on held degrees of freedom does not count."""
     free = ~model.held
     out = [f"load case: {loads.name}"] if loads.name else []
     for label, wrench in (("dead", loads.dead * free), ("live, times the multiplier", loads.live * free)):
@@ -151,7 +155,7 @@ def load_facts(model: Assembly, loads: Loads) -> list[str]:
 
 
 def joint_table(model: Assembly) -> str:
-    """HTML of a table with every joint law, how many joints have it and their area."""
+    """HTML of a table with every joint law, how many joints have it and their area [m2]."""
     laws: dict[Joint, list[float]] = {}
     for i in model.interfaces:
         laws.setdefault(i.joint, []).append(i.area)
@@ -163,6 +167,7 @@ def joint_table(model: Assembly) -> str:
 
 
 def _contacts(model: Assembly) -> str:
+    """HTML of the contact report, with its figure where there is something to decide."""
     report = model.contact_report()
     drawing = image(contact_report(model, report), "contacts") if report.decisions else ""
     return f"<pre>{escape(str(report))}</pre>" + drawing

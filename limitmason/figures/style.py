@@ -27,7 +27,7 @@ BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
 SERIES = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
-OPENING, SLIDING = VERMILION, BLUE
+OPENING, SLIDING = VERMILION, BLUE  # of joints that move
 STONE, STILL, FIXED = "#f1e2c6", "#f2f2f2", "#d0d0d0"
 OUTLINE, GHOST, HATCH, FAINT = "#4d4d4d", "#8a8a8a", "#8f8f8f", "#666666"
 
@@ -38,22 +38,27 @@ HEIGHT = 5.2
 """Tallest drawing, without title, caption and legend [in]."""
 
 _LEFT, _RIGHT, _BOTTOM, _BARE = 0.62, 0.14, 0.42, 0.12
+"""Margins of a drawing [in]: room for the numbers and names of its axes, and all around one without a frame."""
 
-_FONT, _SMALL = 8.5, 7.5
+_INSET, _TITLE, _LINE, _ROW = 0.12, 0.21, 0.145, 0.19
+"""Indent of a heading, and heights of a title, of a line of its caption and of a row of a legend [in]."""
+
+_LETTER = 0.0555  # mean width of a letter of small text [in]: 0.53 of its height
+_FONT, _SMALL = 8.5, 7.5  # [pt]
 _RC: dict[str, Any] = {
     "font.size": _FONT, "font.family": "sans-serif",
     "axes.titlesize": 9.5, "axes.labelsize": _FONT, "axes.linewidth": 0.6, "axes.edgecolor": FAINT,
     "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
     "legend.fontsize": _SMALL, "legend.frameon": False, "legend.handlelength": 1.6, "legend.columnspacing": 1.4,
     "lines.solid_capstyle": "butt", "patch.linewidth": 0.5,
+    # TrueType in PDF (42) and text in SVG: letters can be searched and edited
     "savefig.dpi": "figure", "pdf.fonttype": 42, "svg.fonttype": "none",
 }
-
 
 SINGLE_COLUMN = 89.0
 """Width of one column of a journal page [mm]."""
 
-NARROWEST, WIDEST = 60.0, 183.0
+NARROWEST, WIDEST = 60.0, 183.0  # widths that print_style takes [mm]; chosen: 183 is two columns of a journal page
 
 _width: ContextVar[float | None] = ContextVar("width", default=None)
 
@@ -113,10 +118,7 @@ def enlarged(low: float, high: float) -> str:
 
 
 def in_print_style(function: Callable[..., Figure]) -> Callable[..., Figure]:
-    """Run a figure function under :func:`print_style`.
-
-    Settings outside stay as they were.
-    """
+    """Run a figure function under :func:`print_style`: settings outside stay as they were."""
 
     @functools.wraps(function)
     def wrapped(*args: Any, **options: Any) -> Figure:
@@ -127,8 +129,14 @@ def in_print_style(function: Callable[..., Figure]) -> Callable[..., Figure]:
 
 
 def lines_of(text: str | None, width: float, most: int | None = None) -> list[str]:
-    """Lines of small text that fit a page [in], cut after the most that may stand there."""
-    lines = textwrap.wrap(text, int((width - 0.24) / 0.0555)) if text else []
+    """Small text broken into lines.
+
+    Parameters
+    ----------
+    width : of the page that they fit [in]
+    most : lines that may stand there; the last of them ends in dots where more would follow
+    """
+    lines = textwrap.wrap(text, int((width - 2.0 * _INSET) / _LETTER)) if text else []
     return lines if most is None or len(lines) <= most else [*lines[: most - 1], lines[most - 1][:-4] + " ..."]
 
 
@@ -147,17 +155,17 @@ class Heading:
     def __init__(self, title: str | None, text: str | list[str] | None, width: float) -> None:
         self.title, self.width = title, width
         self.lines = text if isinstance(text, list) else lines_of(text, width)
-        self.depth = 0.1 + (0.21 if title else 0.0) + 0.145 * len(self.lines) + 0.06
+        self.depth = 0.1 + (_TITLE if title else 0.0) + _LINE * len(self.lines) + 0.06  # with space above and below
 
     def put(self, figure: Figure) -> None:
         """Write them on a figure that has its final size."""
         total = figure.get_size_inches()[1]
         top = 1.0 - 0.09 / total
         if self.title:
-            figure.text(0.12 / self.width, top, self.title, fontsize=9.5, fontweight="bold", va="top", gid="title")
-            top -= 0.21 / total
+            figure.text(_INSET / self.width, top, self.title, fontsize=9.5, fontweight="bold", va="top", gid="title")
+            top -= _TITLE / total
         if self.lines:
-            figure.text(0.12 / self.width, top, "\n".join(self.lines), fontsize=_SMALL, color=FAINT, va="top",
+            figure.text(_INSET / self.width, top, "\n".join(self.lines), fontsize=_SMALL, color=FAINT, va="top",
                         linespacing=1.3, gid="caption")
 
 
@@ -170,37 +178,33 @@ def figure_of(ax: Axes) -> Figure:
 
 
 def blank(width: float, height: float, **options: Any) -> Figure:
-    """A figure [in] that no window belongs to."""
+    """A figure ``width`` by ``height`` [in] that no window belongs to; ``options`` are those of ``Figure``."""
     figure = Figure(figsize=(width, height), dpi=200, **options)
     FigureCanvasAgg(figure)
     return figure
 
 
 class Page:
-    """A drawing with equal axes on a page that fits it: margins in inches, title and caption above, legend below.
+    """A drawing with equal axes on a page that fits it: title and caption above, legend below.
+
+    ``width`` and ``height`` are those of what is shown [m], ``room`` is the widest page [in], and ``inch`` the scale of
+    the drawing [in/m]. ``own`` tells whether the page was made here.
 
     Parameters
     ----------
-    extent : width and height to show, in equal units
+    extent : width and height to show [m]
     ax : axes of the caller, which keep their size, or None for a new figure
     framed : leave room for tick and axis labels
     beside : width that is added on the right afterwards, as for a colour bar [in]
     """
 
     def __init__(self, extent: Iterable[float], ax: Axes | None, *, framed: bool = True, beside: float = 0.0) -> None:
-        """Take a page of its own, or the axes of the caller, and the scale at which a drawing fits.
-
-        ``extent`` is the size of the drawing [m]; ``beside`` is kept free at the right [inch].
-
-        Parameters
-        ----------
-        framed : whether the axes have numbers and a frame
-        """
+        """Take a page of its own, or the axes of the caller, and the scale at which the drawing fits."""
         width, height = extent
         self.room = page_width() - beside
         self.own = ax is None
         self.framed = framed
-        self.width, self.height = max(width, 1e-12), max(height, 1e-12)
+        self.width, self.height = max(width, 1e-12), max(height, 1e-12)  # nothing is divided by zero
         if ax is None:
             side = (_LEFT if framed else _BARE) + (_RIGHT if framed else _BARE)
             self.inch = min((self.room - side) / self.width, HEIGHT / self.height)
@@ -218,16 +222,11 @@ class Page:
         return figure_of(self.ax)
 
     def line_width(self, size: float) -> float:
-        """Outline width [pt] that neither hides small blocks nor looks thin on large ones.
-
-        Size is a block's [m].
-        """
+        """Outline width [pt] for blocks of a ``size`` [m]: 3 % of it; thin on small ones, which it must not hide."""
         return float(min(max(0.03 * 72.0 * self.inch * size, 0.12), 0.7))
 
     def finish(self, title: str | None, text: str | None, handles: list[Any]) -> Figure:
-        """Set limits of the page, then title, caption and legend.
-
-        Returns the figure.
+        """Set the size of the page, then title, caption and legend, and return the figure.
 
         Parameters
         ----------
@@ -240,11 +239,12 @@ class Page:
             return self.figure
         left, right, bottom = (_LEFT, _RIGHT, _BOTTOM) if self.framed else (_BARE, _BARE, _BARE)
         wide, high = self.width * self.inch, self.height * self.inch
+        # a narrow drawing stands in the middle of a page that its title and caption can be read on
         page = max(wide + left + right, min(3.3, self.room))
         left += 0.5 * (page - wide - left - right)
         heading = Heading(title, text, page)
         columns, rows = legend_shape(handles, page)
-        foot = bottom + (0.19 * rows + 0.06 if rows else 0.0)
+        foot = bottom + (_ROW * rows + 0.06 if rows else 0.0)
         total = foot + high + heading.depth
         figure = self.figure
         figure.set_size_inches(page, total)
@@ -254,10 +254,10 @@ class Page:
         return figure
 
     def _finish_axes(self, title: str | None, text: str | None, handles: list[Any]) -> None:
-        """Title and caption above, and a legend of ``handles`` below, the axes of the caller."""
+        """Title and caption ``text`` above, and a legend of ``handles`` below, the axes of the caller."""
         ax = self.ax
         across = self.figure.get_size_inches()[0] * ax.get_position().width
-        lines = textwrap.wrap(text, max(int(across / 0.0555), 24)) if text else []
+        lines = textwrap.wrap(text, max(int(across / _LETTER), 24)) if text else []
         if lines:
             ax.annotate("\n".join(lines), (0.0, 1.0), (0.0, 4.0), xycoords="axes fraction", textcoords="offset points",
                         fontsize=_SMALL, color=FAINT, va="bottom", linespacing=1.3, gid="caption")
@@ -265,7 +265,7 @@ class Page:
             ax.set_title(title, loc="left", fontweight="bold", pad=7.0 + 10.0 * len(lines))
         if handles:
             columns, _ = legend_shape(handles, across)
-            below = -0.18 if self.framed else -0.02
+            below = -0.18 if self.framed else -0.02  # under the numbers of the axis, where it has them
             ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, below), ncols=columns,
                       fontsize=_SMALL, frameon=False)
 
@@ -274,13 +274,13 @@ def legend_shape(handles: list[Any], width: float) -> tuple[int, int]:
     """Columns and rows of a legend of ``handles`` that fits a width [in]."""
     if not handles:
         return 0, 0
-    entries = [0.45 + 0.06 * len(str(h.get_label())) for h in handles]
+    entries = [0.45 + 0.06 * len(str(h.get_label())) for h in handles]  # width of mark and gap, and of a letter [in]
     columns = len(handles) if sum(entries) <= width - 0.2 else min(max(int(width / max(entries)), 1), len(handles))
-    return columns, -(-len(handles) // columns)
+    return columns, -(-len(handles) // columns)  # rows rounded up
 
 
 def legend_below(figure: Figure, handles: list[Any], columns: int) -> None:
-    """Legend at the foot of a figure that has its final size, or none without entries."""
+    """Legend of ``handles`` at the foot of a figure that has its final size, or none without entries."""
     if handles:
         figure.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 0.03 / figure.get_size_inches()[1]),
                       ncols=columns, fontsize=_SMALL, frameon=False, borderpad=0.0, borderaxespad=0.0)
@@ -295,16 +295,16 @@ def paper(width: float, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
 
 
 def panels(width: float, height: float, rows: int = 1, columns: int = 1) -> tuple[Figure, list[Axes]]:
-    """A figure of several diagrams [in] and their axes, row by row."""
+    """A figure of several diagrams, ``width`` by ``height`` [in] in all, and their axes, row by row."""
     figure = blank(width, height, layout="constrained")
     return figure, list(figure.subplots(rows, columns, squeeze=False).flat)
 
 
 def finished(figure: Figure, title: str | None, text: str | None, handles: list[Any]) -> Figure:
-    """A figure of :func:`panels`, higher by title and caption above and a legend of ``handles`` below."""
+    """A figure of :func:`panels`, higher by title and caption ``text`` above and a legend of ``handles`` below."""
     width, height = figure.get_size_inches()
     heading, (columns, rows) = Heading(title, text, width), legend_shape(handles, width)
-    foot = 0.19 * rows + 0.06 if rows else 0.0
+    foot = _ROW * rows + 0.06 if rows else 0.0
     total = heading.depth + height + foot
     figure.set_size_inches(width, total)
     figure.set_layout_engine("constrained", rect=(0.08 / width, foot / total, 1.0 - 0.16 / width, height / total))
@@ -314,10 +314,10 @@ def finished(figure: Figure, title: str | None, text: str | None, handles: list[
 
 
 def frame(ax: Axes, title: str | None, caption: str = "") -> None:
-    """Ticks of a diagram, and title and caption above it."""
+    """Ticks of a diagram, and title and caption above it, at offsets in points."""
     ax.tick_params(labelsize=_SMALL, width=0.5, length=2.5, colors=FAINT)
     ax.spines[:].set_linewidth(0.5)
-    page: Any = ax.figure
+    page: Any = ax.figure  # a figure, or a part of one that knows its figure
     wide = float(getattr(page, "figure", page).get_size_inches()[0])
     caption = "\n".join(wrapped(line, wide - 0.9) for line in caption.split("\n"))
     if caption:
@@ -326,15 +326,14 @@ def frame(ax: Axes, title: str | None, caption: str = "") -> None:
             fontsize=_SMALL, color=FAINT, va="bottom", linespacing=1.3,
         )
     if title:
-        ax.set_title(
-            title, loc="left", fontweight="bold", pad=8.0 + (11.0 * (caption.count("\n") + 1) if caption else 0)
-        )
+        lines = caption.count("\n") + 1 if caption else 0
+        ax.set_title(title, loc="left", fontweight="bold", pad=8.0 + 11.0 * lines)
 
 
 def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
-    """Equal axes labelled in metres by two ``names``, ticks kept sparse and sized explicitly.
+    """Equal axes labelled in metres by two ``names``, ticks kept sparse.
 
-    Ticks are made after the style ends.
+    Their sizes are set here because ticks are made after the print style ends.
     """
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel(f"{names[0]} [m]", color=FAINT)
@@ -345,46 +344,46 @@ def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
 
 
 def pale(colour: str, share: float = 0.42) -> tuple[float, float, float]:
-    """A colour mixed with white.
+    """Red, green and blue of a colour mixed with white, of which ``share`` stays [-].
 
-    Opaque, so that what lies below does not shine through.
+    It is opaque, so that what lies below does not shine through.
     """
     red, green, blue = (1.0 - share * (1.0 - c) for c in to_rgb(colour))
     return red, green, blue
 
 
 def round_length(length: float) -> float:
-    """Largest of 1, 2, 5 times a power of ten that does not exceed a length."""
+    """Largest of 1, 2, 5 times a power of ten that does not exceed a length; 1 for one without a size."""
     if not length > 0.0 or not math.isfinite(length):
         return 1.0
-    decade = 10.0 ** math.floor(math.log10(length))
+    decade = 10.0 ** math.floor(math.log10(length))  # below: rounding takes no step away that is just reached
     return max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= length * (1.0 + 1e-9))
 
 
 def seen_at(shift: Array, length: float) -> float:
-    """Round factor of at least 1 that draws the largest of some displacements no longer than a length [m]."""
+    """Round factor of at least 1 that draws the largest component of ``shift`` [m] no longer than a length [m]."""
     return max(round_length(length / max(float(np.abs(shift).max()), 1e-300)), 1.0)
 
 
 def force_unit(force: float) -> tuple[str, float]:
-    """The unit that fits a force, and its size [N]."""
+    """The unit that fits a force [N], and the size of that unit [N]."""
     return next(((unit, size) for unit, size in (("MN", 1e6), ("kN", 1e3)) if abs(force) >= size), ("N", 1.0))
 
 
 def force_text(force: float) -> str:
-    """A force with a fitting unit."""
+    """A force [N] in words, with a fitting unit."""
     unit, size = force_unit(force)
     return f"{force / size:.3g} {unit}"
 
 
 def prediction_text(prediction: Any) -> str:
     """Caption of a prediction: multiplier, bound, method with its flow rule, and the status where it is not solved."""
-    # without a multiplier the status says what there is to say
+    # a support that gives way is answered by its reaction; with no number at all the status says what there is to say
     settles = prediction.reaction is not None
     silent = math.isnan(prediction.collapse_multiplier) and not settles
     answer = str(prediction.answer) if settles else f"λ = {prediction.collapse_multiplier:.4g}"
     parts = [*([] if silent else [answer, str(prediction.bound)]), str(prediction.method)]
-    rule = prediction.flow_rule
+    rule = prediction.flow_rule  # left out where the name of the method says it already
     if rule and rule.lower() not in prediction.method.lower().replace("_", "-").replace(",", " ").split():
         parts.append(f"{rule} flow rule")
     if prediction.status != "solved":
@@ -393,7 +392,6 @@ def prediction_text(prediction: Any) -> str:
 
 
 
-
 def wrapped(text: str, width: float) -> str:
     """Small text broken into lines that fit a width [in]."""
-    return textwrap.fill(text, max(int(width / 0.0555), 20)) if text else text
+    return textwrap.fill(text, max(int(width / _LETTER), 20)) if text else text

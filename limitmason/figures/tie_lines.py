@@ -23,14 +23,16 @@ def stretching(model: Assembly, twists: Array, threshold: float) -> Flags:
 
     Parameters
     ----------
-    twists, threshold : of the mechanism, shape (n, 6), and that fraction [-]
+    twists : of the mechanism, shape (n, 6)
+    threshold : that fraction [-]
     """
+    # links are all that joins two blocks: interfaces first, then ties
     rows = slice(len(model.interfaces), None)
     x = model.links
     ends = np.array([t.ends for t in model.ties]).reshape(-1, 2, 3)
     b, a = (velocity(x.centroid, twists, block[rows], ends[:, k]) for k, block in ((1, x.block_b), (0, x.block_a)))
     apart = b - a
-    longer = -(apart * x.normal[rows]).sum(axis=1)
+    longer = -(apart * x.normal[rows]).sum(axis=1)  # the normal of a tie runs from its end b to its end a
     return np.asarray(longer > threshold * max(float(largest_rates(model, twists).max(initial=0.0)), 1e-300))
 
 
@@ -42,10 +44,10 @@ def draw_ties(
 
     Parameters
     ----------
-    project : page coordinates of points, shape (n, 3) to (n, 2)
-    width : of outlines [pt]
-    motion : of the blocks, which carries the ends
-    yields : those drawn as yielding, shape (t,)
+    project : gives page coordinates [m], shape (n, 2), of places in space [m], shape (n, 3)
+    width : of outlines [pt]; ties are more than twice as thick
+    motion : of the blocks, which carry the ends; None for the place at rest
+    yields : ties that are drawn as yielding, shape (t,); none by default
     """
     handles = []
     x, first = model.links, len(model.interfaces)

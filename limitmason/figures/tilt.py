@@ -16,9 +16,10 @@ from matplotlib.patches import Patch
 from limitmason.errors import InputError
 from limitmason.figures import style
 
-_WIDTH, _PANEL, _FOOT = style.FULL_WIDTH, 2.35, 0.46
+_WIDTH, _PANEL, _FOOT = style.FULL_WIDTH, 2.35, 0.46  # of the page, of a diagram, and of its axis below it [in]
 _IMPOSED: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (4, 2))}
 _AT_FALL: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (1, 1.5))}
+# what is read of a test; the first five are arrays, a value for every sample
 _FIELDS = ("vertical", "horizontal", "ratio", "steps", "tilt_deg", "collapse", "collapse_multiplier")
 
 
@@ -76,9 +77,9 @@ def tilt_test(
     left.plot(np.cos(angle), np.sin(angle), color=style.FAINT, gid="imposed path", **_IMPOSED)
     entries: list[Any] = []
     for (label, test), colour, marker in zip(named.items(), cycle(style.SERIES), cycle(style.MARKERS), strict=False):
-        k, lam = int(test.collapse), float(test.collapse_multiplier)
+        k, lam = int(test.collapse), float(test.collapse_multiplier)  # sample, and tan of the angle, at the fall
         left.plot(test.vertical, test.horizontal, color=colour, linewidth=1.1, gid=f"path {label}")
-        ray = np.array([0.0, 1.0]) / math.hypot(1.0, lam)
+        ray = np.array([0.0, 1.0]) / math.hypot(1.0, lam)  # from the origin to the circle that the table imposes
         left.plot(ray, lam * ray, color=colour, gid=f"ray {label}", **_AT_FALL)
         fell = getattr(test, "status", "") != "did not fall"
         steps = np.asarray(test.steps) / 1e3
@@ -100,6 +101,7 @@ def tilt_test(
         values = f"{low:.1f}°" if low == high else f"{low:.1f}° to {high:.1f}°"
         band: dict[str, Any] = {"color": style.BLACK, "label": f"measured, {values}"}
         entries.append(Line2D([], [], linewidth=0.9, **band) if low == high else Patch(alpha=0.15, **band))
+    # ratios at the end of a fall are as large as they please: the axis follows the multipliers
     largest = max(float(t.collapse_multiplier) for t in named.values())
     largest = max(largest, math.tan(math.radians(high)) if measured is not None else 0.0)
     left.set(xlim=(0.0, 1.05), ylim=(min(0.0, *(float(np.nanmin(t.horizontal)) for t in named.values())), 1.15 * top),
@@ -113,7 +115,7 @@ def tilt_test(
 
 
 def _check(label: str, test: Any) -> None:
-    """Refuse what does not carry the readings of a tilting test."""
+    """Refuse ``test``, named ``label``, where it does not carry the readings of a tilting test."""
     missing = [name for name in _FIELDS if not hasattr(test, name)]
     if missing:
         raise InputError(f"tilting test {label!r} has no {missing[0]!r}; it must carry {', '.join(_FIELDS)}")
@@ -123,7 +125,7 @@ def _check(label: str, test: Any) -> None:
 
 
 def _bounds(measured: float | tuple[float, float] | None) -> tuple[float, float]:
-    """Least and largest measured angle [deg], NaN without any."""
+    """Least and largest angle [deg] of one measured angle or several, NaN without any."""
     if measured is None:
         return math.nan, math.nan
     values = np.atleast_1d(np.asarray(measured, dtype=float))
@@ -133,7 +135,10 @@ def _bounds(measured: float | tuple[float, float] | None) -> tuple[float, float]
 
 
 def _band(left: Axes, right: Axes, low: float, high: float) -> None:
-    """The measured angle, from ``low`` to ``high`` [deg], as rays on the left and a level on the right."""
+    """Draw the measured angle, from ``low`` to ``high`` [deg], as rays on the left and a level on the right.
+
+    The ratio of the reactions of a wall at rest on a table is the tangent of the table's angle.
+    """
     for angle in {low, high}:
         a = math.radians(angle)
         left.plot([0.0, math.cos(a)], [0.0, math.sin(a)], color=style.BLACK, linewidth=0.6, alpha=0.6, gid="measured")
