@@ -87,7 +87,7 @@ class TiltTest(Displayed, Readings):
     ratio : Rh / Rv [-], shape (samples,)
     weight : Rv0 [N]
     collapse : sample at which ``ratio`` first comes within 0.1 % of the multiplier, or of its maximum if that is less
-    runs : every run as (angle per 1000 steps [deg], max(Rh / Rv)), fastest first
+    runs : of tables that turned, fastest first; empty where the wall did not stand on the level one
     direction : down the tilted table, seen from it, shape (3,)
     history : of the slowest run
     increments : the answer of :func:`dem.collapse` with loads held one after the other, where asked for
@@ -142,10 +142,13 @@ class TiltTest(Displayed, Readings):
         return low - (high - low) * slow / (fast - slow)
 
     def __str__(self) -> str:
-        """Multiplier, angle, stopped tables, rate and, where it was asked for, the comparison with held loads."""
-        if self.status == DID_NOT_FALL:
-            text = f"tilting test: {self.status}, lambda above {self.collapse_multiplier:.4f}"
-            return "\n".join([text, *(f"  {w}" for w in self.warnings)])
+        """Multiplier, angle, stopped tables, rate and, where it was asked for, the comparison with held loads.
+
+        Status and warnings alone where no table was turned, or where the wall stood at the last angle.
+        """
+        if not self.runs or self.status == DID_NOT_FALL:
+            above = f", lambda above {self.collapse_multiplier:.4f}" if self.runs else ""
+            return "\n".join([f"tilting test: {self.status}{above}", *(f"  {w}" for w in self.warnings)])
         lines = [
             f"tilting test: {self.status}, lambda = {self.collapse_multiplier:.4f}, "
             f"angle {self.collapse_angle_deg:.2f} deg",
@@ -234,13 +237,14 @@ def tilt_test(
     options = given(contacts, ContactOptions, "tilt_test")
     every = sample or max(steps // 200, 20)
     settled, _ = evenly_where_it_slides(assembly, Settle(tolerance=1e-6), sample=every, **options)
-    if settled.status != RunStatus.FINISHED:
-        fell = float(np.abs(settled.shift[-1]).max()) > moved_limit * scale.smallest
+    # what has fallen comes to rest too, on the table: where it lies is not the wall that was to be tilted
+    fell = float(np.abs(settled.shift[-1]).max()) > moved_limit * scale.smallest
+    if fell or settled.status != RunStatus.FINISHED:
         found = _read(settled, float("nan"), d, weight)
         return TiltTest(
             **vars(found), status=TiltStatus.CANNOT_STAND if fell else TiltStatus.NOT_CONVERGED,
-            collapse_multiplier=float("nan"), runs=(TableRun(0.0, float("nan")),), direction=tuple(d.tolist()),
-            history=settled, warnings=("it did not settle on the level table",),
+            collapse_multiplier=float("nan"), runs=(), direction=tuple(d.tolist()), history=settled,
+            warnings=(f"it {'fell' if fell else 'did not settle'} on the level table",),
         )
     held = collapse(assembly, loads, error_budget=(), **options) if increments else None
     runs: list[TableRun] = []

@@ -127,6 +127,18 @@ def test_wall_that_does_not_fall_says_so():
     assert test.ratio[-1] == pytest.approx(math.tan(math.radians(20.0)), rel=1e-2)
 
 
+def test_wall_that_falls_on_the_level_table_and_comes_to_rest_there_cannot_stand():
+    # the upper centroid is a centimetre beyond the lower block: no joint without tension holds it
+    wall = on_slab([((0.0, 0.0, 0.0), (0.1, 0.3, 0.2)), ((0.06, 0.0, 0.2), (0.16, 0.3, 0.4))], joint=lm.Joint(PHI))
+    test = dem.tilt_test(wall, contact_points=(2, 2))
+    assert test.status == "cannot stand under dead load"
+    assert test.history.status == "finished"
+    assert test.runs == ()
+    assert test.interval is None
+    assert np.isnan([test.collapse_multiplier, test.at_rest, test.rate_change]).all()
+    assert str(test) == f"tilting test: {test.status}\n  it fell on the level table"
+
+
 def test_table_that_turns_too_fast_is_overruled_by_the_stopped_one():
     # this read 3 % too much and was "not converged": the verdict no longer hangs on the rate
     test = dem.tilt_test(block(0.1, 0.5), contact_points=(2, 2), steps=4_000, halvings=1)
