@@ -16,7 +16,7 @@ from dem.model.joints import Grid, JointOptions, chosen_points, losses
 from dem.model.pieces import reaches
 from dem.model.rest_criterion import smallest_edge
 from dem.model.state import QUASI_STATIC, State
-from dem.multiplier.search import Controls, Search, increments
+from dem.multiplier.search import APPROACH, Controls, Search, increments
 from dem.papers import COLLAPSE
 from dem.settings import EDGES, DemSettings
 from limitmason.answers.results import Bound, BoundKind, ContactModel, Prediction, Range, Status
@@ -32,10 +32,15 @@ from limitmason.model.stages import Damping
 MOVED, WIDEST = 0.02, 0.3
 """Displacement that counts as collapse, at first and for soft joints, over the smallest block dimension [-]."""
 
+SWAYED = 0.5
+"""Part of what counts as collapse from which a load that stood has moved blocks far, as soft joints let it [-]."""
+
 PLASTIC = 0.1
 """Part of what counts as collapse from which the yielding of a perfectly plastic bond is no sway of soft joints [-]."""
 
-WORD = 0.02
+FIRST_INCREMENT = 0.05  # of the multiplier at which live equals dead load [-]; chosen
+
+WARNED = 0.02
 """Change of the multiplier from which a check of the error budget warns [-]."""
 
 FAR, MORE = 0.05, 3.0
@@ -44,8 +49,8 @@ FAR, MORE = 0.05, 3.0
 Rigid stones bore 1.6, 1.8 and 3.0 times as much more in three of 70 small structures.
 """
 
-SHEAR = 0.4
-"""Factor on ks in the error budget [-]: G / E of a mortar, where kn is ks by default."""
+STIFFER, SHEAR = 10.0, 0.4
+"""Factors of the error budget on kn and ks, and on ks alone [-]: G / E of a mortar, where kn is ks by default."""
 
 LOADING = Damping(local=0.4, kinetic=True)  # chosen, not derived
 
@@ -98,7 +103,7 @@ def collapse(
 
 
 def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Prediction:
-    """Search for the largest load that stands, and repeat it for the error budget."""
+    """Search for the largest load that stands, and repeat it for the error budget; as :func:`collapse`."""
     begun = time.perf_counter()
     unit = _unit(assembly, loads)
     points, model = chosen_points(assembly, chosen.contact_points, chosen.contact_model)
@@ -106,12 +111,12 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
         tolerance=chosen.tolerance, max_steps=chosen.max_steps,
         moved_limit=MOVED if chosen.moved_limit is None else chosen.moved_limit, equilibrium=chosen.equilibrium,
         damping=chosen.damping or LOADING, unit=unit,
-        first=0.05 * unit if chosen.first_increment is None else chosen.first_increment, progress=chosen.progress,
-        edges=chosen.contacts == EDGES,
+        first=FIRST_INCREMENT * unit if chosen.first_increment is None else chosen.first_increment,
+        progress=chosen.progress, edges=chosen.contacts == EDGES,
     )
     reached(0.0, "search", share=1.0 / (1 + len(chosen.error_budget)))
     found = increments(assembly, loads, _start(assembly, loads, chosen, ""), controls)
-    swayed = chosen.moved_limit is None and _swayed(assembly, found, controls.moved_limit) > 0.5
+    swayed = chosen.moved_limit is None and _swayed(assembly, found, controls.moved_limit) > SWAYED
     # a bond that yields and never ends carries more the farther blocks move
     if swayed and bond_yielded(assembly, found.state)[0] < PLASTIC * MOVED * smallest_edge(assembly):
         controls = replace(controls, moved_limit=WIDEST)
@@ -155,11 +160,11 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
 
 
 def _start(assembly: Assembly, loads: Loads, chosen: DemSettings, check: str) -> State:
-    """State that a search begins with, changed as a check of the error budget asks; "" for none."""
+    """State that a search begins with: unloaded, changed as a check of the error budget asks, "" for none."""
     points, model = chosen_points(assembly, chosen.contact_points, chosen.contact_model)
     law = chosen.joint_options or JointOptions()
     if check == "stiffness":
-        law = replace(law, stiffness_factor=10.0 * law.stiffness_factor)
+        law = replace(law, stiffness_factor=STIFFER * law.stiffness_factor)
     elif check == "ks/kn":
         law = replace(law, shear_factor=SHEAR * law.shear_factor)
     elif check == "contact points":
@@ -174,21 +179,29 @@ def _start(assembly: Assembly, loads: Loads, chosen: DemSettings, check: str) ->
 def _budget(
     assembly: Assembly, loads: Loads, found: Search, chosen: DemSettings, controls: Controls
 ) -> tuple[dict[str, dict[str, Any]], list[str]]:
-    """Repeats of a search in changed models, by check, and notes on what they call in doubt."""
+    """Repeats of a search in changed models, by check, and notes on what they call in doubt.
+
+    Of each repeat: multiplier, its change [-], upper end and relative width of its bracket, steps, status.
+
+    Parameters
+    ----------
+    found : the search that is repeated, which has a bracket
+    chosen : with the checks that are wanted
+    controls : of the search; repeats close in to twice its tolerance
+    """
     share = 1.0 / (1 + len(chosen.error_budget))
     budget: dict[str, dict[str, Any]] = {}
     notes: list[str] = []
     for number, check in enumerate(chosen.error_budget, 1):
         reached(number * share, f"error budget: {check}", share=share)
         changed = _start(assembly, loads, chosen, check)
-        # ten times as stiff, a joint gives a tenth as much before it moves on
-        least = (0.3 if check == "stiffness" else 1.0) * controls.moved_limit
-        near = replace(controls, tolerance=2.0 * controls.tolerance, moved_limit=least)
+        # ten times as stiff, joints give a tenth as much before blocks move on; 0.3 is chosen
+        limit = (0.3 if check == "stiffness" else 1.0) * controls.moved_limit
+        near = replace(controls, tolerance=2.0 * controls.tolerance, moved_limit=limit)
         if check == "rate":
             again = _at_half_rate(assembly, loads, found, near)
         else:
-            guess = found.stable
-            again = increments(assembly, loads, changed, near, through=[0.5 * guess, 0.9 * guess, guess])
+            again = increments(assembly, loads, changed, near, through=[part * found.stable for part in APPROACH])
         if "interrupted" in again.details:
             notes.append(f"interrupted while the search was repeated for the {check}: the budget is incomplete")
             break
@@ -210,7 +223,7 @@ def _budget(
 
 
 def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[float]) -> list[str]:
-    """Notes on a search that was interrupted, left loads undecided, or moved blocks far at rest."""
+    """Notes on a search with controls ``c`` that was interrupted, left loads undecided, or moved blocks far at rest."""
     notes = []
     if "interrupted" in found.details:
         notes.append(f"interrupted while holding {found.details['interrupted']:.5g}: the bracket is not closed")
@@ -224,18 +237,13 @@ def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[floa
 
 
 def _same(found: Search, again: Search) -> bool:
-    """Whether the multiplier of a repeat differs by less than ``WORD``, wherever in their brackets the two may lie."""
+    """Whether a repeat's multiplier differs by less than ``WARNED``, wherever the two may lie in their brackets."""
     least, most = again.stable / found.moving, again.moving / found.stable
-    return bool(1.0 - WORD <= least <= most <= 1.0 + WORD)
+    return bool(1.0 - WARNED <= least <= most <= 1.0 + WARNED)
 
 
 def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
-    """Farthest that a load in equilibrium moved a block, over what counts as collapse [-].
-
-    Parameters
-    ----------
-    moved_limit : displacement that counts as collapse, over the smallest edge [-]
-    """
+    """Farthest that a load in equilibrium moved a block, over ``moved_limit`` times the smallest edge [-]."""
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED):
         return 0.0
     moved = max((v.moved for load, v in found.record if load and v.outcome == EQUILIBRIUM), default=0.0)
@@ -257,18 +265,16 @@ def _far_notes(assembly: Assembly, found: Search, contacts: str) -> list[str]:
 def _sway_notes(assembly: Assembly, found: Search, moved_limit: float) -> list[str]:
     """Notes where a load in equilibrium moved blocks far, by soft joints or by bonds that yield.
 
-    Parameters
-    ----------
-    moved_limit : displacement that counts as collapse, over the smallest edge [-]
+    ``moved_limit`` is the displacement that counts as collapse, over the smallest edge [-].
     """
     share, edge = _swayed(assembly, found, moved_limit), smallest_edge(assembly)
     yielded, joint = bond_yielded(assembly, found.state)
-    if yielded >= MOVED * edge or (share > 0.5 and yielded >= PLASTIC * MOVED * edge):
+    if yielded >= MOVED * edge or (share > SWAYED and yielded >= PLASTIC * MOVED * edge):
         return [
             f"{joint} has yielded by {yielded:.2g} m and still bears its perfectly plastic cohesion or tension: give "
             "residual values or fracture energies for what is left when a bond ends"
         ]
-    if share > 0.5:
+    if share > SWAYED:
         return [
             f"a load in equilibrium moved a block by {share * moved_limit * edge:.2g} m, {share:.0%} of what counts as "
             f"collapse: with joints as soft as these raise moved_limit ({moved_limit:g})"
@@ -277,9 +283,12 @@ def _sway_notes(assembly: Assembly, found: Search, moved_limit: float) -> list[s
 
 
 def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Search:
-    """Go on with a search from the largest load that stood, with a wider limit of collapse.
+    """A search gone on with from the largest load that stood, as one: record and steps are those of both.
 
-    The limit is the displacement that counts as collapse.
+    Parameters
+    ----------
+    found : the search so far
+    c : its controls, with a larger displacement that counts as collapse
     """
     patience = max(v.steps for _, v in found.record if v.outcome == EQUILIBRIUM)
     again = increments(
@@ -288,13 +297,14 @@ def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Se
     )
     again.record[:0] = [(x, v) for x, v in found.record if x <= found.stable]
     again.steps += found.steps
+    # a check of the rate repeats the last tenth of the climb: what was kept since may lie too high for that
     if again.near is not None and again.near[0] > 0.95 * again.stable and found.near is not None:
         again.near = found.near
     return again
 
 
 def _at_half_rate(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Search:
-    """Repeat the last tenth of the climb with every increment halved."""
+    """Repeat of the last tenth of the climb of a search, with controls ``c`` and every increment halved."""
     begin, state = found.near if found.near is not None else (0.0, found.state)
     climbed = [begin]
     for value, verdict in found.record:
@@ -312,7 +322,7 @@ def _least_balanced(assembly: Assembly, found: Search, load: float) -> str:
 
 
 def _unbalanced(assembly: Assembly, loads: Loads, found: Search) -> float:
-    """Part of the multiplier that the largest load in equilibrium owes to forces not quite balanced.
+    """Part of the multiplier that the largest load in equilibrium owes to forces not quite balanced [-].
 
     Joint forces within their strength that leave a wrench r unbalanced carry the load less r: by the static theorem the
     multiplier is at least the load's less the power of r, over that of the live load, in the mechanism.
@@ -326,10 +336,7 @@ def _unbalanced(assembly: Assembly, loads: Loads, found: Search) -> float:
 def _range(found: Search, interval: tuple[float, float] | None, budget: Mapping[str, Mapping[str, Any]]) -> Range:
     """The interval of an answer, and what widened it.
 
-    Parameters
-    ----------
-    interval : bracket widened by the error budget [-], None without a bracket
-    budget : what every check of the error budget found, by its name
+    ``interval`` is the bracket widened by the error budget [-], ``budget`` what every check of that found, by its name.
     """
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or interval is None:
         return Range()
@@ -342,11 +349,8 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced
     """Bracket, with the changes of the error budget summed on each side; None without a bracket.
 
     A repeat knows its own multiplier only to its own bracket, twice as wide as the search's: what it may lie below or
-    above the bracket found counts, and not the distance of the two largest loads that stood.
-
-    Parameters
-    ----------
-    unbalanced : what forces that are still unbalanced may carry, as a multiplier [-]
+    above the bracket found counts, and not the distance of the two largest loads that stood. ``unbalanced`` is what
+    forces that are still unbalanced may carry, as a multiplier [-].
     """
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED, Status.NOT_CONVERGED) or not np.isfinite(found.stable):
         return None
@@ -354,8 +358,8 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced
     for check, row in budget.items():
         # small deformation fades as 1 / stiffness: a tenth of it is left at ten times the stiffness. What is large
         # changes the shape and fades more slowly
-        softened = MORE if abs(row["change"]) > FAR else 10.0 / 9.0
-        share = softened if check == "stiffness" else 1.0
+        whole = MORE if abs(row["change"]) > FAR else STIFFER / (STIFFER - 1.0)
+        share = whole if check == "stiffness" else 1.0
         least, most = row["multiplier"], row["smallest moving"]
         if np.isfinite(least):
             low += share * min(least - found.stable, 0.0)
@@ -365,13 +369,13 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced
 
 
 def _unit(assembly: Assembly, loads: Loads) -> float:
-    """Multiplier at which the live load equals the dead load, the natural scale of the search."""
+    """Multiplier at which the live forces on all blocks equal the dead ones, the natural scale of the search [-]."""
     if len(loads.dead) != assembly.n_blocks:
         raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
     moves = ~assembly.held
-    size = np.r_[1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
-    dead = np.linalg.norm(loads.dead * moves * size, axis=1).sum()
-    live = np.linalg.norm(loads.live * moves * size, axis=1).sum()
+    dead = np.linalg.norm((loads.dead * moves)[:, :3], axis=1).sum()
+    live = np.linalg.norm((loads.live * moves)[:, :3], axis=1).sum()
+    # moments alone: as large as forces at an arm of the block's size
     if live == 0.0:
         length = np.cbrt(assembly.arrays.volume)[:, None]
         live = np.linalg.norm((loads.live * moves)[:, 3:] / length, axis=1).sum()

@@ -17,16 +17,33 @@ from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping
 from limitmason.storage.interrupts import ends_early
 
+APPROACH = (0.5, 0.9, 1.0)
+"""Parts of a multiplier that is known about at which loads are held on the way to it [-]; chosen."""
+
 RATE = 1000
 """Steps over which as much live load comes on as there is dead load: what acts at once overshoots, and slips."""
+
+AT_REST = 1e-6
+"""Largest unbalance of a block under the dead load over its own load, as far as no smaller one is asked for [-]."""
+
+SINKING = 2.5
+"""Displacement under the dead load that counts as collapse, over that of an increment [-]: soft joints sink by all."""
+
+# chosen, not derived
+_BALANCED = 0.05  # unbalance that is left, over an increment that is as large as the dead load [-]
+_FARTHER = 20.0  # times the farthest that a load moved a block before it rested: who speeds up there is moving [-]
+_EARLIEST, _EARLY = 0.02, 0.2  # least and most of that displacement, over what counts as collapse [-]
+
+_ALIKE = 1e-9  # rounding of a bracket as wide as asked for [-]
+_LARGE = 1e3  # multiplier, over that at which live equals dead load, beyond which no load of this kind fells it [-]
+_SMALL = 1e-3  # the same: a bracket is no narrower than that of so small a multiplier, which may be 0 [-]
+_LONG = 4.0  # brackets: a stride longer than so many shakes blocks
+_REACH = 0.9  # part of the largest load held up to which a state is kept, to come near again from there [-]
 
 
 @dataclass(frozen=True)
 class Controls:
-    """Numerical settings of a search.
-
-    See :func:`dem.collapse` for those not explained here.
-    """
+    """Numerical settings of a search; :class:`dem.DemSettings` explains those without a comment here."""
 
     tolerance: float
     max_steps: int
@@ -36,7 +53,7 @@ class Controls:
     unit: float  # multiplier at which the live load equals the dead load
     first: float  # first increment of the multiplier
     progress: Callable[[float, LoadVerdict], object] | None = None
-    edges: bool = True
+    edges: bool = True  # whether points of joints that slide follow the edges of their faces
 
 
 @dataclass
@@ -45,8 +62,15 @@ class Search:
 
     Parameters
     ----------
-    stable, moving : largest load in equilibrium, smallest one at which the blocks kept moving; infinite if none did
-    near : load of about nine tenths of ``stable`` or less, and the state held there, from which to come near again
+    stable, moving : largest load in equilibrium, smallest one at which the blocks kept moving, as multipliers [-]; NaN
+        and 0 where they do not rest under the dead load, infinite where none kept them moving
+    status : of the bracket, "almost solved" where loads that stayed undecided leave it wider than was asked for
+    state : at ``stable``; where the dead load did not come to rest the one that moves
+    mechanism : velocities of the last load that kept the blocks moving; None where none did along the live load
+    record : multiplier of every load tried and its verdict, in the order they were tried
+    steps : of all loads
+    details : {"interrupted": multiplier} where the keyboard ended it
+    near : multiplier of about nine tenths of ``stable`` or less, and the state held there, to come near again from
     """
 
     stable: float
@@ -65,17 +89,24 @@ def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Cont
 
     A load that acts at once overshoots. Where joints slide by that it comes on once more, evenly: what a jammed wedge
     holds hangs on how deep its weight has driven it.
+
+    Parameters
+    ----------
+    state : unloaded; changed
+    scale : what unbalance and displacement are small against
+    c : controls of the search
     """
     def held(state: State, evenly: int) -> LoadVerdict:
         """The dead load held on a state, after coming on over ``evenly`` steps."""
         return hold(
-            assembly, state, loads.rows("dead"), scale, SETTLING, tolerance=min(1e-6, c.equilibrium),
-            limit=2.5 * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges,
+            assembly, state, loads.rows("dead"), scale, SETTLING, tolerance=min(AT_REST, c.equilibrium),
+            limit=SINKING * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges,
             onset=LoadOnset(np.zeros((len(loads.dead), 15)), evenly),
         )
 
     begun, first = state.copy(), held(state, 0)
     slid, moved = slid_and_moved(assembly, state)
+    # what fell may have fallen by the overshoot alone; what is undecided has had all its steps
     if first.outcome == UNDECIDED or (first.outcome == EQUILIBRIUM and slid <= SLID * moved):
         return state, first
     again = held(begun, max(EVENLY, first.steps))
@@ -109,6 +140,7 @@ def increments(
     up_to : multiplier beyond which nothing is tried: the search ends as unbounded where the blocks stand there
     """
     loading = loading or (lambda multiplier: loads.rows("dead") + multiplier * loads.rows("live"))
+    # without dead loads a block's own load is what the live load is in this unit
     scale = Scale.of(assembly, loads.dead if loads.dead.any() else loads.live * c.unit)
     record: list[tuple[float, LoadVerdict]] = []
     used = 0
@@ -122,6 +154,7 @@ def increments(
                 stable=float("nan"), moving=0.0, status=status, state=state, mechanism=None, record=record, steps=used,
             )
     b = _Bracket(settled or 0.0, through, c, up_to)
+    # kept: states on the way up, the first of them nine tenths of the way or less; settling: farthest way to a rest [m]
     mechanism, kept = None, [(b.stable, state.copy())]
     limit, settling = c.moved_limit * scale.smallest, 0.0
     while (new := b.next_load()) is not None:
@@ -134,10 +167,11 @@ def increments(
         reached(b.part(len(record)), b.words(new))
         try:
             # stiff joints settle within microns: no need to wait for a collapse to be seen by eye
+            early = min(_EARLY * limit, max(_FARTHER * settling, _EARLIEST * limit))
             verdict = hold(
                 assembly, state, loading(new), scale, c.damping,
-                tolerance=min(c.equilibrium, 0.05 * (new - b.stable) / c.unit), limit=limit, max_steps=c.max_steps,
-                patience=patience, early=min(0.2 * limit, max(20.0 * settling, 0.02 * limit)), edges=c.edges,
+                tolerance=min(c.equilibrium, _BALANCED * (new - b.stable) / c.unit), limit=limit, max_steps=c.max_steps,
+                patience=patience, early=early, edges=c.edges,
                 onset=LoadOnset(loading(b.stable), int(RATE * (new - b.stable) / c.unit)),
             )
             used += verdict.steps
@@ -157,14 +191,14 @@ def increments(
             b.held(new, record)
             state.stop()
             kept.append((float(b.stable), state.copy()))
-            while len(kept) > 1 and kept[1][0] <= 0.9 * b.stable:
+            while len(kept) > 1 and kept[1][0] <= _REACH * b.stable:
                 kept.pop(0)
         else:
             if verdict.outcome == MOVING:
                 mechanism = _mechanism(assembly, loads, state)
             b.refuse(new, verdict)
             state = keep
-    # loads that stay undecided leave a bracket wider than was asked for
+    # loads that stay undecided leave a bracket wider than was asked for; chosen: from twice as wide on
     closed = b.moving - b.stable <= 2.0 * b.width
     status = Status.NOT_CONVERGED if not np.isfinite(b.moving) else Status.SOLVED if closed else Status.ALMOST_SOLVED
     return Search(
@@ -182,7 +216,8 @@ class _Bracket:
     ----------
     settled : multiplier held at the beginning
     through : multipliers to be held first
-    up_to : that beyond which nothing is tried
+    c : controls of the search
+    up_to : multiplier beyond which nothing is tried
 
     Attributes
     ----------
@@ -197,14 +232,7 @@ class _Bracket:
     """
 
     def __init__(self, settled: float, through: Sequence[float], c: Controls, up_to: float) -> None:
-        """Begin at a load that stood.
-
-        Parameters
-        ----------
-        settled : multiplier that stood [-]
-        through : those to try first
-        up_to : the largest to try
-        """
+        """Begin at a load that stood."""
         self.c, self.up_to = c, up_to
         self.stable, self.refused, self.moving, self.refused_from = settled, np.inf, np.inf, 0.0
         self.queue = [x for x in through if x > settled]
@@ -215,8 +243,8 @@ class _Bracket:
 
     @property
     def width(self) -> float:
-        """Width of the bracket from which it is closed."""
-        return self.c.tolerance * max(abs(self.stable), 1e-3 * self.c.unit)
+        """Width from which the bracket is closed [-]: the tolerance of a multiplier, that of a small one near 0."""
+        return self.c.tolerance * max(abs(self.stable), _SMALL * self.c.unit)
 
     def next_load(self) -> float | None:
         """Load to try next, or None where the bracket is closed, infinite where every load is held.
@@ -224,15 +252,14 @@ class _Bracket:
         Upwards through the loads that were asked for, then in strides until one is refused; then by halving.
         """
         if np.isfinite(self.refused):
-            if self.refused - self.stable > self.width * (1.0 + 1e-9):
+            if self.refused - self.stable > self.width * (1.0 + _ALIKE):
                 return 0.5 * (self.stable + self.refused)
-            # a load that was refused after a long stride may hold from close by after all: four brackets count as long
-            return None if self.stable - self.refused_from <= 4.0 * self.width else self.refused
+            # a load that was refused after a long stride may hold from close by after all
+            return None if self.stable - self.refused_from <= _LONG * self.width else self.refused
         if self.queue:
             return self.queue.pop(0)
         new = min(self.stable + self.stride, self.up_to)
-        # a thousand times the usual size of a multiplier: no load of this kind makes it fall
-        return np.inf if self.stable >= self.up_to or new > 1e3 * self.c.unit else new
+        return np.inf if self.stable >= self.up_to or new > _LARGE * self.c.unit else new
 
     def held(self, new: float, record: list[tuple[float, LoadVerdict]]) -> None:
         """Count a load as held.
@@ -255,29 +282,32 @@ class _Bracket:
         self.queue = [x for x in self.queue if x > new]
         if not np.isfinite(self.refused) and new > self.last_asked:
             # where loads asked for lead near to collapse strides begin at the bracket's width and double; else the
-            # first climb takes longer strides, to a quarter of the load
+            # first climb takes longer strides, each half as long again as the one before, to a quarter of the load
             longest = max(2.0 * self.c.first, 0.25 * new)
             self.stride = 2.0 * self.stride if self.begins_near_collapse else min(1.5 * self.stride, longest)
 
     def refuse(self, new: float, verdict: LoadVerdict) -> None:
-        """Count a load as refused: the blocks kept moving, or it stayed undecided."""
+        """Count a load ``new`` [-] as refused: the blocks kept moving, or it stayed undecided."""
         if verdict.outcome == MOVING:
             self.moving = min(self.moving, new)
         self.refused, self.refused_from = new, self.stable
 
     def part(self, tried: int) -> float | None:
-        """Loads tried over those and the halvings of a bracket that are left [-], or None while nothing was refused."""
+        """Part of the search that is done [-], None while nothing was refused: how far it climbs is not known before.
+
+        Loads tried, over those and the halvings left until the bracket is closed.
+        """
         gap = self.refused - self.stable
         return tried / (tried + np.log2(max(gap / self.width, 1.0)) + 1.0) if np.isfinite(gap) else None
 
     def words(self, new: float) -> str:
-        """Which load is being held, and between which."""
+        """Which load ``new`` [-] is being held, and between which, for who follows the search."""
         above = f", {self.refused:.4g} not" if np.isfinite(self.refused) else ""
         return f"holding {new:.4g}, {self.stable:.4g} held{above}"
 
 
 def _mechanism(assembly: Assembly, loads: Loads, state: State) -> Mechanism | None:
-    """Velocities of the moving state as a mechanism, or None when it does not move along the live load."""
+    """Velocities of a state as a mechanism, None where it stands still or does not move along the live load."""
     now = state.resultants(assembly)
     twists = np.concatenate([state.bodies.vel, state.bodies.spin], axis=1)
     if not twists.any():

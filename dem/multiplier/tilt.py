@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple, Unpack
@@ -12,10 +13,10 @@ from numpy.typing import ArrayLike
 from dem.driving.own_weight import evenly_where_it_slides
 from dem.model.held_load import UNDECIDED
 from dem.model.rest_criterion import Scale
-from dem.multiplier.collapse import LOADING, collapse
-from dem.multiplier.search import Controls, Search
+from dem.multiplier.collapse import FIRST_INCREMENT, LOADING, MOVED, collapse
+from dem.multiplier.search import APPROACH, AT_REST, Controls, Search
 from dem.multiplier.search import increments as held_loads
-from dem.settings import ContactOptions, given
+from dem.settings import ContactOptions, DemSettings, given
 from dem.stages.history import History
 from dem.stages.resuming import RunStatus
 from dem.stages.simulate import simulate
@@ -29,9 +30,12 @@ from limitmason.model.model_call import of_model
 from limitmason.model.stages import Damping, Settle, Tilt
 from limitmason.storage.frozen import ReadOnly
 
+# chosen, not derived
 _WINDOW = 5  # samples of the running median: a single sample may ride on a vibration
 _WITHIN = 1e-3  # the multiplier counts as reached where the ratio comes this near to it [-]
 _LAST_BITS = 1e-9  # part of the angle by which the repeat of a run differs: nothing but its last bits can [-]
+_FOLLOWS = 0.98  # of the table's tangent: a wall that still reads as much at the end of a run has not fallen
+_PRESSED = 1e-3  # of the weight: with less on the table Rh / Rv is a ratio of two small numbers
 
 
 class TiltStatus(StrEnum):
@@ -44,9 +48,6 @@ class TiltStatus(StrEnum):
     DID_NOT_FALL = "did not fall"
 
 
-DID_NOT_FALL = TiltStatus.DID_NOT_FALL
-
-
 class TableRun(NamedTuple):
     """A run of the turning table: angle per 1000 steps [deg], and the largest Rh / Rv that it read [-]."""
 
@@ -56,7 +57,7 @@ class TableRun(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Readings(ReadOnly):
-    """What a history says of a turning table; see :class:`TiltTest`."""
+    """What a history says of a turning table: fields, units and shapes are those of :class:`TiltTest`."""
 
     tilt_deg: Array
     steps: Array
@@ -122,31 +123,25 @@ class TiltTest(Displayed, Readings):
 
     @property
     def rate_change(self) -> float:
-        """Change of max(Rh / Rv) from the last run but one to the last [-].
-
-        It is NaN after a single run.
-        """
-        return self.runs[-1].peak / self.runs[-2].peak - 1.0 if len(self.runs) > 1 else float("nan")
+        """Relative change of max(Rh / Rv) from the last run but one to the last [-], NaN where no table turned."""
+        return self.runs[-1].peak / self.runs[-2].peak - 1.0 if self.runs else float("nan")
 
     @property
     def at_rest(self) -> float:
         """Max(Rh / Rv) extrapolated to a table that turns infinitely slowly [-].
 
-        It holds where the lag is linear in the rate.
-
-        It is not where the wall slides: the ratio then stays at tan(phi) however late the wall is seen to move.
+        It holds where the lag is linear in the rate. It is not where the wall slides: the ratio then stays at tan(phi)
+        however late the wall is seen to move. NaN where no table turned or the wall did not fall.
         """
-        if len(self.runs) < 2 or self.status == DID_NOT_FALL:
-            return float("nan")
-        (fast, high), (slow, low) = self.runs[-2:]
-        return low - (high - low) * slow / (fast - slow)
+        fell = self.runs and self.status != TiltStatus.DID_NOT_FALL
+        return _at_rate_zero(self.runs) if fell else float("nan")
 
     def __str__(self) -> str:
         """Multiplier, angle, stopped tables, rate and, where it was asked for, the comparison with held loads.
 
         Status and warnings alone where no table was turned, or where the wall stood at the last angle.
         """
-        if not self.runs or self.status == DID_NOT_FALL:
+        if not self.runs or self.status == TiltStatus.DID_NOT_FALL:
             above = f", lambda above {self.collapse_multiplier:.4f}" if self.runs else ""
             return "\n".join([f"tilting test: {self.status}{above}", *(f"  {w}" for w in self.warnings)])
         lines = [
@@ -219,37 +214,38 @@ def tilt_test(
     Notes
     -----
     Only the blocks' own weight turns. With cohesion or tensile strength the angle is right for a tilting table but its
-    tangent is not the multiplier of horizontal forces on an upright wall, so ``increments`` then differs. First
-    contacts are kept: the path is right up to collapse and a little after. Source: Godio, Stefanou, Sab 2017, section
-    3.1, eqs 5 to 7 and Figs 5, 6.
+    tangent is not the multiplier of horizontal forces on an upright wall, so ``increments`` then differs. Stopped
+    tables keep the first contacts; turning ones find them anew, as :func:`dem.simulate` does. Source: Godio, Stefanou,
+    Sab 2017, section 3.1, eqs 5 to 7 and Figs 5, 6.
     """
     loads = Loads.horizontal(assembly, direction)
-    d = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    downhill = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
     if not 0.0 < to_deg < 90.0:
         raise InputError(f"to_deg must lie between 0 and 90 degrees, got {to_deg!r}")
     if not tolerance > 0.0 or steps < 1 or halvings < 1:
         raise InputError("tolerance, steps and halvings must be positive: the rate check needs at least one halving")
     if not assembly.held.any():
         raise InputError("nothing is held: a tilting test reads the reactions of the held blocks (the table)")
-    axis = tuple(np.cross((0.0, 0.0, 1.0), d).tolist())
+    axis = tuple(np.cross((0.0, 0.0, 1.0), downhill).tolist())
     scale = Scale.of(assembly, loads.dead)
     weight = float(assembly.weights[~assembly.fixed].sum())
     options = given(contacts, ContactOptions, "tilt_test")
-    every = sample or max(steps // 200, 20)
-    settled, _ = evenly_where_it_slides(assembly, Settle(tolerance=1e-6), sample=every, **options)
+    every = sample or max(steps // 200, 20)  # steps; chosen: some 200 samples in a run, of 20 steps at least
+    settled, _ = evenly_where_it_slides(assembly, Settle(tolerance=AT_REST), sample=every, **options)
     # what has fallen comes to rest too, on the table: where it lies is not the wall that was to be tilted
     fell = float(np.abs(settled.shift[-1]).max()) > moved_limit * scale.smallest
     if fell or settled.status != RunStatus.FINISHED:
-        found = _read(settled, float("nan"), d, weight)
+        found = _read(settled, float("nan"), downhill, weight)
         return TiltTest(
             **vars(found), status=TiltStatus.CANNOT_STAND if fell else TiltStatus.NOT_CONVERGED,
-            collapse_multiplier=float("nan"), runs=(), direction=tuple(d.tolist()), history=settled,
+            collapse_multiplier=float("nan"), runs=(), direction=tuple(downhill.tolist()), history=settled,
             warnings=(f"it {'fell' if fell else 'did not settle'} on the level table",),
         )
     held = collapse(assembly, loads, error_budget=(), **options) if increments else None
+    last_tangent = float(np.tan(np.deg2rad(to_deg)))
     runs: list[TableRun] = []
     stood: list[bool] = []
-    notes, rate = list(settled.warnings), to_deg / steps
+    notes, rate = list(settled.warnings), to_deg / steps  # [deg per step]
     for k in range(halvings + 1):
         reached(None, f"turn {k + 1}, {1000.0 * rate:.3g} deg per 1000 steps")
         stage = Tilt(
@@ -258,34 +254,33 @@ def tilt_test(
         )
         history = simulate(assembly, stage, start=settled, sample=every)
         begun = float(settled["step"][-1])
-        found = _read(history, begun, d, weight)
+        found = _read(history, begun, downhill, weight)
         peak = _peak(found.ratio)
         runs.append(TableRun(1000.0 * rate, peak))
-        # at the end of the tilt the wall still follows the table, in a run and in one at half its rate
-        stood.append(history["step"][-1] - begun >= stage.steps and peak > 0.98 * np.tan(np.deg2rad(to_deg)))
-        if all(stood[-2:]) and k:
+        # no block moved far on the whole way, and the wall still follows the table at its end
+        stood.append(history["step"][-1] - begun >= stage.steps and peak > _FOLLOWS * last_tangent)
+        # slower no longer matters: two rates read alike, or the wall stood at both. One run alone says neither
+        if k and (all(stood[-2:]) or abs(runs[-1].peak / runs[-2].peak - 1.0) < tolerance):
             break
-        if k and abs(runs[-1].peak / runs[-2].peak - 1.0) < tolerance:
-            break
-        # the first run only finds the scale
+        # the first run only finds the scale: the second takes all of its steps up to the angle of collapse
         rate = 0.5 * rate if k else min(0.5 * rate, float(np.rad2deg(np.arctan(peak))) / steps)
+    # once more as in the last run, to see what hangs on rounding alone
     again = simulate(assembly, replace(stage, to_deg=to_deg * (1.0 + _LAST_BITS)), start=settled, sample=every)
-    repeat = _peak(_read(again, begun, d, weight).ratio)
-    last_tangent = float(np.tan(np.deg2rad(to_deg)))
+    repeat = _peak(_read(again, begun, downhill, weight).ratio)
     bracket = _stopped(assembly, loads, settled, runs, last_tangent, tolerance)
     status, multiplier, said = _judged(bracket, runs, repeat, last_tangent, tolerance)
     found = replace(found, collapse=_reached(found.ratio, multiplier))
     return TiltTest(
-        **vars(found), status=status, collapse_multiplier=multiplier, runs=tuple(runs), direction=tuple(d.tolist()),
-        history=history, held=(bracket.stable, bracket.moving), spread=abs(repeat / runs[-1].peak - 1.0),
-        increments=held, warnings=(*notes, *said),
+        **vars(found), status=status, collapse_multiplier=multiplier, runs=tuple(runs),
+        direction=tuple(downhill.tolist()), history=history, held=(bracket.stable, bracket.moving),
+        spread=abs(repeat / runs[-1].peak - 1.0), increments=held, warnings=(*notes, *said),
     )
 
 
 def _judged(
     bracket: Search, runs: list[TableRun], repeat: float, last_tangent: float, tolerance: float
 ) -> tuple[TiltStatus, float, list[str]]:
-    """Status, multiplier and notes, from tables that turned and tables that stopped.
+    """Status, multiplier [-] and notes for the reader, from tables that turned and tables that stopped.
 
     The multiplier is the least at which the wall was seen to fall on either. They contradict each other where the wall
     fell on a table that turned below an angle at which it stood on a stopped one: that is no answer.
@@ -293,16 +288,16 @@ def _judged(
     Parameters
     ----------
     bracket : tangents of the tilt at which the wall stood and fell on stopped tables
-    runs : of the turning table, the last at half the rate of the one before
-    repeat : peak of the last run when it is made again with other last bits [-]
+    runs : of the turning table, two or more, the last slower than the one before
+    repeat : max(Rh / Rv) of the last run when it is made again with other last bits [-]
     last_tangent : of the largest tilt that was tried [-]
-    tolerance : difference of readings that counts as none [-]
+    tolerance : relative difference of readings that counts as none [-]
     """
     reading, notes = runs[-1].peak, []
     if bracket.status == Status.UNBOUNDED:
         angle = float(np.rad2deg(np.arctan(last_tangent)))
         return TiltStatus.DID_NOT_FALL, last_tangent, [f"it did not fall up to {angle:g} degrees: give a larger to_deg"]
-    # a wall cannot fall while turning below a load at which it stood: the runs disagree
+    # a table that turns reads too much, never too little: below a load at which the wall stood the runs disagree
     status, lowest = TiltStatus(bracket.status), min(reading, repeat)
     if lowest < (1.0 - tolerance) * bracket.stable:
         status = TiltStatus.NOT_CONVERGED
@@ -310,6 +305,7 @@ def _judged(
     undecided = [f"{x:.4f}" for x, v in bracket.record if v.outcome == UNDECIDED and x > bracket.stable]
     if undecided:
         notes.append(f"undecided on the stopped table at {', '.join(undecided)}; not counted as standing")
+    # a ratio above where the wall falls, or one that still drops with the rate, is no reading of the collapse
     change = reading / runs[-2].peak - 1.0
     if reading > (1.0 + tolerance) * bracket.moving or abs(change) >= tolerance:
         notes.append(
@@ -329,43 +325,53 @@ def _stopped(
 
     Parameters
     ----------
+    loads : dead load the weight, live load the weight turned to the direction of the tilt
     settled : at rest under dead load
-    runs : tables that turned, each slower than the one before
+    runs : tables that turned, two or more, each slower than the one before
     last_tangent : largest tangent of the tilt [-]
-    tolerance : width of the bracket [-]
+    tolerance : width of the bracket over the multiplier [-]
     """
+    usual = DemSettings()
+    # where the tangent is 1 the live load is as large as the dead one: the unit of this multiplier
     controls = Controls(
-        tolerance, max_steps=60_000, moved_limit=0.02, equilibrium=1e-4, damping=LOADING, unit=1.0, first=0.05,
+        tolerance, max_steps=usual.max_steps, moved_limit=MOVED, equilibrium=usual.equilibrium, damping=LOADING,
+        unit=1.0, first=FIRST_INCREMENT,
     )
-    guess = min(runs[-1].peak, last_tangent)
-    if len(runs) > 1 and runs[-2].rate > runs[-1].rate:
-        (fast, high), (slow, low) = runs[-2:]
-        # peaks at two speeds, continued in a line to a table that stands still
-        guess = min(guess, max(low - (high - low) * slow / (fast - slow), 0.5 * guess))
+    # a line through two noisy peaks may end far too low: no lower than half of what was read
+    read = min(runs[-1].peak, last_tangent)
+    guess = min(read, max(_at_rate_zero(runs), 0.5 * read))
 
     def turned(tangent: float) -> Array:
+        """Weight of every block, as large as upright, on a table tilted to a tangent [-]; shape (n, 15)."""
         return (loads.rows("dead") + tangent * loads.rows("live")) / np.hypot(1.0, tangent)
 
     return held_loads(
-        assembly, loads, settled.state.copy(), controls, through=[0.5 * guess, 0.9 * guess, guess], settled=0.0,
+        assembly, loads, settled.state.copy(), controls, through=[part * guess for part in APPROACH], settled=0.0,
         loading=turned, up_to=last_tangent,
     )
 
 
-def _read(history: History, begun: float, d: Array, weight: float) -> Readings:
+def _at_rate_zero(runs: Sequence[TableRun]) -> float:
+    """Max(Rh / Rv) of the last two of several runs, continued in a line to a table that stands still [-]."""
+    (fast, high), (slow, low) = runs[-2:]
+    return low - (high - low) * slow / (fast - slow)
+
+
+def _read(history: History, begun: float, downhill: Array, weight: float) -> Readings:
     """Readings of a turning table since a step: angles, reactions over the weight, their ratio.
 
-    ``d`` is the downhill direction, a unit vector.
+    The blocks stay upright and their weight turns, so that the reactions come in axes of the table.
 
     Parameters
     ----------
     begun : step at which the table began to turn
+    downhill : unit vector along the table, towards which the wall leans, shape (3,)
     weight : of the free blocks [N]
     """
     total = history.reaction[:, :, :3].sum(axis=1)
-    vertical, horizontal = total[:, 2] / weight, -(total @ d) / weight
+    vertical, horizontal = total[:, 2] / weight, -(total @ downhill) / weight
     # a wall that leaves the table has no ratio
-    ratio = np.divide(horizontal, vertical, out=np.full_like(vertical, np.nan), where=vertical > 1e-3)
+    ratio = np.divide(horizontal, vertical, out=np.full_like(vertical, np.nan), where=vertical > _PRESSED)
     return Readings(
         tilt_deg=np.rad2deg(history["tilt"]), steps=history["step"] - begun, vertical=vertical, horizontal=horizontal,
         ratio=ratio, weight=weight, collapse=_reached(ratio, np.inf),
@@ -373,17 +379,18 @@ def _read(history: History, begun: float, d: Array, weight: float) -> Readings:
 
 
 def _reached(ratio: Array, multiplier: float) -> int:
-    """First sample at which the ratio reaches the multiplier, or its own maximum where that is less."""
+    """First sample at which the ratio reaches the multiplier, or its own maximum where that is less.
+
+    The ratio is Rh / Rv of every sample [-], NaN where the wall has left the table. None known: the last one.
+    """
     near = np.flatnonzero(ratio >= (1.0 - _WITHIN) * min(_peak(ratio), multiplier))
     return int(near[0]) if len(near) else len(ratio) - 1
 
 
 def _peak(ratio: Array) -> float:
-    """Largest running median of Rh / Rv over a few samples: one sample of noise is no peak.
+    """Largest running median of Rh / Rv over a few samples [-]: one sample of noise is no peak.
 
-    Parameters
-    ----------
-    ratio : of every sample [-], NaN where the wall has left the table
+    The ratio of a sample is NaN where the wall has left the table. The peak is 0 where no ratio is known.
     """
     known = ratio[np.isfinite(ratio)]
     if len(known) < _WINDOW:
