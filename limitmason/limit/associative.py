@@ -16,7 +16,7 @@ from limitmason.limit.program.cones import Cones, make_cones
 from limitmason.limit.program.face_cells import Cells, refined
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.program.scaling import balanced, spread
-from limitmason.limit.program.static import Solution, carries_any, stands_under_dead_load
+from limitmason.limit.program.static import BELOW_ZERO, Solution, carries_any, stands_under_dead_load
 from limitmason.limit.solvers import choose_solver, solve_program
 from limitmason.limit.torsion import with_torsion_limit
 
@@ -43,9 +43,6 @@ ONE_BOUND = 0.1
 
 UNEQUAL = 2.0
 """Largest over smallest load of a block from which a second scaling is another program worth a try: chosen."""
-
-BELOW_ZERO = -1e-9
-"""Scaled multiplier below which a structure falls without live load [-]: above it is the solver's rounding of zero."""
 
 REFINEMENTS = 6
 """Times that cells are made finer at most."""

@@ -10,16 +10,15 @@ import numpy
 import scipy
 
 Control = tuple[Callable[[], int], Callable[[int], None]]
+"""Getter and setter of a library's number of threads."""
 
 
 @contextlib.contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Context in which BLAS uses one thread.
-
-    The number before is restored.
+    """Context in which BLAS uses one thread; the number before is restored.
 
     Two threads made the factorisation of 3,000 to 10,000 blocks up to 2.5 times slower. Uses threadpoolctl where it is
-    installed, otherwise the OpenBLAS that numpy and scipy bring with them; with any other BLAS nothing happens.
+    installed, otherwise the OpenBLAS that numpy and scipy bring with them. With any other BLAS nothing happens.
     """
     try:
         from threadpoolctl import threadpool_limits
@@ -48,9 +47,9 @@ def _bundled_openblas() -> tuple[Control, ...]:
         for library in (*folder.parent.glob(f"{folder.name}.libs/*openblas*"), *folder.glob(".dylibs/*openblas*")):
             try:
                 handle = ctypes.CDLL(str(library))  # already loaded: this is a second name for it
-            except OSError:
+            except OSError:  # built for another machine, or it lacks a library of its own
                 continue
-            for suffix in ("64_", ""):
+            for suffix in ("64_", ""):  # builds with 64-bit integers carry it in their names
                 get = getattr(handle, f"scipy_openblas_get_num_threads{suffix}", None)
                 put = getattr(handle, f"scipy_openblas_set_num_threads{suffix}", None)
                 if get and put:

@@ -19,6 +19,7 @@ def unsupported(problem: Problem) -> str | None:
         refuse(INTERIOR_POINT, problem.assembly, problem.interfaces)
     except NotApplicable as refusal:
         return str(refusal)
+    # an empty row of G leaves M = G H^-1 G^T without a factor
     if (np.bincount(problem.matrix.indices, minlength=len(problem.row)) == 0).any():
         return (
             "the interior-point solver of this package does not cover blocks with a free motion that no joint resists; "

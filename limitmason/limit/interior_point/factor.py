@@ -18,6 +18,15 @@ from limitmason.multifrontal.fronts import Front, Fronts, below_cholesky
 FRONT_UNKNOWNS = 60
 """Unknowns up to which a piece of the structure is one front; smaller fronts cost calls, larger ones fill-in."""
 
+FEWEST_BLOCKS = 4
+"""Blocks of such a piece at least: chosen."""
+
+FIRST_TRY, LAST_TRY, GROWTH = 1e-12, 1e6, 100.0
+"""Relative increase of an indefinite front's diagonal at first, at last, and from one try to the next: chosen.
+
+The first is some rounding of a sum; beyond the last only numbers that are not finite are left as a reason.
+"""
+
 
 class BlockCholesky:
     """Factor of M = sum_p (A_p C_p)(A_p C_p)^T, where A_p are c neighbouring columns of A.
@@ -46,7 +55,7 @@ class BlockCholesky:
         position : centroids of all blocks [m], by which nested dissection cuts the graph, shape (n_blocks, 3)
         """
         matrix = sparse.csc_array(matrix)
-        matrix.sum_duplicates()
+        matrix.sum_duplicates()  # sorts every column by rows as well, which the runs of one block below rest on
         rows, columns = matrix.shape
         blocks, node, node_rows = np.unique(row_block, return_inverse=True, return_counts=True)
         node_start = np.concatenate([[0], np.cumsum(node_rows)])
@@ -60,7 +69,7 @@ class BlockCholesky:
         first_of_run[1:] = (np.diff(entry_point) != 0) | (np.diff(entry_node) != 0)
         run_point, run_node = entry_point[first_of_run], entry_node[first_of_run]
         graph = block_graph(run_node, run_point)
-        leaf = max(4, int(FRONT_UNKNOWNS * len(blocks) / rows))
+        leaf = max(FEWEST_BLOCKS, int(FRONT_UNKNOWNS * len(blocks) / rows))  # blocks of a piece
         pieces = dissect(graph, np.asarray(position, dtype=float)[blocks], leaf)
         tree, order = elimination_tree(graph, pieces), np.concatenate(pieces)
         self._order, _ = ragged_ranges(node_start[order], node_rows[order])
@@ -90,7 +99,7 @@ class BlockCholesky:
         Parameters
         ----------
         rank : of the unknown of every gathered row, in order of elimination
-        point : to which the row belongs
+        point : to which every such row belongs
         """
         fronts = self.fronts
         loaded = np.flatnonzero(np.diff(self._row_start))
@@ -113,7 +122,7 @@ class BlockCholesky:
         Parameters
         ----------
         root : C_p of every point, shape (m, c, c)
-        shift : added to the diagonal
+        shift : added to the diagonal, in its own unit
 
         Raises
         ------
@@ -124,6 +133,7 @@ class BlockCholesky:
 
         def assembled(k: int) -> Front:
             """Front k from its own points: the lower triangle of owned, of mixed and of passed unknowns."""
+            # n unknowns are eliminated here, m are passed on to the parent
             n, m, points = int(self.fronts.owned[k]), len(self.fronts.edges[k]), self._front_points[k]
             f11, f21, f22 = np.zeros((n, n), order="F"), np.zeros((m, n), order="F"), np.zeros((m, m), order="F")
             if len(points):
@@ -136,19 +146,19 @@ class BlockCholesky:
         self.fronts.eliminate(self._store, assembled, pivoted)
 
     def _dense_cholesky(self, matrix: Array, shift: float) -> Array:
-        """Lower Cholesky factor of a front's ``matrix``, with ``shift`` added to its diagonal.
+        """Lower Cholesky factor of a front's ``matrix`` (n, n), with ``shift`` added to its diagonal.
 
         A front that rounding has made indefinite is tried again with a larger diagonal; ``shifts`` counts how often.
         """
-        diagonal = matrix.ravel("K")[:: len(matrix) + 1]
+        diagonal = matrix.ravel("K")[:: len(matrix) + 1]  # a view: what is added to it is added to the matrix
         diagonal += shift
         lower, failed = dpotrf(matrix, lower=1, clean=0, overwrite_a=0)
-        more = 1e-14
+        more = FIRST_TRY / GROWTH
         while failed:
             # in proportion to each unknown's own stiffness: these differ by twenty orders of magnitude near the end
-            more *= 100.0
+            more *= GROWTH
             self.shifts += 1
-            if more > 1e6:
+            if more > LAST_TRY:
                 raise FloatingPointError("a front of the Cholesky factorisation is not positive definite")
             diagonal *= 1.0 + more
             lower, failed = dpotrf(matrix, lower=1, clean=0, overwrite_a=0)

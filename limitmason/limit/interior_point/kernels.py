@@ -25,14 +25,20 @@ def assemble_front(
 ) -> None:
     """Add (A_p C_p)(A_p C_p)^T of some points to the lower half of a front [[f11, .], [f21, f22]].
 
-    Rows row_start[p] : row_start[p + 1] of ``coefficient`` are A_p without its zero rows, ``place`` their places in
-    the front, ascending; root[p] = C_p.
+    Parameters
+    ----------
+    f11, f21, f22 : are added to; n unknowns eliminated in the front, k passed on: shapes (n, n), (k, n), (k, k)
+    points : numbers p of the points
+    row_start : rows row_start[p] : row_start[p + 1] of ``coefficient`` belong to point p, shape (m + 1,)
+    place : place of every row in the front, ascending within a point, the k passed on after the n
+    coefficient : A_p of all points one below the other, without zero rows, shape (sum, c)
+    root : C_p of every point, shape (m, c, c)
     """
     owned, c = f11.shape[0], coefficient.shape[1]
     most = 0
     for p in points:
         most = max(most, row_start[p + 1] - row_start[p])
-    scaled = np.empty((most, c))
+    scaled = np.empty((most, c))  # A_p C_p
     for p in points:
         first = row_start[p]
         rows = row_start[p + 1] - first
@@ -44,7 +50,7 @@ def assemble_front(
                 scaled[i, j] = total
         for i in range(rows):
             a = place[first + i]
-            for j in range(i + 1):
+            for j in range(i + 1):  # places ascend, so that b <= a: the lower half
                 b = place[first + j]
                 value = 0.0
                 for k in range(c):
@@ -99,6 +105,7 @@ def nesterov_todd(x: Array, s: Array) -> tuple[bool, Array, Array]:
         product = 0.0  # of both at determinant one
         for j in range(c):
             product += (x[p, j] / root_x) * (s[p, j] / root_s)
+        # the axis is (s' + J x') / length with s', x' of determinant one and J = diag(1, -1, ...)
         length = 2.0 * np.sqrt(0.5 * (1.0 + product))
         square = 0.0
         for j in range(1, c):
@@ -118,6 +125,8 @@ def scaled(axis: Array, size: Array, x: Array, inverse: bool) -> Array:
     Parameters
     ----------
     axis, size : of :func:`nesterov_todd`, shapes (m, c) and (m,)
+    x : shape (m, c)
+    inverse : W^-1 x instead of W x
     """
     m, c = x.shape
     out, sign = np.empty((m, c)), -1.0 if inverse else 1.0
@@ -135,15 +144,20 @@ def scaled(axis: Array, size: Array, x: Array, inverse: bool) -> Array:
 
 @njit(cache=True, error_model="numpy")
 def inverse_roots(axis: Array, size: Array, stiffness: Array) -> tuple[Array, Array, Array]:
-    """Roots of the inverse Hessian H = W^2 + stiffness e_0 e_0^T of every point, without subtracting large numbers.
+    """Roots of the inverse of H = W^2 + stiffness e_0 e_0^T at every point, without subtracting large numbers.
 
-    Returns root (m, c, c) with root root^T = H^-1, turn = root^T W (m, c, c), lever = root^T e_0 (m, c).
-    root = W^-1 (1 - (1 - b) d d^T) with d along W^-1 e_0 and b = (1 + stiffness |W^-1 e_0|^2)^-1/2.
+    root = W^-1 (1 - (1 - b) d d^T) with d along W^-1 e_0, |d| = 1, and b = (1 + stiffness |W^-1 e_0|^2)^-1/2.
 
     Parameters
     ----------
     axis, size : W as of :func:`nesterov_todd`, shapes (m, c) and (m,)
     stiffness : that is added, shape (m,)
+
+    Returns
+    -------
+    root : root root^T = H^-1, shape (m, c, c)
+    turn : root^T W, shape (m, c, c)
+    lever : root^T e_0, shape (m, c)
     """
     m, c = axis.shape
     root, turn, lever = np.empty((m, c, c)), np.empty((m, c, c)), np.empty((m, c))
@@ -151,10 +165,9 @@ def inverse_roots(axis: Array, size: Array, stiffness: Array) -> tuple[Array, Ar
     for p in range(m):
         square = 0.0
         for j in range(c):
-            arm[j] = (axis[p, 0] if j == 0 else -axis[p, j]) / size[p]
+            arm[j] = (axis[p, 0] if j == 0 else -axis[p, j]) / size[p]  # W^-1 e_0
             square += arm[j] ** 2
-        # b of the docstring; arm is W^-1 e_0
-        shrink = 1.0 / np.sqrt(1.0 + stiffness[p] * square)
+        shrink = 1.0 / np.sqrt(1.0 + stiffness[p] * square)  # b of the docstring
         for j in range(c):
             lever[p, j] = arm[j] * shrink
             root[p, 0, j] = arm[j] * shrink
@@ -179,8 +192,8 @@ def inverse_roots(axis: Array, size: Array, stiffness: Array) -> tuple[Array, Ar
 def inward(root: Array, turn: Array, lever: Array, v: Array, u: Array, push: Array) -> Array:
     """root^T v + turn u + lever push at every point, shape (m, c).
 
-    It takes rates v, scaled products u and the bounds' force ``push`` (m,) to the coordinates of the factor.
-    ``root``, ``turn`` and ``lever`` come from :func:`inverse_roots`.
+    It takes rates v (m, c), scaled products u (m, c) and the bounds' force ``push`` (m,) to the coordinates of the
+    factor. ``root``, ``turn`` and ``lever`` come from :func:`inverse_roots`.
     """
     m, c = v.shape
     out = np.empty((m, c))
@@ -195,7 +208,10 @@ def inward(root: Array, turn: Array, lever: Array, v: Array, u: Array, push: Arr
 
 @njit(cache=True, error_model="numpy")
 def outward(root: Array, o: Array) -> Array:
-    """Product root o at every point: from the factor's coordinates to forces."""
+    """Product root o at every point, shape (m, c): from the factor's coordinates to forces.
+
+    ``root`` comes from :func:`inverse_roots`, shape (m, c, c); o has shape (m, c).
+    """
     m, c = o.shape
     out = np.empty((m, c))
     for p in range(m):
@@ -209,7 +225,7 @@ def outward(root: Array, o: Array) -> Array:
 
 @njit(cache=True, error_model="numpy")
 def inverse_hessian(root: Array, v: Array) -> Array:
-    """H^-1 v = root root^T v at every point."""
+    """H^-1 v = root root^T v at every point; v has shape (m, c), ``root`` comes from :func:`inverse_roots`."""
     return outward(root, outward(root.transpose(0, 2, 1), v))
 
 
@@ -220,6 +236,11 @@ def inverse_step(x: Array, d: Array) -> float:
     The cone is x_0 >= |(x_1, ...)|. In coordinates that scale x to the unit of the cone's axis the step is (rho_0, rho)
     and meets the boundary at 1 / (|rho| - rho_0). Source: Vandenberghe 2010, The CVXOPT linear and quadratic cone
     program solvers.
+
+    Parameters
+    ----------
+    x : points within their cones, shape (m, c)
+    d : their steps, shape (m, c)
     """
     m, c = x.shape
     worst = 0.0

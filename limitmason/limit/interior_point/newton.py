@@ -18,24 +18,34 @@ from limitmason.limit.interior_point.factor import BlockCholesky
 STEP = 0.99
 """Fraction of the way to the boundary of the cones that a step may go."""
 
-REFINEMENTS = 2  # corrections of a solution at most, chosen
+REFINEMENTS = 2
+"""Corrections of a solution of the bordered system at most: chosen."""
+
 REFINED = 1e-11
-"""Refinements of a solution of the bordered system, and its relative error at which it is left alone. A larger one
-would stay in the equilibrium equations: late iterates lie too close to the boundary of the cones to remove it again.
+"""Relative error at which a solution of the bordered system is left alone.
+
+A larger one would stay in the equilibrium equations: late iterates lie too close to the boundary of the cones to remove
+it again.
 """
+
+NARROW, WIDE = 0.1, 10.0
+"""Products of a pair over the target within which centrality corrections leave it alone [-], as in Gondzio (1996)."""
+
+DEAD_LOAD_BALANCE = 1e-10
+"""Unbalance over the total load at which forces carry the dead load [-]: the solver's default tolerance."""
 
 
 class ConeProgram(NamedTuple):
     """Max lambda: matrix x + lambda live = right, x_p in Lorentz cones, bound_sign x_p0 - bound_level >= 0."""
 
     matrix: sparse.csr_array  # G, (r, c m)
-    transpose: sparse.csr_array
-    right: Array
-    live: Array
-    components: int
-    bound_point: Index  # (k,)
-    bound_sign: Array  # +1 for lower, -1 for upper bounds
-    bound_level: Array
+    transpose: sparse.csr_array  # of the matrix
+    right: Array  # minus dead load, and what the shift of normal forces adds, (r,)
+    live: Array  # (r,)
+    components: int  # c, force components a point, 2 or 3
+    bound_point: Index  # point of every bound, (k,)
+    bound_sign: Array  # +1 for lower, -1 for upper bounds, (k,)
+    bound_level: Array  # (k,)
     size: float  # total load in these units
 
     @property
@@ -44,11 +54,11 @@ class ConeProgram(NamedTuple):
         return self.matrix.shape[1] // self.components + len(self.bound_point)
 
     def bounded(self, x: Array) -> Array:
-        """Signed first component at every bound."""
+        """Signed first component of ``x`` (m, c) at every bound, shape (k,)."""
         return self.bound_sign * x[self.bound_point, 0]
 
     def push(self, z: Array) -> Array:
-        """Sum of the signed bound forces at every point, shape (m,)."""
+        """Sum of the signed bound forces ``z`` (k,) at every point, shape (m,)."""
         total = np.bincount(self.bound_point, self.bound_sign * z, self.matrix.shape[1] // self.components)
         return np.asarray(total, dtype=float)
 
@@ -64,9 +74,7 @@ class Iterate(NamedTuple):
     z: Array  # (k,)
 
     def moved(self, by: "Iterate", primal: float, dual: float) -> "Iterate":
-        """This iterate after a step ``by``, of lengths ``primal`` and ``dual`` for the forces and for the
-        velocities.
-        """
+        """This iterate after a step ``by``, of lengths ``primal`` for the forces and ``dual`` for the velocities."""
         return Iterate(
             x=self.x + primal * by.x, multiplier=self.multiplier + primal * by.multiplier,
             slack=self.slack + primal * by.slack, y=self.y + dual * by.y, s=self.s + dual * by.s,
@@ -82,10 +90,10 @@ class Iterate(NamedTuple):
 class Residuals(NamedTuple):
     """What an iterate leaves of the four groups of equations."""
 
-    equilibrium: Array
-    rates: Array  # (m, c)
-    live_rate: float
-    bounds: Array
+    equilibrium: Array  # right - G x - lambda live, (r,)
+    rates: Array  # -G^T y - s - e_0 sum(sign z), (m, c)
+    live_rate: float  # -1 - live . y
+    bounds: Array  # level - sign x_p0 + slack, (k,)
 
 
 def residuals(program: ConeProgram, it: Iterate) -> Residuals:
@@ -101,14 +109,17 @@ def residuals(program: ConeProgram, it: Iterate) -> Residuals:
 
 
 def cone_product(x: Array, s: Array) -> Array:
-    """Product of the cones' algebra, x o s = (x . s, x_0 s_i + s_0 x_i), shape (m, c)."""
+    """Product of the cones' algebra, x o s = (x . s, x_0 s_i + s_0 x_i); all of shape (m, c)."""
     out = x[:, :1] * s + s[:, :1] * x
     out[:, 0] = np.einsum("mc,mc->m", x, s)
     return out
 
 
 def cone_quotient(x: Array, product: Array) -> Array:
-    """The s with x o s = product, shape (m, c)."""
+    """The s with x o s = product; all of shape (m, c).
+
+    The determinant x_0^2 - |x_1..|^2 is a product: the difference of squares would cancel near the boundary.
+    """
     tail = np.sqrt(np.einsum("mc,mc->m", x[:, 1:], x[:, 1:]))
     out = np.empty_like(product)
     out[:, 0] = x[:, 0] * product[:, 0] - np.einsum("mc,mc->m", x[:, 1:], product[:, 1:])
@@ -118,9 +129,10 @@ def cone_quotient(x: Array, product: Array) -> Array:
 
 
 def step_lengths(it: Iterate, d: Iterate) -> tuple[float, float]:
-    """Longest primal and dual steps, at most one, that keep ``STEP`` of the distance to the boundary."""
+    """Longest primal and dual steps along ``d``, at most one, that go no farther than ``STEP`` to the boundary [-]."""
 
     def inverse(cone: Array, cone_step: Array, linear: Array, linear_step: Array) -> float:
+        """One over the step that goes ``STEP`` of the way: cones (m, c), and numbers > 0 of bounds (k,)."""
         worst = float((-linear_step / linear).max(initial=0.0))
         return max(kernels.inverse_step(cone, cone_step), worst) / STEP
 
@@ -147,7 +159,7 @@ class NewtonSystem:
         inside, self._axis, self._size = kernels.nesterov_todd(it.x, it.s)
         if not inside:
             return False
-        self._image = self._scaled(it.x)
+        self._image = self._scaled(it.x)  # W x = W^-1 s, the place that both are scaled to
         self.it = it
         p = self.program
         # eliminated slack and multiplier of a bound act as a spring z / slack on the normal force
@@ -163,7 +175,7 @@ class NewtonSystem:
     def direction(self, rest: Residuals, products: Array, bound_products: Array) -> Iterate:
         """Step that removes the residuals and changes the scaled products x o s and slack z by the given amounts.
 
-        Products stay in scaled form: W u has entries so large that a sum with the rates would drown them.
+        Products stay in scaled form: W u has entries so large that a sum with the rates would drown the latter.
 
         Parameters
         ----------
@@ -176,10 +188,11 @@ class NewtonSystem:
         """
         p, it = self.program, self.it
         u = cone_quotient(self._image, products)
-        z_part = (bound_products + it.z * rest.bounds) / it.slack
+        z_part = (bound_products + it.z * rest.bounds) / it.slack  # step of z were x to stay
         push = p.push(z_part)
 
         def inner(rates: Array) -> Array:
+            """Step of x for given rates (m, c), in the coordinates of the factor, shape (m, c)."""
             return kernels.inward(self._root, self._turn, self._lever, rates, u, push)
 
         # step of x with dy = 0; the bordered system then gives dy and the change of the multiplier
@@ -188,6 +201,7 @@ class NewtonSystem:
         change = (p.transpose @ dy).reshape(it.x.shape)
         scaled_step = inner(change - rest.rates)
         dx = kernels.outward(self._root, scaled_step)
+        # signed dx_p0 at the bounds: the lever is the first row of the root
         bounded = p.bound_sign * np.einsum("kc,kc->k", self._lever[p.bound_point], scaled_step[p.bound_point])
         dz = z_part - it.z / it.slack * bounded
         ds = rest.rates - change
@@ -197,6 +211,10 @@ class NewtonSystem:
     def _bordered(self, right: Array, rate: float) -> tuple[Array, float]:
         """Solution of [M live; live^T 0][y; l] = [right; rate], refined against M as a product of its parts.
 
+        Parameters
+        ----------
+        right, rate : right-hand side, shape (r,), and a number
+
         Returns
         -------
         y, multiplier : shape (r,), and l
@@ -204,9 +222,9 @@ class NewtonSystem:
         p, live = self.program, self.program.live
         y, multiplier = np.zeros(len(right)), 0.0
         enough = REFINED * (float(np.abs(right).max()) + abs(rate))
-        a, b, last = right, rate, np.inf
+        a, b, last = right, rate, np.inf  # what is left of both right-hand sides, and the error before
         for refinement in range(REFINEMENTS + 1):
-            if self._live_solution is None:
+            if self._live_solution is None:  # M^-1 live, once per factorisation
                 self._live_solution, v = self.factor.solve(np.array([live, a]))
                 self._live_square = float(live @ self._live_solution)
             else:
@@ -217,24 +235,31 @@ class NewtonSystem:
             multiplier += correction
             if refinement == REFINEMENTS:
                 break
+            # M y = G H^-1 G^T y without M, which the factor has rounded
             strain = kernels.inverse_hessian(self._root, (p.transpose @ y).reshape(self.it.x.shape))
             a = right - p.matrix @ strain.ravel() - multiplier * live
             b = rate - float(live @ y)
             error = float(np.abs(a).max()) + abs(b)
-            if error <= enough or error > 0.5 * last:
+            if error <= enough or error > 0.5 * last:  # good enough, or no longer halved: rounding is reached
                 break
             last = error
         return y, multiplier
 
     def _scaled(self, x: Array, inverse: bool = False) -> Array:
+        """W x, or W^-1 x, at every point, with the scaling of the iterate; shapes (m, c)."""
         return kernels.scaled(self._axis, self._size, x, inverse)
 
     def products(self, target: float, d: Iterate | None = None) -> tuple[Array, Array]:
         """Changes of the products that lead to ``target``, less the second-order term of a direction (Mehrotra).
 
+        Parameters
+        ----------
+        target : product of every pair on the central path
+        d : direction whose second-order term dx o ds is taken off, None for none
+
         Returns
         -------
-        cone, bound : shapes (m, c) and (k,)
+        cone, bound : wanted changes of x o s in scaled form, shape (m, c), and of slack z, shape (k,)
         """
         cone, bound = -cone_product(self._image, self._image), target - self.it.slack * self.it.z
         cone[:, 0] += target
@@ -245,7 +270,7 @@ class NewtonSystem:
     def centred_products(
         self, wanted: tuple[Array, Array], d: Iterate, primal: float, dual: float, target: float
     ) -> tuple[Array, Array]:
-        """Wanted products corrected at a trial point by what lies outside [0.1, 10] target (Gondzio).
+        """Wanted products corrected at a trial point by what lies outside [0.1, 10] times the target (Gondzio).
 
         It stretches the steps: pairs that are far from the others' mean hold every later step back.
 
@@ -258,15 +283,16 @@ class NewtonSystem:
 
         Returns
         -------
-        cone, bound : shapes (m, c) and (k,)
+        cone, bound : as of :meth:`products`, shapes (m, c) and (k,)
         """
         trial = self.it.moved(d, primal, dual)
 
         def move(value: Array) -> Array:
-            return np.maximum(np.clip(value, 0.1 * target, 10.0 * target) - value, -10.0 * target)
+            """Change of products to the nearest end of the interval, and never by more than its width downwards."""
+            return np.maximum(np.clip(value, NARROW * target, WIDE * target) - value, -WIDE * target)
 
         value = cone_product(self._scaled(trial.x), self._scaled(trial.s, True))
-        # the two eigenvalues of a product are value_0 +- |value_1..|
+        # the two eigenvalues of a product are value_0 +- |value_1..|; each is moved by itself
         tail = np.sqrt(np.einsum("mc,mc->m", value[:, 1:], value[:, 1:]))
         high, low = move(value[:, 0] + tail), move(value[:, 0] - tail)
         cone = wanted[0].copy()
@@ -280,10 +306,10 @@ class NewtonSystem:
         dx = H^-1 G^T M^-1 (right - G x): one solution with the factor at hand. True is a proof, False says nothing.
         """
         p, x = self.program, self.it.x
-        for _ in range(2):
+        for _ in range(2):  # the second removes the rounding of the first
             rest = p.right - p.matrix @ x.ravel()
             pull = (p.transpose @ self.factor.solve(rest)).reshape(x.shape)
             x = x + kernels.inverse_hessian(self._root, pull)
-        balanced = np.abs(p.right - p.matrix @ x.ravel()).max() <= 1e-10 * p.size
+        balanced = np.abs(p.right - p.matrix @ x.ravel()).max() <= DEAD_LOAD_BALANCE * p.size
         in_cones = (x[:, 0] > np.sqrt((x[:, 1:] ** 2).sum(axis=1))).all()
         return bool(balanced and in_cones and (p.bounded(x) >= p.bound_level).all())

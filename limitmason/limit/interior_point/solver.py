@@ -31,16 +31,51 @@ from limitmason.limit.interior_point.newton import (
 )
 from limitmason.limit.program.problem import Problem
 from limitmason.limit.program.scaling import row_blocks
-from limitmason.limit.program.static import Solution
+from limitmason.limit.program.static import BELOW_ZERO, Solution
 
 CORRECTORS = 2
 """Centrality corrections tried in an iteration whose steps stay short."""
+
+SHORT = 0.9
+"""Step length below which a centrality correction is tried [-]: chosen; longer steps gain little from one."""
+
+LONGER = 0.05
+"""Sum of primal and dual step lengths that a centrality correction must add to be kept [-]: chosen."""
+
+USELESS = 1e-6
+"""Step length below which the iteration has come to its end [-]: chosen."""
+
+FIRST_RAY = 3
+"""Iteration from which rays are looked for: the first iterates are far from any and would only cost the products."""
+
+DEAD_LOAD_ITERATIONS = 50
+"""Iterations for the dead load alone at most: chosen, far more than the one or two that most structures take."""
+
+CLEANINGS = 3
+"""Newton steps at most that remove what is left of the residuals of the final iterate: chosen."""
+
+FIRST_SHIFT = 1e-12
+"""Diagonal added to the first least squares [-], whose matrix, of geometry alone, may be singular to rounding."""
 
 RAY = 1e-8
 """Residual relative to its size at which a direction counts as a proof that there is no bound or no solution."""
 
 REDUCED = 1e-6
 """Accuracy at which an iterate is worth keeping as "almost solved"."""
+
+BALANCED = 1e-9
+"""Unbalance over the total load that "solved" allows at most, whatever the tolerance [-]: certificates judge it."""
+
+REACHABLE = 1e-12
+"""Unbalance over the total load below which no tolerance asks for less [-]: rounding."""
+
+SMALL, SMALL_REDUCED = 1e-3, 1e-6
+"""Scaled multipliers below which a gap counts over these, for "solved" and "almost solved" [-]: chosen, a multiplier
+may be zero."""
+
+FIRST_FORCE, FIRST_RATE, FIRST_FLOOR = 2.0, 3.0, 0.3
+"""Forces over those of least squares, rates over their mean, least force over the mean of the first iterate [-].
+They keep both clear of zero and of one size, so that the first steps are long; any positive ones would do."""
 
 
 class Progress(NamedTuple):
@@ -50,11 +85,11 @@ class Progress(NamedTuple):
     """
 
     iteration: int
-    static: float
-    kinematic: float
-    primal_residual: float
-    dual_residual: float
-    complementarity: float
+    static: float  # multiplier of the forces [-]
+    kinematic: float  # multiplier of the motion [-]
+    primal_residual: float  # unbalance over the total load [-]
+    dual_residual: float  # largest violation of the motion's equations, for live power one
+    complementarity: float  # x . s + slack . z, the gap of a feasible pair
     shifts: int  # fronts of the factorisation that needed a shift
 
 
@@ -103,7 +138,8 @@ def solve_interior_point(
         stands = None
         if check_dead_load:
             # a structure that carries no multiplier of zero or more falls under its dead load alone
-            stands = False if status == Status.SOLVED and it.multiplier < -1e-9 else _stands(program, factor, first)
+            falls = status == Status.SOLVED and it.multiplier < BELOW_ZERO
+            stands = False if falls else _stands(program, factor, first)
     # back from x = (tan(phi) N + c A, T) of the cone program to (N, T)
     force = it.x.copy()
     force[:, 0] /= problem.law.tan_phi
@@ -120,12 +156,16 @@ def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:
 
     In plane the two half-planes |T| <= tan(phi) N + c A are a cone in two dimensions: one method serves both. Cut-offs
     N >= -ft A that do not cut the cone's tip and infinite crushing forces are left out.
+
+    Returns
+    -------
+    program, shift : scaled; the latter [-] of every point, shape (m,), so that N = x_0 / tan(phi) - shift
     """
     law = problem.law
     c, m, mu, shift = problem.components, problem.points.count, law.tan_phi, law.apex
     scale = np.ones((m, c))
     scale[:, 0] = 1.0 / mu
-    # N = x_0 / tan(phi) - shift: columns of normal forces are divided, their shift goes to the right-hand side
+    # columns of normal forces are divided by tan(phi), their shift goes to the right-hand side
     matrix = sparse.csr_array(problem.matrix @ sparse.diags_array(scale.ravel()))
     moved = np.zeros((m, c))
     moved[:, 0] = shift
@@ -144,12 +184,12 @@ def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:
 def _first_iterate(program: ConeProgram, factor: BlockCholesky) -> Iterate:
     """Forces and velocities of least squares, each pushed to the axis of its cone.
 
-    On the axis a point is as far from its cone as its size allows. The factors 2, 3 and 0.3 keep forces and rates clear
-    of zero and of one size, so that the first steps are long; any positive ones would do.
+    On the axis a point is as far from the boundary of its cone as its size allows.
     """
     c = program.components
     m = program.matrix.shape[1] // c
-    factor.factorise(np.broadcast_to(np.eye(c), (m, c, c)).copy(), shift=1e-12)
+    # M = G G^T: least squares of the forces alone, and the motion of live power -1 that moves the joints least
+    factor.factorise(np.broadcast_to(np.eye(c), (m, c, c)).copy(), shift=FIRST_SHIFT)
     for_live, for_right = factor.solve(np.array([program.live, program.right]))
     y = -for_live / float(program.live @ for_live)
     force = np.linalg.norm((program.transpose @ for_right).reshape(m, c), axis=1)
@@ -157,27 +197,30 @@ def _first_iterate(program: ConeProgram, factor: BlockCholesky) -> Iterate:
     mean = float(force.mean()) or 1.0
     x, s = np.zeros((m, c)), np.zeros((m, c))
     # well inside: no cone begins near its edge, and all products are about alike
-    x[:, 0] = 2.0 * np.maximum(force, 0.3 * mean)
-    s[:, 0] = 3.0 * float(rate.mean())
+    x[:, 0] = FIRST_FORCE * np.maximum(force, FIRST_FLOOR * mean)
+    s[:, 0] = FIRST_RATE * float(rate.mean())
     slack = np.maximum(program.bounded(x) - program.bound_level, np.abs(x).mean())
-    return Iterate(x, 0.0, slack, y, s, s[:, 0].mean() * x[:, 0].mean() / slack)
+    z = s[:, 0].mean() * x[:, 0].mean() / slack  # slack z of every bound is about x . s of a point
+    return Iterate(x, 0.0, slack, y, s, z)
 
 
 class _Measures(NamedTuple):
     """How far an iterate is from a solution."""
 
-    primal: float
-    dual: float
+    primal: float  # unbalance and violation of bounds over the total load [-]
+    dual: float  # largest violation of the motion's equations, for live power one
     complementarity: float
-    kinematic: float
+    kinematic: float  # multiplier of the motion [-]
 
     def within(self, multiplier: float, tolerance: float) -> bool:
-        """Whether both bounds are feasible and as close as asked."""
-        gap = self.complementarity / max(abs(multiplier), 1e-3)
-        return self.primal < max(min(tolerance, 1e-9), 1e-12) and self.dual < tolerance and gap < tolerance
+        """Whether both bounds are feasible and as close as asked, for the scaled multiplier of the forces [-]."""
+        gap = self.complementarity / max(abs(multiplier), SMALL)
+        balanced = self.primal < max(min(tolerance, BALANCED), REACHABLE)
+        return balanced and self.dual < tolerance and gap < tolerance
 
     def nearly(self, multiplier: float) -> bool:
-        gap = max(self.complementarity, abs(self.kinematic - multiplier)) / max(abs(multiplier), 1e-6)
+        """The same to ``REDUCED``; a tenth of that for the unbalance, which cannot be repaired later."""
+        gap = max(self.complementarity, abs(self.kinematic - multiplier)) / max(abs(multiplier), SMALL_REDUCED)
         return self.primal < 0.1 * REDUCED and self.dual < REDUCED and gap < REDUCED
 
 
@@ -201,11 +244,14 @@ def _iterate(
     """Iterate until the program is solved, proven unsolvable, or stops improving.
 
     Of several iterates that nearly solve the program the one of least merit is kept: residuals of equilibrium count 100
-    times the complementarity, as they cannot be repaired later.
+    times the complementarity (chosen), as they cannot be repaired later.
 
     Parameters
     ----------
-    tolerance, max_iterations : [-], and most iterations
+    factor : symbolic factorisation of the program's matrix
+    it : first iterate, within all cones
+    tolerance : largest difference of the two bounds relative to lambda [-]
+    max_iterations : after which it stops
     callback : told every iteration
 
     Returns
@@ -223,8 +269,7 @@ def _iterate(
         if measures.within(it.multiplier, tolerance):
             status = Status.SOLVED
             break
-        # the first iterates are far from any ray and would only cost the products
-        if iteration > 2 and (proof := _no_solution(program, it)) is not None:
+        if iteration >= FIRST_RAY and (proof := _no_solution(program, it)) is not None:
             return proof, it, iteration
         merit = max(100.0 * measures.primal, measures.complementarity)
         if measures.nearly(it.multiplier) and merit < best_merit:
@@ -251,6 +296,10 @@ def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool
 
     It is the same method without a live load, stopped at the first proof. With nothing to maximise the iterates head
     for the middle of the admissible forces, where one or two suffice.
+
+    Parameters
+    ----------
+    first : iterate of :func:`_first_iterate`
     """
     program = program._replace(live=np.zeros_like(program.live))
     s = np.zeros_like(first.s)
@@ -258,13 +307,14 @@ def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool
     s[:, 0] = first.x[:, 0].mean() ** 2 / first.x[:, 0]
     it = first._replace(y=np.zeros_like(first.y), s=s)
     newton = NewtonSystem(program, factor)
-    for iteration in range(50):
+    for iteration in range(DEAD_LOAD_ITERATIONS):
         if not newton.scale(it):
             return None
         if newton.carries_dead_load():
             return True
-        if iteration > 2 and _no_solution(program, it) == Status.CANNOT_STAND:
+        if iteration >= FIRST_RAY and _no_solution(program, it) == Status.CANNOT_STAND:
             return False
+        # live . y = -1 cannot hold without live load and is not asked for
         step = _predict_and_correct(newton, residuals(program, it)._replace(live_rate=0.0))
         if step is None:
             return None
@@ -277,7 +327,12 @@ def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate
 
     Parameters
     ----------
-    rest : residuals at the iterate of ``newton``
+    newton : system scaled and factorised at its iterate
+    rest : residuals at that iterate
+
+    Returns
+    -------
+    direction, primal, dual : the latter lengths of the steps of forces and of velocities, at most one [-]
     """
     it = newton.it
     gap = it.complementarity
@@ -291,17 +346,19 @@ def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate
     d = newton.direction(rest, *wanted)
     primal, dual = step_lengths(it, d)
     for _ in range(CORRECTORS):
-        # Gondzio's correctors pay only where steps stay short, and while they lengthen them by more than 5 %
-        if min(primal, dual) > 0.9:
+        # Gondzio's correctors pay only where steps stay short, and while they lengthen them
+        if min(primal, dual) > SHORT:
             break
+        # corrected at a point a little farther than the steps reach: 1.1 times and 0.1, chosen
         trial = min(1.0, 1.1 * primal + 0.1), min(1.0, 1.1 * dual + 0.1)
         centred = newton.centred_products(wanted, d, *trial, target)
         other = newton.direction(rest, *centred)
         longer = step_lengths(it, other)
-        if sum(longer) < primal + dual + 0.05:
+        if sum(longer) < primal + dual + LONGER:
             break
         d, wanted, (primal, dual) = other, centred, longer
-    if not np.isfinite(primal + dual + d.multiplier) or max(primal, dual) < 1e-6:
+    # numbers overflow where the iterates lie too close to the boundary of their cones
+    if not np.isfinite(primal + dual + d.multiplier) or max(primal, dual) < USELESS:
         return None
     return d, primal, dual
 
@@ -309,13 +366,16 @@ def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate
 def _no_solution(program: ConeProgram, it: Iterate) -> Status | None:
     """Proof that no multiplier is the largest, or that there is none: a ray of forces, or of velocities (Farkas).
 
-    A ray counts as a proof where its residual is below ``RAY`` times its size.
+    A ray counts as a proof where its residual is below ``RAY`` times its size. The iterate itself is the candidate:
+    where there is a ray, iterates grow along it until the loads are nothing beside them.
     """
+    # forces that carry live load alone, within bounds whose levels are nothing beside them
     if it.multiplier > 0:
         rest = np.abs(program.matrix @ it.x.ravel() + it.multiplier * program.live).max()
         held = program.bounded(it.x).min(initial=0.0) > -RAY * it.multiplier
         if held and rest < RAY * it.multiplier * np.abs(program.live).max():
             return Status.UNBOUNDED
+    # a motion without live power in which the dead load does more work than the joints can dissipate
     work = float(program.right @ it.y + program.bound_level @ it.z)
     if work > 0:
         rates = (program.transpose @ it.y).reshape(it.x.shape) + it.s
@@ -326,9 +386,12 @@ def _no_solution(program: ConeProgram, it: Iterate) -> Status | None:
 
 
 def _cleaned(program: ConeProgram, newton: NewtonSystem, it: Iterate) -> Iterate:
-    """Iterate with what is left of both residuals removed, each side only if it stays in its cones."""
+    """Iterate with what is left of both residuals removed, each side only if it stays in its cones.
+
+    ``newton`` is scaled and factorised at ``it``.
+    """
     none = np.zeros_like(it.x), np.zeros_like(it.slack)
-    for _ in range(3):
+    for _ in range(CLEANINGS):
         d = newton.direction(residuals(program, it), *none)
         primal, dual = step_lengths(it, d)
         it = it.moved(d, float(primal == 1.0), float(dual == 1.0))

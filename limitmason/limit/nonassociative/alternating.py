@@ -24,6 +24,15 @@ ACTIVE = 1e-7
 LOWER = 1e-9
 """Fall of the scaled multiplier that counts as one."""
 
+LAST_ROUNDS = 3
+"""Rounds over which the alternation compares its violation of the law: chosen."""
+
+SETTLED = 1e-4
+"""Relative change of the violation over the last rounds below which the alternation has settled [-]: chosen."""
+
+FIRST_ROUNDS = 5
+"""Rounds before which it is never taken as settled: chosen."""
+
 STALLED = 1e-8
 """Fall of theta lambda + gap in one round of the alternation below which a push has come to its end."""
 
@@ -32,6 +41,7 @@ class ConePrograms:
     """The two programs of the alternation, set up once per problem."""
 
     def __init__(self, law: JointLaw, deadline: float = np.inf) -> None:
+        """Programs of a joint law; one that runs ends at the ``deadline``."""
         self.law = law
         self.forces = ForceProgram(law, deadline=deadline)
         self.velocities = ForceProgram(law, slope=law.tan_psi, deadline=deadline)
@@ -43,20 +53,23 @@ def alternate(
 ) -> ForceState | None:
     """Alternate on theta lambda + gap, which never rises.
 
-    The state that violates the law least, or the last one.
-
     Parameters
     ----------
     state : near-admissible; only its velocities are used
-    theta : weight of the multiplier; above zero that is pushed down at the expense of the law, the last state returned
-    tolerance : violation of the true law at which to stop
-    deadline : reading of ``time.perf_counter`` after which no further round begins
+    theta : weight of the multiplier [-]; above zero that is pushed down at the expense of the law
     steps : most rounds of two programs
+    tolerance : violation of the true law at which to stop [-]
+    deadline : reading of ``time.perf_counter`` after which no further round begins
+
+    Returns
+    -------
+    The state that violates the law least, for theta above zero the last one, or None where no program has an answer.
     """
     law, best, least, history, merit = programs.law, None, np.inf, [], np.inf
     velocity = state.velocity
     for k in range(steps):
         opening, sliding, slip = split(law, law.matrix.T @ velocity)
+        # coefficients of N' and T in the gap; velocities at mean live velocity one
         weight = np.column_stack([opening + (law.tan_phi - law.tan_psi) * slip, sliding]) / law.live_size
         answer = programs.forces.solve(theta, weight.ravel())
         if answer is None:
@@ -76,7 +89,7 @@ def alternate(
         history.append(off)
         if theta > 0 or off < least:
             best, least = found, off
-        stalled = k > 5 and abs(history[-1] - history[-4]) < 1e-4 * history[-1]
+        stalled = k > FIRST_ROUNDS and abs(history[-1] - history[-1 - LAST_ROUNDS]) < SETTLED * history[-1]
         pushed = theta > 0 and merit > last - STALLED * max(1.0, abs(last))
         if stalled or pushed or (theta == 0 and off < tolerance) or time.perf_counter() > deadline:
             break
@@ -90,6 +103,16 @@ def complying_forces(
 
     A point that opens bears nothing, one that slides is on its cone against the slip, one that closes by crushing bears
     its crushing force; ``ACTIVE`` is the rate from which it does.
+
+    Parameters
+    ----------
+    state : exact; its velocities are kept
+    largest : the largest multiplier instead of the smallest
+    deadline : reading of ``time.perf_counter`` at which the program ends without an answer
+
+    Returns
+    -------
+    The state with the new forces and the old velocities, None where the program has no answer.
     """
     opening, sliding, slip = split(law, law.matrix.T @ state.velocity)
     gap = opening - law.tan_psi * slip
@@ -112,11 +135,16 @@ def lower(
     Parameters
     ----------
     state : exact within ``tolerance``
-    thetas : weights of the multiplier, tried in turn
-    deadline : reading of ``time.perf_counter`` after which nothing further is tried
+    thetas : weights of the multiplier [-], tried in turn
     steps : most rounds of a push
+    tolerance : violation of the true law up to which a state counts [-]
+    deadline : reading of ``time.perf_counter`` after which nothing further is tried
+
+    Returns
+    -------
+    The lowest exact state, which may be ``state`` itself.
     """
-    best, complied = state, None
+    best, complied = state, None  # complied: the state whose mechanism has been used already
 
     def keep(found: ForceState | None) -> None:
         """Take a state that is lower and exact for the best."""
@@ -129,9 +157,9 @@ def lower(
         if time.perf_counter() > deadline:
             break
         pushed = alternate(programs, best, theta=theta, steps=steps, deadline=deadline)
-        # the way back to the law ends no lower than the push has gone, but for what is worked out after it
         if time.perf_counter() > deadline:
             break
+        # the way back to the law ends no lower than the push has gone: a push that is no lower is not worth it
         if pushed is not None and pushed.multiplier < best.multiplier - LOWER:
             keep(alternate(programs, pushed, deadline=deadline))
         if complied is not best and time.perf_counter() < deadline:

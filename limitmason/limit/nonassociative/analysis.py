@@ -17,7 +17,7 @@ from limitmason.display.progress import noted
 from limitmason.errors import InputError
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.nonassociative.force_program import ForceProgram
-from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, joint_law, violation
+from limitmason.limit.nonassociative.joint_law import SAME_ANGLE, ForceState, JointLaw, exact, joint_law, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms
 from limitmason.limit.nonassociative.prediction import (
     JUMP,
@@ -38,13 +38,26 @@ from limitmason.limit.nonassociative.proven_search import (
     proof_is_tried,
     search_and_prove,
 )
-from limitmason.limit.nonassociative.search import EFFORTS, Effort, Polisher, Trial, search_smallest
+from limitmason.limit.nonassociative.search import (
+    EFFORTS,
+    USUAL_MIXING,
+    Effort,
+    Polisher,
+    Trial,
+    search_smallest,
+)
 from limitmason.limit.nonassociative.smallest import prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
 from limitmason.storage.interrupts import ends_early, handed_on
 
 JUMP_POINTS = 1000
 """Contact points up to which the jump is measured unasked: beyond, it may take as long as the search."""
+
+TOLERANCE = 1e-10
+"""Of the program of Radenkovic's lower bound [-]."""
+
+ZERO = 1e-9
+"""Scaled lower bound that counts as zero [-]: an interior point leaves 1e-12 there."""
 
 
 def solve_nonassociative(
@@ -136,7 +149,7 @@ def solve_nonassociative(
             "proof_seconds is given, but no proof is tried: prove=False, or not a plane problem of at most "
             f"{PROVEN_POINTS[named]} contact points without crushing; prove=True demands one in plane without crushing"
         )
-    everywhere = bool((problem.law.tan_psi >= problem.law.tan_phi - 1e-15).all())
+    everywhere = bool((problem.law.tan_psi >= problem.law.tan_phi - SAME_ANGLE).all())
     law = None if everywhere else joint_law(problem)
     upper = solve_associative(problem, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose)
     provenance = dict(
@@ -163,6 +176,7 @@ def solve_nonassociative(
     if state is None and found.nearest is not None and violation(ordered, found.nearest).worst <= LOOSE:
         state, status = found.nearest, Status.ALMOST_SOLVED
     if state is None and found.stopped and upper.status != Status.UNBOUNDED:
+        # the nearest state where it lies below the associative bound, which no admissible state passes
         state, status = found.nearest, Status.TIME_ENDED
         if state is None or state.multiplier * problem.live_scale > upper.collapse_multiplier:
             provenance["seconds"] = time.perf_counter() - start
@@ -216,20 +230,24 @@ def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[T
 def radenkovic_lower(law: JointLaw, deadline: float = np.inf) -> float:
     """Scaled associative multiplier of the law inside, |T| <= c' + tan(psi) N', or NaN where nothing stands on that.
 
+    A program that runs ends at the ``deadline``.
+
     Notes
     -----
     Source: Radenkovic's second theorem. Both laws share the tension corner: with tension, tan(psi) N + c A would lie
     outside the true law below N = 0.
     """
-    status, state = ForceProgram(law, slope=law.tan_psi, tolerance=1e-10, deadline=deadline).largest(law.cohesion)
+    status, state = ForceProgram(law, slope=law.tan_psi, tolerance=TOLERANCE, deadline=deadline).largest(law.cohesion)
     if state is None or status not in ("Solved", "AlmostSolved"):
         return float("nan")
-    # an interior point leaves 1e-12 where the bound is zero
-    return 0.0 if abs(state.multiplier) < 1e-9 else state.multiplier
+    return 0.0 if abs(state.multiplier) < ZERO else state.multiplier
 
 
 def _scaled_upper(problem: Problem, upper: Prediction) -> float:
-    """Scaled multiplier that no state passes: of the repaired mechanism where there is one."""
+    """Scaled multiplier that no state passes [-]: of the repaired mechanism of the associative answer ``upper``.
+
+    It is infinite where that has no certificate, or no bound.
+    """
     c = upper.certificate
     value = c.kinematic_multiplier if c is not None else np.inf
     return max(value, upper.collapse_multiplier) / problem.live_scale if np.isfinite(value) else np.inf
@@ -239,7 +257,16 @@ def _around(
     problem: Problem, law: JointLaw, state: ForceState, accuracy: float, deadline: float, limits: Array | None, *,
     jump: bool,
 ) -> dict[str, Any]:
-    """What lies around the lowest state, for the details: multipliers of its mechanism, and with a little dilatancy."""
+    """What lies around the lowest state, for the details: multipliers of its mechanism, and with a little dilatancy.
+
+    Parameters
+    ----------
+    law, state : in the order of the search
+    accuracy : violation that counts as none [-]
+    deadline : of ``time.perf_counter``
+    limits : bounds on velocities for a proof with a little dilatancy, shape (r,); None for no proof
+    jump : whether the multiplier with a little dilatancy is looked for
+    """
     ends = Polisher(law, accuracy, deadline=deadline).multiplier_interval(state)
     out: dict[str, Any] = {"interval_at_mechanism": tuple(e * problem.live_scale for e in ends)}
     if jump and time.perf_counter() < deadline and (law.tan_psi[law.tan_phi > 0] == 0).any():
@@ -251,20 +278,22 @@ def _around(
 def _at_small_dilatancy(
     problem: Problem, law: JointLaw, state: ForceState, accuracy: float, limits: Array | None
 ) -> float:
-    """Extreme multiplier of a short search with a little dilatancy wherever there is none.
-
-    It is NaN when none is found.
+    """Smallest multiplier [-] of a short search with a little dilatancy wherever there is none, NaN without one.
 
     Where the multiplier itself is proven this one must be too: a search that ends high would feign a jump.
 
     Parameters
     ----------
-    accuracy, limits : violation that counts as none [-]; bounds on velocities for a proof, shape (n,), or None
+    law, state : without dilatancy, in the order of the search
+    accuracy : violation that counts as none [-]
+    limits : bounds on velocities for a proof, shape (r,), or None for no proof
     """
     little = law._replace(tan_psi=np.where(law.tan_psi == 0, SMALL_DILATANCY * law.tan_phi, law.tan_psi))
     normal = np.maximum(state.force[:: law.components], 0.0)
     # one slope, below the dilatancy that it must not hide; one mixing; no random starts and no pushes
-    effort = Effort(slopes=(0.1 * SMALL_DILATANCY,), mixings=(0.6,), random_starts=0, pushes=(), lower_each=False)
+    effort = Effort(
+        slopes=(0.1 * SMALL_DILATANCY,), mixings=(USUAL_MIXING,), random_starts=0, pushes=(), lower_each=False
+    )
     found = search_smallest(little, normal, effort=effort, accuracy=accuracy)
     best = found.best
     if limits is not None:

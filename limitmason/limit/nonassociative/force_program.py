@@ -22,17 +22,23 @@ TOLERANCE = 1e-12
 GRACE = 1.0
 """Time that a program has at least, though the search that it is part of has less left [s]."""
 
+ITERATIONS, ITERATIONS_OF_SLOPE = 200, 100
+"""Iterations of a program of the true law, and of one with given slopes, at most: chosen."""
+
 
 class ForceProgram:
     """Forces with |T| <= r + slope N' and 0 <= N' <= q in equilibrium with dead + lambda live.
 
+    The unknowns are the forces (N', T) of every point, scaled and counted from the tension corner, and lambda.
+
     Parameters
     ----------
     law : of the problem
-    slope : of the cones, shape (m,): then r is given with every solve and lambda may be negative; None is the true law
+    slope : of the cones [-], shape (m,): r is then given with every solve and lambda may be negative; None is the true
+        law, with lambda >= 0
     opening : points held at N' = 0, shape (m,)
     sliding : points held at T = -(c' + tan(phi) N') d, shape (m,)
-    direction : unit sliding directions d, shape (m, c - 1)
+    direction : unit sliding directions d, shape (m, c - 1); shear acts against them
     closing : points held at N' = q, where joints crush or ties yield, shape (m,)
     tolerance : of the interior-point method [-]
     deadline : reading of ``time.perf_counter`` at which a program that is being solved ends, without an answer
@@ -43,19 +49,7 @@ class ForceProgram:
         direction: Array | None = None, closing: Flags | None = None, tolerance: float = TOLERANCE,
         deadline: float = np.inf,
     ) -> None:
-        """Set the rows up: equations, orthant and cones.
-
-        Parameters
-        ----------
-        slope : of the cone T <= r + slope N' at every point [-]; None takes tan(phi) and keeps the multiplier
-            positive
-        opening : whether each point bears nothing, shape (m,)
-        sliding : whether it lies on its cone
-        closing : whether it bears its crushing force
-        direction : of slip at points that slide, unit vectors, shape (m, c - 1); the shear acts against it
-        deadline : of ``time.perf_counter``
-        tolerance : of the solver [-]
-        """
+        """Set the rows up, equations, orthant and cones in this order; arguments are those of the class."""
         m, c = len(law.tan_phi), law.components
         self.law, self.deadline, n = law, deadline, c * m
         none = np.zeros(m, dtype=bool)
@@ -66,6 +60,7 @@ class ForceProgram:
                  one[normal[closing]]]
         right = [-law.dead, np.zeros(int(opening.sum())), law.crushing[closing]]
         s = np.flatnonzero(sliding)
+        # T_k + d_k tan(phi) N' = -d_k c', one row per tangent
         for k, along in enumerate(() if direction is None else direction[s].T):
             equal.append(one[normal[s] + 1 + k] + sparse.diags_array(along * law.tan_phi[s]) @ one[normal[s]])
             right.append(-along * law.cohesion[s])
@@ -85,7 +80,7 @@ class ForceProgram:
         bound[zeros + len(low) : self._cones] = law.crushing[crushed]
         kinds = [clarabel.ZeroConeT(zeros), clarabel.NonnegativeConeT(linear + (len(kept) if c == 2 else 0))]
         kinds += [clarabel.SecondOrderConeT(3)] * (len(free) if c == 3 else 0)
-        settings = solver_settings(tolerance, max_iterations=200 if slope is None else 100)
+        settings = solver_settings(tolerance, max_iterations=ITERATIONS if slope is None else ITERATIONS_OF_SLOPE)
         # presolve would forbid updating the right-hand side
         settings.presolve_enable = False
         self._bound, self._objective = bound, np.zeros(n + 1)
@@ -94,8 +89,8 @@ class ForceProgram:
         self._solver: clarabel.DefaultSolver | None = None
 
     def _constant(self, constant: Array) -> None:
-        """Set r, the ``constant`` of the cone, of the points that are not held sliding."""
-        if self.law.components == 2:
+        """Set r, the ``constant`` of the cone, of the points that are not held sliding: scaled [-], in their order."""
+        if self.law.components == 2:  # two rows r + slope N' -+ T >= 0; in space r stands in the first of three rows
             self._bound[self._cones :] = np.tile(constant, 2)
         else:
             self._bound[self._cones :: 3] = constant
@@ -120,12 +115,14 @@ class ForceProgram:
     def solve(self, theta: float, weight: Array | None = None) -> tuple[float, Array] | None:
         """Multiplier and forces from the tension corner that minimise theta lambda + weight . f, or None.
 
-        ``theta`` is the price of the multiplier, ``weight`` that of every force component, shape (c m,). A theta of 1
-        looks for the smallest multiplier, -1 for the largest.
+        Parameters
+        ----------
+        theta : price of the multiplier [-]: 1 looks for the smallest, -1 for the largest
+        weight : price of every force component [-], shape (c m,); None for no price
 
         Returns
         -------
-        multiplier, force : shape (c m,)
+        multiplier, force : scaled [-]; the latter of shape (c m,)
         """
         self._objective = np.zeros(len(self._objective))
         self._objective[-1] = theta
@@ -138,11 +135,10 @@ class ForceProgram:
         return float(x[-1]), x[:-1]
 
     def largest(self, constant: Array) -> tuple[str, ForceState | None]:
-        """Status and state of the largest lambda for r = ``constant`` (m,).
+        """Clarabel's status and the state of the largest lambda for r = ``constant``, scaled [-], shape (m,).
 
-        No state when it is not a number.
-
-        The dual velocities obey e_n >= slope |e_t|.
+        The velocities are the duals and obey e_n >= slope |e_t|. There is no state where the live load has no power on
+        them, or where the solver leaves what is no number.
         """
         self._constant(constant)
         self._objective[-1] = -1.0

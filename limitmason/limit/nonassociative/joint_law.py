@@ -10,11 +10,12 @@ from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.law import PointLaw
 from limitmason.mechanics.law_table import NON_ASSOCIATIVE, SECTIONS, refuse
 
+SAME_ANGLE = 1e-15
+"""Difference of tan(phi) and tan(psi) that is rounding: the law is associative there."""
+
 
 class JointLaw(NamedTuple):
-    """Joint law with normal forces counted from the tension corner, N' = N + t.
-
-    Everything scaled as in ``Problem``.
+    """Joint law with normal forces counted from the tension corner, N' = N + t, everything scaled as in ``Problem``.
 
     |T| <= c' + tan(phi) N',  0 <= N' <= q;  e_n = tan(psi) |e_t| + p - k with p, k >= 0, N' p = 0 and (q - N') k = 0,
     and T e_t = -(c' + tan(phi) N') |e_t|. Here t = min(ft A, c A / tan(phi)) and c' = c A - tan(phi) t >= 0.
@@ -24,10 +25,10 @@ class JointLaw(NamedTuple):
     dead: Array  # dead load less what the corner's own tension carries, (r,)
     live: Array  # (r,)
     tan_phi: Array  # (m,)
-    tan_psi: Array
-    tension: Array  # t
-    cohesion: Array  # c'
-    crushing: Array  # q, infinite without crushing
+    tan_psi: Array  # (m,)
+    tension: Array  # t, (m,)
+    cohesion: Array  # c', (m,)
+    crushing: Array  # q, infinite without crushing, (m,)
     components: int  # c = 3, or 2 in plane
     live_size: float  # sum |live|: velocities are scaled to live . v = live_size, a mean live velocity of one
     total: float  # total load in scaled units
@@ -40,18 +41,15 @@ class JointLaw(NamedTuple):
     @property
     def dilatant(self) -> Flags:
         """Points where the flow rule is normality: psi = phi, or nothing to dilate on."""
-        return self.tan_psi >= self.tan_phi - 1e-15
+        return self.tan_psi >= self.tan_phi - SAME_ANGLE
 
 
 class ForceState(NamedTuple):
-    """Scaled multiplier, forces from the tension corner and velocities with live . v = live_size.
+    """Scaled multiplier, forces from the tension corner and velocities with live . v = live_size."""
 
-    How it was found.
-    """
-
-    multiplier: float
-    force: Array
-    velocity: Array
+    multiplier: float  # [-]
+    force: Array  # (N', T) of every point [-], (c m,)
+    velocity: Array  # of the equilibrium rows, (r,)
 
 
 class Violation(NamedTuple):
@@ -60,10 +58,10 @@ class Violation(NamedTuple):
     It is zero for an exact state.
     """
 
-    equilibrium: float
-    yielding: float
-    flow: float
-    complementarity: float
+    equilibrium: float  # largest unbalance of a row [-]
+    yielding: float  # largest excess over the joint law [-]
+    flow: float  # largest opening short of tan(psi) times sliding
+    complementarity: float  # power against the flow rule, over all points [-]
 
     @property
     def worst(self) -> float:
@@ -98,32 +96,35 @@ def joint_law(problem: Problem) -> JointLaw:
 
 
 def split(law: JointLaw, vector: Array) -> tuple[Array, Array, Array]:
-    """Normal components (m,), tangential ones (m, c - 1) and the size of those (m,) of forces or rates."""
+    """Normal components (m,), tangential ones (m, c - 1) and the size of those (m,) of ``vector`` (c m,).
+
+    It holds forces or rates of all points.
+    """
     x = vector.reshape(-1, law.components)
     tangential = x[:, 1:]
     return x[:, 0], tangential, np.linalg.norm(tangential, axis=1)
 
 
 def from_corner(law: JointLaw, normal: Array) -> Array:
-    """N' of given normal forces N (m,), not below zero."""
+    """N' of given normal forces N (m,), compression positive, scaled; not below zero."""
     return np.maximum(normal + law.tension, 0.0)
 
 
 def true_forces(law: JointLaw, state: ForceState) -> Array:
-    """Forces (N, T) of a state, tension negative, flat."""
+    """Forces (N, T) of a state, tension negative, scaled, shape (c m,)."""
     force = state.force.copy()
     force[:: law.components] -= law.tension
     return force
 
 
 def normalised(law: JointLaw, velocity: Array) -> Array | None:
-    """Velocities scaled to live . v = live_size, or None when the live load does no positive work."""
+    """Velocities (r,) scaled to live . v = live_size, or None when the live load does no positive work."""
     power = float(law.live @ velocity)
     return velocity * (law.live_size / power) if power > 0 else None
 
 
 def excess(law: JointLaw, force: Array) -> float:
-    """Largest excess of forces (N', T) over the joint law, over the total load."""
+    """Largest excess of forces (N', T), shape (c m,), over the joint law, over the total load [-]."""
     normal, _, shear = split(law, force)
     return float(law.points.excess(normal, shear).max(initial=0.0)) / law.total
 
@@ -145,5 +146,5 @@ def violation(law: JointLaw, state: ForceState) -> Violation:
 
 
 def exact(state: ForceState | None, law: JointLaw, tolerance: float) -> TypeGuard[ForceState]:
-    """Whether a state keeps the true law within a tolerance."""
+    """Whether a state keeps the true law within a tolerance on its worst :class:`Violation` [-]."""
     return state is not None and bool(np.isfinite(state.force).all()) and violation(law, state).worst <= tolerance

@@ -19,12 +19,16 @@ MAX_ROWS = 200_000
 """Larger programs than this take minutes and gigabytes."""
 
 
+LEAST_SECONDS = 0.1
+"""Time that the solver gets at least [s]: chosen."""
+
+
 class LiftedBound(NamedTuple):
     """Lower bound of the scaled multiplier: the dual value recomputed with numpy, less what its residual could cost."""
 
-    value: float
+    value: float  # [-], minus infinity where the program is not solved
     residual: float  # largest violation of dual feasibility
-    status: str
+    status: str  # HiGHS's word for the end
 
 
 def lifted_rows(programs: PlanePrograms) -> int:
@@ -43,6 +47,10 @@ def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit
     low, high : scaled multipliers that bound lambda: zero and the associative value
     time_limit : [s]
 
+    Returns
+    -------
+    LiftedBound of the scaled multiplier, for any forces and velocities.
+
     Notes
     -----
     Source: Sherali and Adams (1990). Exact on most small walls, never above the smallest admissible multiplier. The
@@ -59,7 +67,8 @@ def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit
     nothing, void = sparse.csr_array((m, 1)), sparse.csr_array((m, m))
     cohesion = sparse.csr_array((law.cohesion / programs.unit)[:, None])
 
-    # conditions on x: equilibrium, then N', R - T, R + T, high - lambda, lambda - low, all >= 0
+    # conditions on x, whose columns are N', T, lambda and 1:
+    # equilibrium, then N', R - T, R + T, high - lambda, lambda - low, all >= 0
     balance = sparse.hstack([programs.balance, sparse.csr_array(-programs.load[:, None])])
     one, ends = np.zeros((1, nx)), np.zeros((2, nx))
     one[0, -1] = 1.0
@@ -80,6 +89,7 @@ def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit
     equal = sparse.kron(balance, sparse.eye_array(ny))
     unity = sparse.kron(sparse.csr_array(one), live)
     products = sparse.kron(slack, rate, format="csr")
+    # complementarity: the product of N' and p, of R - T and z+, of R + T and z- is zero at every point
     i, width = np.arange(m), rate.shape[0]
     high_row = np.full(products.shape[0], INF)
     pairs = (i * width + i, (m + i) * width + m + group, (2 * m + i) * width + m + g + group)
@@ -93,9 +103,10 @@ def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit
     cost[(nx - 2) * ny : (nx - 1) * ny] = live.toarray()[0]
     free = np.full(nx * ny, INF)
     model = make_model(cost, matrix, row_low, row_high, -free, free)
+    # any dual vector gives a bound: an interior point serves, without the way from there to a vertex
     model.setOptionValue("solver", "ipm")
     model.setOptionValue("run_crossover", "off")
-    model.setOptionValue("time_limit", max(float(time_limit) - (time.perf_counter() - began), 0.1))
+    model.setOptionValue("time_limit", max(float(time_limit) - (time.perf_counter() - began), LEAST_SECONDS))
     model.run()
     status = model.modelStatusToString(model.getModelStatus())
     if model.getModelStatus() != highspy.HighsModelStatus.kOptimal:

@@ -17,19 +17,25 @@ from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms, polish
 
 INF = highspy.kHighsInf
 
+SAME_LINE = 9
+"""Decimals of the scaled sliding rows to which points on one line of action agree."""
+
+WHOLE, FEASIBLE = 1e-8, 1e-9
+"""HiGHS's tolerances of the mixed-integer program and of its linear programs [-]: chosen, states are polished after."""
+
 
 class Limits(NamedTuple):
-    """Largest forces, slacks and rates in the programs' units.
+    """Largest forces, slacks and rates, and what they rest on.
 
-    What they rest on.
+    Forces are in mean block loads, rates at mean live velocity one.
     """
 
-    velocity: Array  # (r,)
-    normal_low: Array  # (m,)
-    normal: Array
-    slack: Array  # R - T and R + T, (2, m)
-    slip: Array  # z+ and z-, (2, g)
-    opening: Array  # p, (m,)
+    velocity: Array  # largest size of every velocity, (r,)
+    normal_low: Array  # least N', (m,)
+    normal: Array  # largest N', (m,)
+    slack: Array  # of R - T and R + T, (2, m)
+    slip: Array  # of z+ and z-, (2, g)
+    opening: Array  # of p, (m,)
     forces_assumed: bool  # equilibrium leaves some force without bound: the stated one is used
 
 
@@ -37,9 +43,9 @@ class Proof(NamedTuple):
     """Answer of the mixed-integer program: best state, proven bound of the scaled multiplier, how it ended."""
 
     state: ForceState | None
-    bound: float
-    status: str
-    nodes: int
+    bound: float  # of the scaled multiplier [-]
+    status: str  # HiGHS's word for the end
+    nodes: int  # of the branch and bound
     velocity_share: float  # largest velocity of the best state over its bound
     forces_assumed: bool
     infeasible: bool  # proven: no admissible state within the bounds
@@ -49,6 +55,7 @@ class _SilentHighs(highspy.Highs):
     """HiGHS that writes nothing: from 1.16 on its constructor prints a banner, before an option can be set."""
 
     def enableCallbacks(self) -> None:
+        """Switch the output off in what the constructor calls before it prints."""
         self.setOptionValue("output_flag", False)
         super().enableCallbacks()
 
@@ -61,8 +68,11 @@ def make_model(
 
     Parameters
     ----------
-    cost : objective, per column
-    integer : whether a column is a whole number
+    cost : objective, per column, shape (n,)
+    matrix : shape (k, n)
+    row_low, row_high : shape (k,), infinite for no limit
+    low, high : of the columns, shape (n,), infinite for no limit
+    integer : whether a column is a whole number, shape (n,); None for none
     maximise : else it is minimised
     """
     model = _SilentHighs()
@@ -90,7 +100,7 @@ def make_model(
 def _maxima(model: highspy.Highs, rows: Array, *, smallest: bool = False) -> Array:
     """Largest, or smallest, value of every one of ``rows`` (k, n) over a model's polyhedron, shape (k,).
 
-    A value is infinite where there is none.
+    A value is infinite where there is none. ``smallest`` asks for the smallest.
     """
     count = rows.shape[1]
     index = np.arange(count, dtype=np.int32)
@@ -105,8 +115,11 @@ def _maxima(model: highspy.Highs, rows: Array, *, smallest: bool = False) -> Arr
 
 
 def sliding_groups(programs: PlanePrograms) -> tuple[Index, Index]:
-    """Group of every point and first point of every group: points on one line of action share one sliding rate."""
-    columns = np.round(programs.tangent.T.toarray(), 9)
+    """Group of every point (m,) and first point of every group (g,).
+
+    Points on one line of action, as the two of a plane joint, share one sliding rate and one choice of its sign.
+    """
+    columns = np.round(programs.tangent.T.toarray(), SAME_LINE)
     _, first, group = np.unique(columns, axis=0, return_index=True, return_inverse=True)
     return group.ravel(), first
 
@@ -123,13 +136,7 @@ class BoundedProgram:
     """
 
     def __init__(self, programs: PlanePrograms, low: float, high: float, velocity: Array, force: float) -> None:
-        """Bound every slack and rate of the law, which its binaries need.
-
-        Parameters
-        ----------
-        low, high : between which the scaled multiplier is sought
-        velocity, force : bounds: of every velocity, scaled, shape (n,), and of joint forces over the total load [-]
-        """
+        """Bound every slack and rate of the law, which its binaries need; arguments are those of the class."""
         self.programs, self.low, self.high = programs, low, high
         self.group, self.first = sliding_groups(programs)
         g, m = len(self.first), programs.m
@@ -160,6 +167,7 @@ class BoundedProgram:
         slack = (_maxima(model, -cone.toarray()) + bound).reshape(2, m)
         assumed = not (np.isfinite(normal).all() and np.isfinite(slack).all())
         normal = np.minimum(normal, force)
+        # |T| <= R, so that neither R - T nor R + T is more than 2 R
         slack = np.minimum(slack, 2.0 * law.points.in_units_of(p.unit).shear_strength(normal))
 
         # velocities (v, z+, z-), one sliding rate per group
@@ -186,13 +194,16 @@ class BoundedProgram:
         return Limits(velocity, normal_low, normal, slack, slip, opening, assumed)
 
     def _power(self, resistance: Array) -> Array:
-        """Row of -dead . v + sum resistance |e_t| over (v, z+, z-), in units of the multiplier."""
+        """Row of -dead . v + sum resistance |e_t| over (v, z+, z-), in units of the multiplier, shape (n + 2 g,).
+
+        ``resistance`` to sliding of every point is in mean block loads, shape (m,).
+        """
         law, unit = self.programs.law, self.programs.unit
         slip = self.spread.T @ resistance * (unit / law.live_size)
         return np.concatenate([-law.dead / law.live_size, slip, slip])
 
     def _model(self, maximise: bool) -> tuple[highspy.Highs, dict[str, slice]]:
-        """Mixed-integer program of the smallest or largest lambda, and its columns.
+        """Mixed-integer program of the smallest, or with ``maximise`` largest, lambda, and its columns by name.
 
         A binary chooses in each complementary pair of the law: 0 <= slack <= limit (1 - binary), 0 <= rate <= limit
         binary.
@@ -222,7 +233,8 @@ class BoundedProgram:
         add(p.load, p.load, N=p.normal, T=p.tangent, lam=(law.live / p.unit)[:, None])
         add(-cohesion, free, N=mu, T=-eye)
         add(-cohesion, free, N=mu, T=eye)
-        # slack <= limit (1 - binary): a point that slides is on its cone, one that opens bears nothing
+        # slack <= limit (1 - binary): a point that slides is on its cone, one that opens bears nothing;
+        # mu N - T = slack - cohesion
         add(-free, limits.slack[0] - cohesion, N=mu, T=-eye, plus=diagonal(limits.slack[0]) @ spread)
         add(-free, limits.slack[1] - cohesion, N=mu, T=eye, minus=diagonal(limits.slack[1]) @ spread)
         add(-free, limits.normal, N=eye, open=diagonal(limits.normal))
@@ -262,7 +274,7 @@ class BoundedProgram:
         return model, at
 
     def _values(self, state: ForceState, at: dict[str, slice]) -> Array:
-        """Columns of an exact state in the program, ``at`` their places by name, as a start."""
+        """Columns of an exact state in the program, as a start: all in a row; ``at`` has their places by name."""
         p, law = self.programs, self.programs.law
         slack, rate = p.slacks(state.force), np.maximum(p.rates(state.velocity), 0.0)
         x = np.zeros(at["slide-"].stop)
@@ -286,11 +298,15 @@ class BoundedProgram:
         time_limit : [s]; the bound proven until then is returned
         gap : between state and bound at which to stop, absolute and relative [-]
         verbose : let HiGHS write its log
+
+        Returns
+        -------
+        Proof, with an exact state or none.
         """
         model, at = self._model(largest)
         for option, value in (
             ("time_limit", float(time_limit)), ("mip_rel_gap", gap), ("mip_abs_gap", gap),
-            ("mip_feasibility_tolerance", 1e-8), ("primal_feasibility_tolerance", 1e-9),
+            ("mip_feasibility_tolerance", WHOLE), ("primal_feasibility_tolerance", FEASIBLE),
         ):
             model.setOptionValue(option, value)
         model.setOptionValue("output_flag", verbose)
@@ -319,12 +335,12 @@ class BoundedProgram:
 
         Parameters
         ----------
-        x : solution of the program
-        at : its columns by name
+        x : solution of the program, all columns
+        at : their places by name
         largest : whether the largest multiplier is sought
         """
         found = self._on_alternatives(x, at, largest)
-        if found is not None or largest:
+        if found is not None or largest:  # the polish looks for the smallest multiplier only
             return found
         force = np.empty(2 * self.programs.m)
         force[0::2], force[1::2] = x[at["N"]] * self.programs.unit, x[at["T"]] * self.programs.unit
@@ -337,15 +353,15 @@ class BoundedProgram:
 
         Parameters
         ----------
-        x : solution of the program
-        at : its columns by name
+        x : solution of the program, all columns
+        at : their places by name
         largest : whether the largest multiplier is sought
         """
         p = self.programs
-        chosen = [np.round(x[at[name]]) > 0.5 for name in ("open", "slide+", "slide-")]
-        # rates of opening, of slip either way, and of crushing, which the program does not know
-        zero = np.array([chosen[0], chosen[1][self.group], chosen[2][self.group], np.zeros(p.m, dtype=bool)])
-        velocity = p.velocities(zero=~zero | np.array([[False], [False], [False], [True]]))
+        opens, plus, minus = (np.round(x[at[name]]) > 0.5 for name in ("open", "slide+", "slide-"))
+        # no point crushes: the program has no binary for that
+        moves = np.array([opens, plus[self.group], minus[self.group], np.zeros(p.m, dtype=bool)])
+        velocity = p.velocities(zero=~moves)
         if velocity is None:
             return None
         answer = p.forces(theta=-1.0 if largest else 1.0, zero=p.rates(velocity) > ACTIVE)

@@ -28,10 +28,10 @@ class Numbering(NamedTuple):
     problem's points, in geometric order, to tangents that depend on the face alone.
     """
 
-    row: Index
-    sign: Array
-    point: Index
-    turn: Array
+    row: Index  # (r,)
+    sign: Array  # 1 or -1, (r,)
+    point: Index  # (m,)
+    turn: Array  # (m, c - 1, c - 1)
 
     def law(self, law: JointLaw) -> JointLaw:
         """The joint law in this order, its entries rounded to ``DIGITS`` so that equal structures give equal arrays."""
@@ -51,7 +51,7 @@ class Numbering(NamedTuple):
         )
 
     def back(self, law: JointLaw, state: ForceState) -> ForceState:
-        """A state of the reordered law as a state of ``law``, the problem's own."""
+        """A ``state`` of the reordered law as a state of ``law``, the problem's own."""
         c = law.components
         force, velocity = np.empty_like(state.force), np.empty_like(state.velocity)
         turned = self._blocks(c).T @ state.force
@@ -78,6 +78,10 @@ def numbering(problem: Problem, *, mirrored: bool = False) -> Numbering:
     problem : from :func:`limitmason.limit.program.problem.make_problem`
     mirrored : the order of the mirror image across x, or across the horizontal axis of a plane problem
 
+    Returns
+    -------
+    Numbering: blocks and points by their first coordinate, then the second, then the third.
+
     Notes
     -----
     Coordinates count as equal within ``CLOSE`` of the structure's size. Blocks of one centroid (one inside another)
@@ -85,19 +89,22 @@ def numbering(problem: Problem, *, mirrored: bool = False) -> Numbering:
     vertical; in 3-D a turned structure has another order.
     """
     x, plane, points = problem.assembly.links, problem.plane, problem.points
-    axes = np.eye(3) if plane is None else np.stack([plane.axis_1, plane.normal, plane.axis_2])
+    axes = np.eye(3) if plane is None else np.stack([plane.axis_1, plane.normal, plane.axis_2])  # rows: x, y, z
+    # of every degree of freedom of a block: forces, then moments
     row_sign = np.ones(6 if plane is None else 3)
     if mirrored:
         axes[0] *= -1.0
         # a mirror across x turns forces along x, and moments about y and z
         row_sign = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0] if plane is None else [-1.0, 1.0, -1.0])
     size = float(np.ptp(x.corners, axis=0).max(initial=0.0)) or 1.0
+    # ``lexsort`` takes the least important key first
     blocks = np.lexsort((_ranks(x.volume, CLOSE * size**3), *_keys(x.centroid @ axes.T, size)))
     place = np.empty(len(blocks), dtype=np.intp)
     place[blocks] = np.arange(len(blocks))
     freedom = problem.row % len(row_sign)
     row = np.lexsort((freedom, place[problem.row // len(row_sign)]))
     directions = points.directions @ axes.T
+    # the sense of a face's normal depends on which of its blocks comes first: here its first component is positive
     sign = _first_sign(directions[:, 0])
     normal = sign[:, None] * directions[:, 0]
     centre = x.centre[points.interface] @ axes.T
@@ -106,6 +113,7 @@ def numbering(problem: Problem, *, mirrored: bool = False) -> Numbering:
         # along the face in the sense of the plane's rotation, which the mirror reverses
         turn = np.full((len(point), 1, 1), -1.0 if mirrored else 1.0)
         return Numbering(row, row_sign[freedom[row]], point, turn)
+    # first tangent: horizontal, or on a level face the projection of x, as "horizontal" says nothing there
     up, along = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
     level = np.abs(normal[:, 2]) > 1.0 - CLOSE
     first = np.where(level[:, None], along - normal[:, :1] * normal, np.cross(up, normal))
@@ -117,14 +125,14 @@ def numbering(problem: Problem, *, mirrored: bool = False) -> Numbering:
 
 
 def _keys(coordinates: Array, size: float) -> list[Index]:
-    """Keys for ``lexsort``, last coordinate first."""
+    """Keys for ``lexsort`` of ``coordinates`` (n, 3), last coordinate first; equal within ``CLOSE`` times ``size``."""
     return [_ranks(coordinates[:, k], CLOSE * size) for k in (2, 1, 0)]
 
 
 def _ranks(values: Array, tolerance: float) -> Index:
-    """Rank of every one of ``values`` (n,) among the distinct ones.
+    """Rank of every one of ``values`` (n,) among the distinct ones, shape (n,).
 
-    Values closer than the tolerance to the next share a rank.
+    Values closer than the ``tolerance``, in their unit, to the next share a rank.
     """
     order = np.argsort(values, kind="stable")
     rank = np.empty(len(values), dtype=np.intp)
@@ -133,15 +141,15 @@ def _ranks(values: Array, tolerance: float) -> Index:
 
 
 def _first_sign(vectors: Array) -> Array:
-    """Sign of the first component of every vector that is not zero, shape (m,)."""
+    """Sign, 1 or -1, of the first component that is not zero of every one of ``vectors`` (m, 3), shape (m,)."""
     first = np.argmax(np.abs(vectors) > CLOSE, axis=1)
     return np.where(vectors[np.arange(len(vectors)), first] < 0.0, -1.0, 1.0)
 
 
 def _rounded(values: Array) -> Array:
-    """``values`` to :data:`DIGITS` binary digits.
+    """``values`` to :data:`DIGITS` binary digits, and zero for those that are that small beside the largest.
 
-    What is that small beside the largest is zero.
+    Infinite ones (joints that do not crush) stay.
     """
     finite = np.isfinite(values)
     mantissa, exponent = np.frexp(np.where(finite, values, 0.0))

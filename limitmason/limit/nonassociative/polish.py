@@ -24,13 +24,28 @@ from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw
 ACTIVE = 1e-9
 """Below this a rate (mean live velocity one) or a slack (mean block load one) of a linear program's vertex is zero."""
 
+FEASIBLE = 1e-10
+"""Tolerance of the linear programs [-]: the tightest that HiGHS takes, and below ``ACTIVE``."""
+
+THRESHOLDS = (1.0, 0.1, 10.0, 1e-2, 1e2, 1e-3, 1e-4)
+"""Rates over slacks above which a pair's slack vanishes, tried in turn: chosen, from one on to either side."""
+
+LOWER = 1e-9
+"""Fall of the scaled multiplier that counts as one [-]: less is rounding."""
+
+STALLED = 1e-10
+"""Relative fall of theta lambda + gap in one round of the alternation below which it has come to its end."""
+
+NOISE = 0.3
+"""Largest disturbance of the weights of a descent over the largest of them [-]: chosen."""
+
 
 class ForceAnswer(NamedTuple):
     """Multiplier, forces from the tension corner, and how much lambda would fall if a zero slack could open."""
 
-    multiplier: float
-    force: Array
-    gain: Array  # (4, m)
+    multiplier: float  # scaled [-]
+    force: Array  # (N', T) of every point, scaled [-], (2 m,)
+    gain: Array  # per slack, rows as those of the module's pairs, (4, m)
 
 
 class PlanePrograms:
@@ -39,7 +54,8 @@ class PlanePrograms:
     def __init__(self, law: JointLaw) -> None:
         """Rows of the programs of forces (N', T, lambda) and of velocities (v, z+, z-, k).
 
-        z+ and z- are the slip rates to either side of every point, k its rate of crushing.
+        z+ and z- are the slip rates to either side of every point, k its rate of crushing. ``law`` is that of a plane
+        problem with n equilibrium rows and m points.
         """
         if law.components != 2:
             raise InputError("the plane polish needs a problem reduced to the plane")
@@ -65,16 +81,19 @@ class PlanePrograms:
         psi = sparse.diags_array(law.tan_psi)
         self._opening = sparse.csr_array(sparse.hstack([-self.normal.T, psi, psi, -eye]))
         self._crushable = law.points.crushes
-        self._options = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+        self._options = {"primal_feasibility_tolerance": FEASIBLE, "dual_feasibility_tolerance": FEASIBLE}
 
     def slacks(self, force: Array) -> Array:
-        """N', R - T, R + T and q - N' in mean block loads, shape (4, m), or infinite where nothing crushes."""
+        """N', R - T, R + T and q - N' in mean block loads, shape (4, m), the last infinite where nothing crushes.
+
+        ``force`` holds (N', T) of every point, scaled, shape (2 m,).
+        """
         normal, shear = force[0::2], force[1::2]
         strength = self.law.points.shear_strength(normal)
         return np.array([normal, strength - shear, strength + shear, self.law.crushing - normal]) / self.unit
 
     def rates(self, velocity: Array) -> Array:
-        """p, z+, z- and k at mean live velocity one, shape (4, m)."""
+        """p, z+, z- and k at mean live velocity one, shape (4, m), of the rows' velocities, shape (n,)."""
         rate = self.law.matrix.T @ (velocity * (self.law.live_size / (self.law.live @ velocity)))
         plus, minus = np.maximum(-rate[1::2], 0.0), np.maximum(rate[1::2], 0.0)
         gap = rate[0::2] - self.law.tan_psi * (plus + minus)
@@ -82,9 +101,12 @@ class PlanePrograms:
         return np.array([gap + crushing, plus, minus, crushing])
 
     def gap(self, force: Array, velocity: Array) -> float:
-        """Sum of slack times rate, over the total load: zero for an exact state."""
+        """Sum of slack times rate, over the total load [-]: zero for an exact state.
+
+        ``force`` has shape (2 m,), ``velocity`` (n,), both scaled.
+        """
         slack, rate = np.maximum(self.slacks(force), 0.0), np.maximum(self.rates(velocity), 0.0)
-        slack[np.isinf(slack)] = 0.0
+        slack[np.isinf(slack)] = 0.0  # where nothing crushes its rate is zero, and inf times 0 is no number
         return float((slack * rate).sum()) * self.unit / self.law.total
 
     def forces(
@@ -94,8 +116,13 @@ class PlanePrograms:
 
         Parameters
         ----------
-        weight : rates, shape (4, m), scaled so that the sum is in units of the multiplier
+        weight : rates at mean live velocity one, shape (4, m), so that the sum is in units of the multiplier
+        theta : price of the multiplier [-]
         zero : slacks held at zero, shape (4, m)
+
+        Returns
+        -------
+        Answer, or None without a solution.
         """
         m, law = self.m, self.law
         cost = np.zeros(2 * m + 1)
@@ -152,7 +179,7 @@ class PlanePrograms:
             cost[n + 2 * m :] = w[0] + w[3]
         low, high = np.full(n + 3 * m, -np.inf), np.full(n + 3 * m, np.inf)
         low[n:] = 0.0
-        high[n + 2 * m :][~self._crushable] = 0.0
+        high[n + 2 * m :][~self._crushable] = 0.0  # without crushing no point closes
         equal, rest = self._sliding, self._opening
         if zero is not None:
             high[n:][np.concatenate([zero[1], zero[2], zero[3]])] = 0.0
@@ -182,7 +209,7 @@ def polish(programs: PlanePrograms, state: ForceState, *, deadline: float = np.i
     """
     slack = np.maximum(programs.slacks(state.force), 0.0)
     rate = np.maximum(programs.rates(state.velocity), 0.0)
-    for threshold in (1.0, 0.1, 10.0, 1e-2, 1e2, 1e-3, 1e-4):
+    for threshold in THRESHOLDS:
         if time.perf_counter() > deadline:
             return None
         velocity = programs.velocities(weight=slack, zero=~((rate > threshold * slack) | (slack <= ACTIVE)))
@@ -207,10 +234,15 @@ def alternate_plane(
 
     Parameters
     ----------
-    theta : price of the multiplier; 0 looks for the nearest exact state, a positive one descends
+    state : near-admissible; only its velocities are used
+    theta : price of the multiplier [-]; 0 looks for the nearest exact state, a positive one descends
     steps : pairs of programs at most
-    tolerance : gap, over the total load, that counts as none
+    tolerance : gap, over the total load, that counts as none [-]
     deadline : of ``time.perf_counter``
+
+    Returns
+    -------
+    The last state, or None where the first program has no solution.
     """
     best, last = None, np.inf
     velocity = state.velocity
@@ -225,7 +257,7 @@ def alternate_plane(
         best = ForceState(answer.multiplier, answer.force, velocity)
         gap = programs.gap(answer.force, velocity)
         merit = theta * answer.multiplier + gap
-        done = (theta == 0 and gap < tolerance) or merit > last - 1e-10 * max(1.0, abs(last))
+        done = (theta == 0 and gap < tolerance) or merit > last - STALLED * max(1.0, abs(last))
         if done or time.perf_counter() > deadline:
             break
         last = merit
@@ -248,9 +280,16 @@ def descend(
     state : exact, from :func:`polish`
     rounds : at most so many pairs of linear programs; the search is local
     tries : where it stalls, so many more velocities with weights disturbed by ``random``
+    random : None for no disturbance, whatever ``tries``
+    deadline : of ``time.perf_counter``
+
+    Returns
+    -------
+    An exact state whose multiplier is not above that of ``state``.
     """
     answer = programs.forces(theta=1.0, zero=programs.rates(state.velocity) > ACTIVE)
-    if answer is None or answer.multiplier > state.multiplier + 1e-9:
+    # the state's own forces comply with its velocities: a higher multiplier is a program gone wrong
+    if answer is None or answer.multiplier > state.multiplier + LOWER:
         return state
     best = ForceState(answer.multiplier, answer.force, state.velocity)
     noise: Array | float = 0.0
@@ -264,14 +303,15 @@ def descend(
         if found is None:
             break
         # the old forces comply with the new velocities as well: the multiplier cannot rise
-        stalled = found.multiplier > best.multiplier - 1e-9
+        stalled = found.multiplier > best.multiplier - LOWER
         best, answer = ForceState(found.multiplier, found.force, velocity), found
         noise = 0.0
         if stalled:
             if tries <= 0 or random is None:
                 break
             tries -= 1
-            noise = 0.3 * max(float(answer.gain.max(initial=0.0)), 1e-9) * random.random(answer.gain.shape)
+            # where no dual asks for anything, weights as small as ``ACTIVE`` still choose a velocity
+            noise = NOISE * max(float(answer.gain.max(initial=0.0)), ACTIVE) * random.random(answer.gain.shape)
     return best
 
 

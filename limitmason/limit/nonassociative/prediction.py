@@ -32,11 +32,20 @@ SMALL_DILATANCY = 0.002
 JUMP = 0.01
 """Part of the multiplier by which it must rise with so small a dilatancy to be called a jump."""
 
+FAR_BELOW = 1.2
+"""Multiplier of the sequence over that of the search from which a user is told of the difference [-]: chosen."""
+
 
 def without_state(
     problem: Problem, upper: Prediction, proof: Extreme | None, details: dict, provenance: dict
 ) -> Prediction:
-    """The answer where no state keeps the true law: unbounded as the associative one, or not converged."""
+    """The answer where no state keeps the true law: unbounded as the associative one, or not converged.
+
+    Parameters
+    ----------
+    upper : the associative answer
+    proof : that there is no state, or none, or None where none was tried
+    """
     reason = "no state that keeps the true law was found; the bracket in the details still holds"
     if proof is not None and proof.none:
         reason = (
@@ -59,7 +68,10 @@ def bound_alone(
 ) -> Prediction:
     """The answer where the search was ended before a state below the associative bound: that bound, certified as it is.
 
-    ``status`` says by what.
+    Parameters
+    ----------
+    upper : the associative answer
+    status : says what ended the search
     """
     words = f"upper bound: the associative multiplier, its state not admissible; not unique, {_between(details)}"
     return certified(problem, replace(
@@ -73,11 +85,13 @@ def details_of(problem: Problem, found: SearchOutcome, low: float, high: float, 
 
     Parameters
     ----------
-    low : Radenkovic's lower bound, scaled
-    high : the associative multiplier, unscaled
+    found : all trials, scaled
+    low : Radenkovic's lower bound, scaled [-]
+    high : the associative multiplier, unscaled [-]
     proof : of the smallest multiplier, None where none was tried
     """
     values = found.certified * problem.live_scale
+    # a trial knows the lowest of its own search only: here it is the lowest of all before it
     lowest = np.fmin.accumulate([t.certified * problem.live_scale for t in found.trials]).tolist()
     run = found.first_run
     return {
@@ -127,8 +141,9 @@ def prediction_of(
 
     Parameters
     ----------
+    law : of the problem, in the order of its own rows
     state : scaled, with forces from the tension corner
-    details : of :func:`details_of`
+    details : of :func:`details_of`, with the interval of multipliers at the mechanism
     search : its name or effort, for the words of the bound
     """
     resultants = problem.resultants(problem.forces(true_forces(law, state)))
@@ -170,7 +185,10 @@ def _between(details: dict) -> str:
 
 
 def _kind_of_bound(details: dict, search: str | Effort) -> tuple[BoundKind, str]:
-    """First part of the bound: proven, found, or only a value."""
+    """Kind of the bound and its first words: proven, found, or only a value.
+
+    ``details`` are those of :func:`details_of`, ``search`` is its name or effort.
+    """
     proof = details["proof"]
     if details["bound_met"]:
         return BoundKind.EXACT, "exact: smallest admissible multiplier, it meets the lower bound"
@@ -214,7 +232,7 @@ def _warnings(problem: Problem, prediction: Prediction, certificate: Certificate
             f"{jump:.6g}; joints that dilate ever so little lock this mechanism"
         )
     unpushed = details["sequential_certified"]
-    if unpushed > 1.2 * prediction.collapse_multiplier:
+    if unpushed > FAR_BELOW * prediction.collapse_multiplier:
         text = f"the search went far below the sequence, which gives {unpushed:.6g}: "
         if problem.plane is None:
             text += (

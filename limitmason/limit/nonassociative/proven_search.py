@@ -47,15 +47,17 @@ smallest scale, below which the programs' own accuracy is reached."""
 WIDENINGS = 3
 """The bound on velocities of the proof, 20 mean live velocities, is widened so often tenfold where it is used."""
 
+TOLERANCE = 1e-10
+"""Of the associative program that the search starts from [-]."""
+
 
 def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
-    """Whether a proof is tried.
-
-    A demand that cannot be met is refused.
+    """Whether a proof is tried; a demand that cannot be met is refused.
 
     Parameters
     ----------
-    prove, search : what a user asks for, None for where it pays; and the name of the search
+    prove : what a user asks for; None for a proof where it pays
+    search : name of the search
     """
     if prove:
         if problem.plane is None:
@@ -93,6 +95,7 @@ def search_and_prove(
     options = {**options, "deadline": deadline, "floor": bracket[0] if np.isfinite(bracket[0]) else -np.inf}
     if not seconds:
         return *_in_order_of_geometry(problem, law, effort, **options), None
+    # an effort of the user's own is done at once and whole
     first = EFFORTS["quick"] if effort in EFFORTS.values() else effort
     order, ordered, found = _in_order_of_geometry(problem, law, first, **options)
     if found.interrupted:
@@ -121,12 +124,13 @@ def search_and_prove(
         return order, ordered, found._replace(stopped=True, interrupted=True), proof
     if proof.proven or proof.none or first is effort:
         return order, ordered, found, proof
-    other = _in_order_of_geometry(problem, law, effort, **options)
-    trials, ended = (*found.trials, *other[2].trials), other[2]
-    if other[2].best is not None and (found.best is None or other[2].best.multiplier < found.best.multiplier):
-        order, ordered, found = other
+    other_order, other_ordered, whole = _in_order_of_geometry(problem, law, effort, **options)
+    trials = (*found.trials, *whole.trials)
+    if whole.best is not None and (found.best is None or whole.best.multiplier < found.best.multiplier):
+        order, ordered, found = other_order, other_ordered, whole
+        # the bound of the proof holds whatever the order
         proof = proof._replace(state=found.best)
-    return order, ordered, found._replace(trials=trials, stopped=ended.stopped, interrupted=ended.interrupted), proof
+    return order, ordered, found._replace(trials=trials, stopped=whole.stopped, interrupted=whole.interrupted), proof
 
 
 def _in_order_of_geometry(
@@ -137,6 +141,12 @@ def _in_order_of_geometry(
     A search is local, and a mirrored order of a symmetric wall ends elsewhere: where the effort asks for it both are
     searched, so that a plane wall and its mirror image give one value. In space the standard search is short where the
     associative state is admissible for every psi, and shorter than on small walls from ``LARGE_IN_SPACE`` points on.
+
+    Parameters
+    ----------
+    law : of the problem, in the order of its own rows
+    deadline : reading of ``time.perf_counter`` at which it stops
+    options : accuracy, seed, floor and progress of :func:`search_smallest`
     """
     tried: list[tuple[Numbering, JointLaw, SearchOutcome]] = []
     standard = problem.plane is None and effort is EFFORTS["standard"]
@@ -168,7 +178,7 @@ def _in_order_of_geometry(
             )
             if options["progress"] is not None:
                 options["progress"](trial)
-        # of two orders the first has half of the time
+        # of two orders the first has half of the time; without a limit both have no end
         now = time.perf_counter()
         until = deadline if mirrored or not effort.mirrored else now + 0.5 * max(deadline - now, 0.0)
         share = 0.5 if effort.mirrored else 1.0
@@ -183,6 +193,7 @@ def _in_order_of_geometry(
             break
 
     def height(one: tuple[Numbering, JointLaw, SearchOutcome]) -> float:
+        """Scaled multiplier that a search ended at, infinite for none."""
         return np.inf if one[2].best is None else one[2].best.multiplier
 
     order, ordered, best = min(tried, key=height)
@@ -192,11 +203,11 @@ def _in_order_of_geometry(
 
 
 def _starting_forces(law: JointLaw, deadline: float) -> tuple[Array, ForceState | None]:
-    """Normal forces N' [N] to start from, shape (m,), and the associative state that they are of.
+    """Normal forces N' to start from, scaled, shape (m,), and the associative state that they are of.
 
     They are equal ones, and the state None, where that has no bound.
     """
-    _, state = ForceProgram(law, slope=law.tan_phi, tolerance=1e-10, deadline=deadline).largest(law.cohesion)
+    _, state = ForceProgram(law, slope=law.tan_phi, tolerance=TOLERANCE, deadline=deadline).largest(law.cohesion)
     if state is None:
         return np.full(len(law.tan_phi), law.total / len(law.tan_phi)), None
     return np.maximum(split(law, state.force)[0], 0.0), state

@@ -18,35 +18,39 @@ from limitmason.limit.nonassociative.alternating import ConePrograms, alternate,
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval_in_plane, polish
 from limitmason.limit.nonassociative.sequential import SchemeRun, SchemeSettings, run_sequence
+from limitmason.limit.nonassociative.starts import random_start, slopes_for
 from limitmason.storage.interrupts import ends_early
 
 
 class Effort(NamedTuple):
     """How much a search tries, counted, so that it repeats: slopes and mixings of the scheme, random starts, pushes."""
 
-    slopes: tuple[float, ...]
-    mixings: tuple[float, ...]
+    slopes: tuple[float, ...]  # of the scheme's flat cones [-], see ``sequential``
+    mixings: tuple[float, ...]  # share of the new normal forces in the next step of the scheme [-]
     random_starts: int
-    pushes: tuple[float, ...]
+    pushes: tuple[float, ...]  # weights of the multiplier against the law [-]
     lower_each: bool  # in 3-D: push every candidate down, not only the best
     descents: int = 0  # in plane: disturbed descents of every candidate
     mirrored: bool = False  # also in the order of the mirror image, with as many random starts
 
 
+USUAL_MIXING = 0.6
+"""Mixing that is tried first, and alone in the shorter searches [-]."""
+
 EFFORTS = {
-    "quick": Effort(slopes=(0.005, 0.05), mixings=(0.6,), random_starts=0, pushes=(), lower_each=False),
+    "quick": Effort(slopes=(0.005, 0.05), mixings=(USUAL_MIXING,), random_starts=0, pushes=(), lower_each=False),
     "standard": Effort(
-        slopes=(0.005, 0.02, 0.05, 0.1), mixings=(0.6,), random_starts=4, pushes=(), lower_each=True, descents=4,
-        mirrored=True,
+        slopes=(0.005, 0.02, 0.05, 0.1), mixings=(USUAL_MIXING,), random_starts=4, pushes=(), lower_each=True,
+        descents=4, mirrored=True,
     ),
     "thorough": Effort(
         slopes=(0.001, 0.005, 0.02, 0.05, 0.1), mixings=(0.3, 0.6, 0.9), random_starts=30,
         pushes=(0.01, 0.03, 0.1, 0.3, 1.0), lower_each=True, descents=8, mirrored=True,
     ),
 }
+"""Efforts by name: the counts are chosen."""
 
-
-AT_REST = Effort(slopes=(0.005,), mixings=(0.6,), random_starts=2, pushes=(), lower_each=False)
+AT_REST = Effort(slopes=(0.005,), mixings=(USUAL_MIXING,), random_starts=2, pushes=(), lower_each=False)
 """What is tried in space where the associative state is admissible for every psi: one sequence, two random starts and
 a push of the lowest. Nothing has to be found there; what may lie below are forces that gather in a corner."""
 
@@ -54,7 +58,16 @@ LARGE_IN_SPACE = 700
 """Contact points in space from which the standard search takes ``LARGE``: a cone program then takes some tenths of a
 second, and the whole search would take minutes."""
 
-LARGE = Effort(slopes=(0.005, 0.05), mixings=(0.6,), random_starts=2, pushes=(), lower_each=False)
+LARGE = Effort(slopes=(0.005, 0.05), mixings=(USUAL_MIXING,), random_starts=2, pushes=(), lower_each=False)
+
+LOWER = 1e-9
+"""Scaled multiplier by which a state must lie below the lowest so far to take its place [-]: less is rounding."""
+
+ROUNDS = 20
+"""Descents of a plane state at most, disturbed ones aside: chosen."""
+
+PUSH_STEPS = 15
+"""Alternations with a weight on the multiplier, before those without: chosen."""
 
 CLOSED = 1e-6
 """Distance between the lowest state and a bound that no state passes at which the search ends, relative to
@@ -65,15 +78,15 @@ class Trial(NamedTuple):
     """One candidate: its strategy, the raw and the certified scaled multiplier (NaN where there is none), its cost."""
 
     strategy: str
-    sequential: float
-    steps: int
-    certified: float
-    violation: float
+    sequential: float  # raw multiplier of the scheme [-]
+    steps: int  # of the scheme, 0 where it was not run
+    certified: float  # multiplier of the exact state [-]
+    violation: float  # worst of the candidate [-]
     seconds: float
-    best: float = float("nan")  # lowest certified so far
+    best: float = float("nan")  # lowest certified so far [-]
 
     def times(self, scale: float) -> "Trial":
-        """The trial with multipliers in units of the live load."""
+        """The trial with multipliers of the live load: its scaled ones times ``scale`` [-]."""
         return self._replace(
             sequential=self.sequential * scale, certified=self.certified * scale, best=self.best * scale
         )
@@ -121,20 +134,30 @@ class Polisher:
 
         Parameters
         ----------
+        law : of the problem
         accuracy : violation that counts as none [-]
         descents : disturbed descents of every state, in plane
+        random : of the disturbances; needed where there are descents
+        deadline : after which no further program begins
         """
         self.law, self.accuracy, self.descents, self.random, self.deadline = law, accuracy, descents, random, deadline
         self.cones = ConePrograms(law, deadline)
         self.plane = PlanePrograms(law) if law.components == 2 else None
 
     def exact_near(self, state: ForceState, deadline: float = np.inf) -> ForceState | None:
-        """Exact state near a given one, in plane descended from there, or the nearest one when the law is not met."""
+        """Exact state near a given one, in plane descended from there, or the nearest one when the law is not met.
+
+        Parameters
+        ----------
+        state : near the law, as the sequential scheme leaves it
+        deadline : after which no further program begins
+        """
         if self.plane is None:
             return alternate(self.cones, state, deadline=deadline)
         found = polish(self.plane, state, deadline=deadline)
         if time.perf_counter() > deadline:
             return found or state
+        # where linear programs do not reach the law, cone programs come nearer first
         if not exact(found, self.law, self.accuracy):
             around = alternate(self.cones, state, deadline=deadline)
             again = None if around is None else polish(self.plane, around, deadline=deadline)
@@ -142,20 +165,24 @@ class Polisher:
         if not exact(found, self.law, self.accuracy):
             return found
         lowered = descend(
-            self.plane, found, rounds=20 + self.descents, tries=self.descents, random=self.random, deadline=deadline
+            self.plane, found, rounds=ROUNDS + self.descents, tries=self.descents, random=self.random,
+            deadline=deadline,
         )
         return lowered if exact(lowered, self.law, self.accuracy) else found
 
     def push(self, state: ForceState, theta: float, deadline: float = np.inf) -> ForceState | None:
-        """Exact state reached after giving the multiplier a weight ``theta`` against the law [-]."""
+        """Exact state reached after giving the multiplier a weight ``theta`` against the law [-], or None.
+
+        It may lie above ``state``, from which it is reached: the weight leads away, alternation back to the law.
+        """
         if self.plane is None:
             return lower(self.cones, state, thetas=(theta,), tolerance=self.accuracy, deadline=deadline)
-        pushed = alternate_plane(self.plane, state, theta=theta, steps=15, deadline=deadline)
+        pushed = alternate_plane(self.plane, state, theta=theta, steps=PUSH_STEPS, deadline=deadline)
         back = None if pushed is None else alternate_plane(self.plane, pushed, deadline=deadline)
         return None if back is None else self.exact_near(back, deadline)
 
     def multiplier_interval(self, state: ForceState) -> tuple[float, float]:
-        """Scaled multipliers between which the mechanism of an exact state is admissible."""
+        """Lowest and highest scaled multiplier at which the mechanism of an exact state is admissible [-]."""
         if self.plane is not None:
             return interval_in_plane(self.plane, state)
         ends = [state.multiplier]
@@ -187,6 +214,10 @@ def search_smallest(
     floor : scaled multiplier that no state passes
     known : exact state to begin with
     progress : called with every trial
+
+    Returns
+    -------
+    SearchOutcome: all multipliers in it are scaled.
     """
     search = _Trials(law, effort, seed, accuracy, deadline, floor, known, progress)
     interrupted = False
@@ -246,14 +277,15 @@ class _Trials:
         return self.closed or time.perf_counter() > self.deadline
 
     def sequences(self, start: Array) -> None:
-        """Try every slope and mixing of the scheme, mixings nearest to the usual 0.6 first.
+        """Try every slope and mixing of the scheme, mixings nearest to the usual one first.
 
         Parameters
         ----------
-        start : normal forces to begin with, scaled, shape (m,)
+        start : normal forces N' to begin with, scaled, shape (m,)
         """
-        for mixing in sorted(self.effort.mixings, key=lambda b: abs(b - 0.6)):
-            for slope in _slopes(self.law, self.effort.slopes):
+        for mixing in sorted(self.effort.mixings, key=lambda b: abs(b - USUAL_MIXING)):
+            for slope in slopes_for(self.law, self.effort.slopes):
+                # something must be tried, even without any time
                 if not (self.over and (self.trials or self.best is not None)):
                     variant = SchemeSettings(slope=slope, mixing=mixing)
                     self._attempt(f"sequence, {variant}", start, variant, push=self.effort.lower_each)
@@ -263,13 +295,14 @@ class _Trials:
 
         Parameters
         ----------
-        start : normal forces that are disturbed while no state meets the law, scaled, shape (m,)
+        start : normal forces N' that are disturbed while no state meets the law, scaled, shape (m,)
         """
         for k in range(self.effort.random_starts):
             if self.over:
                 break
             good = start if self.best is None else split(self.law, self.best.force)[0]
-            kind, normal = _random_start(self.law, self.polisher, good, self.random, k)
+            kind, normal = random_start(self.law, self.polisher.cones.forces, good, self.random, k)
+            # over the range of slopes and mixings that the efforts name
             slope, mixing = 10 ** self.random.uniform(-3, -1), self.random.uniform(0.3, 0.95)
             variant = SchemeSettings(slope=float(slope), mixing=float(mixing))
             if normal is not None:
@@ -292,7 +325,10 @@ class _Trials:
 
         Parameters
         ----------
-        normal : normal forces to begin with, scaled, shape (m,)
+        strategy : what the trial is called
+        normal : normal forces N' to begin with, scaled, shape (m,)
+        variant : settings of the scheme
+        push : whether the end is pushed down, which in plane the descent has done already
         """
         since = time.perf_counter()
         run = run_sequence(self.law, normal, variant, deadline=self.deadline)
@@ -311,13 +347,16 @@ class _Trials:
 
         Parameters
         ----------
+        strategy : what the trial is called
+        candidate : None where the trial gave none
+        run : of the scheme that led to it, None for a push
         since : reading of ``time.perf_counter`` at which the work for it began
         """
         off = np.inf if candidate is None else violation(self.law, candidate).worst
         good = candidate if off <= self.accuracy else None
         if candidate is not None and off < self.least_violation:
             self.nearest, self.least_violation = candidate, off
-        if good is not None and (self.best is None or good.multiplier < self.best.multiplier - 1e-9):
+        if good is not None and (self.best is None or good.multiplier < self.best.multiplier - LOWER):
             self.best = good
         raw = run.state.multiplier if run is not None and run.state is not None else np.nan
         trial = Trial(
@@ -329,50 +368,3 @@ class _Trials:
         reached(min(len(self.trials) / self.planned, 1.0))
         if self.progress is not None:
             self.progress(trial)
-
-
-def _slopes(law: JointLaw, slopes: tuple[float, ...]) -> tuple[float, ...]:
-    """Slopes of the scheme [-], and a smaller one before them where joints dilate but a little."""
-    dilating = (law.tan_psi > 0) & ~law.dilatant
-    if dilating.any():
-        # a slope that hides a small dilatancy leads to states of psi = 0, which no polish brings back
-        ratio = float((law.tan_psi[dilating] / law.tan_phi[dilating]).min())
-        if ratio < 2.0 * min(slopes):
-            return 0.1 * ratio, *slopes
-    return slopes
-
-
-def _random_start(
-    law: JointLaw, polisher: Polisher, good: Array, random: np.random.Generator, k: int
-) -> tuple[str, Array | None]:
-    """Normal forces to start from, in turn: random admissible ones, the best disturbed, their mean, any.
-
-    Noise of 0.7 in the logarithm, and 4 times the mean force, spread over what forces in a wall differ by. The added 1
-    or 2 % lets joints without force take part.
-
-    Parameters
-    ----------
-    good : normal forces of the best state so far [N], shape (m,)
-    k : number of the start
-
-    Returns
-    -------
-    name : what it is
-    normal : normal forces [N], shape (m,), or None without any
-    """
-    m = len(good)
-    kind = k % 4
-    if kind == 1:
-        noise = np.exp(0.7 * random.standard_normal(m))
-        return "best disturbed", good * noise + 0.02 * good.max(initial=0.0) * random.random(m)
-    if kind == 3:
-        return "random forces", 4.0 * law.total / m * random.random(m)
-    weight = np.zeros((m, law.components))
-    weight[:, 0] = random.random(m) + 0.01
-    answer = polisher.cones.forces.solve(0.0, weight.ravel())
-    if answer is None:
-        return "random admissible forces", None
-    normal = np.maximum(split(law, answer[1])[0], 0.0)
-    if kind == 0:
-        return "random admissible forces", normal
-    return "mean of best and random forces", 0.5 * (normal + good)

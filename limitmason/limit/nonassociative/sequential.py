@@ -13,12 +13,19 @@ USABLE = ("Solved", "AlmostSolved", "InsufficientProgress")
 """Solver endings whose iterate is worth polishing: the true law is checked afterwards in any case."""
 
 
+PROGRESS = 0.9
+"""Violation of the true law over the least so far below which a step counts as progress [-]: chosen."""
+
+TOLERANCE = 1e-10
+"""Of the programs of the scheme [-], whose ends are polished afterwards."""
+
+
 class SchemeSettings(NamedTuple):
     """Settings of the scheme: ``slope`` a and ``offset`` c0 open the frozen cone, ``mixing`` b weighs new forces."""
 
-    slope: float = 0.005
-    mixing: float = 0.6
-    offset: float = 1e-5
+    slope: float = 0.005  # a, the frozen cone rises by tan(psi) - a tan(phi) [-]
+    mixing: float = 0.6  # b, share of the new normal forces in the next step [-]
+    offset: float = 1e-5  # c0, added to every constant, over the largest normal force [-]
 
     def __str__(self) -> str:
         """The settings in words."""
@@ -32,7 +39,7 @@ class SchemeRun(NamedTuple):
     """
 
     state: ForceState | None
-    steps: int
+    steps: int  # programs solved
     excess: float  # of the last forces over the true law, relative to the total load
 
 
@@ -47,6 +54,7 @@ def run_sequence(
 
     Parameters
     ----------
+    law : of the problem
     start : normal forces N_0 from the tension corner, scaled, shape (m,)
     variant : a, b and c0
     max_steps : steps of one attempt
@@ -54,6 +62,10 @@ def run_sequence(
     restarts : a failing step halves a and raises c0 tenfold in turn and begins again, at most so often
     patience : steps without progress in the violation of the true law before stopping
     deadline : reading of ``time.perf_counter`` after which no further step begins
+
+    Returns
+    -------
+    SchemeRun: its state does not keep the true law yet.
 
     Notes
     -----
@@ -64,8 +76,9 @@ def run_sequence(
     variant = variant or SchemeSettings()
     total_steps, state, over = 0, None, np.inf
     for attempt in range(restarts + 1):
+        # where psi = phi the true cone is associative already: nothing is frozen there
         slope = np.where(law.dilatant, law.tan_phi, law.tan_psi - variant.slope * law.tan_phi)
-        program = ForceProgram(law, slope=slope, tolerance=1e-10, deadline=deadline)
+        program = ForceProgram(law, slope=slope, tolerance=TOLERANCE, deadline=deadline)
         frozen = np.maximum(start, 0.0)
         best, idle, failed = np.inf, 0, False
         for _ in range(max_steps):
@@ -79,8 +92,7 @@ def run_sequence(
             normal = np.maximum(split(law, answer.force)[0], 0.0)
             change = np.abs(normal - frozen).max(initial=0.0) / law.total
             frozen = variant.mixing * normal + (1.0 - variant.mixing) * frozen
-            # a step counts as progress if it cuts the violation of the true law by a tenth
-            idle = 0 if over < 0.9 * best else idle + 1
+            idle = 0 if over < PROGRESS * best else idle + 1
             best = min(best, over)
             if change < tolerance or idle >= patience or time.perf_counter() > deadline:
                 break

@@ -22,6 +22,15 @@ ACCURACY = 1e-8
 REACHED = 0.5
 """Share of the velocity bound from which the bound may hide lower states and is widened where that is allowed."""
 
+WIDER = 10.0
+"""Times that a velocity bound is widened by: chosen."""
+
+MARGIN = 1e-6
+"""Scaled multiplier added to both ends of the range of a program [-], so that rounding excludes no state at its end."""
+
+LEAST_SECONDS = 0.1
+"""Time that the mixed-integer solver gets at least [s]: chosen."""
+
 
 class Extreme(NamedTuple):
     """Lowest (or highest) exact state known, and the multiplier beyond which there is none within the bounds."""
@@ -40,7 +49,7 @@ class Extreme(NamedTuple):
 
     @property
     def value(self) -> float:
-        """Multiplier of the state, NaN without one; of a state outside the stated velocities beyond the bound, too."""
+        """Multiplier of the state, NaN without one; beyond the bound if the state moves faster than is stated."""
         return float("nan") if self.state is None else self.state.multiplier
 
     @property
@@ -55,7 +64,9 @@ class Extreme(NamedTuple):
 
 
 def velocity_limits(problem: Problem, velocity_bound: float = 1.0) -> Array:
-    """Bound of every scaled velocity: rotations times the distance of the block's farthest contact point.
+    """Bound of every scaled velocity of a plane problem, shape (r,).
+
+    A rotation counts times the distance of the block's farthest contact point.
 
     Parameters
     ----------
@@ -66,7 +77,7 @@ def velocity_limits(problem: Problem, velocity_bound: float = 1.0) -> Array:
     for block in (points.block_a, points.block_b):
         distance = np.linalg.norm(points.position - problem.assembly.centroids[block], axis=1)
         np.maximum.at(reach, block, distance)
-    block, coordinate = np.divmod(problem.row, 3)
+    block, coordinate = np.divmod(problem.row, 3)  # in plane: two translations and a turn
     limit = np.full(len(problem.row), float(velocity_bound))
     turns = coordinate == 2
     limit[turns] *= problem.row_radius[turns] / np.maximum(reach[block[turns]], 1e-300)
@@ -74,7 +85,7 @@ def velocity_limits(problem: Problem, velocity_bound: float = 1.0) -> Array:
 
 
 def close(value: float, bound: float, tolerance: float) -> bool:
-    """Whether a state meets a bound, relative to max(1, value)."""
+    """Whether the multiplier of a state meets a bound [-], within ``tolerance`` relative to max(1, value)."""
     return bool(np.isfinite(value) and abs(value - bound) <= tolerance * max(1.0, abs(value)))
 
 
@@ -96,17 +107,22 @@ def prove_smallest(
     tolerance : between state and bound to call it proven, relative to max(1, lambda) [-]
     widenings : so often a velocity bound of which the state uses more than half is taken ten times as wide
     verbose : let the mixed-integer solver write its log
+
+    Returns
+    -------
+    Extreme: state and bound, scaled.
     """
     began = time.perf_counter()
     law = programs.law
 
     def left() -> float:
+        """Time that is left [s]."""
         return time_limit - (time.perf_counter() - began)
 
     floor, method = (low if np.isfinite(low) else 0.0), ASSOCIATIVE
     best, value = found, np.inf if found is None else found.multiplier
     # states above the one at hand are of no interest: the tighter range makes both programs sharper
-    high = min(top, value) + 1e-6
+    high = min(top, value) + MARGIN
     if not close(value, floor, tolerance) and np.isfinite(high) and lifted_rows(programs) <= MAX_ROWS and left() > 0:
         lifted = lifted_bound(programs, 0.0, high, time_limit=left())
         if floor < lifted.value <= value + tolerance:
@@ -115,12 +131,13 @@ def prove_smallest(
     share, nodes, none = _share(law, best, velocity_bound * limits), 0, False
     while not close(value, floor, tolerance) and left() > 0:
         while share > REACHED and widenings > 0:
-            velocity_bound, share, widenings = 10.0 * velocity_bound, 0.1 * share, widenings - 1
+            velocity_bound, share, widenings = WIDER * velocity_bound, (1.0 / WIDER) * share, widenings - 1
         # the bound so far holds for any velocities: the program need not look below it
         program = BoundedProgram(
-            programs, max(floor, 0.0) - 1e-6, min(top, value) + 1e-6, velocity_bound * limits, force_bound
+            programs, max(floor, 0.0) - MARGIN, min(top, value) + MARGIN, velocity_bound * limits, force_bound
         )
-        proof = program.solve(best, time_limit=max(left(), 0.1), gap=0.1 * tolerance, verbose=verbose)
+        # a tenth of the tolerance, so that its gap does not use up what state and bound may differ by
+        proof = program.solve(best, time_limit=max(left(), LEAST_SECONDS), gap=0.1 * tolerance, verbose=verbose)
         nodes += proof.nodes
         if exact(proof.state, law, ACCURACY) and proof.state.multiplier < value:
             best, value = proof.state, proof.state.multiplier
@@ -131,6 +148,7 @@ def prove_smallest(
             if best is not None and share > 1.0:
                 within = (value, velocity_bound, proof.forces_assumed)
             break
+        # a bound above a state that the program contains contradicts the solver: it counts for nothing
         if proof.bound > value + tolerance * max(1.0, value) and share <= 1.0:
             break
         reached = min(proof.bound, value)
@@ -156,7 +174,7 @@ def prove_smallest(
 
 
 def _share(law: JointLaw, state: ForceState | None, limits: Array) -> float:
-    """Largest velocity of a state at mean live velocity one over its bound."""
+    """Largest velocity of a state at mean live velocity one over its bound [-], 0 without a state; ``limits`` (r,)."""
     if state is None:
         return 0.0
     return float(np.max(np.abs(state.velocity) * (law.live_size / (law.live @ state.velocity)) / limits))

@@ -44,6 +44,9 @@ _STATUS = {  # by what Clarabel says
 }
 
 
+BELOW_ZERO = -1e-9
+"""Scaled multiplier below which a structure falls without live load [-]: above it is the solver's rounding of zero."""
+
 LEVEL = 1e-9
 """Joints whose normal is vertical but for this are level [-]: chosen, well above rounding of a rotated geometry."""
 

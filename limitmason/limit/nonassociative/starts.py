@@ -1,0 +1,68 @@
+"""Where runs of the sequential scheme start: slopes that fit the dilatancy, and random normal forces."""
+
+import numpy as np
+
+from limitmason.arrays import Array
+from limitmason.limit.nonassociative.force_program import ForceProgram
+from limitmason.limit.nonassociative.joint_law import JointLaw, split
+
+HIDES = 2.0
+"""Dilatancy over friction below which a slope hides it, in units of the smallest slope of the scheme [-]: chosen."""
+
+NOISE = 0.7
+"""Standard deviation of the logarithm of normal forces of a disturbed start [-].
+
+With ``RANDOM_FORCE`` it spreads starts over what forces in a wall differ by: both chosen.
+"""
+
+RANDOM_FORCE = 4.0
+"""Largest normal force of a start with any forces, over the total load per point [-]."""
+
+UNLOADED_FORCE, UNLOADED_WEIGHT = 0.02, 0.01
+"""Share of the largest force, and of a weight, added so that joints without force take part [-]: chosen."""
+
+
+def slopes_for(law: JointLaw, slopes: tuple[float, ...]) -> tuple[float, ...]:
+    """Slopes of the scheme [-], and a smaller one before them where joints dilate but a little."""
+    dilating = (law.tan_psi > 0) & ~law.dilatant
+    if dilating.any():
+        # a slope that hides a small dilatancy leads to states of psi = 0, which no polish brings back
+        ratio = float((law.tan_psi[dilating] / law.tan_phi[dilating]).min())
+        if ratio < HIDES * min(slopes):
+            return 0.1 * ratio, *slopes  # well below the dilatancy
+    return slopes
+
+
+def random_start(
+    law: JointLaw, forces: ForceProgram, good: Array, random: np.random.Generator, k: int
+) -> tuple[str, Array | None]:
+    """Normal forces to start from, in turn: random admissible ones, the best disturbed, their mean, any.
+
+    Parameters
+    ----------
+    forces : program of the admissible forces
+    good : normal forces N' of the best state so far, scaled, shape (m,)
+    k : number of the start
+
+    Returns
+    -------
+    name : what it is
+    normal : normal forces N', scaled, shape (m,), or None without any
+    """
+    m = len(good)
+    kind = k % 4
+    if kind == 1:
+        noise = np.exp(NOISE * random.standard_normal(m))
+        return "best disturbed", good * noise + UNLOADED_FORCE * good.max(initial=0.0) * random.random(m)
+    if kind == 3:
+        return "random forces", RANDOM_FORCE * law.total / m * random.random(m)
+    # least sum of randomly weighted normal forces, an end of the admissible set
+    weight = np.zeros((m, law.components))
+    weight[:, 0] = random.random(m) + UNLOADED_WEIGHT
+    answer = forces.solve(0.0, weight.ravel())
+    if answer is None:
+        return "random admissible forces", None
+    normal = np.maximum(split(law, answer[1])[0], 0.0)
+    if kind == 0:
+        return "random admissible forces", normal
+    return "mean of best and random forces", 0.5 * (normal + good)
