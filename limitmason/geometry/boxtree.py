@@ -5,6 +5,15 @@ from numpy.typing import NDArray
 
 from limitmason.arrays import Array, Index
 
+_CELLS = 2**20
+"""Cells along the longest extent: a code of 64 bits has room for 21 bits of each coordinate."""
+
+_SPREAD = (
+    (32, 0x1F00000000FFFF), (16, 0x1F0000FF0000FF), (8, 0x100F00F00F00F00F), (4, 0x10C30C30C30C30C3),
+    (2, 0x1249249249249249),
+)
+"""Shifts, and masks of what stays after each: halves of halves move apart until two places follow every bit."""
+
 
 def overlapping_pairs(low: Array, high: Array) -> tuple[Index, Index]:
     """Pairs i < j of axis-aligned boxes that touch or overlap.
@@ -15,7 +24,7 @@ def overlapping_pairs(low: Array, high: Array) -> tuple[Index, Index]:
 
     Parameters
     ----------
-    low, high : [m], shape (n, 3)
+    low, high : least and largest coordinates of every box [m], shape (n, 3)
 
     Returns
     -------
@@ -25,7 +34,7 @@ def overlapping_pairs(low: Array, high: Array) -> tuple[Index, Index]:
     if n < 2:
         return np.empty(0, np.intp), np.empty(0, np.intp)
     order = np.argsort(_morton(0.5 * (low + high)), kind="stable")
-    levels = [(low[order], high[order])]
+    levels = [(low[order], high[order])]  # bounds of the nodes, from single boxes up to one that holds all
     while len(levels[-1][0]) > 1:
         lo, hi = levels[-1]
         # an empty box, which touches nothing, makes the number of nodes even
@@ -51,17 +60,16 @@ def overlapping_pairs(low: Array, high: Array) -> tuple[Index, Index]:
 
 
 def _morton(points: Array) -> NDArray[np.uint64]:
-    """Morton code of every point (n, 3): its coordinates bit by bit in turn, so that near codes are near places."""
+    """Morton code of every point [m], shape (n, 3): its coordinates bit by bit in turn.
+
+    Near codes are near places.
+    """
     span = max(float(np.ptp(points, axis=0).max()), 1e-300)
-    cell = ((points - points.min(axis=0)) / span * (2**20 - 1)).astype(np.uint64)
+    cell = ((points - points.min(axis=0)) / span * (_CELLS - 1)).astype(np.uint64)
     code = np.zeros(len(points), np.uint64)
     for axis in range(3):
         x = cell[:, axis]
-        # spread 21 bits to every third place
-        for shift, mask in (
-            (32, 0x1F00000000FFFF), (16, 0x1F0000FF0000FF), (8, 0x100F00F00F00F00F), (4, 0x10C30C30C30C30C3),
-            (2, 0x1249249249249249),
-        ):
+        for shift, mask in _SPREAD:
             x = (x | (x << np.uint64(shift))) & np.uint64(mask)
         code |= x << np.uint64(axis)
     return code

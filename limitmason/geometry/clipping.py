@@ -25,17 +25,18 @@ def clip_convex_batch(subject: Array, n_subject: Index, window: Array, n_window:
     count = np.asarray(n_subject, dtype=np.intp).copy()
     slots = np.arange(width)
     rows = np.arange(m)
+    # every edge of the windows in turn cuts off what lies to its right
     for edge in range(window.shape[1]):
         active = (edge < n_window) & (count > 0)
         if not active.any():
             continue
         a = window[:, edge]
-        b = window[rows, (edge + 1) % np.maximum(n_window, 1)]
+        b = window[rows, (edge + 1) % np.maximum(n_window, 1)]  # an empty window has no next vertex, nor is it active
         e = b - a
         # twice the area to the left of the window's edge: 0 and more is inside
         d = e[:, None, 0] * (points[..., 1] - a[:, None, 1]) - e[:, None, 1] * (points[..., 0] - a[:, None, 0])
         valid = slots < count[:, None]
-        after = np.where(slots + 1 < count[:, None], slots + 1, 0)
+        after = np.where(slots + 1 < count[:, None], slots + 1, 0)  # the last vertex is followed by the first
         d_after = np.take_along_axis(d, after, axis=1)
         p_after = np.take_along_axis(points, after[..., None], axis=1)
         keep = valid & (d >= 0)
@@ -70,7 +71,13 @@ def drop_redundant_vertices(polygons: Array, counts: Index, slack: Array) -> tup
 
     Parameters
     ----------
-    polygons, counts : padded by the last vertex [m], shape (m, K, 2), and vertices of each, shape (m,)
+    polygons : padded by the last vertex [m], shape (m, K, 2)
+    counts : number of vertices of each, shape (m,)
+    slack : of each [m], shape (m,)
+
+    Returns
+    -------
+    polygons, counts : in the same form
     """
     points, count = polygons, counts.copy()
     slots = np.arange(points.shape[1])

@@ -15,14 +15,20 @@ from limitmason.errors import InputError
 from limitmason.geometry.facing import Faces, FacingPairs, all_faces, facing_pairs
 from limitmason.geometry.merged_patches import ContactPatch, merged
 from limitmason.geometry.overlap import near_pairs, penetrations
-from limitmason.geometry.polygon import area_in_space
+from limitmason.geometry.polygon import centroid_in_space, width_in_space
 from limitmason.geometry.polyhedron import Solid
 
 LOOKED_AT_DEG = 45.0
 """Faces further than this from parallel do not face each other; what meets there meets at an edge or a corner [deg]."""
 
 NEAR = 0.02
-"""Gap up to which faces that do not touch are near misses, as a fraction of the smaller block's width [-]."""
+"""Gap up to which faces that do not touch are near misses, as a fraction of the smaller block's width: chosen [-]."""
+
+_CORNERS_ALIKE = 1e-3
+"""Part of the distance that counts as contact within which corners lie on one line [-]: chosen."""
+
+_LEAST_WIDTH = 0.01
+"""Part of the least width of a contact below which an overlap of two faces is not looked at at all [-]: chosen."""
 
 
 @dataclass(frozen=True)
@@ -100,28 +106,25 @@ KEPT = ("closed", "in part")
 
 
 class ContactPatches(NamedTuple):
-    """Contact patches found, with overlaps and doubts.
+    """Contact patches found, with overlaps and doubts."""
 
-    Owners a < b, convex polygon [m] (n, 3) each, unit normal from a to b.
-    """
-
-    a: Index
+    a: Index  # owners of m patches, a < b, (m,)
     b: Index
-    polygons: list[Array]
-    normals: Array
-    overlaps: list[tuple[int, int, float]]
+    polygons: list[Array]  # convex [m], (n, 3) each
+    normals: Array  # unit, from a to b, (m, 3)
+    overlaps: list[tuple[int, int, float]]  # owners of pieces that penetrate, and how deep [m]
     doubts: list[DoubtfulContact]
 
 
 class Candidates(NamedTuple):
-    """Pairs of faces that may be contacts: their blocks and the tolerances that hold for them [m], shape (m,) each."""
+    """Pairs of faces that may be contacts, and the tolerances that hold for them, shape (m,) each."""
 
     pairs: FacingPairs
-    a: Index
+    a: Index  # blocks of both faces
     b: Index
-    distance: Array
-    width: Array
-    reach: Array
+    distance: Array  # gap up to which they touch [m]
+    width: Array  # least width of a contact [m]
+    reach: Array  # gap up to which they are looked at [m]
 
 
 def find_contacts(
@@ -190,21 +193,21 @@ def candidates(
 
     Parameters
     ----------
-    owner : of every solid
-    start : first face of every solid, see :func:`all_faces`
-    p, q : pairs of solids that are near
-    distance : gap that counts as contact [m]
+    owner : block of every solid, shape (solids,)
+    faces, start : of all solids, see :func:`all_faces`
+    p, q : pairs of solids that are near, shape (k,)
+    distance : gap that counts as contact, per owner [m]
     reach : gap up to which faces are looked at, per owner [m]
-    looked_at_deg : angle up to which faces are looked at
+    looked_at_deg : angle up to which faces are looked at [deg]
     """
     pair_distance = np.minimum(distance[owner[p]], distance[owner[q]])
     pair_reach = np.minimum(reach[owner[p]], reach[owner[q]])
-    pairs = facing_pairs(faces, start, owner, p, q, pair_reach, 1e-3 * pair_distance, looked_at_deg)
+    pairs = facing_pairs(faces, start, owner, p, q, pair_reach, _CORNERS_ALIKE * pair_distance, looked_at_deg)
     a, b = owner[faces.part[pairs.f]], owner[faces.part[pairs.g]]
     limit, far = np.minimum(distance[a], distance[b]), np.minimum(reach[a], reach[b])
     width = limit if rules.width is None else np.full(len(a), rules.width)
     low = pairs.gap.min(axis=1)
-    keep = (pairs.width > 0.01 * np.minimum(width, limit)) & (low >= -limit) & (low <= far)
+    keep = (pairs.width > _LEAST_WIDTH * np.minimum(width, limit)) & (low >= -limit) & (low <= far)
     return Candidates(
         pairs=pairs.rows(keep), a=a[keep], b=b[keep], distance=limit[keep], width=width[keep], reach=far[keep],
     )
@@ -218,7 +221,7 @@ CONTACT_CODES = (MADE, _CLOSED, _IN_PART)
 
 
 def judged(found: Candidates, rules: ContactRules, *, times: float = 1.0) -> Index:
-    """Code of each pair of faces under the rules: contact, near miss or nothing.
+    """Code of each pair of faces under the rules, ``MADE``, a kind of doubt or ``NOTHING``, shape (m,).
 
     ``times`` is a factor on the distance that counts as contact.
     """
@@ -233,8 +236,9 @@ def judged(found: Candidates, rules: ContactRules, *, times: float = 1.0) -> Ind
     part = np.flatnonzero(facing & touches & ~inside & wide)
     code[part] = _IN_PART
     for k in part.tolist():
+        # a closed part that is too narrow is an edge
         n = pairs.corners_of[k]
-        if _mean_width(closed_part(pairs.points[k, :n], pairs.gap[k, :n], float(limit[k]))) <= found.width[k]:
+        if width_in_space(closed_part(pairs.points[k, :n], pairs.gap[k, :n], float(limit[k]))) <= found.width[k]:
             code[k] = _OPENS
     code[_closing(found, rules, low, high, limit)] = _CLOSED
     code[(code != NOTHING) & ~wide] = _NARROW
@@ -244,7 +248,7 @@ def judged(found: Candidates, rules: ContactRules, *, times: float = 1.0) -> Ind
 
 
 def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, limit: Array) -> Flags:
-    """Wedges of a small angle that touch somewhere, if not here then on another piece of the same two faces.
+    """Wedges of a small angle that touch somewhere, if not here then on another piece of the same two faces, (m,).
 
     Parameters
     ----------
@@ -256,6 +260,7 @@ def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, li
     out = (pairs.angle_deg <= rules.wedge_deg) & (high > limit) & (high <= near)
     for k in np.flatnonzero(out & (low > limit)).tolist():
         same = (found.a == found.a[k]) & (found.b == found.b[k]) & (low <= limit)
+        # pieces of one face have its normal and angle but for rounding
         same &= np.abs(pairs.normal - pairs.normal[k]).max(axis=1) < 1e-6
         same &= np.abs(pairs.angle_deg - pairs.angle_deg[k]) < 1e-4
         out[k] = same.any()
@@ -263,24 +268,20 @@ def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, li
 
 
 def closed_part(polygon: Array, gap: Array, limit: float) -> Array:
-    """Part of a convex polygon [m], shape (n, 3), in which a gap given at its corners stays within a limit [m]."""
+    """Part of a convex polygon [m], (n, 3), in which a gap given at its corners [m], (n,), stays within a limit [m]."""
     out = []
     for i in range(len(polygon)):
         j = (i + 1) % len(polygon)
         if gap[i] <= limit:
             out.append(polygon[i])
+        # the gap passes the limit inside the side
         if (gap[i] < limit) != (gap[j] < limit) and gap[i] != limit and gap[j] != limit:
             out.append(polygon[i] + (limit - gap[i]) / (gap[j] - gap[i]) * (polygon[j] - polygon[i]))
     corners = np.array(out).reshape(-1, 3)
     if len(corners) < 3:
         return corners
     step = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
-    return corners[step > 1e-9 * step.sum()]
-
-
-def _mean_width(polygon: Array) -> float:
-    perimeter = np.linalg.norm(np.roll(polygon, -1, axis=0) - polygon, axis=1).sum()
-    return float(2.0 * area_in_space(polygon) / perimeter) if len(polygon) > 2 else 0.0
+    return corners[step > 1e-9 * step.sum()]  # without corners that are one but for rounding
 
 
 def closed_centres(pairs: FacingPairs, rows: Index) -> Array:
@@ -293,17 +294,11 @@ def closed_centres(pairs: FacingPairs, rows: Index) -> Array:
         n = pairs.corners_of[k]
         polygon, gap = pairs.points[k, :n], pairs.gap[k, :n]
         low, high = float(gap.min()), float(gap.max())
-        if high - low > 1e-6 * (abs(high) + abs(low)):
+        if high - low > 1e-6 * (abs(high) + abs(low)):  # else the faces are parallel: no half is closed
             half = closed_part(polygon, gap, 0.5 * (low + high))
             polygon = half if len(half) > 2 else polygon
-        out[row] = _centroid(polygon)
+        out[row] = centroid_in_space(polygon)
     return out
-
-
-def _centroid(polygon: Array) -> Array:
-    r = polygon - polygon[0]
-    part = np.linalg.norm(np.cross(r[1:-1], r[2:]), axis=1)
-    return polygon[0] + part @ (r[1:-1] + r[2:]) / 3.0 / max(float(part.sum()), 1e-300)
 
 
 def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: Index) -> Flags:
@@ -330,16 +325,16 @@ def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: In
 
 
 def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None = None) -> list[DoubtfulContact]:
-    """Near misses and contacts by rule among some rows.
-
-    The pieces of one pair of faces in one entry.
+    """Near misses and contacts by rule among some rows, the pieces of one pair of faces in one entry.
 
     Parameters
     ----------
-    code : from :func:`judged`
+    code : from :func:`judged`, shape (m,)
+    rows : numbers of the pairs to look at
     made : kind to give to plain contacts; None leaves them out
     """
     kinds = _KINDS if made is None else {**_KINDS, MADE: made}
+    # pieces of one pair of faces have one normal and angle but for rounding; + 0.0 makes -0.0 and 0.0 one
     groups: dict[tuple, list[int]] = {}
     normal = np.round(found.pairs.normal, 6) + 0.0
     angle = np.round(found.pairs.angle_deg, 4)
@@ -350,7 +345,7 @@ def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None =
     for (a, b, kind, *_), members in groups.items():
         pairs = found.pairs.rows(np.array(members))
         polygons = [p[:n] for p, n in zip(pairs.points, pairs.corners_of, strict=True)]
-        place = (pairs.area / pairs.area.sum()) @ np.array([_centroid(p) for p in polygons])
+        place = (pairs.area / pairs.area.sum()) @ np.array([centroid_in_space(p) for p in polygons])
         out.append(DoubtfulContact(
             a=a, b=b, kind=kinds[kind], gap=(float(pairs.gap.min()), float(pairs.gap.max())),
             angle_deg=float(pairs.angle_deg.max()), area=float(pairs.area.sum()), width=float(pairs.width.max()),
@@ -367,11 +362,11 @@ def _merge_patches(
 
     Parameters
     ----------
-    a, b : owners of every patch
-    polygons : its corners [m]
-    normals : its unit normal
-    areas : [m2]
-    tolerance : distance up to which faces touch [m]
+    a, b : owners of every patch, shape (m,)
+    polygons : its corners [m], (n, 3) each
+    normals : its unit normal from a to b, shape (m, 3)
+    areas : [m2], shape (m,); 0 for a patch that is joined to no other
+    tolerance : distance up to which faces touch [m], shape (m,)
     overlaps, doubts : passed on
     """
     if not len(a):

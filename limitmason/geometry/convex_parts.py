@@ -18,6 +18,27 @@ from limitmason.geometry.splitting import below_planes, split_polygon, split_sol
 MOST_PARTS = 40
 """A solid that would need more parts is refused: what it means is curved, and a hull or fewer faces say it better."""
 
+_ROOM = 0.1
+"""Part of the solid's size by which the box around it stands out [-]: any number above zero does."""
+
+_CELLS_PER_PART = 4
+"""Cells per part at which dividing ends: most cells are joined again."""
+
+_VOLUME = 1e-6
+"""Part of a solid's volume by which its parts may miss it [-]: rounding of many cells."""
+
+_LOOSE = 10.0
+"""Slacks within which corners and planes of cells are one: each cut may move them by a slack."""
+
+_PARALLEL = 1e-9
+"""1 less the cosine of two normals up to which they are parallel [-]: rounding."""
+
+_SAME_PLANE = 1e-12
+"""1 less the cosine of two normals up to which two planes bound a union once [-]: rounding."""
+
+_FILLS = 1e-9
+"""Part of the volume of two parts by which their union may differ from what their planes bound [-]: rounding."""
+
 
 def convex_parts(solid: Solid, slack: float) -> list[Solid]:
     """Convex parts that tile a closed polyhedron exactly.
@@ -46,6 +67,7 @@ def convex_parts(solid: Solid, slack: float) -> list[Solid]:
     """
     if is_convex([solid], slack)[0]:
         return [solid]
+    # curved hollows are refused before a long division: a cut that parts two cells seldom ends more than two such edges
     if _hollow_edges(solid, slack) > 2 * MOST_PARTS:
         raise InputError(_TOO_MANY)
     faces = [_Face(solid.vertices[list(f)], slack) for f in solid.faces]
@@ -53,7 +75,7 @@ def convex_parts(solid: Solid, slack: float) -> list[Solid]:
     polygons = [(k, p) for k, f in enumerate(faces) for p in f.pieces]
     low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
     # the box is larger than the solid, so that no outer face lies on its sides
-    room = 0.1 * float((high - low).max())
+    room = _ROOM * float((high - low).max())
     inside: list[Solid] = []
     waiting = [(box(low - room, high + room), polygons)]
     while waiting:
@@ -62,12 +84,13 @@ def convex_parts(solid: Solid, slack: float) -> list[Solid]:
             if _winding(cell.vertices.mean(axis=0), triangles) > 0.5:
                 inside.append(cell)
             continue
-        if len(inside) + len(waiting) > 4 * MOST_PARTS:
+        if len(inside) + len(waiting) > _CELLS_PER_PART * MOST_PARTS:
             raise InputError(_TOO_MANY)
         waiting += _divided(cell, within, faces, slack)
     volume = float(mass_properties([solid]).volume[0])
     found = float(mass_properties(inside).volume.sum()) if inside else 0.0
-    if not abs(found - volume) <= 1e-6 * volume + 10.0 * slack * float((high - low).max()) ** 2:
+    # faces may be off by a slack all over the surface
+    if not abs(found - volume) <= _VOLUME * volume + _LOOSE * slack * float((high - low).max()) ** 2:
         raise InputError(
             f"its faces enclose {volume:.6g} m3 and its convex parts {found:.6g} m3: faces cross each other, or an "
             "inner shell is turned inside out"
@@ -124,14 +147,15 @@ def largest_skew(solid: Solid) -> float:
 
 
 class _Face:
-    """A plane face: a point and the unit normal of its plane, and convex pieces of it [m]."""
+    """A plane face: a point and the unit normal of its plane, convex pieces and triangles of it [m], and its area."""
 
     def __init__(self, corners: Array, slack: float) -> None:
         """Cut a face into convex pieces and triangles; a sliver has none.
 
         Parameters
         ----------
-        corners : [m], shape (n, 3)
+        corners : in order around it, counter-clockwise seen from outside [m], shape (n, 3)
+        slack : distance up to which corners are one [m]
         """
         self.normal, self.point = face_plane(corners)[0], corners.mean(axis=0)
         self.pieces: list[Array] = []
@@ -139,6 +163,7 @@ class _Face:
         self.area = 0.0
         if 2.0 * area_in_space(corners) <= slack * float(np.ptp(corners, axis=0).max()):
             return  # a sliver closes the surface and encloses nothing
+        # axes in the plane, from the global axis that lies nearest to it
         along = np.eye(3)[int(np.abs(self.normal).argmin())]
         along = along - (along @ self.normal) * self.normal
         along /= np.linalg.norm(along)
@@ -152,26 +177,31 @@ class _Face:
 def _divided(
     cell: Solid, within: list[tuple[int, Array]], faces: Sequence[_Face], slack: float
 ) -> list[tuple[Solid, list[tuple[int, Array]]]]:
-    """Two cells on both sides of the plane of a face, each with the faces within it.
+    """Cells on both sides of the plane of a face, one or two, each with the pieces of faces within it.
 
     It is the plane that cuts fewest other faces, of these that of the largest area.
 
     Parameters
     ----------
-    within : numbers of faces and pieces of them [m], shape (n, 3)
+    cell : what is divided
+    within : pieces of faces in it: number of the face, and corners [m], shape (n, 3)
+    faces : of the whole solid
+    slack : distance up to which a corner lies in a plane [m]
     """
     numbers = sorted({k for k, _ in within})
     normals = np.array([faces[k].normal for k in numbers])
     points = np.concatenate([p for _, p in within])
-    first = np.cumsum([0, *(len(p) for _, p in within[:-1])])
+    first = np.cumsum([0, *(len(p) for _, p in within[:-1])])  # corner of every piece
     offsets = np.array([faces[k].point @ faces[k].normal for k in numbers])
-    height = points @ normals.T - offsets
+    height = points @ normals.T - offsets  # of every corner above every plane [m]
     # a face whose corners lie on both sides of a plane is cut by it
     cuts = (np.minimum.reduceat(height, first) < -slack) & (np.maximum.reduceat(height, first) > slack)
     # a face may come as triangles, and two faces may lie in one plane: their areas count together
     along = normals @ normals.T
-    alike = (np.abs(along) > 1.0 - 1e-9) & (np.abs(offsets - np.sign(along) * offsets[:, None]) <= 10.0 * slack)
+    same_offset = np.abs(offsets - np.sign(along) * offsets[:, None]) <= _LOOSE * slack
+    alike = (np.abs(along) > 1.0 - _PARALLEL) & same_offset
     area = alike @ np.array([faces[k].area for k in numbers])
+    # areas that are equal but for rounding leave the order to the faces' numbers
     order = np.lexsort((np.round(-area / area.max(), 9), cuts.sum(axis=0)))
     plane = faces[numbers[int(order[0])]]
     below, above, _ = split_solid(cell, plane.point, plane.normal, slack)
@@ -239,7 +269,7 @@ def _common_face(a: Solid, b: Solid, slack: float) -> float:
                 continue
             p, q = a.vertices[list(f)], b.vertices[list(g)]
             apart = np.linalg.norm(p[:, None] - q[None], axis=2)
-            if (apart.min(axis=1) <= 10.0 * slack).all() and (apart.min(axis=0) <= 10.0 * slack).all():
+            if (apart.min(axis=1) <= _LOOSE * slack).all() and (apart.min(axis=0) <= _LOOSE * slack).all():
                 return area_in_space(p)
     return 0.0
 
@@ -251,14 +281,14 @@ def _union(a: Solid, b: Solid, slack: float) -> Solid | None:
     for part in (a, b):
         for f in part.faces:
             n, d = face_plane(part.vertices[list(f)])
-            if (points @ n).max() <= d + 10.0 * slack and not any(n @ m > 1.0 - 1e-12 for m, _ in planes):
+            if (points @ n).max() <= d + _LOOSE * slack and not any(n @ m > 1.0 - _SAME_PLANE for m, _ in planes):
                 planes.append((n, d))
     whole = below_planes(planes, points, slack)
     if whole is None:
         return None
     # the planes bound what holds both: it is the union only where its volume is that of both
     both = float(mass_properties([a, b]).volume.sum())
-    return whole if abs(float(mass_properties([whole]).volume[0]) - both) <= 1e-9 * both else None
+    return whole if abs(float(mass_properties([whole]).volume[0]) - both) <= _FILLS * both else None
 
 
 def _refuse_several_bodies(parts: list[Solid], slack: float) -> None:
@@ -277,12 +307,14 @@ def _touch(a: Solid, b: Solid, slack: float) -> bool:
     """
     for f in a.faces:
         n, d = face_plane(a.vertices[list(f)])
-        if abs(float((b.vertices @ n).min()) - d) > 10.0 * slack:
+        # b begins elsewhere
+        if abs(float((b.vertices @ n).min()) - d) > _LOOSE * slack:
             continue
         common: Array | None = a.vertices[list(f)]
         for g in b.faces:
             side, distance = face_plane(b.vertices[list(g)])
-            if abs(side @ n) > 1.0 - 1e-9 or common is None:
+            # the face of b in this plane, and that on its far side, cut nothing off
+            if abs(side @ n) > 1.0 - _PARALLEL or common is None:
                 continue
             common = split_polygon(common, distance * side, side, slack)[0]
         if common is not None and area_in_space(common) > slack * float(np.ptp(common)):
@@ -299,5 +331,5 @@ def _snapped(part: Solid, corners: Array, slack: float) -> Solid:
     """
     apart = np.linalg.norm(part.vertices[:, None] - corners[None], axis=2)
     nearest = apart.argmin(axis=1)
-    near = apart.min(axis=1) <= 10.0 * slack
+    near = apart.min(axis=1) <= _LOOSE * slack
     return Solid(np.where(near[:, None], corners[nearest], part.vertices), part.faces)

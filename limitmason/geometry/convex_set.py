@@ -8,52 +8,69 @@ from scipy.spatial import HalfspaceIntersection
 
 from limitmason.arrays import Array
 
+OUTWEIGHS = 1e3
+"""Weight of an equation that must hold beside those to be fitted, whose terms are of size one: chosen."""
+
+_RAYS_ALIKE = 1e-6
+"""Distance of a unit ray from sums of others below which it is one of them: beyond the rounding of nnls, chosen."""
+
+_POINTS_ALIKE = 1e-7
+"""Distance of a point from the hull of others, in a set of size one, below which it lies in it: chosen."""
+
+_HAIR = 1e-10
+"""By how much half-spaces are widened, so that a flat set has an inside: chosen."""
+
 
 def corners_of_half_spaces(normal: Array, offset: Array, inner: Array) -> Array:
     """Corners of the set normal . y <= offset, shape (m, k).
 
     Parameters
     ----------
-    normal, offset : of every half-space, shapes (p, k) and (p,)
+    normal, offset : of every half-space, of any length, shapes (p, k) and (p,)
     inner : points within all of them, shape (n, k)
     """
     length = np.linalg.norm(normal, axis=1)
     offset, normal = offset / length, normal / length[:, None]
     if normal.shape[1] == 1:
+        # an interval, which qhull does not take: its two ends
         return np.array([[offset[normal[:, 0] > 0].min()], [-offset[normal[:, 0] < 0].min()]])
     # a hair wider, so that what is found of a flat set has an inside
-    room = 1e-10 + np.maximum((inner @ normal.T).max(axis=0) - offset, 0.0)
+    room = _HAIR + np.maximum((inner @ normal.T).max(axis=0) - offset, 0.0)
     middle = inner.mean(axis=0)
     return np.asarray(HalfspaceIntersection(np.column_stack([normal, -offset - room]), middle).intersections)
 
 
 def nearest_in_hull(points: Array, w: Array, rays: Array | None = None) -> Array:
-    """The point of the convex hull of points, and of what rays add to it, that is nearest to w, by least squares.
+    """The point of a convex hull, and of what rays add to it, that is nearest to w by least squares, shape (k,).
 
     Parameters
     ----------
-    points, rays, w : shapes (n, k), (r, k) and (k,); sums of rays with shares from zero up may be added to the hull
+    points : whose hull it is, shape (n, k)
+    w : shape (k,)
+    rays : directions of which sums with shares from zero up may be added to the hull, shape (r, k); none by default
     """
     rays = np.zeros((0, len(w))) if rays is None else rays
     scale = max(float(np.abs(points - w).max()), 1e-300)
-    # the shares sum to one by a row that outweighs the distance a thousandfold; what is left of it is divided out
-    weight = np.append(np.full(len(points), 1e3), np.zeros(len(rays)))
+    # the shares sum to one by a row that outweighs the distances; what is left of it is divided out
+    weight = np.append(np.full(len(points), OUTWEIGHS), np.zeros(len(rays)))
     rows = np.vstack([np.hstack([(points - w).T / scale, rays.T]), weight])
-    share = nnls(rows, np.append(np.zeros(len(w)), 1e3))[0]
+    share = nnls(rows, np.append(np.zeros(len(w)), OUTWEIGHS))[0]
     total = share[: len(points)].sum()
     return np.asarray((share[: len(points)] @ points + scale * (share[len(points) :] @ rays)) / total)
 
 
 def extreme_rays(rays: Array) -> Array:
-    """Rays that are no sum of the others."""
-    return rays[_needed(len(rays), lambda i, rest: nnls(rays[rest].T, rays[i])[1] < 1e-6)]
+    """Unit rays, shape (r, k), that are no sum of the others."""
+    return rays[_needed(len(rays), lambda i, rest: nnls(rays[rest].T, rays[i])[1] < _RAYS_ALIKE)]
 
 
 def extreme_points(points: Array) -> list[int]:
-    """Numbers of the points that are not between others, of a set whose size is about one."""
-    return _needed(
-        len(points), lambda i, rest: float(np.linalg.norm(points[i] - nearest_in_hull(points[rest], points[i]))) < 1e-7
-    )
+    """Numbers of the points (n, k) that are not between others, of a set whose size is about one."""
+    def between(i: int, rest: list[int]) -> bool:
+        """Whether a point lies in the hull of others."""
+        return float(np.linalg.norm(points[i] - nearest_in_hull(points[rest], points[i]))) < _POINTS_ALIKE
+
+    return _needed(len(points), between)
 
 
 def _needed(count: int, made_of: Callable[[int, list[int]], bool]) -> list[int]:

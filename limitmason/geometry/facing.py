@@ -15,9 +15,9 @@ from limitmason.geometry.polyhedron import Solid, face_planes, group_by_topology
 
 
 class Faces(NamedTuple):
-    """All faces of all solids in a row: corners [m] (F, K, 3), padded by repeating the last, and their planes."""
+    """All F faces of all solids in a row, with their planes."""
 
-    corners: Array
+    corners: Array  # [m], (F, K, 3), padded by repeating the last
     corners_of: Index  # (F,)
     normal: Array  # outward, (F, 3)
     offset: Array  # [m], (F,)
@@ -62,8 +62,8 @@ def facing_pairs(
     Parameters
     ----------
     faces, start : from :func:`all_faces`
-    owner : block of every solid
-    p, q : pairs of solids to look at
+    owner : block of every solid, shape (solids,)
+    p, q : pairs of solids to look at, shape (k,)
     reach : faces whose boxes are further apart than this are left out, one per pair of solids [m]
     slack : corners nearer than this to the line past them are dropped, one per pair of solids [m]
     angle_deg : faces further than this from parallel are left out [deg]
@@ -75,6 +75,7 @@ def facing_pairs(
     if not len(f):
         none = np.empty((0, 1, 3))
         return FacingPairs(f, g, none, f, np.empty((0, 3)), none[..., 0], *(np.empty(0) for _ in range(3)))
+    # outward normals of faces that look at each other are nearly opposite: their difference is twice the mean
     normal = faces.normal[f] - faces.normal[g]
     length = np.linalg.norm(normal, axis=1)
     normal /= length[:, None]
@@ -110,7 +111,7 @@ def facing_pairs(
 
 
 def all_faces(solids: Sequence[Solid]) -> tuple[Faces, Index]:
-    """All faces, and the row of each solid's first one (with the total at the end)."""
+    """All faces, and the row of each solid's first one with the total at the end, shape (solids + 1,)."""
     widest = max(len(f) for s in {s.faces: s for s in solids}.values() for f in s.faces)
     n_faces = np.array([len(s.faces) for s in solids])
     start = np.concatenate([[0], np.cumsum(n_faces)])
@@ -134,6 +135,7 @@ def _face_pairs(
 
     Parameters
     ----------
+    faces : of all solids
     start : row of each solid's first face, and the total, shape (solids + 1,)
     p, q : solids of every pair, shape (k,)
     reach : gap up to which they are near [m], shape (k,)
@@ -159,7 +161,13 @@ def _face_pairs(
 
 
 def _left_packed(reversed_corners: Array, count: Index) -> Array:
-    """Corners of reversed padded rows moved to the left: the padding came first after the reversal."""
+    """Corners of reversed padded rows moved to the left: the padding came first after the reversal.
+
+    Parameters
+    ----------
+    reversed_corners : [m], shape (m, K, 2)
+    count : number of corners of each, without the padding, shape (m,)
+    """
     k = reversed_corners.shape[1]
     index = np.minimum(np.arange(k)[None, :] + (k - count)[:, None], k - 1)
     return np.take_along_axis(reversed_corners, index[..., None], axis=1)

@@ -13,31 +13,41 @@ from limitmason.arrays import Array
 from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.geometry.boxtree import overlapping_pairs
+from limitmason.geometry.convex_set import OUTWEIGHS
 from limitmason.geometry.polyhedron import Solid, face_plane, mass_properties
 from limitmason.geometry.splitting import below_planes
 
-_FACING = 0.34  # cosine of 70 degrees: a face is moved where a neighbour lies within this of its normal
-_ALIKE = np.cos(np.deg2rad(10.0))  # facets of a scan whose normals differ by less are one face
+_FACING = 0.34
+"""Cosine of 70 degrees: a face is moved where a neighbour lies within this of its normal, chosen."""
+
+_ALIKE = np.cos(np.deg2rad(10.0))
+"""Cosine of 10 degrees: facets of a scan whose normals differ by less are one face, chosen."""
+
+_APART = 1e-9
+"""Distance of two hulls over their size above which they are apart, so that it has a direction [-]: rounding."""
+
+_SLACK = 1e-9
+"""Part of a stone's size within which corners lie in a plane [-]: rounding."""
 
 
 class Gap(NamedTuple):
-    """Plane between two stones: their numbers, unit normal from i to j, offset n.x [m], gap [m] (overlap below 0)."""
+    """Plane that parts two stones."""
 
-    i: int
+    i: int  # numbers of the stones
     j: int
-    normal: Array
-    offset: float
-    gap: float
+    normal: Array  # unit, from i to j, (3,)
+    offset: float  # n . x of its points [m]
+    gap: float  # between the stones along the normal, negative where they overlap [m]
 
 
 class Grown(NamedTuple):
-    """Stones that meet: solids, the planes they meet in, volumes before and after [m3], and the farthest move [m]."""
+    """Stones that meet."""
 
     solids: list[Solid]
-    gaps: tuple[Gap, ...]
-    before: Array
-    after: Array
-    moved: Array
+    gaps: tuple[Gap, ...]  # planes that they meet in
+    before: Array  # volume of each stone as it was [m3], (n,)
+    after: Array  # and as it is [m3], (n,)
+    moved: Array  # how far a corner now lies outside its stone's old faces at most [m], (n,)
 
 
 def grown(
@@ -69,18 +79,20 @@ def grown(
         A stone without volume, or one that its neighbours leave nothing of, by name.
     """
     positive("reach", reach, "m")
-    own = [_planes(np.asarray(s, dtype=float)) for s in stones]
+    own = [_planes(np.asarray(s, dtype=float)) for s in stones]  # normals and offsets of each stone's faces
     solids = [_inside(n, d, np.asarray(s, dtype=float)) for (n, d), s in zip(own, stones, strict=True)]
     every = [*solids, *against]
     low = np.array([s.vertices.min(axis=0) for s in every]) - reach
     high = np.array([s.vertices.max(axis=0) for s in every]) + reach
     pairs = zip(*overlapping_pairs(low, high), strict=True)
     gaps = [_between(int(i), int(j), every, held=j >= len(solids)) for i, j in pairs if min(i, j) < len(solids)]
+    # both stones may move by the reach: planes farther than that from either cut nothing off
     gaps = [g for g in gaps if g.gap <= 2.0 * reach]
     out, moved = [], np.zeros(len(solids))
     for k, (normal, offset) in enumerate(own):
+        # planes to the neighbours, their normals pointing away from this stone
         towards = [(g.normal if g.i == k else -g.normal, g) for g in gaps if k in (g.i, g.j)]
-        facing = np.zeros(len(normal), dtype=bool)
+        facing = np.zeros(len(normal), dtype=bool)  # its faces that look at a neighbour within the reach
         for direction, g in towards:
             facing |= (normal @ direction > _FACING) & (g.gap <= reach)
         wide = offset + reach * facing
@@ -136,9 +148,12 @@ def _inside(normals: Array, offsets: Array, points: Array, margin: float = 0.0) 
 
     Parameters
     ----------
-    normals, offsets : of the planes, unit vectors, shape (k, 3), and [m], shape (k,)
+    normals : unit vectors of the planes, shape (k, 3)
+    offsets : n . x of their points [m], shape (k,)
+    points : [m], shape (n, 3)
+    margin : by which the box is larger still [m]
     """
-    slack = 1e-9 * float(np.ptp(points, axis=0).max())
+    slack = _SLACK * float(np.ptp(points, axis=0).max())
     solid = below_planes(zip(normals, offsets, strict=True), points, slack, margin=margin)
     if solid is None:
         raise InputError("nothing lies below all planes")
@@ -151,9 +166,12 @@ def _between(i: int, j: int, solids: Sequence[Solid], *, held: bool) -> Gap:
     Parameters
     ----------
     i, j : numbers of the solids
+    solids : all of them
+    held : whether the second keeps its shape
     """
     a, b = solids[i].vertices, solids[j].vertices
     if held:
+        # normals of its faces turned inwards, that is from i to j: the face that leaves most room between both
         faces = -np.array([face_plane(b[list(f)])[0] for f in solids[j].faces])
         clear = (b @ faces.T).min(axis=0) - (a @ faces.T).max(axis=0)
         n = faces[int(clear.argmax())]
@@ -161,17 +179,17 @@ def _between(i: int, j: int, solids: Sequence[Solid], *, held: bool) -> Gap:
     middle, size = a.mean(axis=0), float(np.ptp(np.vstack([a, b]), axis=0).max())
     p, q = (a - middle) / size, (b - middle) / size
     # closest points of two hulls: |P s - Q t| smallest, shares s and t above zero and of sum one (weighted rows)
-    heavy = 1e3
     system = np.zeros((5, len(p) + len(q)))
     system[:3, : len(p)], system[:3, len(p) :] = p.T, -q.T
-    system[3, : len(p)], system[4, len(p) :] = heavy, heavy
-    shares, distance = nnls(system, np.array([0.0, 0.0, 0.0, heavy, heavy]))
+    system[3, : len(p)], system[4, len(p) :] = OUTWEIGHS, OUTWEIGHS
+    shares, distance = nnls(system, np.array([0.0, 0.0, 0.0, OUTWEIGHS, OUTWEIGHS]))
+    # normals of both solids' faces, all from i to j, and the direction of the shortest distance
     candidates = [
         sign * face_plane(s.vertices[list(f)])[0]
         for s, sign in ((solids[i], 1.0), (solids[j], -1.0))
         for f in s.faces
     ]
-    if distance > 1e-9:
+    if distance > _APART:
         apart = q.T @ shares[len(p) :] - p.T @ shares[: len(p)]
         candidates.append(apart / np.linalg.norm(apart))
     normals = np.array(candidates)

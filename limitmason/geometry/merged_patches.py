@@ -7,14 +7,20 @@ import numpy as np
 from limitmason.arrays import Array, Index
 from limitmason.geometry.polygon import axes_in_plane, joined_in_pairs
 
+_LEVEL = 1e-9
+"""1 less the cosine of two normals up to which patches may lie in one plane [-]: rounding."""
+
+_ON_LINE = 1e-3
+"""Part of the tolerance of contacts within which a corner lies on the line through others [-]: chosen."""
+
 
 class ContactPatch(NamedTuple):
-    """A contact patch: its polygon [m], normal, area [m2] and the tolerance of its blocks [m]."""
+    """A contact patch between two blocks."""
 
-    polygon: Array
-    normal: Array
-    area: float
-    tolerance: float
+    polygon: Array  # corners [m], (n, 3)
+    normal: Array  # unit, (3,)
+    area: float  # [m2]; 0 where it is joined to no other
+    tolerance: float  # distance up to which faces of its blocks touch [m]
 
 
 def merged(patches: list[ContactPatch]) -> list[ContactPatch]:
@@ -24,22 +30,23 @@ def merged(patches: list[ContactPatch]) -> list[ContactPatch]:
 
 def _hull_if_filled(one: ContactPatch, other: ContactPatch) -> ContactPatch | None:
     """Two coplanar patches as one, where they fill their convex hull."""
-    p, q, n_p, n_q, tolerance = one.polygon, other.polygon, one.normal, other.normal, one.tolerance
+    p, q, normal, tolerance = one.polygon, other.polygon, one.normal, one.tolerance
     area = one.area + other.area
-    if n_p @ n_q < 1.0 - 1e-9 or np.abs((q - p[0]) @ n_p).max() > tolerance:
+    if normal @ other.normal < 1.0 - _LEVEL or np.abs((q - p[0]) @ normal).max() > tolerance:
         return None
     points = np.vstack([p, q])
-    flat = (points - p[0]) @ axes_in_plane(p, n_p)
-    hull = _hull(flat, 1e-3 * tolerance)
+    flat = (points - p[0]) @ axes_in_plane(p, normal)
+    hull = _hull(flat, _ON_LINE * tolerance)
     x, y = flat[hull].T
     hull_area = 0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
+    # a strip as wide as the tolerance along the patch is no gap
     if abs(hull_area - area) > tolerance * np.sqrt(area):
         return None
-    return ContactPatch(points[hull], n_p, area, tolerance)
+    return ContactPatch(points[hull], normal, area, tolerance)
 
 
 def _hull(points: Array, slack: float) -> list[int]:
-    """Convex hull of points (n, 2) as their numbers, counter-clockwise.
+    """Convex hull of points [m], (n, 2), as their numbers, counter-clockwise.
 
     It has no vertices closer than ``slack`` [m] to the line through their neighbours.
     """
@@ -54,6 +61,7 @@ def _hull(points: Array, slack: float) -> list[int]:
         chain: list[int] = []
         for i in sequence:
             while len(chain) >= 2:
+                # the last point stays where it lies right of the line from the one before to this one, past the slack
                 u, v = points[chain[-1]] - points[chain[-2]], points[i] - points[chain[-2]]
                 if u[0] * v[1] - u[1] * v[0] > slack * np.linalg.norm(v):
                     break

@@ -12,16 +12,28 @@ from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.geometry.facing import Faces, all_faces
 from limitmason.geometry.polyhedron import Solid
 
+LINE = 0.1
+"""Part of the least width of a block above which common points lie along an edge, and not at a corner: chosen [-]."""
+
+PARALLEL_EDGES = 1e-6
+"""Sine of the angle between two edges below which they have no common normal [-]: rounding."""
+
 
 def near_pairs(solids: Sequence[Solid], owner: Index, reach: Array) -> tuple[Index, Index]:
     """Pairs of solids of different owners whose boxes are within the smaller reach of the two owners [m].
 
     Parameters
     ----------
-    owner, reach : of every solid; of every owner [m]
+    owner : of every solid, shape (solids,)
+    reach : of every owner [m], shape (owners,)
+
+    Returns
+    -------
+    p, q : numbers of the solids of every pair, p < q, shape (k,)
     """
     low = np.array([s.vertices.min(axis=0) for s in solids])
     high = np.array([s.vertices.max(axis=0) for s in solids])
+    # boxes that are larger by half their reach touch where the mean of both reaches holds: the smaller is asked then
     half = 0.5 * reach[owner][:, None]
     p, q = overlapping_pairs(low - half, high + half)
     least = np.minimum(reach[owner[p]], reach[owner[q]])[:, None]
@@ -33,11 +45,14 @@ def near_pairs(solids: Sequence[Solid], owner: Index, reach: Array) -> tuple[Ind
 def penetrations(
     solids: Sequence[Solid], owner: Index, faces: Faces, start: Index, p: Index, q: Index, tolerance: Array
 ) -> list[tuple[int, int, float]]:
-    """Owners of convex pieces that no plane separates (separating axis theorem), and their depth beyond a tolerance.
+    """Owners of convex pieces that overlap deeper than a tolerance (separating axis theorem), and how deep.
 
     Parameters
     ----------
-    tolerance : one per pair p, q of solids [m]
+    solids, owner : convex pieces and the block each belongs to
+    faces, start : of all solids, from :func:`limitmason.geometry.facing.all_faces`
+    p, q : pairs of solids to look at, shape (k,)
+    tolerance : one per pair [m], shape (k,)
 
     Returns
     -------
@@ -45,6 +60,7 @@ def penetrations(
     """
     depth = _face_axes_depth(solids, faces, start, p, q)
     found = []
+    # edges are looked at only where no face separates: there are many more pairs of them
     for k in np.flatnonzero(depth > tolerance).tolist():
         d = min(float(depth[k]), _edge_axes_depth(solids[p[k]], solids[q[k]]))
         if d > tolerance[k]:
@@ -61,7 +77,7 @@ def touching_edges(
     ----------
     solids, owner : convex pieces and the block each belongs to
     tolerance : gap up to which they touch, per owner [m]
-    widths : least width of every owner; lines shorter than a tenth of the smaller one are corners [m]
+    widths : least width of every owner [m], of which the smaller one's ``LINE`` tells a line from a corner
     carried : pairs (a, b), a < b, that meet in a face and are left out
 
     Returns
@@ -84,7 +100,7 @@ def touching_edges(
     for pair, rows in sorted(found.items()):
         points = np.concatenate(rows)
         reach = float(np.linalg.norm(np.ptp(points, axis=0)))
-        line = reach > 0.1 * min(widths[pair[0]], widths[pair[1]])
+        line = reach > LINE * min(widths[pair[0]], widths[pair[1]])
         out.append((*pair, "edge" if line else "corner", points.mean(axis=0)))
     return out
 
@@ -94,8 +110,14 @@ def _shared_points(solids: Sequence[Solid], faces: Faces, start: Index, i: int, 
 
     Parameters
     ----------
+    solids : all pieces
+    faces, start : of all pieces, from :func:`limitmason.geometry.facing.all_faces`
     i, j : the two pieces
     slack : distance up to which they touch [m]
+
+    Returns
+    -------
+    both ends of every stretch of an edge inside the other piece [m], shape (p, 3); points may repeat
     """
     out = []
     for one, other in ((i, j), (j, i)):
@@ -104,7 +126,8 @@ def _shared_points(solids: Sequence[Solid], faces: Faces, start: Index, i: int, 
         v = solids[one].vertices
         a = np.array([v[x] for f in solids[one].faces for x in f])
         b = np.array([v[f[(k + 1) % len(f)]] for f in solids[one].faces for k in range(len(f))])
-        # the stretch of every edge inside all half-spaces
+        # the stretch of every edge inside all half-spaces, from s to t of its length; an edge along a plane, whose cut
+        # is 0 / 0 or infinite, lies wholly on one side of it
         at, step = a @ normal.T - offset, (b - a) @ normal.T
         with np.errstate(divide="ignore", invalid="ignore"):
             cut = -at / step
@@ -121,8 +144,9 @@ def _face_axes_depth(solids: Sequence[Solid], faces: Faces, start: Index, p: Ind
 
     Parameters
     ----------
-    p, q : numbers of the pieces of every pair, shape (m,)
+    faces : of all pieces
     start : first face of every piece, shape (pieces + 1,)
+    p, q : numbers of the pieces of every pair, shape (m,)
     """
     depth = np.full(len(p), np.inf)
     if not len(p):
@@ -144,12 +168,14 @@ def _face_axes_depth(solids: Sequence[Solid], faces: Faces, start: Index, p: Ind
 def _edge_axes_depth(a: Solid, b: Solid) -> float:
     """Least overlap of two solids along the cross products of their edges [m], infinite where all are parallel."""
     def edges(s: Solid) -> Array:
+        """Unit vectors along the edges of a solid, each twice, shape (e, 3)."""
         e = np.array([s.vertices[f[(k + 1) % len(f)]] - s.vertices[f[k]] for f in s.faces for k in range(len(f))])
         return e / np.linalg.norm(e, axis=1)[:, None]
 
     axes = np.cross(edges(a)[:, None], edges(b)[None]).reshape(-1, 3)
     length = np.linalg.norm(axes, axis=1)
-    axes = axes[length > 1e-6] / length[length > 1e-6][:, None]
+    crossed = length > PARALLEL_EDGES
+    axes = axes[crossed] / length[crossed][:, None]
     if not len(axes):
         return np.inf
     u, v = a.vertices @ axes.T, b.vertices @ axes.T

@@ -14,6 +14,21 @@ from limitmason.errors import InputError
 
 T = TypeVar("T")
 
+STRAIGHT = 0.01
+"""Part of the distance of two vertices that are one, at which a vertex leaves the line through others: chosen [-]."""
+
+_ANGLE = 1e-9
+"""Sine of a corner's turn that counts as straight [-]: rounding."""
+
+_NO_AREA = 1e-9
+"""Area over the square of a polygon's size below which it counts as a line [-]: rounding."""
+
+NO_LENGTH = 1e-14
+"""Length of a side over the polygon's size below which it has no direction [-]: rounding."""
+
+NO_HEIGHT = 1e-12
+"""Distance of a side's line from the pole over the polygon's size below which the line meets it [-]: rounding."""
+
 
 def polygon_area_centroid(polygon: ArrayLike) -> tuple[float, Array]:
     """Signed area and centroid of a simple polygon.
@@ -45,7 +60,8 @@ def axes_in_plane(corners: Array, normal: Array) -> Array:
 
     Parameters
     ----------
-    corners, normal : [m], shape (n, 3), and unit normal
+    corners : [m], shape (n, 3)
+    normal : unit, shape (3,)
     """
     along = corners[1] - corners[0]
     along = along - (along @ normal) * normal
@@ -61,13 +77,27 @@ def area_in_space(corners: Array) -> float:
     return 0.5 * float(np.linalg.norm(np.cross(r[1:-1], r[2:]).sum(axis=0)))
 
 
+def width_in_space(corners: Array) -> float:
+    """Twice the area over the perimeter of a plane polygon in space [m], corners [m], shape (n, 3)."""
+    perimeter = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1).sum()
+    return float(2.0 * area_in_space(corners) / perimeter) if len(corners) > 2 else 0.0
+
+
+def centroid_in_space(corners: Array) -> Array:
+    """Centroid of a convex plane polygon in space [m], shape (3,), corners [m], shape (n, 3)."""
+    r = corners - corners[0]
+    part = np.linalg.norm(np.cross(r[1:-1], r[2:]), axis=1)  # triangles at the first corner, areas doubled
+    return corners[0] + part @ (r[1:-1] + r[2:]) / 3.0 / max(float(part.sum()), 1e-300)
+
+
 def clean_outline(outline: ArrayLike, tolerance: float) -> Array:
     """Counter-clockwise outline without repeated or collinear vertices.
 
     Parameters
     ----------
     outline : [m], shape (n, 2)
-    tolerance : vertices closer than this to their neighbour, or to the line through both neighbours, are dropped [m]
+    tolerance : vertices closer than this to their neighbour are dropped, and those closer than ``STRAIGHT`` of it to
+        the line through both neighbours [m]
 
     Raises
     ------
@@ -85,7 +115,7 @@ def clean_outline(outline: ArrayLike, tolerance: float) -> Array:
         chord = after - before
         length = np.maximum(np.linalg.norm(chord, axis=1), 1e-300)
         offset = np.abs(chord[:, 0] * (p - before)[:, 1] - chord[:, 1] * (p - before)[:, 0]) / length
-        if offset.min() > 0.01 * tolerance:
+        if offset.min() > STRAIGHT * tolerance:
             break
         p = np.delete(p, offset.argmin(), axis=0)
     if len(p) < 3:
@@ -99,11 +129,12 @@ def _crossing_edges(p: Array) -> tuple[int, int] | None:
     """Numbers of two edges of a closed outline p (n, 2) that cross, or None."""
     n = len(p)
     a, b = p, np.roll(p, -1, axis=0)
-    i, j = np.triu_indices(n, 2)
+    i, j = np.triu_indices(n, 2)  # pairs of edges that are not next to each other, the last and the first aside
     keep = (j + 1) % n != i
     i, j = i[keep], j[keep]
 
     def side(o: Array, e: Array, q: Array) -> Array:
+        """Twice the area from o to e to q: positive where q lies left of the line from o to e."""
         return (e - o)[:, 0] * (q - o)[:, 1] - (e - o)[:, 1] * (q - o)[:, 0]
 
     s1, s2 = side(a[i], b[i], a[j]), side(a[i], b[i], b[j])
@@ -138,7 +169,8 @@ def joined_in_pairs(items: list[T], join: Callable[[T, T], T | None]) -> list[T]
 
     Parameters
     ----------
-    join : of two items, None where they cannot be joined
+    items : in any number
+    join : makes one of two items, or None where they cannot be joined
     """
     while True:
         pairs = ((i, j, join(items[i], items[j])) for i in range(len(items)) for j in range(i + 1, len(items)))
@@ -149,6 +181,7 @@ def joined_in_pairs(items: list[T], join: Callable[[T, T], T | None]) -> list[T]
 
 
 def _turn(a: Array, b: Array, c: Array) -> float:
+    """Twice the area of a triangle a, b, c, positive where it runs counter-clockwise."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
@@ -158,7 +191,7 @@ def _is_convex(p: Array, indices: Iterable[int]) -> bool:
     e = np.roll(q, -1, axis=0) - q
     f = np.roll(e, -1, axis=0)
     scale = np.linalg.norm(e, axis=1) * np.linalg.norm(f, axis=1)
-    return bool((e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0] >= -1e-9 * scale).all())
+    return bool((e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0] >= -_ANGLE * scale).all())
 
 
 def _ears(p: Array) -> list[tuple[int, int, int]]:
@@ -169,6 +202,7 @@ def _ears(p: Array) -> list[tuple[int, int, int]]:
         best = None
         for k in range(len(remaining)):
             a, b, c = remaining[k - 1], remaining[k], remaining[(k + 1) % len(remaining)]
+            # an ear is a corner that turns left and whose triangle holds no other corner
             turn = _turn(p[a], p[b], p[c])
             if turn <= 0:
                 continue
@@ -202,6 +236,7 @@ def _join(p: Array, first: list[int], second: list[int]) -> list[int] | None:
     for k, a in enumerate(first):
         b = first[(k + 1) % len(first)]
         for m, c in enumerate(second):
+            # the common edge runs from a to b in the first ring and back in the second
             if c == b and second[(m + 1) % len(second)] == a:
                 ring = first[k + 1 :] + first[: k + 1]
                 other = second[m + 1 :] + second[: m + 1]
@@ -263,7 +298,7 @@ def polar_mean_radius(polygon: ArrayLike, pole: ArrayLike) -> float:
     q = np.asarray(polygon, dtype=float) - np.asarray(pole, dtype=float)
     size = np.ptp(q, axis=0).max()
     area = abs(polygon_area_centroid(q)[0])
-    if area <= 1e-9 * size**2:
+    if area <= _NO_AREA * size**2:
         if size == 0.0:
             return 0.0
         # without area it is a line, of which the mean of |s| is taken
@@ -274,16 +309,17 @@ def polar_mean_radius(polygon: ArrayLike, pole: ArrayLike) -> float:
     r = np.roll(q, -1, axis=0)
     edge = r - q
     length = np.linalg.norm(edge, axis=1)
-    keep = length > 1e-14 * size
+    keep = length > NO_LENGTH * size
     q, r, edge, length = q[keep], r[keep], edge[keep], length[keep]
     t = edge / length[:, None]
-    h = q[:, 0] * t[:, 1] - q[:, 1] * t[:, 0]
+    h = q[:, 0] * t[:, 1] - q[:, 1] * t[:, 0]  # distance of the pole from the side's line, positive to its left [m]
     # a side that points at the pole spans no area
-    keep = np.abs(h) > 1e-12 * size
+    keep = np.abs(h) > NO_HEIGHT * size
     q, r, t, h = q[keep], r[keep], t[keep], h[keep]
     u0, u1 = (q * t).sum(axis=1) / np.abs(h), (r * t).sum(axis=1) / np.abs(h)
 
     def primitive(u: Array) -> Array:
+        """Integral of twice sqrt(1 + u^2) over u."""
         return u * np.sqrt(1.0 + u * u) + np.arcsinh(u)
 
     integral = np.sign(h) * np.abs(h) ** 3 / 6.0 * (primitive(u1) - primitive(u0))

@@ -26,12 +26,15 @@ class Solid(NamedTuple):
 
 
 class MassProperties(NamedTuple):
-    """Volume [m3], centroid [m] and inertia per unit density about the centroid [m5] of each polyhedron."""
+    """Volume, centroid and inertia of n polyhedra."""
 
-    volume: Array
-    centroid: Array
-    inertia: Array
+    volume: Array  # [m3], negative for an inverted solid, (n,)
+    centroid: Array  # [m], (n, 3)
+    inertia: Array  # about the centroid per unit density [m5], (n, 3, 3)
 
+
+NO_VOLUME = 1e-12
+"""Volume over the cube of a solid's size below which it encloses none [-]: rounding."""
 
 _BOX_FACES: Faces = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 
@@ -46,10 +49,7 @@ def box(low: ArrayLike, high: ArrayLike) -> Solid:
 
 
 def prism(outline: ArrayLike, y0: float, y1: float) -> Solid:
-    """Prism over a convex counter-clockwise outline in x-z [m], shape (n, 2).
-
-    It lies between y0 and y1 [m].
-    """
+    """Prism between y0 < y1 [m] over a convex counter-clockwise outline in x-z [m], shape (n, 2)."""
     p = np.asarray(outline, dtype=float)
     n = len(p)
     front = np.column_stack([p[:, 0], np.full(n, y0), p[:, 1]])
@@ -60,7 +60,10 @@ def prism(outline: ArrayLike, y0: float, y1: float) -> Solid:
 
 
 def group_by_topology(solids: Sequence[Solid]) -> list[tuple[Faces, Index, Array]]:
-    """Solids of equal vertex count and faces stacked together: (faces, indices, vertices (k, n, 3)) per group."""
+    """Solids of equal vertex count and faces stacked together.
+
+    Of every group of k solids with n vertices the faces, the numbers of the solids, (k,), and vertices [m], (k, n, 3).
+    """
     groups: dict[tuple[int, Faces], list[int]] = {}
     for i, solid in enumerate(solids):
         groups.setdefault((len(solid.vertices), solid.faces), []).append(i)
@@ -71,13 +74,12 @@ def group_by_topology(solids: Sequence[Solid]) -> list[tuple[Faces, Index, Array
 
 
 def _triangles(faces: Faces) -> Index:
+    """Triangles at the first vertex of every face, numbers of their vertices, shape (t, 3)."""
     return np.array([(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)])
 
 
 def mass_properties(solids: Sequence[Solid]) -> MassProperties:
     """Exact volume, centroid and inertia of closed polyhedra.
-
-    They follow from the divergence theorem.
 
     Tetrahedra from the vertex mean to every triangle of the surface: V = sum det/6, and the second moments of a
     tetrahedron with apex at the origin, integral x x^T dV = det/120 (sum_k v_k v_k^T + s s^T), s = v_1 + v_2 + v_3.
@@ -85,22 +87,16 @@ def mass_properties(solids: Sequence[Solid]) -> MassProperties:
     Parameters
     ----------
     solids : sequence of Solid
-
-    Returns
-    -------
-    MassProperties
-        volume [m3], shape (n,), negative for an inverted solid; centroid [m], shape (n, 3); inertia about the
-        centroid per unit density [m5], shape (n, 3, 3).
     """
     volume, centroid = np.empty(len(solids)), np.empty((len(solids), 3))
     inertia = np.empty((len(solids), 3, 3))
     for faces, members, vertices in group_by_topology(solids):
         origin = vertices.mean(axis=1)
         t = (vertices - origin[:, None])[:, _triangles(faces)]  # (k, triangles, 3 corners, 3)
-        det = np.einsum("kti,kti->kt", t[:, :, 0], np.cross(t[:, :, 1], t[:, :, 2]))
+        det = np.einsum("kti,kti->kt", t[:, :, 0], np.cross(t[:, :, 1], t[:, :, 2]))  # six times each volume
         total = det.sum(axis=1) / 6.0
         s = t.sum(axis=2)
-        safe = np.where(np.abs(total) > 0, total, 1.0)
+        safe = np.where(np.abs(total) > 0, total, 1.0)  # of a flat solid the mean of its vertices is told
         local = np.einsum("kt,kti->ki", det, s) / 24.0 / safe[:, None]
         second = (np.einsum("kt,ktci,ktcj->kij", det, t, t) + np.einsum("kt,kti,ktj->kij", det, s, s)) / 120.0
         # from the mean vertex to the centroid
@@ -169,19 +165,19 @@ def check_solids(solids: Sequence[Solid], names: Sequence[str], flatness: float)
             raise InputError(f"block {names[members[bad][0]]!r} has a coordinate that is not finite (NaN or infinite)")
         volume = mass_properties([solids[i] for i in members]).volume
         size = np.ptp(vertices, axis=1).max(axis=1)
-        inverted = volume < -1e-12 * size**3
+        inverted = volume < -NO_VOLUME * size**3
         if inverted.any():
             raise InputError(
                 f"block {names[members[inverted][0]]!r} is inverted (signed volume {volume[inverted][0]:.3g} m3): "
                 "its faces run clockwise seen from outside; reverse them"
             )
-        flat = volume <= 1e-12 * size**3
+        flat = volume <= NO_VOLUME * size**3
         if flat.any():
             raise InputError(f"block {names[members[flat][0]]!r} has zero thickness: it encloses no volume")
         for f in faces:
             corner = vertices[:, list(f)]
             normal, offset = face_planes(corner)
-            inside = np.einsum("kni,ki->kn", vertices, normal) - offset[:, None]
+            inside = np.einsum("kni,ki->kn", vertices, normal) - offset[:, None]  # height above the face: none inside
             skew = np.abs(inside[:, list(f)]).max(axis=1) > flatness
             if skew.any():
                 raise InputError(
@@ -197,7 +193,7 @@ def check_solids(solids: Sequence[Solid], names: Sequence[str], flatness: float)
 
 
 def face_planes(corners: Array) -> tuple[Array, Array]:
-    """Outward unit normal (k, 3) and offset n.x (k,) [m] of k plane polygons of equal vertex count, shape (k, n, 3)."""
+    """Outward unit normal (k, 3) and offset n.x [m] (k,) of k plane polygons of n corners each [m], (k, n, 3)."""
     centre = corners.mean(axis=1)
     r = corners - centre[:, None]
     normal = np.cross(r, np.roll(r, -1, axis=1)).sum(axis=1)
@@ -206,7 +202,7 @@ def face_planes(corners: Array) -> tuple[Array, Array]:
 
 
 def face_plane(corners: Array) -> tuple[Array, float]:
-    """Outward unit normal (3,) and offset n.x [m] of one plane polygon, shape (n, 3)."""
+    """Outward unit normal (3,) and offset n.x [m] of one plane polygon [m], shape (n, 3)."""
     normal, offset = face_planes(corners[None])
     return normal[0], float(offset[0])
 

@@ -22,7 +22,7 @@ def rotation_vectors(quaternion: ArrayLike) -> Array:
     q = np.asarray(quaternion, dtype=float)
     q = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
-    # a / sin(a/2) -> 2 for small angles
+    # a / sin(a/2) -> 2 for small angles, to the last digit below 1e-12
     factor = np.where(sine > 1e-12, 2.0 * np.arctan2(sine, q[..., :1]) / np.maximum(sine, 1e-300), 2.0)
     return factor * q[..., 1:]
 
@@ -44,7 +44,12 @@ def cross_matrix(v: Array) -> Array:
 
 
 def axial(tensor: Array) -> Array:
-    """Sum of r x f of first moments P = sum of r f^T, (P_yz - P_zy, P_zx - P_xz, P_xy - P_yx), shape (..., 3)."""
+    """Sum of r x f of first moments P = sum of r f^T, (P_yz - P_zy, P_zx - P_xz, P_xy - P_yx), shape (..., 3).
+
+    Parameters
+    ----------
+    tensor : P, shape (..., 3, 3)
+    """
     p = tensor
     return np.stack([p[..., i, j] - p[..., j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=-1)
 

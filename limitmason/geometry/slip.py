@@ -3,6 +3,7 @@
 import numpy as np
 
 from limitmason.arrays import Array, Index
+from limitmason.geometry.polygon import NO_HEIGHT, NO_LENGTH
 
 FAR = 1e3
 """Distance of the centre of rotation over the size of the face from which the slip is a series about the centroid."""
@@ -36,7 +37,7 @@ def slip_integrals(corners: Array, start: Index, sliding: Array, spin: Array) ->
     np.maximum.at(size, owner, np.linalg.norm(q, axis=1))
     speed = np.linalg.norm(sliding, axis=1)
     far = speed >= FAR * np.abs(spin) * size
-    turning = np.where(far, 1.0, spin)
+    turning = np.where(far, 1.0, spin)  # any number but zero where the series is taken
     # far: |s| = |s_c| + first order (no integral) + spin^2 (x . s_c)^2 / (2 |s_c|^3)
     along = sliding / np.maximum(speed, 1e-300)[:, None]
     u, v = (q * along[owner]).sum(axis=1), (r * along[owner]).sum(axis=1)
@@ -48,12 +49,13 @@ def slip_integrals(corners: Array, start: Index, sliding: Array, spin: Array) ->
     edge = r - q
     length = np.linalg.norm(edge, axis=1)
     t = edge / np.maximum(length, 1e-300)[:, None]
-    h = q[:, 0] * t[:, 1] - q[:, 1] * t[:, 0]
+    h = q[:, 0] * t[:, 1] - q[:, 1] * t[:, 0]  # of the triangles, positive where they run counter-clockwise [m]
     # an edge that points at the centre of rotation spans no area
-    keep = (length > 1e-14 * size[owner]) & (np.abs(h) > 1e-12 * size[owner])
+    keep = (length > NO_LENGTH * size[owner]) & (np.abs(h) > NO_HEIGHT * size[owner])
     height = np.where(keep, np.abs(h), 1.0)
 
     def primitive(point: Array) -> Array:
+        """Integral of twice sqrt(1 + w^2) over w, the place along the edge over the triangle's height."""
         w = (point * t).sum(axis=1) / height
         return w * np.sqrt(1.0 + w * w) + np.arcsinh(w)
 

@@ -9,7 +9,7 @@ from limitmason.geometry.polyhedron import Solid, box
 
 
 def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> tuple[Array | None, Array | None]:
-    """Parts of a convex polygon in space below and above a plane, or None for a part that is thinner than ``slack``.
+    """Parts of a convex polygon in space below and above a plane, (k, 3) [m], or None for one thinner than ``slack``.
 
     Parameters
     ----------
@@ -25,6 +25,7 @@ def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> 
         return polygon, None
     below, above = [], []
     for k in range(len(polygon)):
+        # the side from a to b, and their heights above the plane
         a, b, ha, hb = polygon[k - 1], polygon[k], height[k - 1], height[k]
         if ha * hb < 0.0:
             cut = a + ha / (ha - hb) * (b - a)
@@ -38,12 +39,14 @@ def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> 
 
 
 def split_solid(solid: Solid, point: Array, normal: Array, slack: float) -> tuple[Solid | None, Solid | None, Array]:
-    """Parts of a convex polyhedron below and above a plane, and the polygon between them, shape (n, 3).
+    """Parts of a convex polyhedron below and above a plane, and the polygon between them [m], shape (n, 3).
 
-    The polygon is counter-clockwise seen against the normal, and empty where the plane misses the inside.
+    The polygon is counter-clockwise seen against the normal, and empty where the plane misses the inside. A part that
+    is thinner than ``slack`` is None.
 
     Parameters
     ----------
+    solid : what is split
     point, normal : of the plane, [m] and unit vector, shape (3,); above is where the normal points
     slack : vertices nearer than this to the plane lie on it [m]
     """
@@ -54,12 +57,13 @@ def split_solid(solid: Solid, point: Array, normal: Array, slack: float) -> tupl
     if not (height > 0.0).any():
         return solid, None, np.empty((0, 3))
     vertices = [*solid.vertices]
-    cuts: dict[tuple[int, int], int] = {}
-    sides: tuple[list[list[int]], list[list[int]]] = ([], [])
+    cuts: dict[tuple[int, int], int] = {}  # new vertices by the edge that the plane cuts there
+    sides: tuple[list[list[int]], list[list[int]]] = ([], [])  # faces below and above, as numbers of vertices
     for face in solid.faces:
         parts: tuple[list[int], list[int]] = ([], [])
         for k, j in enumerate(face):
             i = face[k - 1]
+            # both faces at an edge share the vertex where it is cut
             if height[i] * height[j] < 0.0:
                 edge = (min(i, j), max(i, j))
                 if edge not in cuts:
@@ -76,6 +80,7 @@ def split_solid(solid: Solid, point: Array, normal: Array, slack: float) -> tupl
             # a face that only touches the plane with an edge has no part on the other side
             if len(part) >= 3 and any(i < len(height) and sign * height[i] > 0.0 for i in part):
                 side.append(part)
+    # the face between the parts: all vertices in the plane, by the angle about their middle
     rim = [*cuts.values(), *np.flatnonzero(height == 0.0).tolist()]
     places = np.array(vertices)
     middle = places[rim].mean(axis=0)
@@ -90,6 +95,7 @@ def split_solid(solid: Solid, point: Array, normal: Array, slack: float) -> tupl
 
 
 def _solid(places: Array, faces: list[list[int]]) -> Solid:
+    """Solid of faces by numbers of vertices, with those of the places [m], (n, 3), that they use."""
     used = sorted({i for face in faces for i in face})
     number = {old: new for new, old in enumerate(used)}
     return Solid(places[used], tuple(tuple(number[i] for i in face) for face in faces))
@@ -103,8 +109,9 @@ def below_planes(
     Parameters
     ----------
     planes : unit normal, and offset along it [m]
-    points : [m], shape (n, 3); the box stands out from them by their largest extent and a margin [m]
+    points : [m], shape (n, 3); the box stands out from them by their largest extent and a margin
     slack : vertices nearer than this to a plane lie on it [m]
+    margin : by which the box stands out further [m]
     """
     room = margin + float(np.ptp(points, axis=0).max())
     solid: Solid | None = box(points.min(axis=0) - room, points.max(axis=0) + room)
