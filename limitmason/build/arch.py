@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,15 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 
 _SHAPES = ("circular", "pointed")
+_LEVEL = 1e-9  # of the springing joint's length: what is level, or as wide, up to rounding
+
+
+class _Piers(NamedTuple):
+    """Piers as given: height and width [m], None for none and for the arch's thickness; courses of each."""
+
+    height: float | None = None
+    width: float | None = None
+    courses: int = 1
 
 
 def arch(
@@ -90,7 +100,7 @@ def arch(
         facts = circle_facts(r, angle)
     return _erect(
         inner, outer, depth, {"shape": shape, **facts, "thickness": depth}, width=width, joint=joint, density=density,
-        piers=(pier_height, pier_width, pier_courses), joints=joints, tolerance=tolerance,
+        piers=_Piers(pier_height, pier_width, pier_courses), joints=joints, tolerance=tolerance,
     )
 
 
@@ -137,26 +147,34 @@ def arch_from_curves(
     }
     first = float(np.linalg.norm(outer[0] - inner[0]))
     return _erect(
-        inner, outer, first, recipe, width=width, joint=joint, density=density, joints=joints, tolerance=tolerance
+        inner, outer, first, recipe, width=width, joint=joint, density=density, piers=_Piers(), joints=joints,
+        tolerance=tolerance,
     )
 
 
 def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tuple[np.ndarray, np.ndarray, dict]:
     """Joint ends of two arcs whose centres lie on the springing line; the crown joint is vertical.
 
-    Returned are points of intrados and extrados from left to right [m], shape (n + 1, 2), and what the recipe keeps.
-
     Parameters
     ----------
-    span, rise, thickness, voussoirs : of the centre line [m], [m], [m] and their even number
+    span, rise : of the centre line, springing to springing and springing to crown [m]
+    thickness : radial [m]
+    voussoirs : their even number n
+
+    Returns
+    -------
+    inner, outer : ends of the joints on intrados and extrados in x-z from left to right [m], shape (n + 1, 2)
+    facts : radius, span and rise of the centre line [m], for the recipe
     """
     half = span / 2.0
     if voussoirs % 2:
         raise InputError(f"voussoirs must be even for a pointed arch, got {voussoirs}")
     if rise <= half:
         raise InputError(f"rise {rise:g} m of a pointed arch must exceed half its span ({half:g} m)")
+    # the circle of the left arc passes through its springing (-half, 0) and the crown (0, rise)
     radius = (half**2 + rise**2) / (2.0 * half)
     centre = radius - half
+    # the intrados arcs must reach the plane of symmetry
     if radius - thickness / 2.0 <= centre:
         raise InputError(f"thickness {thickness:g} m leaves no intrados at the crown")
     crown = math.atan2(rise, -centre)
@@ -168,6 +186,7 @@ def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tupl
             raise InputError(
                 f"voussoirs: {voussoirs} are too many for a thickness of {thickness:g} m; joints cross at the crown"
             )
+        # the last joint is vertical for both arcs, not radial to either
         curve[-1] = 0.0, math.sqrt(r**2 - centre**2)
         sides.append(np.vstack([curve, curve[-2::-1] * [-1.0, 1.0]]))
     return snapped(sides[0], thickness), snapped(sides[1], thickness), {"radius": radius, "span": span, "rise": rise}
@@ -175,41 +194,44 @@ def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tupl
 
 def _erect(
     inner: np.ndarray, outer: np.ndarray, held: float, recipe: dict, *, width: float, joint: Joint, density: float,
-    joints: Mapping | None, tolerance: float | None, piers: tuple[float | None, float | None, int] = (None, None, 1),
+    joints: Mapping | None, tolerance: float | None, piers: _Piers,
 ) -> Assembly:
-    """Assembly of voussoirs between points of two curves, on piers where asked for; held blocks are ``held`` thick.
+    """Assembly of voussoirs between points of two curves, on held blocks or on piers.
 
     Parameters
     ----------
-    width, density, tolerance : along y [m], [kg/m3], and of contacts [m]
-    recipe : what is told of the arch
-    joints : joint laws by kind
-    piers : height [m], width [m] and number of courses; None for springings on held blocks
+    inner, outer : ends of the joints on intrados and extrados in x-z from left to right [m], shape (n + 1, 2)
+    held : thickness of the held blocks [m]
+    recipe : what is told of the arch, to which this adds
+    width : along y [m]
+    joint, joints : law of every joint, and laws by kind or pair of block names that go before it
+    density : [kg/m3]
+    tolerance : gap up to which faces touch [m]; None for the default
+    piers : under the springings, or none
     """
     wide = positive("width", width)
     positive("density", density)
     number = len(inner) - 1
     outlines = outlines_between(inner, outer)
     site = Site(density)
-    pier_height, pier_width, pier_courses = piers
-    if pier_height is None:
-        for name, given, default in (("pier_width", pier_width, None), ("pier_courses", pier_courses, 1)):
+    if piers.height is None:
+        for name, given, default in (("pier_width", piers.width, None), ("pier_courses", piers.courses, 1)):
             if given != default:
                 raise InputError(f"{name} is given but pier_height is not")
         for side, end in (("left", 0), ("right", -1)):
             outline = springing(inner[end], outer[end], held, left=side == "left")
             site.add(f"base-{side}", prism(outline, 0.0, wide), fixed=True)
     else:
-        tall = positive("pier_height", pier_height)
-        _add_piers(site, inner, outer, wide, tall, pier_width, count("pier_courses", pier_courses), held)
+        tall = positive("pier_height", piers.height)
+        _add_piers(site, inner, outer, wide, tall, piers.width, count("pier_courses", piers.courses), held)
     for k in range(number):
         # a voussoir's bed joints are radial; the course, and so the length of the unit, runs along the width
         site.add(f"voussoir-{k + 1}", prism(outlines[k], 0.0, wide), axis=(0.0, 1.0, 0.0))
     recipe = {
         "kind": "arch", **recipe, "width": wide, "voussoirs": number, "keystone": number % 2 == 1,
-        "pier_height": pier_height,
-        "pier_width": None if pier_height is None else (float(pier_width) if pier_width else recipe["thickness"]),
-        "pier_courses": pier_courses if pier_height is not None else None, "density": float(density),
+        "pier_height": piers.height,
+        "pier_width": None if piers.height is None else (float(piers.width) if piers.width else recipe["thickness"]),
+        "pier_courses": piers.courses if piers.height is not None else None, "density": float(density),
     }
     return site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
 
@@ -218,28 +240,35 @@ def _add_piers(
     site: Site, inner: np.ndarray, outer: np.ndarray, width: float, height: float, pier_width: float | None,
     courses: int, held: float,
 ) -> None:
-    """Courses of two piers below the springings, and the base that holds them.
+    """Add the courses of two piers below the springings, and the held base under both.
 
     Parameters
     ----------
-    width, height, pier_width : along y, of the piers, and along x [m], that of the joint where None
-    held : thickness of the base [m]
+    site : to which blocks are added
+    inner, outer : ends of the joints on intrados and extrados in x-z from left to right [m], shape (n + 1, 2)
+    width : of the arch and the piers, along y [m]
+    height : of the piers [m]
+    pier_width : of the piers, along x [m]; that of the springing joint where None
     courses : of each pier
+    held : thickness of the base [m]
     """
     joint = abs(outer[0, 0] - inner[0, 0])
-    level = max(abs(outer[0, 1] - inner[0, 1]), abs(outer[-1, 1] - inner[-1, 1]), abs(inner[0, 1] - inner[-1, 1]))
-    if level > 1e-9 * joint:
+    slope = max(abs(outer[0, 1] - inner[0, 1]), abs(outer[-1, 1] - inner[-1, 1]), abs(inner[0, 1] - inner[-1, 1]))
+    if slope > _LEVEL * joint:
         raise InputError("pier_height: piers need level springings (angle_deg of 180, or a pointed arch)")
     broad = joint if pier_width is None else positive("pier_width", pier_width)
-    if broad < joint * (1.0 - 1e-9):
+    if broad < joint * (1.0 - _LEVEL):
         raise InputError(f"pier_width {broad:g} m is less than the thickness of the arch ({joint:g} m)")
     top = float(inner[0, 1])
     near, far = float(inner[0, 0]), float(inner[-1, 0])
     xs = {"left": (near - broad, near), "right": (far, far + broad)}
     foot = top - height
+    # chosen: the base stands out by half a pier on both sides
     x0, x1 = xs["left"][0] - broad / 2.0, xs["right"][1] + broad / 2.0
     site.add_box("base", ((x0, 0.0, foot - held), (x1, width, foot)), fixed=True)
     for side, (a, b) in xs.items():
         for k in range(courses):
-            low, high = foot + height * k / courses, top if k == courses - 1 else foot + height * (k + 1) / courses
+            low = foot + height * k / courses
+            # the last one meets the springing to the last bit
+            high = top if k == courses - 1 else foot + height * (k + 1) / courses
             site.add_box(f"pier-{side}-{k + 1}", ((a, 0.0, low), (b, width, high)), axis=0)

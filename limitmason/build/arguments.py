@@ -7,9 +7,17 @@ from typing import Any
 from limitmason.checks import count, positive
 from limitmason.errors import InputError
 
+_WHOLE = 1e-6  # of a course, chosen: a height this near to whole courses is meant so, as with 0.1 + 0.2
+
 
 def unit_size(unit: object, parts: int = 3) -> tuple[float, ...]:
-    """Return the first ``parts`` of (length, height, thickness) of a unit [m], or say which of them is wrong."""
+    """Return the first sizes of (length, height, thickness) of a unit [m], or say which of them is wrong.
+
+    Parameters
+    ----------
+    unit : as given, a sequence of sizes [m]
+    parts : how many sizes are needed, 3 or fewer
+    """
     names = ("length", "height", "thickness")[:parts]
     try:
         sizes: tuple[Any, ...] = tuple(unit)  # type: ignore[arg-type]
@@ -28,7 +36,10 @@ def courses_from(height: object, courses: object, unit_height: float, where: str
 
     Parameters
     ----------
-    unit_height, where : of a course [m], and the name of the height in errors
+    height : of the whole [m], or None
+    courses : their number, or None
+    unit_height : of a course [m]
+    where : name of the height in errors
     """
     if (height is None) == (courses is None):
         raise InputError(f"give exactly one of {where} and courses, got {where}={height!r} and courses={courses!r}")
@@ -36,7 +47,7 @@ def courses_from(height: object, courses: object, unit_height: float, where: str
         return count("courses", courses)
     total = positive(where, height)
     number = round(total / unit_height)
-    if number < 1 or abs(number * unit_height - total) > 1e-6 * unit_height:
+    if number < 1 or abs(number * unit_height - total) > _WHOLE * unit_height:
         below = max(int(total / unit_height), 1)
         raise InputError(
             f"{where} {total:g} m is not a whole number of courses of {unit_height:g} m; "

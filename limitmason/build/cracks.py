@@ -21,6 +21,9 @@ from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint
 
 Plane = tuple[ArrayLike, ArrayLike]
+"""A point [m] and a normal of any length, shape (3,) each."""
+
+_ON_PLANE = 1e-9  # of the block's size: vertices nearer to the plane lie on it, far above rounding
 
 CRACK = "crack"
 """Kind of the joint in a potential crack, beside "bed", "head" and "base"."""
@@ -37,6 +40,7 @@ def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane],
 
     Parameters
     ----------
+    assembly : that is cut
     planes : by block name or number, a point [m] and a normal, shape (3,) each; one plane for a block
     joint : law of the cracks; tensile strength and cohesion of the unit, or less
 
@@ -64,7 +68,7 @@ def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane],
                 raise InputError(f"{tie}: block {end!r} is cut by a crack; give ties after the cracks, on its parts")
     held = {assembly.block_index(s.block) for s in assembly.supports}
     blocks: list[Block] = []
-    cut: dict[int, tuple[Array, Array, float]] = {}
+    cut: dict[int, tuple[Array, Array, float]] = {}  # point, unit normal and slack of the plane, by old block number
     first: list[int] = []  # number of a block, or of its part below the plane, in the new assembly
     cracks: list[Interface] = []
     for k, block in enumerate(assembly.blocks):
@@ -75,7 +79,7 @@ def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane],
         if k in held:
             raise InputError(f"block {block.name!r} is held: a crack in it would open nothing; leave it out")
         point, normal = _plane(numbers[k][1], block.name)
-        slack = 1e-9 * float(np.ptp(block.vertices, axis=0).max())
+        slack = _ON_PLANE * float(np.ptp(block.vertices, axis=0).max())
         parts: tuple[list[Solid], list[Solid]] = ([], [])
         polygons = []
         for solid in block.parts:
@@ -86,6 +90,7 @@ def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane],
         names = (f"{block.name}-a", f"{block.name}-b")
         halves = [replace(block, name=n, parts=tuple(p)) for n, p in zip(names, parts, strict=True)]
         least = min(h.volume if h.parts else 0.0 for h in halves)
+        # a sliver would be a block of no weight; without polygon the plane only touches the block
         if not least > LEAST_PART * block.volume or not polygons:
             far = (block.vertices - point) @ normal
             raise InputError(
@@ -112,8 +117,14 @@ def unit_crack_planes(assembly: Assembly, names: Sequence[str], least_length: fl
 
     Parameters
     ----------
-    names : of the blocks that may crack
+    assembly : that has the units
+    names : of the blocks that may crack; those without a laid direction are left whole
     least_length : shorter pieces are left whole [m]
+
+    Returns
+    -------
+    dict
+        Point in the middle [m] and unit normal along the unit, by block name.
     """
     planes: dict[int | str, Plane] = {}
     for name in names:
@@ -128,7 +139,13 @@ def unit_crack_planes(assembly: Assembly, names: Sequence[str], least_length: fl
 
 
 def _plane(plane: Plane, name: str) -> tuple[Array, Array]:
-    """Point and unit normal of a crack plane, checked; ``name`` is that of its block."""
+    """Point [m] and unit normal of a crack plane, shape (3,) each, checked.
+
+    Parameters
+    ----------
+    plane : as given: a point and a normal of any length
+    name : of its block, for messages
+    """
     if not isinstance(plane, (tuple, list)) or len(plane) != 2:
         raise InputError(f"the crack plane of block {name!r} must be a point and a normal, got {plane!r}")
     point = read_vector(f"point of the crack plane of block {name!r}", plane[0])
@@ -142,21 +159,21 @@ def _plane(plane: Plane, name: str) -> tuple[Array, Array]:
 def _pieces(
     interface: Interface, cut: Mapping[int, tuple[Array, Array, float]], first: Sequence[int]
 ) -> list[Interface]:
-    """An interface between the parts of its blocks, each piece between one part of a and one of b.
+    """Pieces of an interface between the parts of its blocks, each between one part of a and one of b.
 
     Parameters
     ----------
-    cut : point, normal and slack of the plane of every block that is cut
+    interface : of the uncut assembly
+    cut : point [m], unit normal and slack [m] of the plane of every block that is cut
     first : number in the new assembly of every block, or of its part below the plane; the part above follows it
     """
-    pieces = [(interface.polygon, first[interface.block_a], first[interface.block_b])]
-    for side, block in ((1, interface.block_a), (2, interface.block_b)):
-        if block not in cut:
-            continue
-        halves = []
-        for piece in pieces:
-            for above, part in enumerate(split_polygon(piece[0], *cut[block])):
-                if part is not None:
-                    halves.append((part, piece[1] + above * (side == 1), piece[2] + above * (side == 2)))
-        pieces = halves
-    return [replace(interface, polygon=p, block_a=a, block_b=b) for p, a, b in pieces]
+    pieces = [replace(interface, block_a=first[interface.block_a], block_b=first[interface.block_b])]
+    for side, block in (("block_a", interface.block_a), ("block_b", interface.block_b)):
+        if block in cut:
+            pieces = [
+                replace(piece, polygon=part, **{side: getattr(piece, side) + above})
+                for piece in pieces
+                for above, part in enumerate(split_polygon(piece.polygon, *cut[block]))
+                if part is not None
+            ]
+    return pieces

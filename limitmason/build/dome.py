@@ -15,7 +15,10 @@ from limitmason.geometry.polyhedron import Solid
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 
-# corners of a voussoir: lower joint inside (first, second meridian), outside; then the upper joint
+_DUST = 1e-12  # of the radius, and of an angle [rad]: rounding of zero
+_STANDS_OUT = 0.25  # of the thickness, chosen: how far the held ring reaches beyond the springing on both sides
+
+# faces by numbers of corners: lower joint inside (first, second meridian), outside; then the upper joint
 _VOUSSOIR = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 
 
@@ -77,40 +80,50 @@ def dome(
     foot, edge = math.radians(finite("springing_deg", springing_deg)), math.radians(finite("opening_deg", opening_deg))
     if depth >= 2.0 * r:
         raise InputError(f"thickness {depth:g} m leaves no intrados at a radius of {r:g} m")
-    if not 0.0 <= edge < foot <= 0.5 * math.pi + 1e-12:
+    # angles from the axis, so that the edge of the oculus has the smaller one
+    if not 0.0 <= edge < foot <= 0.5 * math.pi + _DUST:
         raise InputError(
             f"springing_deg and opening_deg must satisfy 0 <= opening < springing <= 90, got {springing_deg!r} and "
             f"{opening_deg!r}"
         )
     inside, outside = r - 0.5 * depth, r + 0.5 * depth
+    # angles of the bed joints from the axis; a closed dome has one course more, whose place the keystone takes
     theta = np.linspace(foot, edge, rings + (2 if edge == 0.0 else 1))
     theta = theta[:-1] if edge == 0.0 else theta
     lift = r * math.cos(foot)
     phi = 2.0 * math.pi * np.arange(n + 1) / n
+    # the last meridian is the first to the last bit
     phi[-1] = 0.0
 
     def at(radius: float, colatitude: float, meridian: float) -> Array:
+        """Place of a point by its distance from the sphere's centre [m] and its angles [rad], shape (3,) [m]."""
         across, up = radius * math.sin(colatitude), radius * math.cos(colatitude)
         place = np.array([across * math.cos(meridian), across * math.sin(meridian), up - lift])
-        return np.where(np.abs(place) < 1e-12 * r, 0.0, place)
+        return np.where(np.abs(place) < _DUST * r, 0.0, place)
 
     def voussoir(low: float, high: float, j: int, near: float, far: float) -> Solid:
+        """Stone of lune j between two bed joints, angles from the axis [rad], and two radii [m]."""
         corners = [at(s, t, m) for t in (low, high) for s in (near, far) for m in (phi[j], phi[j + 1])]
         return Solid(np.array(corners), _VOUSSOIR)
 
     site = Site(density)
-    held = foot + depth / r  # the ring goes on below the springing, a quarter wider on both sides
-    ring = [voussoir(held, foot, j, inside - 0.25 * depth, outside + 0.25 * depth) for j in range(n)]
+    # the held ring goes on below the springing, as high as the dome is thick
+    below = foot + depth / r
+    wider = _STANDS_OUT * depth
+    ring = [voussoir(below, foot, j, inside - wider, outside + wider) for j in range(n)]
     site.add("base", ring, fixed=True)
     digits = max(2, len(str(rings)), len(str(n)))
     for k in range(rings):
         for j in range(n):
-            along = 0.5 * (2 * j + 1) * 2.0 * math.pi / n
-            name, axis = f"voussoir-{k + 1:0{digits}d}-{j + 1:0{digits}d}", (-math.sin(along), math.cos(along), 0.0)
+            middle = 0.5 * (2 * j + 1) * 2.0 * math.pi / n
+            # a unit's length runs round the ring
+            axis = (-math.sin(middle), math.cos(middle), 0.0)
+            name = f"voussoir-{k + 1:0{digits}d}-{j + 1:0{digits}d}"
             site.add(name, voussoir(theta[k], theta[k + 1], j, inside, outside), axis=axis)
     if edge == 0.0:
         rim = np.array([at(s, theta[-1], m) for s in (inside, outside) for m in phi[:-1]])
         sides = tuple((j, (j + 1) % n, n + (j + 1) % n, n + j) for j in range(n))
+        # below, seen from outside, the rim runs the other way round
         faces = (tuple(range(n - 1, -1, -1)), tuple(range(n, 2 * n)), *sides)
         site.add("keystone", Solid(rim, faces))
     recipe = {

@@ -15,11 +15,22 @@ from limitmason.model.joint import Joint
 
 BASES = ("slab", "course", None)
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_SAME_PLACE = 1e-9  # [m], chosen: starts of units that differ by less are one, no masonry is that fine
 
 
 @dataclass
 class Site:
-    """Blocks collected in their final order: names, solids, laid directions, densities, and which are held."""
+    """Blocks collected in their final order.
+
+    Parameters
+    ----------
+    density : of blocks that have none of their own [kg/m3]
+    names : of the blocks
+    solids : of each, or its convex pieces
+    axes : direction of the unit's length as laid, None for none
+    densities : of each [kg/m3]
+    fixed : names of those held in all six degrees of freedom
+    """
 
     density: float
     names: list[str] = field(default_factory=list)
@@ -36,10 +47,11 @@ class Site:
 
         Parameters
         ----------
-        axis : of the unit's length
+        name : its own
+        solid : of the block, or its convex pieces
+        axis : unit vector along the unit's length, or None
         density : the site's own where None [kg/m3]
         fixed : whether it is held
-        solid : of the block, or its convex pieces
         """
         self.names.append(name)
         self.solids.append(solid)
@@ -53,11 +65,13 @@ class Site:
     ) -> None:
         """Put one box on the site.
 
-        `axis` 0, 1 or 2 for x, y or z.
-
         Parameters
         ----------
+        name : of the block
+        corners : lower and upper corner [m]
+        axis : along which the unit's length runs, 0, 1 or 2 for x, y or z, or None
         density : the site's own where None [kg/m3]
+        fixed : whether it is held
         """
         direction = None if axis is None else _AXES[axis]
         self.add(name, box(*corners), axis=direction, density=density, fixed=fixed)
@@ -65,12 +79,14 @@ class Site:
     def assembly(
         self, joint: Joint, recipe: dict, *, joints: Mapping | None = None, tolerance: float | None = None
     ) -> Assembly:
-        """Return the assembly of everything on the site; ``tolerance`` is that of contacts [m].
+        """Return the assembly of everything on the site.
 
         Parameters
         ----------
+        joint : law of every joint that ``joints`` does not name
         recipe : what is told of the structure
-        joints : joint laws by kind
+        joints : laws by kind or by pair of block names
+        tolerance : gap up to which faces touch [m]; None for the default
         """
         return Assembly.from_polyhedra(
             self.solids, density=self.densities, joint=joint, fixed=self.fixed, names=self.names, axes=self.axes,
@@ -82,14 +98,14 @@ def add_ground(
     site: Site, footprint: tuple[float, float, float, float], unit: tuple[float, ...], base: object,
     base_margin: Any,
 ) -> None:
-    """Where ``base`` is "slab", add the held block "base" under the footprint (x0, x1, y0, y1) [m].
-
-    Its top is at z = 0. It is one course thick and stands out by half a unit unless stated.
+    """Where the base is a slab, add it as the held block "base", one course thick, its top at z = 0.
 
     Parameters
     ----------
+    site : to which it is added
+    footprint : x0, x1, y0, y1 of what stands on it [m]
     unit : (length, height, ...) of a unit [m]
-    base : "slab" or another of ``BASES``
+    base : "slab", or another of ``BASES``, for which nothing is added
     base_margin : how far it stands out [m], half a unit where None
     """
     choice("base", base, BASES)
@@ -104,14 +120,14 @@ def add_units(
 ) -> None:
     """Add units course by course and name them "run-course-position", with a letter for the leaf ("a" the outer one).
 
-    Units listed in `columns` are named "column-course" instead; that is their only difference.
-
     Parameters
     ----------
+    site : to which they are added
+    courses : units of every course, bottom course first, those of a run in their order along it
     fix_bottom : whether the first course is held
-    courses : units of every course, bottom course first
+    columns : units of a lateral column, the same objects: they are named "column-course" instead
     """
-    special = {id(unit) for unit in columns}
+    of_column = {id(unit) for unit in columns}
     most = max((len(units) for units in courses), default=1)
     digits = max(2, len(str(len(courses))), len(str(most)))
     for units in courses:
@@ -121,14 +137,15 @@ def add_units(
             parts = [box(*corners) for corners in unit.boxes]
             solid = parts[0] if len(parts) == 1 else parts
             held = fix_bottom and unit.course == 0
-            if id(unit) in special:
+            if id(unit) in of_column:
                 site.add(f"column-{unit.course + 1}", solid, axis=_AXES[unit.axis], fixed=held)
                 continue
+            # along the run: positions are counted at the facade in x, at returns in y
             here = unit.extent(0 if unit.run == "facade" else 1)[0]
             letter = "" if unit.leaf < 0 else ascii_lowercase[unit.leaf]
             if unit.run != run:
                 run, position, letters, start = unit.run, 1, set(), here
-            elif abs(here - start) > 1e-9 or letter in letters:
+            elif abs(here - start) > _SAME_PLACE or letter in letters:
                 # units side by side in different leaves share a position; one above the other (cut ones) do not
                 position, letters, start = position + 1, set(), here
             letters.add(letter)

@@ -17,18 +17,24 @@ from limitmason.geometry.polyhedron import Solid
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_direction, read_vector
-from limitmason.model.interface import Interface
+from limitmason.model.interface import COS_45, Interface
 
 _GOLDEN = 0.6180339887498949  # golden ratio less one: the parts of its multiples spread most evenly over 0 to 1 [-]
+
+_RUNS_ALONG = 0.9  # cosine of 25 degrees, chosen: how far an edge may turn from the head joint it ends at
 
 
 def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLike = (0.0, 1.0, 0.0)) -> Assembly:
     """This assembly with every face in contact over the middle part of its width across the wall only.
 
+    Corners of a face move across the wall towards the middle between its outermost ones.
+
     Parameters
     ----------
+    assembly : whose interfaces are narrowed
     share : width in contact over the full width [-], 0 < share <= 1
-    direction : across the wall, shape (3,); faces that stand across it (between two leaves) keep their whole area
+    direction : across the wall, shape (3,), of any length; faces whose normal is within 45 degrees of it, as between
+        two leaves, keep their whole area
 
     Raises
     ------
@@ -40,12 +46,14 @@ def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLik
     d = read_direction("direction", direction)
     changed = []
     for i in assembly.interfaces:
-        across = d - (d @ i.normal) * i.normal
-        size = float(np.linalg.norm(across))
-        if size > np.sqrt(0.5):
-            across = across / size
-            middle = 0.5 * (np.max(i.polygon @ across) + np.min(i.polygon @ across))
-            shift = (share - 1.0) * (i.polygon @ across - middle)
+        in_plane = d - (d @ i.normal) * i.normal
+        # the sine of the angle between normal and direction: the face has a width across the wall if it is large
+        size = float(np.linalg.norm(in_plane))
+        if size > COS_45:
+            across = in_plane / size
+            place = i.polygon @ across
+            middle = 0.5 * (np.max(place) + np.min(place))
+            shift = (share - 1.0) * (place - middle)
             i = replace(i, polygon=i.polygon + shift[:, None] * across)
         changed.append(i)
     return replace(assembly, interfaces=tuple(changed), recipe={})
@@ -61,7 +69,8 @@ def with_head_joints_gaping(assembly: Assembly, gap: float) -> Assembly:
 
     Parameters
     ----------
-    gap : [m], >= 0
+    assembly : whose bed and base joints are shortened
+    gap : between the units at a head joint [m], >= 0
 
     Raises
     ------
@@ -69,22 +78,23 @@ def with_head_joints_gaping(assembly: Assembly, gap: float) -> Assembly:
         When a bed joint is not longer than what it loses.
     """
     not_negative("gap", gap)
-    steep = np.sqrt(0.5)  # vertical part of a normal at 45 degrees, which parts head joints from bed joints
-    heads = [i for i in assembly.interfaces if abs(i.normal[2]) < steep]
+    # by orientation, not by kind: at the base too some joints stand and others lie
+    heads = [i for i in assembly.interfaces if abs(i.normal[2]) < COS_45]
+    # boxes of the head joints, wider by the gaps that two joints at an edge may have
     low = np.array([h.polygon.min(axis=0) for h in heads]).reshape(-1, 3) - 2.0 * assembly.tolerance
     high = np.array([h.polygon.max(axis=0) for h in heads]).reshape(-1, 3) + 2.0 * assembly.tolerance
     normals = np.array([h.normal for h in heads]).reshape(-1, 3)
     changed = []
     for i in assembly.interfaces:
         polygon = i.polygon
-        if abs(i.normal[2]) >= steep and len(heads):
+        if abs(i.normal[2]) >= COS_45 and len(heads):
             following = np.roll(polygon, -1, axis=0)
             middle = 0.5 * (polygon + following)
             along = following - polygon
             inward = np.cross(i.normal, along / np.linalg.norm(along, axis=1)[:, None])
-            # an edge ends at a head joint that its middle touches and that it runs along, to 25 degrees
+            # an edge ends at a head joint that its middle touches and that it runs along: shape (edges, heads)
             ends_at = ((middle[:, None] >= low) & (middle[:, None] <= high)).all(axis=2)
-            ends_at &= np.abs(inward @ normals.T) > 0.9
+            ends_at &= np.abs(inward @ normals.T) > _RUNS_ALONG
             for edge in np.flatnonzero(ends_at.any(axis=1)):
                 polygon = _cut_edge(assembly, i, polygon, inward[edge], middle[edge], 0.5 * gap)
         changed.append(i if polygon is i.polygon else replace(i, polygon=polygon))
@@ -99,6 +109,7 @@ def without_head_joints(assembly: Assembly, share: float = 1.0) -> Assembly:
 
     Parameters
     ----------
+    assembly : whose joints of kind "head" are taken away
     share : of the head joints [-], 0 to 1
 
     Raises
@@ -109,6 +120,7 @@ def without_head_joints(assembly: Assembly, share: float = 1.0) -> Assembly:
     if not 0.0 <= finite("share", share) <= 1.0:
         raise InputError(f"share of open head joints must be 0 to 1, got {share!r}")
     heads = [k for k, i in enumerate(assembly.interfaces) if i.kind == "head"]
+    # place of every head joint in the order in which they open: sorted twice, numbers become their ranks
     rank = np.argsort(np.argsort((np.arange(1, len(heads) + 1) * _GOLDEN) % 1.0))
     removed = {k for k, r in zip(heads, rank.tolist(), strict=True) if r < round(share * len(heads))}
     kept = tuple(i for k, i in enumerate(assembly.interfaces) if k not in removed)
@@ -124,6 +136,7 @@ def resized(assembly: Assembly, factors: ArrayLike) -> Assembly:
 
     Parameters
     ----------
+    assembly : with its blocks, joints and ties
     factors : along x, y and z [-], > 0, shape (3,)
     """
     f = read_vector("factors", factors)
@@ -139,10 +152,18 @@ def resized(assembly: Assembly, factors: ArrayLike) -> Assembly:
 
 
 def with_density_factor(assembly: Assembly, factor: float, blocks: Iterable[int | str] | None = None) -> Assembly:
-    """This assembly with the density of all blocks, or of those named, times a factor [-], >= 0."""
+    """This assembly with other densities of its blocks.
+
+    Parameters
+    ----------
+    assembly : whose densities are multiplied
+    factor : new over old density [-], >= 0
+    blocks : names or numbers of the blocks that it holds for; None for all
+    """
     not_negative("density factor", factor)
     chosen = set(range(assembly.n_blocks)) if blocks is None else {assembly.block_index(b) for b in blocks}
     recipe = dict(assembly.recipe)
+    # a recipe has one density: it tells the truth only where all blocks are changed alike
     if blocks is None and "density" in recipe:
         recipe["density"] = recipe["density"] * factor
     elif blocks is not None:
@@ -161,6 +182,7 @@ def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Ass
 
     Parameters
     ----------
+    assembly : in its place before
     displacements : translation of the centroid [m] and rotation vector [rad] of every block, shape (n_blocks, 6)
     """
     u = np.asarray(displacements, dtype=float)
@@ -169,6 +191,7 @@ def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Ass
     turn, centre = rotation_matrices(u[:, 3:]), assembly.centroids
 
     def moved(points: Array, block: int) -> Array:
+        """Points of a block [m], shape (..., 3), after its displacement."""
         return (points - centre[block]) @ turn[block].T + centre[block] + u[block, :3]
 
     blocks = tuple(
@@ -198,20 +221,24 @@ def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Ass
 def _cut_edge(
     assembly: Assembly, interface: Interface, polygon: Array, inward: Array, at: Array, depth: float
 ) -> Array:
-    """The polygon without a strip of some depth along one of its edges.
+    """The polygon without a strip of some depth along one of its edges [m], shape (m, 3).
 
     Parameters
     ----------
-    inward : unit vector across the edge into the polygon
-    at : a point of the edge [m]
+    assembly, interface : whose polygon it is, for the error where nothing is left
+    polygon : convex [m], shape (n, 3)
+    inward : unit vector across the edge into the polygon, shape (3,)
+    at : a point of the edge [m], shape (3,)
     depth : of the strip [m]
     """
+    # beyond the line where the strip ends, positive inside
     distance = (polygon - at) @ inward - depth
     out = []
     for k in range(len(polygon)):
         j = (k + 1) % len(polygon)
         if distance[k] >= 0.0:
             out.append(polygon[k])
+        # the side from k to j crosses the line
         if distance[k] * distance[j] < 0.0:
             out.append(polygon[k] + (polygon[j] - polygon[k]) * distance[k] / (distance[k] - distance[j]))
     if len(out) >= 3:

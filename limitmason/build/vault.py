@@ -21,6 +21,9 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 
 _SHAPES = ("barrel", "groin")
+_ROUNDING = 1e-9  # relative: lengths and angles that differ by less are equal
+_LEAST_PIECE = 0.25  # of a unit's length, chosen: shorter pieces of a course join their neighbour
+_NORTH, _WEST = (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)
 
 
 def vault(
@@ -103,7 +106,8 @@ def vault(
     else:
         if length is not None:
             raise InputError("length is for barrel vaults: the bay of a groin vault follows from span and projection")
-        if angle > math.pi + 1e-9:
+        # the bay is measured at the springings, which must be the widest part of the section
+        if angle > math.pi + _ROUNDING:
             raise InputError(f"a groin vault needs an angle of embrace of 180 degrees or less, got {angle_deg!r}")
         beyond = depth if projection is None else positive("projection", projection)
         recipe["bay"] = 2.0 * (float(np.abs(outer[[0, -1], 0]).max()) + beyond)
@@ -116,59 +120,70 @@ def _barrel(site: Site, outlines: Array, feet: list[Array], length: float, unit:
 
     Parameters
     ----------
-    length, unit : along y, of the vault and of a stone [m]
+    site : to which blocks are added
+    outlines : of the voussoirs of the section in x-z from left to right [m], shape (n, 4, 2)
+    feet : outlines of the held blocks left and right [m], shape (4, 2) each
+    length : of the vault along y [m]
+    unit : length of a stone along y [m]
     """
     for side, foot in zip(("left", "right"), feet, strict=True):
         site.add(f"base-{side}", prism(foot, 0.0, length), fixed=True)
     for k, outline in enumerate(outlines):
-        for j, (a, b) in enumerate(_pieces(0.0, length, unit, half=k % 2 == 1, least=0.25 * unit)):
-            site.add(_name("voussoir", k, j, len(outlines)), prism(outline, a, b), axis=(0.0, 1.0, 0.0))
+        for j, (a, b) in enumerate(_pieces(0.0, length, unit, half=k % 2 == 1, least=_LEAST_PIECE * unit)):
+            site.add(_name("voussoir", k, j, len(outlines)), prism(outline, a, b), axis=_NORTH)
 
 
 def _groin(site: Site, outlines: Array, feet: list[Array], half_bay: float, unit: float) -> None:
-    """Four webs: that of the barrel along +y between its groins, and its turns by 90 degrees.
+    """Add four webs: that of the barrel along +y between its groins, and its turns by 90 degrees.
 
     Parameters
     ----------
+    site : to which blocks are added
+    outlines : of the voussoirs of the section in x-z from left to right [m], shape (n, 4, 2)
+    feet : outlines of the held blocks left and right [m], shape (4, 2) each
     half_bay : half the vault's side [m]
     unit : length of a stone [m]
     """
-    slack = 1e-9 * half_bay
+    slack = _ROUNDING * half_bay
     for turn in range(4):
         for k, foot in enumerate(feet):
             springer = _turned(_mitred(prism(foot, 0.0, half_bay), slack), turn)
             site.add(f"springer-{2 * turn + k + 1}", springer, fixed=True)
     for turn, name in enumerate(("north", "west", "south", "east")):
-        axis = [(0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)][turn % 2]
+        axis = (_NORTH, _WEST)[turn % 2]
         for k, outline in enumerate(outlines):
+            # the groin cuts the course at y = |x|, on its far side this far from the centre
+            far_side = float(np.abs(outline[:, 0]).max())
             # laid from the free edge inwards, so that the piece at the groin is the odd one
-            full = float(np.abs(outline[:, 0]).max())
-            cuts = _pieces(0.0, half_bay, unit, half=k % 2 == 1, least=full + 0.25 * unit)
+            cuts = _pieces(0.0, half_bay, unit, half=k % 2 == 1, least=far_side + _LEAST_PIECE * unit)
             for j, (a, b) in enumerate(cuts):
                 piece = prism(outline, half_bay - b, half_bay - a)
                 site.add(_name(name, k, j, len(outlines)), _turned(_mitred(piece, slack), turn), axis=axis)
 
 
 def _pieces(start: float, end: float, unit: float, *, half: bool, least: float) -> list[tuple[float, float]]:
-    """Pieces of a course, the first half a unit long or whole, the last at least `least` long [m].
+    """Start and end of every piece of a course [m].
 
     Parameters
     ----------
     start, end : of the course [m]
     unit : length of a stone [m]
+    half : whether the first piece is half a unit long, so that the course laps those beside it
+    least : length of the last piece [m], which is longer where what is left over would be shorter
     """
     cuts, at = [start], start + (0.5 if half else 1.0) * unit
-    while at < end - least + 1e-9 * unit:
+    while at < end - least + _ROUNDING * unit:
         cuts.append(at)
         at += unit
     return list(zip(cuts, [*cuts[1:], end], strict=True))
 
 
 def _mitred(piece: Solid, slack: float) -> Solid:
-    """What of a piece lies in y >= |x|.
+    """What of a piece lies in y >= |x|, between the vertical planes through the diagonals of the bay.
 
     Parameters
     ----------
+    piece : convex, of the web along +y
     slack : distance from the cut at which a vertex lies on it [m]
     """
     for side in (1.0, -1.0):
@@ -184,9 +199,14 @@ def _turned(solid: Solid, quarters: int) -> Solid:
     vertices = solid.vertices
     for _ in range(quarters):
         vertices = np.column_stack([-vertices[:, 1], vertices[:, 0], vertices[:, 2]])
+    # adding zero turns -0.0 into 0.0
     return Solid(vertices + 0.0, solid.faces)
 
 
 def _name(word: str, course: int, position: int, courses: int) -> str:
+    """Name of a stone, "word-03-02", by its course and its place in it, both counted from 0.
+
+    The number of all courses says how many digits that of a course has.
+    """
     digits = max(2, len(str(courses)))
     return f"{word}-{course + 1:0{digits}d}-{position + 1:02d}"

@@ -12,25 +12,41 @@ import numpy as np
 from limitmason.checks import finite, positive
 from limitmason.errors import InputError
 
+_WIDEST_DEG = 330.0  # angle of embrace, chosen: beyond it the springings of a nearly closed ring come together
+_STANDS_OUT = 0.25  # of the joint's length, chosen: how far a held block reaches beyond either end of a springing
+_DUST = 1e-12  # of the thickness: coordinates below it are rounding of zero
+
 
 def circle(radius: object, angle_deg: object, span: object, rise: object) -> tuple[float, float]:
-    """Radius [m] and angle of embrace [rad] from whichever pair is given."""
+    """Radius [m] and angle of embrace [rad] of the centre line from whichever pair is given.
+
+    Parameters
+    ----------
+    radius, angle_deg : of the centre line [m], [deg]; or
+    span, rise : springing to springing, and springing to crown [m]; what is not given is None
+    """
     if (span is None) != (rise is None) or (radius is None) == (span is None):
         raise InputError("give radius (and angle_deg), or both span and rise")
     if radius is not None:
         angle = finite("angle_deg", angle_deg)
-        if not 0.0 < angle < 330.0:
-            raise InputError(f"angle_deg must be above 0 and below 330, got {angle_deg!r}")
+        if not 0.0 < angle < _WIDEST_DEG:
+            raise InputError(f"angle_deg must be above 0 and below {_WIDEST_DEG:g}, got {angle_deg!r}")
         return positive("radius", radius), math.radians(angle)
     half, height = positive("span", span) / 2.0, positive("rise", rise)
+    # seen from a springing the crown stands at a quarter of the angle of embrace
     angle = 4.0 * math.atan2(height, half)
-    if angle >= math.radians(330.0):
+    if angle >= math.radians(_WIDEST_DEG):
         raise InputError(f"rise {height:g} m is too large for a span of {2.0 * half:g} m")
     return (half**2 + height**2) / (2.0 * height), angle
 
 
 def circle_facts(radius: float, angle: float) -> dict[str, float]:
-    """What a recipe says of a circular centre line: radius, angle of embrace in degrees, span and rise."""
+    """What a recipe says of a circular centre line: its radius, angle of embrace [deg], span and rise [m].
+
+    Parameters
+    ----------
+    radius, angle : of the centre line [m], and of embrace [rad]
+    """
     return {
         "radius": radius, "angle_deg": math.degrees(angle), "span": 2.0 * radius * math.sin(angle / 2.0),
         "rise": radius - radius * math.cos(angle / 2.0),
@@ -51,18 +67,33 @@ def circular_joints(radius: float, angle: float, thickness: float, voussoirs: in
         raise InputError(f"thickness {thickness:g} m leaves no intrados at a centre-line radius of {radius:g} m")
     theta = np.linspace(-angle / 2.0, angle / 2.0, voussoirs + 1)
     direction = np.column_stack([np.sin(theta), np.cos(theta)])
+    # from the circle's centre to the level of the springings
     drop = np.array([0.0, radius * math.cos(angle / 2.0)])
     inner, outer = ((radius + side * thickness / 2.0) * direction - drop for side in (-1.0, 1.0))
     return snapped(inner, thickness), snapped(outer, thickness)
 
 
 def outlines_between(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
-    """Outlines of the voussoirs between successive joints [m], shape (n, 4, 2), each convex or named by its number."""
+    """Outlines of the voussoirs between successive joints in x-z [m], shape (n, 4, 2).
+
+    Corners run from the left joint's inner end along the intrados and back along the extrados.
+
+    Parameters
+    ----------
+    inner, outer : ends of the joints on intrados and extrados in x-z [m], shape (n + 1, 2), from left to right
+
+    Raises
+    ------
+    InputError
+        For a voussoir that is not convex, by its number from 1 at the left.
+    """
     outlines = np.stack([inner[:-1], inner[1:], outer[1:], outer[:-1]], axis=1)
     for k, outline in enumerate(outlines):
         side = np.roll(outline, -1, axis=0) - outline
-        after = np.roll(side, -1, axis=0)
-        if (side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0] <= 0.0).any():
+        following = np.roll(side, -1, axis=0)
+        # counter-clockwise and convex: at every corner the outline turns left
+        turn = side[:, 0] * following[:, 1] - side[:, 1] * following[:, 0]
+        if (turn <= 0.0).any():
             raise InputError(
                 f"voussoir {k + 1} is not convex or has no area: its joints cross, or intrados and extrados are "
                 "swapped or not given from left to right"
@@ -71,22 +102,33 @@ def outlines_between(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
 
 
 def snapped(curve: np.ndarray, thickness: float) -> np.ndarray:
-    """Remove rounding dust, so that the springings of a semicircle are exactly level."""
-    return np.where(np.abs(curve) < 1e-12 * thickness, 0.0, curve)
-
-
-def springing(inner: np.ndarray, outer: np.ndarray, depth: float, *, left: bool) -> np.ndarray:
-    """Outline of the held block behind a springing joint: it projects a quarter of the joint on both sides.
+    """Points [m], shape (n, 2), with rounding dust made zero, so that the springings of a semicircle are exactly level.
 
     Parameters
     ----------
-    inner, outer, depth : ends of the joint in x-z [m], shape (2,), and thickness of the block behind it [m]
-    left : whether it is the left one, to whose left the block lies
+    curve : the points [m], shape (n, 2)
+    thickness : of the arch [m], beside which dust is small
+    """
+    return np.where(np.abs(curve) < _DUST * thickness, 0.0, curve)
+
+
+def springing(inner: np.ndarray, outer: np.ndarray, depth: float, *, left: bool) -> np.ndarray:
+    """Outline of the held block behind a springing joint, counter-clockwise in x-z [m], shape (4, 2).
+
+    It stands out by a quarter of the joint's length beyond both ends.
+
+    Parameters
+    ----------
+    inner, outer : ends of the joint on intrados and extrados [m], shape (2,)
+    depth : thickness of the block behind the joint [m]
+    left : whether it is the left springing of the arch
     """
     along = outer - inner
     size = float(np.linalg.norm(along))
     along = along / size
+    # normal of the joint away from the arch
     out = np.array([-along[1], along[0]]) if left else np.array([along[1], -along[0]])
-    near, far = inner - 0.25 * size * along, outer + 0.25 * size * along
+    near, far = inner - _STANDS_OUT * size * along, outer + _STANDS_OUT * size * along
     corners = [near, far, far + depth * out, near + depth * out]
+    # on the right the same order would run clockwise
     return np.array(corners if left else [corners[1], corners[0], corners[3], corners[2]])

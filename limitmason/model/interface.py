@@ -14,6 +14,9 @@ from limitmason.geometry.polygon import axes_in_plane, clip_convex
 from limitmason.model.joint import Joint
 from limitmason.storage.frozen import ReadOnly, owned
 
+COS_45 = np.sqrt(0.5)
+"""Cosine of 45 degrees: of two directions at right angles, a unit vector faces the one it is nearer to [-]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Interface(ReadOnly):
@@ -51,30 +54,41 @@ class Interface(ReadOnly):
 
 
 def interface_kind(normal: Array, held_a: bool, held_b: bool) -> str:
-    """Name of a joint by its orientation: "base", "bed" or "head"."""
+    """Name of a joint: "base" where a block is wholly held, else "bed" or "head" by its orientation.
+
+    Parameters
+    ----------
+    normal : unit vector, shape (3,)
+    held_a, held_b : whether block a, and block b, is held in all six degrees of freedom
+    """
     if held_a or held_b:
         return "base"
-    return "bed" if abs(normal[2]) >= np.sqrt(0.5) else "head"
+    return "bed" if abs(normal[2]) >= COS_45 else "head"
 
 
 def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array | None:
-    """Polygon of an interface with its edges moved inwards by ``inset`` [m].
+    """Polygon of an interface with its edges moved inwards [m], shape (n, 3), or None if nothing is left of it.
 
-    Edges that face ``keep`` stay. The result is None if nothing is left of the polygon.
+    Parameters
+    ----------
+    interface : with its polygon counter-clockwise about its normal
+    inset : how far edges move [m]
+    keep : unit vector, shape (3,), or None; edges whose normal in the plane is within 45 degrees of it stay
     """
     n, p = interface.normal, interface.polygon
+    # columns are the axes in the plane
     frame = axes_in_plane(p, n)
     flat = (p - p[0]) @ frame
     out = flat
     size = np.ptp(flat, axis=0).max()
+    # the box that the polygon is clipped to reaches beyond it on three sides, whatever corner it starts from
+    far = 4.0 * size
     for a, b in zip(flat, np.roll(flat, -1, axis=0), strict=True):
         along = (b - a) / np.linalg.norm(b - a)
         inward = np.array([-along[1], along[0]])
-        # an edge faces the direction if its normal is within 45 degrees
-        if keep is not None and abs((frame @ inward) @ keep) > np.sqrt(0.5):
+        if keep is not None and abs((frame @ inward) @ keep) > COS_45:
             continue
         q = a + inset * inward
-        far = 4.0 * size
         window = np.array(
             [q - far * along, q + far * along, q + far * along + far * inward, q - far * along + far * inward]
         )
@@ -87,10 +101,14 @@ def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array 
 def with_edges_inset(
     interfaces: Sequence[Interface], names: Sequence[str], inset: float, direction: ArrayLike | None
 ) -> tuple[Interface, ...]:
-    """Interfaces with their edges moved inwards by ``inset`` [m].
+    """Interfaces with their edges moved inwards.
 
-    Edges whose normal lies along ``direction``, within 45 degrees, stay. ``names`` are those of the blocks, for
-    messages.
+    Parameters
+    ----------
+    interfaces : of the assembly
+    names : of all blocks, for messages
+    inset : how far every edge moves [m], >= 0
+    direction : edges whose normal in the plane is within 45 degrees of it stay, shape (3,); None moves all
     """
     if not inset >= 0:
         raise InputError(f"inset must be >= 0 m, got {inset!r}")
