@@ -83,14 +83,15 @@ def _finished(ax: Axes, own: bool, title: str | None, text: str, handles: list[A
 
 
 def _outline(corners: Array) -> Array:
-    """Those of ``corners`` (n, 2) on the outline of them all, in order.
+    """Those of ``corners`` [-], shape (n, 2), on the outline of them all, in order.
 
     Of a set without area they are the two points that are farthest apart.
     """
     try:
         return np.asarray(corners[ConvexHull(corners).vertices])
     except (QhullError, ValueError):
-        return np.asarray(corners[[np.argmin(corners.sum(axis=1)), np.argmax(corners.sum(axis=1))]])
+        apart = np.linalg.norm(corners[:, None] - corners[None], axis=2)
+        return np.asarray(corners[list(np.unravel_index(int(apart.argmax()), apart.shape))])
 
 
 @style.in_print_style

@@ -101,6 +101,18 @@ def test_loads_of_one_name_are_told_apart():
     assert x != z
 
 
+def test_a_flat_region_is_drawn_from_end_to_end_whatever_its_direction():
+    """Two pushes of a block without friction balance each other: x + y = 0, up to overturning at width / height."""
+    solids = [box((-1, 0, -1), (2, 1, 0)), box((0, 0, 0), (1, 1, 1.5))]
+    model = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(0.0), fixed=[0])
+    cases = [push(model, (1, 0, 0), name="middle"), push(model, (1, 0, 0), at=(0.0, 0.5, 0.0), name="foot")]
+    found = lm.load_region(model, lm.Loads.weight(model), cases)
+    assert np.sort(found.corners[:, 0]) == pytest.approx([-2 / 3, 2 / 3])
+    for corners in (found.corners, np.round(found.corners, 6)):  # rounded, both sums x + y are 0 exactly
+        outline = lm.figures.load_region(replace(found, corners=corners)).axes[0].lines[0].get_xydata()
+        assert np.ptp(outline, axis=0) == pytest.approx([4 / 3, 4 / 3], abs=1e-5)
+
+
 def test_beyond_the_limits_that_were_asked_nothing_is_said():
     """Sideways alone within 0.1 of the weight, of 2 / 3 that is carried: no cone, and no motion is met."""
     model = block()
