@@ -45,9 +45,9 @@ def plot(shown: Any, *which: Any, **options: Any) -> Figure:
         Where there is no figure of such an object.
     """
     # known by what they have, not by their class: records and tilting tests stand in packages above this one
-    if hasattr(shown, "diagram"):
+    if hasattr(shown, "diagram") and not which:
         return history_curves(**shown.diagram(), **options)
-    if hasattr(shown, "tilt_deg"):
+    if hasattr(shown, "tilt_deg") and not which:
         return tilt_test(shown, **options)
     given = [*map(repr, which), *options]
     with_them = f" with {', '.join(given)}" if given else ""
