@@ -141,6 +141,7 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
     text = f"{count}, e* {c.mass_share:.3f}, FC {verdict.confidence_factor:.2f}; of the demand: {share}"
     if verdict.curve is None:
         return _by_peaks(verdict, title, text)
+    style.needs_a_page("assessment")
     figure, (left, right) = style.panels(style.FULL_WIDTH, 2.4, columns=2)
     alpha, moved = verdict.curve.load, verdict.curve.displacement
     peak = int(np.argmax(alpha))
@@ -165,7 +166,7 @@ def _by_peaks(verdict: Assessment, title: str | None, text: str) -> Figure:
 
     ``text`` is the caption.
     """
-    figure, (ax,) = style.panels(3.4, 2.4)
+    figure, (ax,) = style.panels(style.page_width(3.4), 2.4)
     for state, colour, factor in (("SLV", style.ORANGE, 2.0), ("SLD", style.BLUE, 1.0)):
         spectrum = verdict.spectra[state]
         if isinstance(spectrum, RecordSpectrum):

@@ -1,11 +1,14 @@
 """One column of a journal is an option of every figure, enlarged axes say so, and lines of a study are lines."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from walls import running_bond
 
 import limitmason as lm
 from limitmason import figures, study
+from limitmason.codes import GroundSpectrum
 from limitmason.continuum import Box, Continuum
 from limitmason.errors import InputError, NotApplicable
 from limitmason.figures import style
@@ -65,6 +68,14 @@ def test_widths_of_no_page_and_figures_of_several_panels_are_refused():
     with figures.print_style(width=89.0), pytest.raises(NotApplicable, match="several panels"):
         style.needs_a_page("diagnosis")
     style.needs_a_page("diagnosis")
+
+
+def test_a_verdict_by_peaks_is_as_wide_as_asked_for_and_one_of_two_panels_refuses():
+    verdict = lm.assess(WALL, LOADS, GroundSpectrum(0.15, 2.45, 0.28), confidence_factor=1.0)
+    with figures.print_style(width=120.0):
+        assert figures.assessment(verdict).get_size_inches()[0] == pytest.approx(120.0 / 25.4)
+        with pytest.raises(NotApplicable, match="several panels"):
+            figures.assessment(replace(verdict, curve=lm.Curve(np.array([0.0, 1.0]), np.array([1.0, 0.0]))))
 
 
 def test_an_axis_that_enlarges_a_small_spread_says_so():
