@@ -242,6 +242,8 @@ def _meet_edges(rings: list[Array], start: list[Array], gap: float, shapely: Any
     corner, edge = shapely.STRtree(edges).query(shapely.points(at), predicate="dwithin", distance=3.0 * gap)
     kept = owner[corner] != owner[edge]
     corner, edge = corner[kept], edge[kept]
+    if not len(corner):  # every outline stands alone
+        return
     for share in [0.5] * _ROUNDS + [1.0]:
         a = at[edge]
         along = at[after[edge]] - a

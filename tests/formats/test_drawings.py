@@ -60,6 +60,17 @@ def test_nothing_moves_that_meets_already_and_the_order_of_outlines_does_not_cou
     assert all(np.allclose(p, q, atol=1e-12) for p, q in zip(a.outlines, b.outlines[::-1], strict=True))
 
 
+@pytest.mark.parametrize("apart", [[], [0.5]])
+def test_outlines_farther_apart_than_the_gap_stay_as_they_are(apart):
+    # one stone, and two with half a metre between them: no corner has anything to move to
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    drawn = [square, *(square + [1.0 + a, 0.0] for a in apart)]
+    found = formats.clean(drawn, 0.005)
+    assert all((a == b).all() for a, b in zip(found.outlines, drawn, strict=True))
+    assert found.changes == ()
+    assert found.alone == tuple(found.names)
+
+
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
 def test_cleaning_has_no_unit_of_its_own(scale):
     traced = shaken(bond(), 0.002)
