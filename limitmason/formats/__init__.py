@@ -14,7 +14,7 @@ from limitmason.display.notebook import shows
 from limitmason.errors import InputError
 from limitmason.formats.answers import read_prediction, write_prediction
 from limitmason.formats.drawing import DRAWINGS, PLANE_DRAWINGS, DrawingModel, model_of_drawing, read_drawing
-from limitmason.formats.drawn_joints import Proposal, proposal
+from limitmason.formats.proposed_options import Proposal, proposal
 from limitmason.formats.dxf import read_dxf
 from limitmason.formats.meshes import read_solids
 from limitmason.formats.native import Model, read_json, write_json

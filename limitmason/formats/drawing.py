@@ -36,6 +36,13 @@ LOWEST = "lowest"
 """Hold the stones that reach down to the lowest level of the drawing."""
 
 DIRECTIONS = {"x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "-y": (0.0, -1.0, 0.0)}
+"""Unit vectors x, y, z of the live load by the word for it."""
+
+_LEVEL = 0.01
+"""Height over that of the structure up to which a stone reaches down to the lowest level; chosen."""
+
+_DRAWING_ERROR = 0.1
+"""Gap that counts as an error of drawing, over the mortar, where only the mortar is given; chosen."""
 
 
 class DrawingModel(NamedTuple):
@@ -131,7 +138,7 @@ def model_of_drawing(
     elif not assembly.fixed.any():
         low = np.array([b.bounds[0, 2] for b in assembly.blocks])
         height = float(np.ptp([b.bounds[:, 2] for b in assembly.blocks]))
-        held = [b.name for b, z in zip(assembly.blocks, low, strict=True) if z < low.min() + 0.01 * height]
+        held = [b.name for b, z in zip(assembly.blocks, low, strict=True) if z < low.min() + _LEVEL * height]
         assembly = assembly.with_supports(Support.fixed(n) for n in held)
         assumed.append(
             f"held: {', '.join(held[:6])}{' ...' if len(held) > 6 else ''}, which reach down to the lowest level (a "
@@ -146,14 +153,17 @@ def _read(
 ) -> tuple[Assembly, Cleaned | None]:
     """Assembly of a drawing, and what was cleaned in its outlines or None.
 
-    ``gap`` and ``mortar`` are widths of gaps that are closed [m], ``layers`` those that are read.
-
     Parameters
     ----------
-    thickness : [m]
-    density : [kg/m3]
-    scale : metres per unit of the drawing
-    tolerance : of contacts [m]
+    path : of the drawing
+    law : of every joint
+    thickness : of the prisms over outlines [m]; 1 m for None
+    density : of all blocks [kg/m3]
+    scale : metres per unit of the drawing; None for that of the file
+    tolerance : gap or overlap up to which faces touch [m]; None for the gap, or the default of the assembly
+    gap : width up to which gaps of outlines are closed by moving corners [m]; None for none
+    mortar : thickness of the open joints that stones share [m]; None for none
+    layers : those that are read; None for all but openings
     """
     suffix = path.suffix.lower()
     if suffix not in DRAWINGS:
@@ -169,15 +179,17 @@ def _read(
     outlines, names, _ = outlines_of(path, scale, gap, layers)
     cleaned = None
     if gap is not None or mortar is not None:
-        # where only the mortar is given, a tenth of it counts as an error of drawing
-        near = 0.1 * mortar if gap is None and mortar is not None else gap
+        near = _DRAWING_ERROR * mortar if gap is None and mortar is not None else gap
         cleaned = clean(outlines, near or 0.0, mortar=mortar or 0.0, names=names)
         outlines, names = cleaned.outlines, cleaned.names
     if gap is not None and tolerance is None:
+        # what is left of the gap where corners could not meet touches all the same
         given["tolerance"] = gap
     if mortar:
-        # joints were made to meet side by side: those that go on from each other at a small angle are no wedges
+        # joints were made to meet side by side, parallel but for rounding (the angle is chosen): those that go on from
+        # each other at a small angle are no wedges
         given |= {"angle_tolerance_deg": 0.05, "wedge_tolerance_deg": 0.0}
+    # names are "layer-number"
     on_support = {name for name in names if name.rpartition("-")[0].casefold() in SUPPORTS}
     wall = Assembly.from_polygons(
         outlines, names=names, thickness=1.0 if thickness is None else thickness,
@@ -187,11 +199,14 @@ def _read(
 
 
 def outlines_of(path: Path, scale: float | None, gap: float | None, layers: str | Sequence[str] | None) -> Outlines:
-    """Outlines of a .dxf or .svg on some layers, by default on all but :data:`OPENINGS`.
+    """Outlines of a .dxf or .svg on some layers.
 
     Parameters
     ----------
-    scale, gap : metres per unit, by default what the file says; distance over which ends of lines meet [m]
+    path : of the drawing
+    scale : metres per unit of the drawing; None for what the file says
+    gap : distance up to which ends of single lines meet [m]; None for the default of the reader
+    layers : those that are read; None for all but :data:`OPENINGS`
     """
     read_outlines = read_dxf if path.suffix.lower() == ".dxf" else read_svg
     ends: dict[str, Any] = {} if gap is None else {"gap": gap}

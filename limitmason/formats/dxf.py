@@ -20,11 +20,17 @@ from limitmason.formats.outlines import DrawnOutlines, Outlines, check_layers, n
 from limitmason.model.plausibility import PlausibilityWarning
 from limitmason.storage.files import named_path, needed
 
-# $INSUNITS: code -> (name, metres)
 _UNITS = {
-    1: ("inches", 0.0254), 2: ("feet", 0.3048), 4: ("millimetres", 1e-3), 5: ("centimetres", 1e-2), 6: ("metres", 1.0),
-    7: ("kilometres", 1e3), 10: ("yards", 0.9144), 14: ("decimetres", 0.1),
+    1: 0.0254,  # inches
+    2: 0.3048,  # feet
+    4: 1e-3,  # millimetres
+    5: 1e-2,  # centimetres
+    6: 1.0,  # metres
+    7: 1e3,  # kilometres
+    10: 0.9144,  # yards
+    14: 0.1,  # decimetres
 }
+"""Metres by the code of a unit in the header variable $INSUNITS."""
 
 _POLYLINES = ("LWPOLYLINE", "POLYLINE")
 _FACES = ("SOLID", "TRACE", "3DFACE")
@@ -36,6 +42,15 @@ _UNREAD = ("REGION", "BODY", "3DSOLID", "SURFACE", "MESH", "MLINE", "IMAGE", "OL
 _OWN = "0"  # the layer that takes that of the insert
 
 _FITTED = 2 | 4  # flags of a POLYLINE whose vertices were put there by curve or spline fitting
+
+_LEAST_FLATNESS = 1e-12
+"""Units of the drawing, chosen: ezdxf refuses zero, and takes millions of chords at this."""
+
+_IN_PLANE = 1e-6
+"""Height of a line over its size up to which it lies in the plane of the drawing; chosen, above rounding."""
+
+_LEAST_TURN = 1e-6
+"""Least turn of an arc over one chord [rad], chosen: with a tiny flatness the turn is zero by rounding."""
 
 
 def read_dxf(
@@ -140,30 +155,40 @@ def read_dxf(
 
 
 def _line(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) -> tuple[Array, bool]:
-    """Points x, z [m] of an entity, and whether it is drawn as closed."""
+    """Points x, z of an entity [m], shape (n, 2), and whether it is drawn as closed.
+
+    Parameters
+    ----------
+    entity : of ezdxf
+    ezpath : its module of paths, an optional library
+    metres : metres per unit of the drawing
+    flatness : largest distance between an arc and its chord [m]
+    where : the file, layer and entity, for errors
+    """
     if entity.dxftype() in _POLYLINES:
         return _polyline(entity, ezpath, metres, flatness, where)
+    # circles and the like come as closed because they end where they began
     return _flat(ezpath.make_path(entity), metres, flatness, where), False
 
 
 def _flat(path: Any, metres: float, flatness: float, where: str) -> Array:
-    """Points x, z [m] of a path of the library."""
-    points = np.array([tuple(p) for p in path.flattening(max(flatness / metres, 1e-12))])
+    """Points x, z [m] of a path of ezdxf, shape (n, 2), with the other arguments as for :func:`_line`."""
+    points = np.array([tuple(p) for p in path.flattening(max(flatness / metres, _LEAST_FLATNESS))])
     return _in_plane(points, where) * metres
 
 
 def _entities(space: Any, inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
-    """Lines and curves of a space with their layers, those of inserted blocks and of their arrays too.
-
-    What lies on layer 0 of a block lies on the layer on which this is inserted.
+    """Entities that may show blocks, each with its layer; inserts are taken apart.
 
     Parameters
     ----------
-    inserted_on : layer of the insert, on which a block's own layer 0 lies
+    space : entities of ezdxf, of the model space or of an inserted block
+    inserted_on : layer of the insert: what lies on layer 0 of a block of the drawing takes it
     """
     for entity in space:
         layer = inserted_on if entity.dxf.layer == _OWN else entity.dxf.layer
         if entity.dxftype() == "INSERT":
+            # one insert may stand for rows and columns of copies
             for one in entity.multi_insert() if entity.mcount > 1 else (entity,):
                 yield from _entities(one.virtual_entities(), layer)
         elif entity.dxftype() in (*_CURVES, *_FILLS, *_UNREAD):
@@ -171,75 +196,88 @@ def _entities(space: Any, inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
 
 
 def _metres_per_unit(drawing: Any, path: str | Path) -> float:
-    """Metres per unit of a drawing, by its header."""
+    """Metres per unit of a drawing of ezdxf, by its header; ``path`` names it in errors."""
     code = int(drawing.header.get("$INSUNITS", 0))
     if code not in _UNITS:
         raise InputError(
             f"{path}: the drawing has no unit of length that is known ($INSUNITS = {code}); give scale=, the metres "
             "per drawing unit, for example scale=0.001 for millimetres"
         )
-    return _UNITS[code][1]
+    return _UNITS[code]
 
 
 def _polyline(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) -> tuple[Array, bool]:
-    """Points x, z [m] of a polyline, and whether it is drawn as closed.
+    """Points x, z of a polyline [m], shape (n, 2), and whether it is drawn as closed.
 
     Parameters
     ----------
-    entity, ezpath : of ezdxf, and its module of paths
+    entity : LWPOLYLINE or POLYLINE of ezdxf
+    ezpath : its module of paths, an optional library
     metres : metres per unit of the drawing
-    flatness : how far chords may leave an arc [m]
+    flatness : largest distance between an arc and its chord [m]
+    where : the file, layer and entity, for errors
     """
     kind = entity.dxftype()
     if kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline):
         raise InputError(f"{where}: a mesh is no outline; explode it or leave its layer out")
+    # neither has arcs between its vertices, as the other polylines may
     if kind == "POLYLINE" and (entity.is_3d_polyline or entity.dxf.flags & _FITTED):
         return _flat(ezpath.make_path(entity), metres, flatness, where), bool(entity.is_closed)
+    # x, y and bulge of every corner, in the plane of the polyline
     corners = entity.get_points("xyb") if kind == "LWPOLYLINE" else [
         (*tuple(v.dxf.location)[:2], v.dxf.get("bulge", 0.0)) for v in entity.vertices
     ]
     flat = _with_arcs(np.array(corners, dtype=float).reshape(-1, 3), entity.is_closed, flatness / metres)
     height = float(entity.dxf.get("elevation", 0.0)) if kind == "LWPOLYLINE" else 0.0
+    # that plane has axes of its own where the line was mirrored or drawn in another view
     points = np.array([tuple(p) for p in entity.ocs().points_to_wcs([(x, y, height) for x, y in flat.tolist()])])
     return _in_plane(points, where) * metres, bool(entity.is_closed)
 
 
 def _in_plane(points: Array, where: str) -> Array:
-    """Points x, y of a line, refused where it leaves the plane of the drawing."""
+    """Points x, y of a line, shape (n, 2), refused where it leaves the plane of the drawing.
+
+    Parameters
+    ----------
+    points : x, y and height, shape (n, 3), in units of the drawing
+    where : the file, layer and entity, for errors
+    """
     points = points.reshape(-1, 3)
     size = float(np.ptp(points, axis=0).max(initial=0.0)) if len(points) else 0.0
-    if len(points) and np.ptp(points[:, 2]) > 1e-6 * max(size, 1e-300):
+    if len(points) and np.ptp(points[:, 2]) > _IN_PLANE * size:
         raise InputError(f"{where}: the line does not lie in the plane of the drawing")
     return points[:, :2]
 
 
 def _with_arcs(corners: Array, closed: bool, flatness: float) -> Array:
-    """Corners x, y with bulge b = tan(angle / 4) of the arc to the next.
-
-    Arcs become chords of equal length.
+    """Points x, y of a polyline whose arcs became chords of equal length, shape (m, 2).
 
     The library's own flattening goes through Bezier curves, which leave the arc by 3e-4 of its radius.
 
     Parameters
     ----------
-    corners : x, y and bulge of every vertex, shape (n, 3)
-    closed : whether the line is
-    flatness : how far chords may leave an arc, unit of the drawing
+    corners : x, y and bulge of every corner, shape (n, 3), in units of the drawing. The bulge is tan(angle / 4) of the
+        arc from there to the next corner, positive counter-clockwise, zero for a straight side
+    closed : whether the last corner goes on to the first
+    flatness : largest distance between an arc and its chord, in units of the drawing
     """
     out = []
     for k, (x, y, bulge) in enumerate(corners):
-        p = np.array([x, y])
-        out.append(p[None])
+        start = np.array([x, y])
+        out.append(start[None])
         if bulge == 0.0 or (k + 1 == len(corners) and not closed):
             continue
-        chord = corners[(k + 1) % len(corners), :2] - p
+        chord = corners[(k + 1) % len(corners), :2] - start
         length = float(np.linalg.norm(chord))
-        if length == 0.0:
+        if length == 0.0:  # two corners in one place have no arc between them
             continue
+        # with b = tan(angle / 4): sin(angle / 2) = 2 b / (1 + b^2), and the centre stands on the chord's bisector
         angle, radius = 4.0 * np.arctan(bulge), length * (1.0 + bulge**2) / (4.0 * abs(bulge))
-        centre = p + 0.5 * chord + (1.0 - bulge**2) / (4.0 * bulge) * np.array([-chord[1], chord[0]])
-        step = 2.0 * np.arccos(max(1.0 - flatness / radius, 0.0))
-        count = max(int(np.ceil(abs(angle) / max(step, 1e-6))), 2)
-        turn = np.arctan2(*(p - centre)[::-1]) + angle * np.arange(1, count) / count
-        out.append(centre + radius * np.column_stack([np.cos(turn), np.sin(turn)]))
+        centre = start + 0.5 * chord + (1.0 - bulge**2) / (4.0 * bulge) * np.array([-chord[1], chord[0]])
+        # a chord that turns by t leaves the arc by radius (1 - cos(t / 2)); two chords at least keep it an arc
+        turn = 2.0 * np.arccos(max(1.0 - flatness / radius, 0.0))
+        count = max(int(np.ceil(abs(angle) / max(turn, _LEAST_TURN))), 2)
+        first = np.arctan2(*(start - centre)[::-1])
+        direction = first + angle * np.arange(1, count) / count
+        out.append(centre + radius * np.column_stack([np.cos(direction), np.sin(direction)]))
     return np.concatenate(out) if out else np.empty((0, 2))

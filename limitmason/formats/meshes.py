@@ -20,6 +20,7 @@ from limitmason.storage.files import needed
 
 MESHES = (".ply", ".stl", ".obj", ".off")
 _TURNS = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
+"""By the axis of a file that points up: the axes that become x, y and z, and their signs, right-handed."""
 
 
 class MeshBody(NamedTuple):
@@ -60,12 +61,14 @@ def read_solids(path: str | Path | Sequence[str | Path], *, scale: float = 1.0, 
     """
     solids, names = [], []
     for group in bodies(path, scale=scale, up=up):
+        # faces of a hollow run the other way, so that its volume is negative; where all run so, nothing is hollow
         outer = [b for b in group if b.volume >= 0.0] or list(group)
         shells: list[list[MeshBody]] = [[b] for b in outer]
         for hollow in (b for b in group if not any(b is o for o in outer)):
             around = [s for s in shells if _within(hollow, s[0])]
             if not around:
                 raise InputError(f"{hollow.name}: its faces run clockwise seen from outside; turn its normals outwards")
+            # of bodies in each other the innermost
             min(around, key=lambda s: s[0].volume).append(hollow)
         for shell in shells:
             solids.append([_solid(shell)])
@@ -81,7 +84,9 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
 
     Parameters
     ----------
-    path, scale, up : as for :func:`read_solids`
+    path : files, a folder or a .zip of them, or one file with several bodies
+    scale : metres per unit of the files
+    up : axis of the files that points up: "x", "y" or "z"
     """
     choice("up", up, _TURNS)
     positive("scale", scale, "m per unit")
@@ -111,7 +116,7 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
 
 
 def _within(body: MeshBody, other: MeshBody) -> bool:
-    """Whether the box of a body lies in that of another."""
+    """Whether the box of a body lies in that of another: enough to tell in which one a hollow is."""
     low, high = other.corners.min(axis=0), other.corners.max(axis=0)
     return bool((body.corners >= low).all() and (body.corners <= high).all())
 
@@ -119,25 +124,27 @@ def _within(body: MeshBody, other: MeshBody) -> bool:
 def _solid(shell: Sequence[MeshBody]) -> Solid:
     """One closed surface of an outer body and its hollows.
 
-    Triangles that have lost a corner are left out.
-
     Parameters
     ----------
     shell : the outer body first, then its hollows
     """
+    # corners are numbered through all bodies
     first = np.cumsum([0, *(len(b.corners) for b in shell[:-1])])
     faces = np.vstack([b.triangles + n for b, n in zip(shell, first, strict=True)])
+    # triangles two of whose corners are one have no area, and no normal
     whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
     corners = np.vstack([b.corners for b in shell])
     return Solid(corners, tuple(tuple(int(i) for i in f) for f in faces[whole]))
 
 
 def _files(path: str | Path | Sequence[str | Path]) -> Iterator[tuple[str, str, bytes]]:
-    """Name, suffix and content of every mesh, in the order of their names with numbers counted.
+    """Name, suffix in lower case, and content of every mesh.
+
+    Those of a folder or a .zip come in the order of their names, stone-2 before stone-10.
 
     Parameters
     ----------
-    path : a file, a folder, a .zip, or a list of files
+    path : a file, a folder, a .zip, or a list of files, whose order stays
     """
     several = [Path(p) for p in path] if isinstance(path, (list, tuple)) else [Path(str(path))]
     if len(several) == 1 and several[0].suffix.lower() == ".zip":
@@ -155,7 +162,7 @@ def _files(path: str | Path | Sequence[str | Path]) -> Iterator[tuple[str, str, 
 
 
 def _natural(path: Path) -> tuple[str, int, str]:
-    """Key by which files are sorted: stone-2 before stone-10, by the number at the end of the name."""
+    """Key by which files are sorted, by the number at the end of the name: stone-2 before stone-10."""
     number = re.search(r"[0-9]*$", path.stem)
     digits = number[0] if number else ""
     return path.stem.removesuffix(digits), int(digits or 0), path.stem

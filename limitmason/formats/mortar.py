@@ -24,7 +24,19 @@ FINE = 1e-9
 """Grid of the drawing while it is divided, over the thickness of the mortar."""
 
 POCKET = 16.0
-"""Holes between stones of a smaller area, over half a joint squared, are mortar too."""
+"""Holes between stones of a smaller area, over half a joint squared, are mortar too; chosen."""
+
+_NEAR = 10.0
+"""Distance over the grid within which rounded outlines touch; chosen."""
+
+_SLIVER = 1e3
+"""Area over perimeter and grid below which what is left between stones is rounding; chosen."""
+
+_SIMPLER = 1e4
+"""Distance over the grid up to which an outline loses corners; chosen, a hundred-thousandth of the mortar."""
+
+_PARALLEL = 1e-12
+"""Difference of two unit normals below which sides are parallel; chosen, above rounding."""
 
 
 class _Sides(NamedTuple):
@@ -35,17 +47,18 @@ class _Sides(NamedTuple):
 
 
 def grown(rings: Sequence[Array], names: Sequence[str], mortar: float, gap: float, shapely: Any) -> list[Array]:
-    """Outlines that share the mortar between them, shape (n, 2) each [m].
+    """Outlines that share the mortar between them [m], shape (n, 2) each.
 
     Filled is the closing of all stones: dilated, then eroded, by half the mortar's thickness and the gap, mitred. So
-    joints of at most that width are filled, openings and the space beside the wall are not.
+    joints of up to the thickness and twice the gap are filled, openings and the space beside the wall are not.
 
     Parameters
     ----------
-    rings : outlines x, z, counter-clockwise
+    rings : outlines x, z [m], shape (n, 2) each, counter-clockwise
     names : of the stones, for errors
     mortar : thickness of the joints [m]
-    gap : by how much one may be thicker, twice [m]
+    gap : half of what one may be thicker [m]
+    shapely : the module
 
     Raises
     ------
@@ -65,8 +78,7 @@ def grown(rings: Sequence[Array], names: Sequence[str], mortar: float, gap: floa
     for i, j in sorted((int(a), int(b)) for a, b in shapely.STRtree(wide).query(wide, predicate="intersects").T):
         if i >= j:
             continue
-        common = shapely.intersection(wide[i], wide[j], grid_size=grid)
-        common = _areas(common, shapely)
+        common = _areas(shapely.intersection(wide[i], wide[j], grid_size=grid), shapely)
         if common.area > 0.0:
             # mortar that two stones could have goes to the nearer one, wherever their wide outlines overlap
             near = _nearer(parts[i], parts[j], common.bounds, shapely)
@@ -75,22 +87,25 @@ def grown(rings: Sequence[Array], names: Sequence[str], mortar: float, gap: floa
             taken[i].append(_areas(shapely.difference(common, mine, grid_size=grid), shapely))
     own = []
     for w, lost in zip(wide, taken, strict=True):
-        left = shapely.difference(w, shapely.union_all(lost, grid_size=grid), grid_size=grid) if lost else w
-        own.append(left)
+        own.append(shapely.difference(w, shapely.union_all(lost, grid_size=grid), grid_size=grid) if lost else w)
     return _outlines(own, whole, stones, names, grid, shapely)
 
 
 def _bridged(whole: Any, stones: list[Any], reach: float, grid: float, shapely: Any) -> Any:
-    """The filled region with the joints in which near stones do not meet, and with small pockets.
+    """The filled region with joints that it lacks between near stones, and with small pockets.
 
     Parameters
     ----------
-    whole : region filled so far
-    stones : outlines of the stones, shapely's
+    whole : region filled so far, of shapely
+    stones : outlines of the stones, polygons of shapely
+    reach : half of the widest joint [m]
+    grid : size to which coordinates are rounded [m]
+    shapely : the module
     """
     more, tree = [], shapely.STRtree(stones)
     for i, j in tree.query(stones, predicate="dwithin", distance=2.0 * reach).T:
-        if i < j and not whole.buffer(10.0 * grid).covers(shapely.shortest_line(stones[i], stones[j])):
+        if i < j and not whole.buffer(_NEAR * grid).covers(shapely.shortest_line(stones[i], stones[j])):
+            # the joint is the hull of what each stone has within its width of the other
             a, b = stones[i], stones[j]
             facing = [p.intersection(q.buffer(2.0 * reach)) for p, q in ((a, b), (b, a))]
             more.append(shapely.union_all(facing).convex_hull)
@@ -102,27 +117,30 @@ def _bridged(whole: Any, stones: list[Any], reach: float, grid: float, shapely: 
 def _outlines(
     own: list[Any], whole: Any, stones: list[Any], names: Sequence[str], grid: float, shapely: Any
 ) -> list[Array]:
-    """Outlines of stones that together fill a region, shape (k, 2) each.
+    """Outlines of stones that together fill a region [m], shape (k, 2) each.
 
     What is cut off from a stone, or is nobody's, goes to the neighbour with the longest border.
 
     Parameters
     ----------
-    own : cell of every stone
+    own : cell of every stone, of shapely; changed in place
     whole : region to fill
-    stones, names : as they are drawn
-    grid : size to which coordinates are rounded [m]; a multiple of it counts as nothing
+    stones : as they are drawn, polygons of shapely
+    names : of the stones, for errors
+    grid : size to which coordinates are rounded [m]
+    shapely : the module
     """
     for k, (cell, stone) in enumerate(zip(own, stones, strict=True)):
         pieces = [p for p in shapely.get_parts(cell) if p.geom_type == "Polygon"]
         own[k] = max(pieces, key=lambda p: p.intersection(stone).area, default=stone)
+        # its neighbours took most of the stone itself
         if own[k].intersection(stone).area < 0.5 * stone.area:
             raise InputError(f"{names[k]}: lies in another stone; leave one of them out")
     rest = shapely.difference(whole, shapely.union_all(own, grid_size=grid), grid_size=grid)
-    # slivers of rounding are narrower than that
-    for piece in sorted((p for p in shapely.get_parts(rest) if p.area > 1e3 * grid * p.length), key=lambda p: -p.area):
-        near = shapely.STRtree(own).query(piece, predicate="dwithin", distance=10.0 * grid)
-        border = [own[k].intersection(piece.boundary.buffer(10.0 * grid)).length for k in near]
+    left = [p for p in shapely.get_parts(rest) if p.area > _SLIVER * grid * p.length]
+    for piece in sorted(left, key=lambda p: -p.area):
+        near = shapely.STRtree(own).query(piece, predicate="dwithin", distance=_NEAR * grid)
+        border = [own[k].intersection(piece.boundary.buffer(_NEAR * grid)).length for k in near]
         if len(near):
             k = int(near[int(np.argmax(border))])
             own[k] = shapely.union(own[k], piece, grid_size=grid)
@@ -130,62 +148,71 @@ def _outlines(
     for cell, name in zip(own, names, strict=True):
         if cell.geom_type != "Polygon" or len(cell.interiors):
             raise InputError(f"{name}: goes around another stone; draw it as two")
-        plain = cell.simplify(1e4 * grid)
+        plain = cell.simplify(_SIMPLER * grid)
         out.append(np.array(shapely.geometry.polygon.orient(plain).exterior.coords[:-1]))
     return out
 
 
 def _sides(piece: Array) -> _Sides:
+    """Normals and offsets of a convex part, corners x, z counter-clockwise [m], shape (k, 2)."""
     along = np.roll(piece, -1, axis=0) - piece
     normal = np.column_stack([along[:, 1], -along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
     return _Sides(normal, np.einsum("ij,ij->i", normal, piece))
 
 
 def _nearer(a: list[_Sides], b: list[_Sides], bounds: tuple[float, ...], shapely: Any) -> Any:
-    """Region of a box that lies nearer to the parts a than to the parts b.
+    """Region of a box that lies nearer to one stone than to another, of shapely.
 
     Nearer to a convex part p than to q: for some side l of q, all sides k of p, n_k . x - c_k <= n_l . x - c_l.
+    Nearer to a stone than to another: to some part of it than to all parts of the other.
 
     Parameters
     ----------
-    bounds : of the box, x and z least, then largest [m]
+    a : convex parts of the stone
+    b : convex parts of the other
+    bounds : of the box [m]: least x, least z, largest x, largest z
+    shapely : the module
     """
-    x0, y0, x1, y1 = bounds
-    box = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    left, low, right, high = bounds
+    box = np.array([[left, low], [right, low], [right, high], [left, high]])
     regions = []
     for p in a:
-        each = []
+        nearer_than = []
         for q in b:
             sides = zip(q.normal, q.offset, strict=True)
             cut = [_within_half_planes(box, p.normal - n, p.offset - c) for n, c in sides]
-            each.append(shapely.union_all([shapely.Polygon(c) for c in cut if c is not None]))
-        regions.append(_areas(shapely.intersection_all(each), shapely))
+            nearer_than.append(shapely.union_all([shapely.Polygon(c) for c in cut if c is not None]))
+        regions.append(_areas(shapely.intersection_all(nearer_than), shapely))
     return _areas(shapely.union_all(regions), shapely)
 
 
 def _areas(found: Any, shapely: Any) -> Any:
-    """What of a result has an area."""
+    """What of a result of shapely has an area: lines and points in which outlines only touch are left out."""
     return shapely.union_all([p for p in shapely.get_parts(found) if p.geom_type == "Polygon"])
 
 
 def _within_half_planes(polygon: Array, normals: Array, offsets: Array) -> Array | None:
-    """Part of a convex polygon in which all n . x <= c, or None where nothing is left.
+    """Part of a convex polygon in which all n . x <= c, shape (m, 2), or None where nothing is left.
 
     Parameters
     ----------
-    normals, offsets : n and c, shapes (k, 2) and (k,)
+    polygon : corners [m], shape (j, 2)
+    normals : n of every half plane, of any length, shape (k, 2)
+    offsets : c of every half plane, shape (k,)
     """
     size = float(np.ptp(polygon, axis=0).max())
     left: Array | None = polygon
     for n, c in zip(normals, offsets, strict=True):
-        length = float(np.hypot(*n))
-        if left is None or (left @ n <= c).all():
-            if left is None:
-                return None
+        if left is None:
+            return None
+        if (left @ n <= c).all():
             continue
-        if length < 1e-12:
+        length = float(np.hypot(*n))
+        if length < _PARALLEL:
+            # no line divides the plane: 0 <= c holds everywhere, or nowhere
             if c < 0.0:
                 return None
             continue
+        # corners within rounding of the line lie on it
         left = split_polygon(left, n * c / length**2, n / length, 1e-12 * size)[0]
     return left

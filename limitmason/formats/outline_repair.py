@@ -26,6 +26,21 @@ SHOWN = 10
 
 _ROUNDS = 400  # half steps, chosen; the last one is whole
 
+_ROUNDING = 1e-6
+"""Lengths, over the gap or the mortar, that count as rounding; chosen."""
+
+_MOVED = 1e-9
+"""Move of a corner that is told [m]: a nanometre is rounding."""
+
+_TOUCH = 1e-3
+"""Distance over the gap up to which closed stones touch; chosen."""
+
+_OVERLAP = 0.1
+"""Common area, over the gap times the side of the smaller stone, from which on two stones overlap; chosen."""
+
+_STRAIGHT = 1e-9
+"""Sine of the angle between two sides below which they are one; chosen, above rounding."""
+
 
 class Change(NamedTuple):
     """What was done to an outline: its name, what, and by how much at most [m]."""
@@ -123,14 +138,16 @@ def clean(
         raise InputError(f"there are {len(outlines)} outlines and {len(labels)} names")
     shapely = need_shapely()
     rings = [_checked(o, n, gap, shapely) for o, n in zip(outlines, labels, strict=True)]
-    kept, twice = _once(rings, labels, shapely)
+    repeats = _repeats(rings, shapely)
+    changes = [Change(labels[j], f"dropped: the same as {labels[i]}", 0.0) for j, i in repeats.items()]
+    kept = [i for i in range(len(rings)) if i not in repeats]
     rings, labels = [rings[i] for i in kept], [labels[i] for i in kept]
-    changes = [Change(n, f"dropped: the same as {o}", 0.0) for n, o in twice]
     if mortar > 0.0:
-        cells = [_straight(_merged(c, 1e-6 * mortar)) for c in grown(rings, labels, mortar, gap, shapely)]
+        cells = [_straight(_merged(c, _ROUNDING * mortar)) for c in grown(rings, labels, mortar, gap, shapely)]
         for name, cell, ring in zip(labels, cells, rings, strict=True):
             by = float(shapely.distance(shapely.points(cell), shapely.Polygon(ring)).max())
-            changes += [Change(name, "grown", by)] * (by > 1e-6 * mortar)
+            if by > _ROUNDING * mortar:
+                changes.append(Change(name, "grown", by))
         rings = cells
     start = [r.copy() for r in rings]
     if mortar == 0.0:
@@ -139,9 +156,10 @@ def clean(
     out = []
     for ring, before, name in zip(rings, start, labels, strict=True):
         move = float(np.linalg.norm(ring - before, axis=1).max(initial=0.0))
-        if move > 1e-9:  # a nanometre is rounding
+        if move > _MOVED:
             changes.append(Change(name, "moved", move))
-        merged = _merged(ring, 1e-6 * gap)
+        # corners that met are one now, and a thin stone may be gone
+        merged = _merged(ring, _ROUNDING * gap)
         if len(merged) < 3 or not shapely.Polygon(merged).is_valid:
             raise InputError(f"{name}: closing gaps of {gap:g} m leaves no outline of it; give a smaller gap")
         out.append(merged)
@@ -155,12 +173,21 @@ def need_shapely() -> Any:
 
 
 def _checked(outline: ArrayLike, name: str, gap: float, shapely: Any) -> Array:
-    """An outline counter-clockwise, without a repeated first corner or corners in one place [m], shape (n, 2)."""
+    """Corners of an outline counter-clockwise, each once [m], shape (n, 2).
+
+    Parameters
+    ----------
+    outline : corners x, z as a user gives them [m], in either sense, the first perhaps repeated at the end
+    name : of the stone, for errors
+    gap : width up to which gaps are closed [m]: a stone no wider than that would vanish
+    shapely : the module
+    """
     ring = numbers(name, outline)
     if ring.ndim != 2 or ring.shape[1] != 2 or not np.isfinite(ring).all():
         raise InputError(f"{name}: an outline has finite corners x, z, shape (n, 2), got shape {ring.shape}")
     if len(ring) > 1 and np.allclose(ring[0], ring[-1], rtol=0.0, atol=1e-12):
         ring = ring[:-1]
+    # corners nearer than rounding of the size are one
     ring = _merged(ring, 1e-9 * max(float(np.ptp(ring, axis=0).max(initial=0.0)), 1e-300))
     if len(ring) < 3:
         raise InputError(f"{name}: an outline needs three corners, got {len(ring)}")
@@ -173,13 +200,16 @@ def _checked(outline: ArrayLike, name: str, gap: float, shapely: Any) -> Array:
 
 
 def _merged(ring: Array, least: float) -> Array:
-    """Corners that are farther apart than a length."""
+    """Corners of an outline ``ring`` that are farther than the length ``least`` [m] from the one before."""
     far = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1) > least
     return ring[far]
 
 
-def _once(rings: list[Array], names: list[str], shapely: Any) -> tuple[list[int], list[tuple[str, str]]]:
-    """Numbers of the outlines without those that repeat an earlier one, and which those repeat."""
+def _repeats(rings: list[Array], shapely: Any) -> dict[int, int]:
+    """Numbers of the outlines that repeat an earlier one, each with the number of that.
+
+    ``rings`` are all outlines [m], shape (n, 2) each, and ``shapely`` is the module.
+    """
     polygons = [shapely.Polygon(r) for r in rings]
     tree = shapely.STRtree(polygons)
     dropped: dict[int, int] = {}
@@ -188,11 +218,14 @@ def _once(rings: list[Array], names: list[str], shapely: Any) -> tuple[list[int]
             common = polygons[i].intersection(polygons[j]).area
             if common > SAME * max(polygons[i].area, polygons[j].area):
                 dropped[j] = i
-    return [i for i in range(len(rings)) if i not in dropped], [(names[j], names[i]) for j, i in dropped.items()]
+    return dropped
 
 
 def _meet_corners(rings: list[Array], gap: float) -> None:
-    """Corners of different outlines within the gap of each other go to their mean, nearest pairs first."""
+    """Corners of different outlines within the gap of each other go to their mean.
+
+    Nearest pairs come first. ``rings`` are changed in place [m], shape (n, 2) each.
+    """
     from scipy.spatial import cKDTree
 
     corners = np.concatenate(rings)
@@ -200,9 +233,11 @@ def _meet_corners(rings: list[Array], gap: float) -> None:
     pairs = cKDTree(corners).query_pairs(gap, output_type="ndarray")
     pairs = pairs[owner[pairs[:, 0]] != owner[pairs[:, 1]]]
     length = np.linalg.norm(corners[pairs[:, 0]] - corners[pairs[:, 1]], axis=1)
+    # corners that meet are a group: its number for every corner, and its corners by that number
     group = np.arange(len(corners))
     members = {k: [k] for k in range(len(corners))}
-    for k in np.lexsort((pairs[:, 1], pairs[:, 0], np.round(length, 12))) if len(pairs) else ():
+    # by length; equal ones, to the picometre, by their numbers, so that rounding does not say which comes first
+    for k in np.lexsort((pairs[:, 1], pairs[:, 0], np.round(length, 12))):
         a, b = group[pairs[k, 0]], group[pairs[k, 1]]
         if a == b:
             continue
@@ -224,43 +259,53 @@ def _meet_corners(rings: list[Array], gap: float) -> None:
 
 
 def _meet_edges(rings: list[Array], start: list[Array], gap: float, shapely: Any) -> None:
-    """Corners near another outline's edge and that edge's corners approach each other by halves.
+    """Corners go to the edges of other outlines that are within the gap, by half the way in each round.
 
-    Halves make the result independent of the order of the outlines; the last pass only takes up what is left of them.
+    An edge moves as its own corners do. Halves make the result independent of the order of the outlines. The last
+    round only takes up what is left of them.
 
     Parameters
     ----------
-    start : outlines as they were drawn, from which corners stay within the gap
+    rings : outlines [m], shape (n, 2) each, changed in place
+    start : the same outlines as they were drawn, from which corners stay within the gap
+    gap : largest distance between a corner and an edge that meet, and largest move of a corner [m]
+    shapely : the module
     """
-    at, from_ = np.concatenate(rings), np.concatenate(start)
+    # corners as they are now and as they were drawn, and by outline what is the same for all its corners
+    at, drawn = np.concatenate(rings), np.concatenate(start)
     count = [len(r) for r in rings]
     owner = np.repeat(np.arange(len(rings)), count)
     # first corner of each corner's outline, and the corner after it
     first = np.repeat(np.cumsum(count) - count, count)
     after = first + (np.arange(len(at)) - first + 1) % np.repeat(count, count)
+    # pairs of a corner and an edge of another outline; edge k begins at corner k
     edges = shapely.linestrings(np.stack([at, at[after]], axis=1))
+    # three gaps: both may come nearer by a gap each, and then lie within one
     corner, edge = shapely.STRtree(edges).query(shapely.points(at), predicate="dwithin", distance=3.0 * gap)
     kept = owner[corner] != owner[edge]
     corner, edge = corner[kept], edge[kept]
     if not len(corner):  # every outline stands alone
         return
     for share in [0.5] * _ROUNDS + [1.0]:
-        a = at[edge]
-        along = at[after[edge]] - a
-        where = np.einsum("ij,ij->i", at[corner] - a, along) / np.einsum("ij,ij->i", along, along)
-        move = a + np.clip(where, 0.0, 1.0)[:, None] * along - at[corner]
+        # of each pair the way from the corner to the nearest point of the edge
+        begin = at[edge]
+        along = at[after[edge]] - begin
+        share_along = np.einsum("ij,ij->i", at[corner] - begin, along) / np.einsum("ij,ij->i", along, along)
+        move = begin + np.clip(share_along, 0.0, 1.0)[:, None] * along - at[corner]
         far = np.linalg.norm(move, axis=1)
         # of each other outline the nearest edge, and of these the farthest one
         nearest = np.lexsort((far, owner[edge], corner))
         rows = nearest[np.r_[True, (np.diff(corner[nearest]) != 0) | (np.diff(owner[edge][nearest]) != 0)]]
         # no corner goes farther than the gap from where it was drawn
-        free = np.linalg.norm(at[corner] + share * move - from_[corner], axis=1) <= gap
+        free = np.linalg.norm(at[corner] + share * move - drawn[corner], axis=1) <= gap
         rows = rows[(far[rows] <= gap) & free[rows]]
+        if not len(rows):
+            break
         # of every corner the farthest move counts, which comes last
         rows = rows[np.lexsort((far[rows], corner[rows]))]
-        rows = rows[np.r_[corner[rows][1:] != corner[rows][:-1], True]] if len(rows) else rows
+        rows = rows[np.r_[corner[rows][1:] != corner[rows][:-1], True]]
         at[corner[rows]] += share * move[rows]
-        if share < 1.0 and far[rows].max(initial=0.0) < 1e-9 * gap:
+        if share < 1.0 and far[rows].max() < 1e-9 * gap:  # all that meets has met, but for rounding
             break
     for k, ring in enumerate(rings):
         ring[:] = at[owner == k]
@@ -269,48 +314,56 @@ def _meet_edges(rings: list[Array], start: list[Array], gap: float, shapely: Any
 def _contacts(
     rings: list[Array], names: list[str], gap: float, shapely: Any
 ) -> tuple[tuple[str, ...], tuple[tuple[str, str, float], ...]]:
-    """Stones that touch no other, and pairs that lie in each other.
+    """Names of the stones that touch no other, and pairs that lie in each other with their common area [m2].
 
     Parameters
     ----------
+    rings : outlines that were closed [m], shape (n, 2) each
     names : of the stones
+    gap : width up to which gaps were closed [m]
+    shapely : the module
     """
     polygons = [shapely.Polygon(r) for r in rings]
     tree = shapely.STRtree(polygons)
     touches = np.zeros(len(rings), dtype=bool)
     overlaps = []
-    for i, j in tree.query(polygons, predicate="dwithin", distance=1e-3 * gap).T:
+    for i, j in tree.query(polygons, predicate="dwithin", distance=_TOUCH * gap).T:
         if i == j:
             continue
         touches[i] = True
-        area = polygons[i].intersection(polygons[j]).area if i < j else 0.0
-        if area > 0.1 * gap * np.sqrt(min(polygons[i].area, polygons[j].area)):
+        area = polygons[i].intersection(polygons[j]).area if i < j else 0.0  # each pair once
+        if area > _OVERLAP * gap * np.sqrt(min(polygons[i].area, polygons[j].area)):
             overlaps.append((names[i], names[j], float(area)))
     return tuple(n for n, t in zip(names, touches, strict=True) if not t), tuple(overlaps)
 
 
 def loops(lines: Sequence[ArrayLike], gap: float) -> tuple[list[Array], list[int]]:
-    """Outlines that single lines enclose together, and the numbers of the lines that enclose nothing.
+    """Outlines that single lines enclose together [m], shape (n, 2) each.
+
+    Also the numbers of the lines that enclose nothing. What is no wider than ``gap`` on average (2 area / perimeter) is
+    no outline, but the space between the lines of two stones.
 
     Parameters
     ----------
     lines : open polylines x, z [m], shape (n, 2) each
-    gap : distance up to which ends of lines meet [m]; what they enclose is no outline where it is no wider on average
-        (2 area / perimeter), but a gap between the lines of two stones
+    gap : distance up to which ends of lines meet [m]
     """
     shapely = need_shapely()
     strokes = [np.array(line, dtype=float) for line in lines]  # copies: their ends are moved
     ends = np.array([p for s in strokes for p in (s[0], s[-1])]).reshape(-1, 2)
-    for k, p in enumerate(ends):
-        close = np.flatnonzero(np.linalg.norm(ends[:k] - p, axis=1) <= gap)
+    # an end goes to the earliest one within the gap
+    for k, end in enumerate(ends):
+        close = np.flatnonzero(np.linalg.norm(ends[:k] - end, axis=1) <= gap)
         if len(close):
             ends[k] = ends[close[0]]
     for k, stroke in enumerate(strokes):
         stroke[0], stroke[-1] = ends[2 * k], ends[2 * k + 1]
+    # cut where they cross; a line within a picometre is a point and has no length to be cut
     noded = shapely.union_all([shapely.LineString(s) for s in strokes if len(_merged(s, 1e-12)) > 1])
     enclosed = shapely.get_parts(shapely.polygonize([noded]))
     faces = [np.array(p.exterior.coords[:-1]) for p in enclosed if 2.0 * p.area > gap * p.length]
-    edges = shapely.union_all([shapely.LinearRing(f) for f in faces]).buffer(1e-6 * max(gap, 1e-9)) if faces else None
+    width = _ROUNDING * max(gap, 1e-9)
+    edges = shapely.union_all([shapely.LinearRing(f) for f in faces]).buffer(width) if faces else None
     # ends touch other lines anyhow: the middle tells whether a line is an edge of what is enclosed
     middles = [shapely.LineString(s).interpolate(0.5, normalized=True) for s in strokes]
     unused = [k for k, middle in enumerate(middles) if edges is None or not edges.intersects(middle)]
@@ -322,4 +375,4 @@ def _straight(ring: Array) -> Array:
     before, after = np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0)
     a, b = ring - before, after - ring
     cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return ring[np.abs(cross) > 1e-9 * np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)]
+    return ring[np.abs(cross) > _STRAIGHT * np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)]

@@ -18,13 +18,19 @@ from limitmason.formats.svg_paths import LARGEST
 from limitmason.model.plausibility import PlausibilityWarning
 
 _OVER = 0.02
-"""Share of a filled area over outlines from which on it repeats them."""
+"""Share of a filled area over outlines from which on it repeats them; chosen."""
+
+_ROUNDING = 1e-9
+"""Distance over the size of a line within which its ends are one point."""
+
+_SAME = 1e-3
+"""Difference of the boxes of two outlines over their size below which they are one, drawn twice; chosen."""
 
 
 class Outlines(NamedTuple):
     """Outlines x, z [m], shape (n, 2) each, for ``Assembly.from_polygons``.
 
-    Names "layer-number". Layer of each.
+    ``names`` are "layer-number", ``layers`` the layer of each.
     """
 
     outlines: list[Array]
@@ -41,7 +47,11 @@ class _Stroke(NamedTuple):
 
 
 class DrawnOutlines:
-    """What a drawing holds, by layer in the order of the drawing."""
+    """What a drawing holds, by layer in the order of the drawing.
+
+    ``closed`` are its outlines x, z [m], shape (n, 2) each, and ``open`` its single lines. ``filled`` are its filled
+    areas, each as the rings around it.
+    """
 
     def __init__(self) -> None:
         self.layers: list[str] = []
@@ -54,10 +64,11 @@ class DrawnOutlines:
 
         Parameters
         ----------
+        layer : name of the layer
         points : x, z [m], shape (n, 2)
-        closed : drawn as closed
+        closed : whether it is drawn as closed
         kind : what it is called in the file
-        where : where it stands there
+        where : the file and its place there, for errors
 
         Raises
         ------
@@ -70,13 +81,13 @@ class DrawnOutlines:
             self.layers.append(layer)
             self.closed[layer], self.open[layer] = [], []
         size = float(np.ptp(points, axis=0).max(initial=0.0))
-        if len(points) > 1 and np.linalg.norm(points[0] - points[-1]) <= 1e-9 * max(size, 1e-300):
+        if len(points) > 1 and np.linalg.norm(points[0] - points[-1]) <= _ROUNDING * size:
             points, closed = points[:-1], True
         if closed and len(points) < 3:
             raise InputError(f"{where}: the outline has {len(points)} corners and encloses no area")
         if closed:
             self.closed[layer].append(points)
-        elif size > 0.0:
+        elif size > 0.0:  # a point is no line
             self.open[layer].append(_Stroke(points, kind, where))
 
     def fill(self, layer: str, rings: list[Array]) -> None:
@@ -114,12 +125,21 @@ class DrawnOutlines:
 
     @staticmethod
     def _add_filled(found: Outlines, layer: str, areas: list[list[Array]], path: str | Path) -> None:
-        """Add filled areas where nothing else is drawn: elsewhere they repeat outlines."""
+        """Add filled areas where nothing else is drawn: elsewhere they repeat outlines.
+
+        Parameters
+        ----------
+        found : outlines so far, to which they are added
+        layer : name of the layer of the areas
+        areas : rings x, z [m], shape (n, 2) each, around every area
+        path : of the drawing, for messages
+        """
         shapely = need_shapely()
         drawn = shapely.union_all([shapely.make_valid(shapely.Polygon(o)) for o in found.outlines])
         alone, islands = 0, 0
         for rings in areas:
             polygons = [shapely.make_valid(shapely.Polygon(r)) for r in rings]
+            # a ring within another leaves an island out, and a block has no hole
             if any(a is not b and a.covers(b) for a in polygons for b in polygons):
                 islands += 1
                 continue
@@ -135,13 +155,15 @@ class DrawnOutlines:
                 warnings.warn(f"{path}: layer {layer!r}: {count} hatches are {text}", PlausibilityWarning, stacklevel=4)
 
     def _enclosed(self, layer: str, gap: float, path: str | Path, must_close: Collection[str]) -> list[Array]:
-        """Loops of the open lines of a layer that repeat no closed outline.
+        """Loops of the open lines of a layer that repeat no closed outline [m], shape (n, 2) each.
 
-        What encloses nothing is told.
+        What encloses nothing is told in a warning.
 
         Parameters
         ----------
-        gap : distance over which ends of lines meet [m]
+        layer : name of the layer
+        gap : distance up to which ends of lines meet [m]
+        path : of the drawing, for messages
         must_close : kinds of lines that may not stay open
         """
         strokes = self.open[layer]
@@ -162,7 +184,7 @@ class DrawnOutlines:
 
 
 def named_layers(layers: str | Iterable[str] | None) -> set[str] | None:
-    """Layers that are asked for, in lower case; None for all."""
+    """Layers that are asked for, in lower case, or None for all."""
     if layers is None:
         return None
     wanted = (layers,) if isinstance(layers, str) else several("layers", layers, str)
@@ -172,7 +194,14 @@ def named_layers(layers: str | Iterable[str] | None) -> set[str] | None:
 
 
 def check_layers(wanted: set[str] | None, there: Iterable[str], path: str | Path) -> None:
-    """Refuse layers asked for that a drawing does not have."""
+    """Refuse layers asked for that a drawing does not have.
+
+    Parameters
+    ----------
+    wanted : names in lower case; None for all
+    there : names of the layers of the drawing
+    path : of the drawing, for the error
+    """
     known = {name.casefold(): name for name in there}
     for name in sorted((wanted or set()) - set(known)):
         raise InputError(f"{path}: there is no layer {name!r}; there are {', '.join(sorted(known.values())) or 'none'}")
@@ -181,10 +210,10 @@ def check_layers(wanted: set[str] | None, there: Iterable[str], path: str | Path
 def _open(ring: Array) -> Array:
     """A ring whose last point does not repeat the first."""
     size = float(np.ptp(ring, axis=0).max())
-    return ring[:-1] if np.linalg.norm(ring[0] - ring[-1]) <= 1e-9 * size else ring
+    return ring[:-1] if np.linalg.norm(ring[0] - ring[-1]) <= _ROUNDING * size else ring
 
 
 def _same(a: Array, b: Array) -> bool:
-    """Whether two outlines have one centre and one size."""
+    """Whether two outlines, corners of shape (n, 2), have the same box around them."""
     size = float(np.ptp(b, axis=0).max())
-    return bool(np.abs([a.min(axis=0) - b.min(axis=0), a.max(axis=0) - b.max(axis=0)]).max() < 1e-3 * size)
+    return bool(np.abs([a.min(axis=0) - b.min(axis=0), a.max(axis=0) - b.max(axis=0)]).max() < _SAME * size)

@@ -18,11 +18,15 @@ from limitmason.model import Assembly, Joint
 
 _DEGREES = 0.5  # faces that were made to meet are parallel to rounding; others that come near are not meant
 
+_CONVEXITY = 0.85
+"""Volume over that of the convex hull from which on a stone is taken for its hull; chosen."""
+
 
 class Stones(NamedTuple):
-    """Stones of scans.
+    """Stones of scans, each as its convex hull.
 
-    Points of each [m], shape (n, 3), their names, and volume over that of the convex hull.
+    ``points`` are corners of the hull of each [m], shape (n, 3), and ``names`` those of the files. ``convexity`` is the
+    volume of each over that of its hull.
     """
 
     points: list[Array]
@@ -30,9 +34,9 @@ class Stones(NamedTuple):
     convexity: list[float]
 
     def grown(self, reach: float, against: Mapping[str, Solid] | None = None) -> MetStones:
-        """Stones that meet where the gap between them is at most a reach [m].
+        """Stones that meet where the gap between them is at most a reach.
 
-        Mortar counted to the stones, half each.
+        The mortar counts to the stones, half to each.
 
         Parameters
         ----------
@@ -51,13 +55,17 @@ class Stones(NamedTuple):
 
 
 class MetStones(NamedTuple):
-    """Stones made to meet, and what that changed.
+    """Stones made to meet, and what that changed, which ``str`` of it says line by line.
 
-    ``str`` of it says so line by line.
-
-    ``solids`` and ``names``, those that kept their shape last; ``gaps`` closed between them (stones by number, plane,
-    gap [m], below zero where they overlapped); volumes ``before`` and ``after`` [m3]; ``moved``: farthest that a face
-    of each moved out [m]; ``reach`` asked for [m].
+    Parameters
+    ----------
+    solids : the stones, then those that kept their shape [m]
+    names : of the solids
+    gaps : closed between them: stones by number, plane, and gap [m], below zero where they overlapped
+    before : volume of every stone as it was [m3]
+    after : volume of every stone as it is [m3]
+    moved : farthest that a face of each stone moved out [m]
+    reach : largest gap that was closed, as asked for [m]
     """
 
     solids: list[Solid]
@@ -70,13 +78,11 @@ class MetStones(NamedTuple):
 
     def __str__(self) -> str:
         """What was changed."""
-        between = 1e3 * np.array([g.gap for g in self.gaps])
-        spread = (
-            f"{len(between)} gaps closed, {between.min():.3g} to {between.max():.3g} mm, "
-            f"median {np.median(between):.3g}"
-            if len(between)
-            else "no gap closed"
-        )
+        widths = 1e3 * np.array([g.gap for g in self.gaps])  # [mm]
+        spread = "no gap closed"
+        if len(widths):
+            spread = (f"{len(widths)} gaps closed, {widths.min():.3g} to {widths.max():.3g} mm, "
+                      f"median {np.median(widths):.3g}")
         lines = [
             f"{len(self.before)} stones; {spread}; volume {self.before.sum():.4g} -> {self.after.sum():.4g} m3",
             *(f"  {self.names[g.i]} and {self.names[g.j]} overlapped by {-1e3 * g.gap:.3g} mm and were cut"
@@ -106,7 +112,7 @@ class MetStones(NamedTuple):
 
 
 def read_stones(
-    path: str | Path | Sequence[str | Path], *, scale: float = 1.0, up: str = "z", convexity: float = 0.85
+    path: str | Path | Sequence[str | Path], *, scale: float = 1.0, up: str = "z", convexity: float = _CONVEXITY
 ) -> Stones:
     """Read scanned stones, one from every file.
 
@@ -137,7 +143,7 @@ def read_stones(
     program that made the mesh, into files of its own, or lower ``convexity`` to accept the hull. Blocks that meet
     without mortar come by :func:`limitmason.formats.read_solids` exactly as drawn, notches and all.
     """
-    points, names, shares = [], [], []
+    points, names, shares = [], [], []  # the share of its hull that each fills
     for body in (b for group in bodies(path, scale=scale, up=up) for b in group):
         try:
             hull = ConvexHull(body.corners)
@@ -152,5 +158,5 @@ def read_stones(
             )
         points.append(body.corners[hull.vertices])
         names.append(body.name)
-        shares.append(min(share, 1.0))
+        shares.append(min(share, 1.0))  # no stone fills more: above it is rounding
     return Stones(points, names, shares)

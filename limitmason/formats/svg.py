@@ -22,9 +22,16 @@ _LINK = "{http://www.w3.org/1999/xlink}href"
 _NO_DRAWING = ("defs", "clipPath", "mask", "pattern", "marker", "symbol", "metadata", "style", "script")
 _NO_LAYER = "drawing"
 
+_DEEPEST = 50
+"""Groups and copies in each other, chosen: a drawing has fewer, a copy that holds itself has no end."""
+
 
 class _Shape(NamedTuple):
-    """A shape with its layer, its matrix (3, 3) to the units of the drawing, and where it stands."""
+    """A shape of the file.
+
+    ``kind`` is its tag, ``layer`` the name of its layer. ``matrix``, shape (3, 3), takes columns (x, y, 1) to the units
+    of the drawing. ``where`` names the file and the shape in errors.
+    """
 
     element: ElementTree.Element
     kind: str
@@ -89,10 +96,11 @@ def read_svg(
     lines = [(shape, line) for shape in shapes for line in _lines(shape, flatness / scale)]
     if not lines:
         raise InputError(f"{path}: no outline; draw every block as a closed path, polygon or rectangle")
-    low = max(float(line.points[:, 1].max()) for _, line in lines)
+    # y of a drawing points down: what is lowest has the largest
+    lowest = max(float(line.points[:, 1].max()) for _, line in lines)
     drawn = DrawnOutlines()
     for shape, line in lines:
-        points = scale * np.column_stack([line.points[:, 0], low - line.points[:, 1]])
+        points = scale * np.column_stack([line.points[:, 0], lowest - line.points[:, 1]])
         drawn.take(shape.layer, points, line.closed, shape.kind, shape.where)
     found = drawn.outlines(gap, path)
     if not found.outlines:
@@ -103,7 +111,7 @@ def read_svg(
 
 
 def _root(path: str | Path) -> ElementTree.Element:
-    """Outermost element of an SVG drawing."""
+    """Outermost element of an SVG drawing, whose file is ``path``."""
     try:
         root = ElementTree.parse(named_path(path)).getroot()
     except ElementTree.ParseError as error:
@@ -114,11 +122,12 @@ def _root(path: str | Path) -> ElementTree.Element:
 
 
 def _room(root: ElementTree.Element) -> tuple[float, float]:
-    """Width and height of the drawing in its units; 100 by 100 where it says none."""
-    box = re.findall(r"[^\s,]+", root.get("viewBox", ""))[2:] or [root.get("width", ""), root.get("height", "")]
+    """Width and height of the drawing ``root`` in its units, of which percentages are taken."""
+    size = re.findall(r"[^\s,]+", root.get("viewBox", ""))[2:] or [root.get("width", ""), root.get("height", "")]
     try:
-        return float(box[0].removesuffix("px")), float(box[1].removesuffix("px"))
+        return float(size[0].removesuffix("px")), float(size[1].removesuffix("px"))
     except (ValueError, IndexError):
+        # a drawing without a size has none that percentages could be of: one per cent is then one unit
         return 100.0, 100.0
 
 
@@ -130,14 +139,17 @@ def _shapes(
     element: ElementTree.Element, matrix: Array, layer: str | None, path: str | Path,
     by_id: dict[str, ElementTree.Element], room: tuple[float, float], depth: int = 0,
 ) -> Iterator[_Shape]:
-    """Every visible shape below an element.
-
-    ``room`` is the size of the drawing around it, in its units.
+    """Every visible shape in an element, itself included.
 
     Parameters
     ----------
-    matrix, depth : of the drawing's transforms so far, shape (3, 3), and how deep the element is nested
-    by_id : elements that copies may refer to
+    element : of the drawing
+    matrix : of the transforms around the element, shape (3, 3)
+    layer : the one in which the element lies; None for none so far
+    path : of the drawing, for errors
+    by_id : elements that copies may refer to, by their id
+    room : width and height of the drawing around the element, in its units
+    depth : number of elements around this one
     """
     kind = _kind(element)
     style = (element.get("style") or "").replace(" ", "")
@@ -145,11 +157,12 @@ def _shapes(
     if kind in _NO_DRAWING or hidden or element.get("visibility") == "hidden" or "visibility:hidden" in style:
         return
     where = f"{path}: {kind} {element.get('id') or element.get(_LABEL) or ''}".rstrip()
-    if depth > 50:
-        raise InputError(f"{where}: groups and copies are nested more than 50 deep; a copy repeats itself")
+    if depth > _DEEPEST:
+        raise InputError(f"{where}: groups and copies are nested more than {_DEEPEST} deep; a copy repeats itself")
     matrix = matrix @ matrix_of(element.get("transform", ""), where)
     if kind == "g":
         name = element.get(_LABEL) or element.get("id")
+        # a group within a layer is no layer, unless Inkscape says so
         if name and (layer is None or element.get(_MODE) == "layer"):
             layer = name
     if kind == "svg":
@@ -160,12 +173,15 @@ def _shapes(
         target = by_id.get(link.removeprefix("#"))
         if target is None:
             raise InputError(f"{where}: a copy of {link!r}, which is not in the drawing")
-        shift = np.eye(3)
-        shift[:2, 2] = [numbers_of(element.get(k, "0"), where)[0] for k in ("x", "y")]
-        inner = shift
+        copied: Iterable[ElementTree.Element] = [target]
         if _kind(target) == "symbol":
+            # a symbol is drawn by its copies alone: its children, scaled into the place of the copy
             inner, room = viewport(target, element, room, where)
-        for child in target if _kind(target) == "symbol" else [target]:
+            copied = target
+        else:
+            inner = np.eye(3)
+            inner[:2, 2] = [numbers_of(element.get(k, "0"), where)[0] for k in ("x", "y")]
+        for child in copied:
             yield from _shapes(child, matrix @ inner, layer, path, by_id, room, depth + 1)
         return
     if kind in ("path", "polygon", "polyline", "rect", "circle", "ellipse", "line"):
@@ -175,13 +191,21 @@ def _shapes(
 
 
 def _on_layers(shapes: list[_Shape], layers: str | Iterable[str] | None, path: str | Path) -> list[_Shape]:
+    """The shapes on the layers asked for, all for None; a layer that the drawing ``path`` lacks is an error."""
     wanted = named_layers(layers)
     check_layers(wanted, [s.layer for s in shapes], path)
     return [s for s in shapes if wanted is None or s.layer.casefold() in wanted]
 
 
 def _lines(shape: _Shape, flatness: float) -> Iterator[Line]:
-    """Lines of a shape in the units of the drawing, chords no farther than ``flatness`` from a curve."""
+    """Lines of a shape in the units of the drawing.
+
+    Parameters
+    ----------
+    shape : with its matrix to those units
+    flatness : largest distance between a curve and its chord, in units of the drawing
+    """
+    # the largest stretch of any direction: chords of the shape are as flat in the drawing; 1 where all falls together
     stretch = float(np.linalg.norm(shape.matrix[:2, :2], 2)) or 1.0
     lines = list(shape_lines(shape.element, shape.kind, flatness / stretch, shape.where))
     rings = [line.points for line in lines if line.closed]
@@ -192,18 +216,28 @@ def _lines(shape: _Shape, flatness: float) -> Iterator[Line]:
 
 
 def _within(point: Array, outline: Array) -> bool:
-    """Whether a ray from a point crosses an outline an odd number of times."""
-    (x, z), a, b = point, outline, np.roll(outline, -1, axis=0)
-    a, b = (end[(a[:, 1] > z) != (b[:, 1] > z)] for end in (a, b))
-    return bool((a[:, 0] + (z - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0]) > x).sum() % 2)
+    """Whether a point lies in an outline: a ray from it to +x crosses an odd number of sides.
+
+    ``point`` is x, y and ``outline`` the corners, shape (n, 2).
+    """
+    x, y = point
+    after = np.roll(outline, -1, axis=0)
+    crossing = (outline[:, 1] > y) != (after[:, 1] > y)
+    a, b = outline[crossing], after[crossing]
+    at = a[:, 0] + (y - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
+    return bool((at > x).sum() % 2)
 
 
 def _size_text(root: ElementTree.Element, shapes: list[_Shape]) -> str:
-    """What of a drawing's size is known, so that its scale can be told."""
-    every = [line.points for shape in shapes for line in _lines(shape, 1.0)]
+    """What is known of the size of a drawing, in words, so that its reader can tell the scale.
+
+    ``root`` is its outermost element, ``shapes`` what is drawn in it.
+    """
+    # chords within a unit are near enough for a size that is only shown
+    drawn = [line.points for shape in shapes for line in _lines(shape, 1.0)]
     width, box = root.get("width", ""), root.get("viewBox", "")
     paper = f", {width} wide on paper" if width and not width.endswith("%") else ""
-    if not every:
+    if not drawn:
         return f"an .svg holds no unit of length (viewBox {box or 'missing'}{paper})"
-    across, high = np.ptp(np.concatenate(every), axis=0)
+    across, high = np.ptp(np.concatenate(drawn), axis=0)
     return f"an .svg holds no unit of length: what is drawn measures {across:.6g} x {high:.6g} units{paper}"

@@ -9,7 +9,7 @@ import pytest
 import limitmason as lm
 from limitmason import formats
 from limitmason.cli import main
-from limitmason.formats.drawn_joints import open_joints
+from limitmason.formats.proposed_options import open_joints
 from limitmason.model import ContactWarning, PlausibilityWarning
 
 ezdxf = pytest.importorskip("ezdxf")

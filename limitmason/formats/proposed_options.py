@@ -23,6 +23,21 @@ EVEN = 0.3
 LYING_IN = 0.2
 """Share of every outline of a layer that lies in stones of others where the layer holds no stones."""
 
+_MOST = 0.8
+"""Share of the open joints that have to be even for the space to be mortar; chosen."""
+
+_OPEN = 1e-5
+"""Width from which on a joint counts as open [m]; chosen: narrower ones are rounding of the drawing."""
+
+_WIDEST = 3.0
+"""Widest open joint over the median; chosen: what is wider is taken for no joint."""
+
+_OVERLAP = 0.005
+"""Gap that is tried where nothing is open [m]: the default of :func:`limitmason.formats.clean`."""
+
+_COARSE = 4.5e-3
+"""Length above which a proposal is rounded to whole millimetres [m], below it to tenths; chosen."""
+
 
 class Proposal(NamedTuple):
     """What was measured, in words, the options that make the stones meet, and how many blocks still float then."""
@@ -40,9 +55,9 @@ class Proposal(NamedTuple):
 
 
 def proposal(path: str | Path, **given: Any) -> Proposal | None:
-    """Options of :func:`limitmason.formats.read_drawing` that make more stones of a drawing touch.
+    """Options of ``read_drawing`` that make more stones of a drawing touch.
 
-    Each is tried before it is proposed.
+    Each is tried before it is proposed, see :func:`limitmason.formats.read_drawing`.
 
     Parameters
     ----------
@@ -67,11 +82,13 @@ def proposal(path: str | Path, **given: Any) -> Proposal | None:
 def _proposal(path: Path, given: dict[str, Any]) -> Proposal | None:
     """What makes the stones of a drawing meet: layers, mortar or gap, tried in turn.
 
-    Gaps that are nearly all of one width are mortar, others are errors of drawing.
+    Gaps that are nearly all of one width are mortar, others are errors of drawing. What leaves the fewest blocks
+    without support is proposed, where these are fewer than in the drawing as it is.
 
     Parameters
     ----------
-    given : options of the drawing so far
+    path : of the drawing
+    given : options of ``read_drawing`` that are settled
     """
     drawn = outlines_of(path, given.get("scale"), None, given.get("layers"))
     why: list[str] = []
@@ -83,19 +100,22 @@ def _proposal(path: Path, given: dict[str, Any]) -> Proposal | None:
         drawn = outlines_of(path, given.get("scale"), None, options["layers"])
     before = _floating(path, given)
     gaps = open_joints(drawn.outlines)
-    wide = gaps[gaps > 1e-5]
+    wide = gaps[gaps > _OPEN]
+    # each a text and the options it is for; layers that are left out may be all that is needed
     trials: list[tuple[str, dict[str, Any]]] = [("", {})] if left else []
     if len(wide):
-        middle = float(np.median(wide))
-        largest = float(wide[wide <= 3.0 * middle].max())
-        even = float(np.mean(np.abs(wide - middle) <= EVEN * middle)) > 0.8 and len(wide) > 0.5 * len(gaps)
-        mortar = f"{1e3 * middle:.3g} mm of open mortar {'everywhere' if len(wide) == len(gaps) else 'in most joints'}"
+        median = float(np.median(wide))
+        largest = float(wide[wide <= _WIDEST * median].max())
+        alike = float(np.mean(np.abs(wide - median) <= EVEN * median))
+        even = alike > _MOST and len(wide) > 0.5 * len(gaps)
+        mortar = f"{1e3 * median:.3g} mm of open mortar {'everywhere' if len(wide) == len(gaps) else 'in most joints'}"
         gap = f"gaps of up to {1e3 * largest:.2g} mm between stones"
+        # twice the width, chosen: corners that have to meet are farther apart than their sides
         ways = [(mortar, {"mortar": _up(largest)}), (gap, {"gap": _up(2.0 * largest)})]
         trials += ways if even else ways[::-1]
     elif before is None:
         # nothing is open: what is wrong are overlaps or stones drawn twice
-        trials.append(("stones overlap, or are drawn twice", {"gap": 0.005}))
+        trials.append(("stones overlap, or are drawn twice", {"gap": _OVERLAP}))
     best, least = None, None if before is None else len(before)
     for text, more in trials:
         floating = _floating(path, given | options | more)
@@ -108,11 +128,16 @@ def _proposal(path: Path, given: dict[str, Any]) -> Proposal | None:
 
 
 def _without_loose_layers(path: Path, given: dict[str, Any], drawn: Outlines, best: Proposal | None) -> Proposal | None:
-    """The proposal without the layers of which no outline is held: a pipe in an opening is no stone.
+    """The proposal without layers of which no outline is held, if fewer blocks float then.
+
+    A pipe in an opening is no stone.
 
     Parameters
     ----------
-    given, drawn : options of the drawing so far, and its outlines
+    path : of the drawing
+    given : options of ``read_drawing`` that are settled
+    drawn : outlines on the layers of the proposal
+    best : the proposal so far; None for none, which stays none
     """
     if best is None or best.floating == 0:
         return best
@@ -127,10 +152,10 @@ def _without_loose_layers(path: Path, given: dict[str, Any], drawn: Outlines, be
 
 
 def open_joints(outlines: list[Array]) -> Array:
-    """Widths of the gaps that have to be closed to connect all outlines [m], one fewer than there are outlines.
+    """Widths of the gaps that have to be closed to connect all outlines [m].
 
-    They are the lengths of the minimum spanning tree of the outlines' distances, those that are wider than half a stone
-    left out.
+    They are the lengths of the minimum spanning tree of the outlines' distances, shape (n - 1,) or fewer: those that
+    are wider than half a stone are left out. ``outlines`` are corners x, z [m], shape (k, 2) each.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import minimum_spanning_tree
@@ -143,25 +168,30 @@ def open_joints(outlines: list[Array]) -> Array:
     nothing = 1e-9 * reach  # a sparse matrix takes zero for no connection
     between = shapely.distance(stones[i], stones[j]) + nothing
     # of 32 bits: scipy before 1.17 takes no other numbers here
-    at = (i.astype(np.int32), j.astype(np.int32))
-    tree = minimum_spanning_tree(coo_array((between, at), shape=(len(stones), len(stones))).tocsr())
+    pairs = (i.astype(np.int32), j.astype(np.int32))
+    tree = minimum_spanning_tree(coo_array((between, pairs), shape=(len(stones), len(stones))).tocsr())
     return np.asarray(np.maximum(tree.data - nothing, 0.0))
 
 
 def _up(length: float) -> float:
     """A length rounded up to the millimetre, a small one to a tenth of it [m]."""
-    step = 1e-3 if length > 4.5e-3 else 1e-4
+    step = 1e-3 if length > _COARSE else 1e-4
+    # a length that is a whole number of steps, but for a thousandth of one, stays that number
     return round(step * math.ceil(length / step - 1e-3), 4)
 
 
 def _in_others(drawn: Outlines) -> list[str]:
-    """Layers of which every outline lies to a good part in outlines of other layers, and smaller than those."""
+    """Layers that hold no stones: all that is drawn on them lies in outlines of others.
+
+    ``drawn`` are the outlines of all layers.
+    """
     shapely = need_shapely()
     stones = shapely.make_valid([shapely.Polygon(o) for o in drawn.outlines])
     layers, area = np.array(drawn.layers), shapely.area(stones)
     out = []
     for name in dict.fromkeys(drawn.layers):
         mine = layers == name
+        # large areas are stones themselves, over which something smaller is drawn; chosen: half of all others
         if mine.all() or name.casefold() in OPENINGS or area[mine].sum() > 0.5 * area[~mine].sum():
             continue
         rest = shapely.union_all(stones[~mine])
@@ -171,10 +201,13 @@ def _in_others(drawn: Outlines) -> list[str]:
 
 
 def _floating(path: Path, options: dict[str, Any]) -> tuple[str, ...] | None:
-    """Blocks without a chain of contacts to a support, or None where the options leave no assembly."""
+    """Names of the blocks without a chain of contacts to a support.
+
+    None where the options of ``read_drawing`` leave no assembly of the drawing ``path``, or stones that overlap.
+    """
     try:
         report = read_drawing(path, **options).contact_report()
-    except ContactError as error:  # of one stone that floats as of stones that overlap
+    except ContactError as error:  # raised for stones that overlap, and also where a single stone floats
         report = error.assembly.contact_report()
     except InputError:
         return None
