@@ -22,6 +22,10 @@ from limitmason.storage.files import read_json, write_text
 T = TypeVar("T")
 D = TypeVar("D")
 _NOT_FINITE = {"Infinity": math.inf, "-Infinity": -math.inf, "NaN": math.nan}
+"""Numbers for which JSON has no form, by the texts that stand for them."""
+
+_SHOWN = 60
+"""Characters of a value that an error shows; chosen, so that it fits a line."""
 
 
 class DocumentNode:
@@ -58,7 +62,10 @@ class DocumentNode:
         return self.given(key, lambda node: node, None)
 
     def given(self, key: str, read: Callable[[DocumentNode], T], default: D) -> T | D:
-        """The value of a key as a reader takes it, or a default where it is missing or null."""
+        """The value of a key as the function ``read`` takes it, or a default.
+
+        The default holds where the key is missing or null.
+        """
         return read(self[key]) if key in self else default
 
     def __iter__(self) -> Iterator[DocumentNode]:
@@ -75,7 +82,10 @@ class DocumentNode:
             yield key, DocumentNode(self.value[key], self.file, f"{self.where}.{key}" if self.where else key)
 
     def mapping(self, allowed: Iterable[str] | None = None) -> dict[str, Any]:
-        """The value as an object, refusing keys that are not allowed (names that start with "_" are comments)."""
+        """The value as an object, refusing keys that are not allowed.
+
+        Keys that start with "_" are comments. ``allowed`` None allows every key.
+        """
         if not isinstance(self.value, dict):
             raise self.error(f"expected an object {{...}}, got {_shown(self.value)}")
         if allowed is not None:
@@ -94,7 +104,7 @@ class DocumentNode:
         return self.value
 
     def number(self) -> float:
-        """The value as a number, infinite or NaN only when written as text ("Infinity", "NaN")."""
+        """The value as a number; "Infinity", "-Infinity" and "NaN" are numbers too."""
         if isinstance(self.value, str) and self.value in _NOT_FINITE:
             return _NOT_FINITE[self.value]
         if isinstance(self.value, bool) or not isinstance(self.value, int | float):
@@ -102,7 +112,7 @@ class DocumentNode:
         return self.value
 
     def whole(self, what: str = "a whole number", least: float = -math.inf) -> int:
-        """The value as a whole number."""
+        """The value as a whole number of at least ``least``, called ``what`` in the error."""
         if isinstance(self.value, bool) or not isinstance(self.value, int) or self.value < least:
             raise self.error(f"expected {what}, got {_shown(self.value)}")
         return self.value
@@ -112,18 +122,19 @@ class DocumentNode:
         return self.value if isinstance(self.value, str) else self.whole("the name or number of a block")
 
     def pair(self, what: str) -> tuple[DocumentNode, DocumentNode]:
-        """Both entries of a list of two."""
+        """Both entries of a list of two, called ``what`` in the error."""
         entries = list(self)
         if len(entries) != 2:
             raise self.error(f"expected two {what}, got {len(entries)}")
         return entries[0], entries[1]
 
     def read(self, hint: Any) -> Any:
-        """The value as the type of a field: text, number, flag, word of a closed set, texts, numbers, plain data.
+        """The value as the type of a field.
 
         Parameters
         ----------
-        hint : type of the field, such as ``float | None``
+        hint : type of the field: str, int, float, bool, a StrEnum, a tuple or an array of one type, a Mapping, or one
+            of these or None
         """
         if get_origin(hint) in (Union, UnionType):
             hint = next(h for h in get_args(hint) if h is not type(None))
@@ -131,8 +142,9 @@ class DocumentNode:
         if kind is tuple:
             return tuple(entry.read(get_args(hint)[0]) for entry in self)
         if kind is np.ndarray:
+            number = get_args(get_args(hint)[1])[0]  # of ndarray[shape, dtype[number]]
             try:
-                return np.array(restored(self.value), dtype=get_args(get_args(hint)[1])[0])
+                return np.array(restored(self.value), dtype=number)
             except (TypeError, ValueError, OverflowError):
                 raise self.error("expected numbers in rows of equal length") from None
         if kind is Mapping:
@@ -148,39 +160,53 @@ class DocumentNode:
         return kind(self.text())
 
     def values(self, kind: type, **special: Callable[[DocumentNode], Any] | None) -> dict[str, Any]:
-        """Fields of a class, read by their types.
-
-        What is missing or null keeps its default.
+        """Fields of a class by name, read by their types; what is missing or null is left out.
 
         Parameters
         ----------
-        special : how other keys are read, or fields in another way; None for those that are read elsewhere
+        kind : the class
+        special : functions that read other keys, or fields in another way; None for keys that are read elsewhere
         """
         hints = get_type_hints(kind)
         self.mapping((*hints, *special))
-        given = [(k, v) for k, v in self.items() if v.value is not None and not k.startswith("_")]
         readers = {**{k: partial(DocumentNode.read, hint=h) for k, h in hints.items()}, **special}
-        return {k: reader(v) for k, v in given if (reader := readers[k]) is not None}
+        out = {}
+        for key, node in self.items():
+            if node.value is None or key.startswith("_"):
+                continue
+            if (reader := readers[key]) is not None:
+                out[key] = reader(node)
+        return out
 
     def make(self, maker: Callable[..., Any], *given: Any, **values: Any) -> Any:
-        """What a class or function, ``maker``, makes of values.
+        """What a class or function makes of values; its refusal names file and key.
 
-        Its refusal names file and key.
+        Parameters
+        ----------
+        maker : the class or function
+        given : its arguments by position
+        values : its arguments by name
         """
         try:
             return maker(*given, **values)
         except (InputError, TypeError) as error:
-            own = isinstance(error, InputError) and str(error).startswith(self.file)
+            # a value inside said its place already
+            if isinstance(error, InputError) and str(error).startswith(self.file):
+                raise error from None
             # a law says itself that it is a joint: the key that leads to it says no more
-            said = str(error).removeprefix(f"{self.where}: ")
-            raise (error if own else self.error(said)) from None
+            raise self.error(str(error).removeprefix(f"{self.where}: ")) from None
 
     def row(self) -> Array:
         """The value as one row of numbers."""
         return np.array([entry.number() for entry in self], dtype=float)
 
     def array(self, columns: int, *, rows: int | None = None) -> Array:
-        """The value as numbers: rows of a number of columns.
+        """The value as numbers, shape (rows, columns).
+
+        Parameters
+        ----------
+        columns : numbers in every row
+        rows : how many there must be; None for any
 
         Raises
         ------
@@ -203,7 +229,8 @@ def read_document(path: str | Path, schema: str, version: int) -> DocumentNode:
     Parameters
     ----------
     path : of the file
-    schema, version : what it must declare; an older version is read, a newer one refused
+    schema : the name that the file must declare
+    version : the newest that is read; an older one is read too
 
     Raises
     ------
@@ -225,42 +252,56 @@ def read_document(path: str | Path, schema: str, version: int) -> DocumentNode:
 
 
 def write_document(path: str | Path, document: Mapping[str, Any]) -> None:
-    """Write plain data, ``document``, as JSON, one key a line and one entry of a list a line.
+    """Write plain data as JSON that a person can read and edit; numbers keep every bit.
 
-    Numbers keep every bit.
+    Every key has a line of its own. So has every entry of a list of lists or objects, every key of an object that holds
+    such, and every row of a list of lists in it. All that is deeper stands in one line.
+
+    Parameters
+    ----------
+    path : of the file
+    document : plain data by key, see :func:`plain`
     """
     lines = []
     for key, value in document.items():
-        head = f"  {json.dumps(key)}: "
         if isinstance(value, list) and value and isinstance(value[0], list | dict):
-            entries = ",\n".join(f"    {_compact(entry)}" for entry in value)
-            lines.append(f"{head}[\n{entries}\n  ]")
+            text = _broken("[]", [_one_line(entry) for entry in value], "  ")
         elif isinstance(value, dict) and any(isinstance(v, list | dict) and v for v in value.values()):
-            entries = ",\n".join(f"    {json.dumps(k)}: {_rows(v)}" for k, v in value.items())
-            lines.append(f"{head}{{\n{entries}\n  }}")
+            text = _broken("{}", [f"{json.dumps(k)}: {_table(v)}" for k, v in value.items()], "  ")
         else:
-            lines.append(head + _compact(value))
-    write_text(path, "{\n" + ",\n".join(lines) + "\n}\n")
+            text = _one_line(value)
+        lines.append(f"{json.dumps(key)}: {text}")
+    write_text(path, _broken("{}", lines, "") + "\n")
 
 
-def _rows(value: Any) -> str:
+def _table(value: Any) -> str:
+    """A list of lists with a line for every row, anything else in one line."""
     if isinstance(value, list) and value and isinstance(value[0], list):
-        return "[\n" + ",\n".join(f"      {_compact(row)}" for row in value) + "\n    ]"
-    return _compact(value)
+        return _broken("[]", [_one_line(row) for row in value], "    ")
+    return _one_line(value)
 
 
-def _compact(value: Any) -> str:
+def _broken(brackets: str, entries: Iterable[str], indent: str) -> str:
+    """Entries between brackets, each on a line of its own, two spaces in from ``indent``, that of the closing one."""
+    opening, closing = brackets
+    return f"{opening}\n" + ",\n".join(f"{indent}  {entry}" for entry in entries) + f"\n{indent}{closing}"
+
+
+def _one_line(value: Any) -> str:
     return json.dumps(value, allow_nan=False, ensure_ascii=False)
 
 
 def plain(value: Any, where: str, *, strict: bool = True) -> Any:
-    """Data as plain JSON: arrays and tuples as lists, numbers that are not finite as "Infinity", "-Infinity", "NaN".
+    """Data as JSON has it: text, numbers, flags, lists, and objects with texts as keys.
+
+    Arrays, tuples and sets become lists, dataclasses objects, and numbers that are not finite "Infinity", "-Infinity"
+    and "NaN".
 
     Parameters
     ----------
-    where : named in the error
-    strict : refuse what JSON has no form for; otherwise its text is kept
     value : anything that a field may hold
+    where : keys that lead to it, named in the error
+    strict : refuse what JSON has no form for; otherwise its text is kept
     """
     if isinstance(value, np.ndarray):
         value = value.tolist()
@@ -284,7 +325,7 @@ def plain(value: Any, where: str, *, strict: bool = True) -> Any:
 
 
 def restored(value: Any) -> Any:
-    """``value``, plain data, with "Infinity", "-Infinity" and "NaN" as numbers again."""
+    """Plain data ``value`` with "Infinity", "-Infinity" and "NaN" as numbers again, as :func:`plain` had them."""
     if isinstance(value, str):
         return _NOT_FINITE.get(value, value)
     if isinstance(value, dict):
@@ -299,4 +340,4 @@ def _shown(value: Any) -> str:
     if isinstance(value, dict | list):
         return "a list" if isinstance(value, list) else "an object"
     text = json.dumps(value)
-    return text if len(text) < 60 else text[:57] + "..."
+    return text if len(text) < _SHOWN else text[: _SHOWN - 3] + "..."
