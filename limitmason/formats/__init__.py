@@ -14,13 +14,13 @@ from limitmason.display.notebook import shows
 from limitmason.errors import InputError
 from limitmason.formats.answers import read_prediction, write_prediction
 from limitmason.formats.drawing import DRAWINGS, PLANE_DRAWINGS, DrawingModel, model_of_drawing, read_drawing
-from limitmason.formats.proposed_options import Proposal, proposal
 from limitmason.formats.dxf import read_dxf
 from limitmason.formats.meshes import read_solids
 from limitmason.formats.native import Model, read_json, write_json
 from limitmason.formats.obj import Solids, read_obj, write_obj
 from limitmason.formats.outline_repair import Cleaned, clean
 from limitmason.formats.outlines import Outlines
+from limitmason.formats.proposed_options import Proposal, proposal
 from limitmason.formats.stones import MetStones, Stones, read_stones
 from limitmason.formats.svg import read_svg
 from limitmason.formats.template import write_model_template

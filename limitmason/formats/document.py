@@ -282,9 +282,8 @@ def _table(value: Any) -> str:
 
 
 def _broken(brackets: str, entries: Iterable[str], indent: str) -> str:
-    """Entries between brackets, each on a line of its own, two spaces in from ``indent``, that of the closing one."""
-    opening, closing = brackets
-    return f"{opening}\n" + ",\n".join(f"{indent}  {entry}" for entry in entries) + f"\n{indent}{closing}"
+    """Entries between two brackets, each on a line of its own, two spaces in from ``indent``, that of the last line."""
+    return f"{brackets[0]}\n" + ",\n".join(f"{indent}  {entry}" for entry in entries) + f"\n{indent}{brackets[1]}"
 
 
 def _one_line(value: Any) -> str:
