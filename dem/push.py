@@ -35,9 +35,7 @@ def push(
     label: str = "",
     **options: Any,
 ) -> PushCurve:
-    """Load-displacement curve of a structure that is driven to a displacement.
-
-    Own weight has settled first.
+    """Load-displacement curve of a structure that is driven once it has settled.
 
     The load is what the drive exerts along its direction beyond what stood there when it began, conjugate in work to
     the displacement, which counts from the settled state. The run goes on to the end of the path whatever the load
@@ -45,6 +43,7 @@ def push(
 
     Parameters
     ----------
+    assembly : the structure; what the drive names is part of it
     drive : its ``displacement`` is a direction, {"plate": {"z": -1.0}}; degrees of freedom given as 0 are held, those
         not named are free, so that a plate may turn. A ``servo`` holds in all of the run; of zoned blocks, which stay
         in the x-z plane, it is a dead force
@@ -89,6 +88,7 @@ def push(
         drive=(structure.unit.tolist(), structure.held.tolist(), chosen.calm or drive.calm), to=path,
         samples=chosen.samples, damping=chosen.damping, detect_every=chosen.detect_every,
     )
+    # one file per run, at the first speed and at a third of it
     files = [part_file(checkpoint, name) for name in ("v", f"v{SLOWER}")[: 1 + chosen.rate_check]]
     # before a file of this push is written beside those of another
     for file in files:
@@ -97,6 +97,7 @@ def push(
     steps = chosen.steps or default_steps(structure.period, structure.least_steps)
     counts = (steps, SLOWER * steps)[: len(files)]
     rest = part_file(checkpoint, "settled")
+    # what has settled already was let through then
     if rest is None or not rest.exists():
         _refuse_hopeless(structure, 0 if chosen.steps else sum(counts), chosen.longest)
     reached(None, "settling")
@@ -116,7 +117,7 @@ def push(
 def _refuse_hopeless(structure: DrivenStructure, steps: int, longest: float) -> None:
     """Refuse a push whose predicted time is beyond ``longest`` [s].
 
-    ``steps`` are those of the push, 0 where somebody chose them.
+    ``steps`` are those of all its runs, 0 where the user chose them: only settling is then of unknown length.
 
     Raises
     ------
@@ -124,6 +125,7 @@ def _refuse_hopeless(structure: DrivenStructure, steps: int, longest: float) -> 
         With the predicted time, and what is stiff beside what is soft.
     """
     swings = structure.to_settle
+    # nothing to predict: the user chose the steps, and settling ends by itself
     if not swings and not steps:
         return
     per_step = structure.step_time()

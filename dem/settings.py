@@ -38,6 +38,12 @@ class StateOptions(ContactOptions, total=False):
 def given(options: Mapping[str, Any], kind: type[ContactOptions], function: str) -> dict[str, Any]:
     """Options of a function that are not None.
 
+    Parameters
+    ----------
+    options : as the function was called, by name
+    kind : whose names they may have
+    function : its name, for the error
+
     Raises
     ------
     TypeError
@@ -50,7 +56,7 @@ def given(options: Mapping[str, Any], kind: type[ContactOptions], function: str)
 
 
 CHECKS = ("stiffness", "ks/kn", "contact points", "rate")
-
+"""What a search can be repeated with, see :class:`DemSettings`."""
 
 EDGES, FIRST = "edges", "first"
 """Where the contact points of joints that slide are, see :class:`DemSettings`."""
@@ -136,6 +142,12 @@ _TAKEN_BY = {
 }
 """Settings of a push that some kinds of blocks do not know, and who takes them."""
 
+# chosen: fewer samples show no curve, fewer steps no motion
+_LEAST_SAMPLES, _LEAST_STEPS = 10, 100
+
+ZONED_STEPS = 10
+"""Steps of a sample of zoned blocks, at least: its load is a mean over the last of them."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class PushSettings:
@@ -151,7 +163,7 @@ class PushSettings:
     stress : of simply deformable and zoned blocks: "plane stress" (the default of a plane problem, and of all zoned
         ones), "plane strain", or "solid", in space, of simply deformable ones
     zone_size : largest edge of a zone [m]; of zoned blocks, where it must be given
-    contact_points : as for :func:`dem.initial_state`; by default spaced by half the smallest length of a joint, and
+    contact_points : as for :func:`dem.initial_state`; by default spaced by half the smallest side of any joint, and
         where zones meet. Where joints crush there are 15 on a side, crowded towards the edges. Brittle joints answer
         differently at other spacings, so that it stands in the answer
     joint_options : see :class:`dem.JointOptions`
@@ -204,10 +216,11 @@ class PushSettings:
                 )
         if self.blocks == ZONED and self.zone_size is None:
             raise InputError("zoned blocks need zone_size=, the largest edge of a zone [m]")
-        # chosen: fewer samples show no curve, fewer steps no motion; a zoned sample is a mean over some steps
-        least = 10 * self.samples if self.blocks == ZONED else 100
-        if self.samples < 10 or (self.steps is not None and self.steps < least):
+        zoned = self.blocks == ZONED
+        least = ZONED_STEPS * self.samples if zoned else _LEAST_STEPS
+        if self.samples < _LEAST_SAMPLES or (self.steps is not None and self.steps < least):
+            words = f"{ZONED_STEPS} times as many" if zoned else f"{_LEAST_STEPS}"
             raise InputError(
-                f"samples must be at least 10 and steps at least {'ten times as many' if self.blocks == ZONED else 100}"
-                f", got {self.samples!r} and {self.steps!r}"
+                f"samples must be at least {_LEAST_SAMPLES} and steps at least {words}, got {self.samples!r} and "
+                f"{self.steps!r}"
             )

@@ -31,8 +31,8 @@ from limitmason.mechanics.plane import Plane, find_plane, two_planes
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
 
-GENTLE = 0.02
-"""Part of the path over which the drive starts at a quarter of its speed [-]."""
+GENTLE, GENTLER = 0.02, 4
+"""Part of the path over which the drive starts so many times more slowly [-], as a jump of speed shakes the blocks."""
 
 BRAKE = Damping(local=0.5, combined=True)
 """Damping of a driven run; local damping alone drags on what slides: 5 % of a plastic wall's load, 20 % of peaks."""
@@ -51,21 +51,32 @@ class BlockStructure(DrivenStructure):
     least_samples = 2
 
     def __init__(self, assembly: Assembly, drive: Drive, loads: Loads | None, chosen: PushSettings) -> None:
-        """Contact points, masses and signature; nothing moves yet."""
+        """Contact points, masses and signature; nothing moves yet.
+
+        Parameters
+        ----------
+        assembly : what is driven, as the user gave it
+        drive : which blocks and along which direction
+        loads : dead ones; self weight where None
+        chosen : settings of the push
+        """
         self.move = drive = drive if chosen.calm is None else replace(drive, calm=chosen.calm)
         super().__init__(assembly, drive, loads, chosen)
         self.assembly = model = with_lumped_units(assembly) if chosen.blocks == LUMPED else assembly
         loads = loads if loads is not None else Loads.weight(model)
         self.loads = loads.scaled(live=0.0)
         plane, strains = _plane(model, self.loads, self.unit), chosen.blocks == SIMPLY_DEFORMABLE
+        # a square pier lies in two planes at once: in which of them stress is plane would be chance
         flat = strains and plane is not None and not two_planes(model, self.loads, self.unit)
         stress = chosen.stress or (PLANE_STRESS if flat else SOLID)
         grid = chosen.contact_points
+        # joints that crush have a grid of their own, see PushSettings
         if grid is None and not np.isfinite(model.arrays.compressive_strength).any():
             grid = default_spacing(model)
         self.state = initial_state(
             model, self.loads, contact_points=grid,
             joint_options=chosen.joint_options, blocks=SIMPLY_DEFORMABLE if strains else RIGID,
+            # blocks that strain in space leave the plane by Poisson's ratio
             plane=None if strains and stress == SOLID else plane, stress=stress, driven=self.unit,
         )
         if chosen.contact_points is None and grid is not None:
@@ -119,7 +130,15 @@ class BlockStructure(DrivenStructure):
         super().check(file, same)
 
     def begun(self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None) -> StageRun:
-        """Run of a copy along a path, from its start or from where a file says that it stood."""
+        """Run of a copy along a path, from its start or from where a file says that it stood.
+
+        Parameters
+        ----------
+        path : turning points of the displacement [m]
+        steps : of the whole path
+        same : digests by name of what a file of this run must have in common with it
+        file : where it stood; None begins it
+        """
         chosen, stages = self.chosen, _stages(self.move, path, steps)
         if file is not None:
             return taken_up(History.load(file, self.assembly), stages)
@@ -134,7 +153,17 @@ class BlockStructure(DrivenStructure):
         return origin, float(run.rec.state.total[E_STEPS]) - origin if run.samples else 0.0
 
     def curve_of(self, run: StageRun, status: RunStatus, steps: int, seconds: float) -> PushCurve:
-        """Curve of a run that began at the settled state: displacement, force, errors and marks."""
+        """Curve of a run that began at the settled state: displacement, force, errors and marks.
+
+        Displacement is that of the block that the drive moves farthest, force what the drive exerts on all it moves,
+        along the drive and conjugate in work. Sample 0 is the state at rest, with no force.
+
+        Parameters
+        ----------
+        status : how the run ended
+        steps : that it was to take
+        seconds : that it took [s]
+        """
         history = run.rec.history(status)
         rest, block = self.at_rest, int(np.argmax(np.linalg.norm(self.unit[:, :3], axis=1)))
         before, axis = rest.state.bodies, self.unit[block, :3]
@@ -144,6 +173,7 @@ class BlockStructure(DrivenStructure):
         p, start = rest.state.points, rest.state.joints.start
 
         def begun(values: Array) -> Array:
+            """Values of the samples behind that of the state at rest, which is 0."""
             return np.concatenate([[0.0], values])
 
         return PushCurve(
@@ -162,13 +192,16 @@ class BlockStructure(DrivenStructure):
 
 
 def default_spacing(assembly: Assembly) -> float:
-    """Half the smallest of the lengths and heights of joints [m], each the longer side in its plane of the wall."""
+    """Spacing of contact points by default: half the smallest side of any joint [m], along either tangent."""
     x = assembly.arrays
     return 0.5 * float(extents(x, x.tangent_1, x.tangent_2).min())
 
 
 def _plane(assembly: Assembly, loads: Loads, unit: Array) -> Plane | None:
-    """Plane of a plane problem along the global axes, None in space."""
+    """Plane across a global axis in which blocks stay, as the drive moves them; None in space and in other planes.
+
+    ``unit`` is the twist of the blocks per displacement of 1 m, shape (n, 6).
+    """
     plane = find_plane(assembly, loads, unit)
     return plane if plane is not None and np.isclose(np.abs(plane.normal).max(), 1.0, atol=1e-12) else None
 
@@ -176,17 +209,19 @@ def _plane(assembly: Assembly, loads: Loads, unit: Array) -> Plane | None:
 def _stages(drive: Drive, path: Sequence[float], steps: int) -> Sequence[Stage]:
     """A gentle start and one stage for every branch of the path.
 
-    The start takes a small part of the way at a quarter of the pace, as a jump of speed would shake the blocks.
+    The start takes a small part of the way, at most half of the first branch, at a quarter of the speed.
 
     Parameters
     ----------
-    path : turning points of the drive's displacement [m]
+    drive : its displacement is a direction, of any length
+    path : turning points of the drive's displacement [m], from 0
     steps : of the whole run
     """
     names = ("x", "y", "z", "rx", "ry", "rz")
     size = float(max(np.linalg.norm([m.get(k, 0.0) for k in names[:3]]) for m in drive.displacement.values()))
 
     def stage(length: float, count: float) -> Drive:
+        """Drive over a length [m], negative backwards, in so many steps; what it holds stays held."""
         moves = {b: {k: length * v / size for k, v in m.items()} for b, m in drive.displacement.items()}
         return Drive(moves, steps=max(round(count), 1), keep=True, servo=drive.servo, damping=drive.damping,
                      calm=drive.calm)
@@ -194,7 +229,8 @@ def _stages(drive: Drive, path: Sequence[float], steps: int) -> Sequence[Stage]:
     lengths = np.diff([0.0, *path])
     travel = float(np.abs(lengths).sum())
     start = np.sign(lengths[0]) * min(GENTLE * travel, 0.5 * abs(lengths[0]))
-    pace = steps / (travel + 3.0 * abs(start))
-    return [stage(start, 4.0 * pace * abs(start)), stage(lengths[0] - start, pace * abs(lengths[0] - start))] + [
+    # steps per metre behind the start, which takes four times as many: all of them together are those of the run
+    pace = steps / (travel + (GENTLER - 1.0) * abs(start))
+    return [stage(start, GENTLER * pace * abs(start)), stage(lengths[0] - start, pace * abs(lengths[0] - start))] + [
         stage(length, pace * abs(length)) for length in lengths[1:]
     ]

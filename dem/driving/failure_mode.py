@@ -17,6 +17,14 @@ MOST = 0.5
 SOME = 0.2
 """Part of the movement from which a kind counts [-]."""
 
+# chosen, as the two above
+_BESIDE = 0.25  # part of the movement that upright joints may have where a wall slides or rocks at one level [-]
+_IN_STEPS = 0.1  # part that they have at least where level joints at several levels crack in steps [-]
+
+# vertical components of unit vectors [-]
+_LEVEL = np.sqrt(0.5)  # of a joint's normal: within 45 degrees of the vertical
+_UPRIGHT = 0.7  # of a unit's length: within 45.6 degrees of it, as a soldier stands
+
 
 class Mode(NamedTuple):
     """Name of a mode and the parts of all movement of joints that it rests on, each 0 to 1 and weighed by area [-].
@@ -55,6 +63,7 @@ def failure_mode(assembly: Assembly, opening: Array, slip: Array, crushed: Array
 
     Parameters
     ----------
+    assembly : whose joints moved; x and y are level, z upwards
     opening, slip, crushed : largest of every interface since the drive began [m], shape (k,); NaN, of joints that found
         new contacts, counts as nothing
 
@@ -63,29 +72,30 @@ def failure_mode(assembly: Assembly, opening: Array, slip: Array, crushed: Array
     A rule of thumb on sums: a wall that slides at one place and cracks at another is called by the larger movement.
     """
     x = assembly.arrays
+    # movement times area [m3], shape (k,)
     opened, slid, closed = (np.maximum(np.nan_to_num(v), 0.0) * x.area for v in (opening, slip, crushed))
     moved = opened + slid
     total = float((moved + closed).sum())
     if not total > 0.0:
         return Mode(NONE)
-    level = np.abs(x.normal[:, 2]) > np.sqrt(0.5)
-    upright = np.array([b.axis is not None and abs(b.axis[2]) > 0.7 for b in assembly.blocks])
+    level = np.abs(x.normal[:, 2]) > _LEVEL
+    upright = np.array([b.axis is not None and abs(b.axis[2]) > _UPRIGHT for b in assembly.blocks])
     between = ~level & upright[x.block_a] & upright[x.block_b]
+    # levels told apart as places are in this assembly
     heights = np.round(x.centre[:, 2] / max(assembly.tolerance, 1e-9))
-    at = [float(moved[level & (heights == z)].sum()) for z in np.unique(heights[level])]
+    at_level = [float(moved[level & (heights == z)].sum()) for z in np.unique(heights[level])]
     bed = float(moved[level].sum())
     soldiers, head = float(moved[between].sum()) / total, float(moved[~level & ~between].sum()) / total
-    slip_part, open_part = float(slid[level].sum()) / total, float(opened[level].sum()) / total
-    # share of the bed joints' motion that one level alone has
-    one, crush = max(at, default=0.0) / max(bed, 1e-300), float(closed.sum()) / total
+    bed_slip, bed_opening = float(slid[level].sum()) / total, float(opened[level].sum()) / total
+    one_level, crush = max(at_level, default=0.0) / max(bed, 1e-300), float(closed.sum()) / total
     if crush >= MOST:
         name = CRUSHING
-    elif bed / total >= MOST and one >= MOST and soldiers + head < 1.25 * SOME:
-        name = SLIDING if slip_part >= open_part else ROCKING
-    elif bed / total >= SOME and one < MOST and soldiers + head >= 0.5 * SOME:
+    elif bed / total >= MOST and one_level >= MOST and soldiers + head < _BESIDE:
+        name = SLIDING if bed_slip >= bed_opening else ROCKING
+    elif bed / total >= SOME and one_level < MOST and soldiers + head >= _IN_STEPS:
         name = DIAGONAL
     elif soldiers >= SOME:
         name = SOLDIER
     else:
         name = MIXED
-    return Mode(name, soldiers, head, slip_part, open_part, crush, one)
+    return Mode(name, soldiers, head, bed_slip, bed_opening, crush, one_level)

@@ -26,6 +26,10 @@ def settled(
 
     Parameters
     ----------
+    assembly : what settles
+    state : unloaded; left as it is
+    stage : how it settles
+    loads : dead ones [N, N m]; live ones of factor 0
     sound : where joints break on the way, settle once more on joints that lose nothing, and then on joints as they are
 
     Raises
@@ -37,20 +41,22 @@ def settled(
     """
     try:
         history, stage = evenly_where_it_slides(assembly, stage, loads=loads, start=state)
+    # a structure that broke by the overshoot and flew apart may stand if it is sound while the weight comes on
     except UnstableError as error:
         if not sound or error.history is None or not _broken(error.history):
             raise
         history = error.history
     if sound and history.status != RunStatus.INTERRUPTED and _broken(history):
         whole = state.copy()
-        # contacts that are found on the way take their laws from the second table
+        # joints at hand, and the table of laws from which contacts that are found on the way take theirs
         for law in (whole.joints.law, whole.laws):
+            # only joints that lose strength by opening or slip can break
             softens = (law[:, LAW.by_opening] > 0.0) | (law[:, LAW.by_slip] > 0.0)
             for strength in (LAW.cohesion, LAW.tension):
                 law[softens, strength] = BEYOND
         at_rest = _rested(simulate(assembly, stage, loads=loads, start=whole)).state
         weaken(at_rest, state)
-        # all of the weight is on it
+        # all of the weight is on it: nothing is left to come on gently
         history = simulate(assembly, replace(stage, gently=0), loads=loads, start=at_rest)
     return _rested(history)
 
@@ -60,9 +66,11 @@ def evenly_where_it_slides(assembly: Assembly, stage: Settle, **how: Any) -> tup
 
     Parameters
     ----------
+    stage : how the dead loads settle; one whose loads come on gently already, or with a servo, is run once
     how : what :func:`dem.simulate` takes
     """
     history = simulate(assembly, stage, **how)
+    # a run that did not come to rest says nothing of how far joints slide
     if history.status == RunStatus.FINISHED and not (stage.gently or stage.servo):
         slid, moved = slid_and_moved(assembly, history.state)
         if slid > SLID * moved:
@@ -78,13 +86,17 @@ def _broken(history: History) -> bool:
 
 
 def weaken(state: State, before: State) -> None:
-    """Give the joints of a state the strengths back that another one of the same assembly has."""
+    """Give the joints of a state the strengths back that they have in one before, of the same assembly.
+
+    ``state`` is changed: its joints that were made to lose nothing, and its table of laws per interface.
+    """
     state.laws[:] = before.laws
     for strength in (LAW.cohesion, LAW.tension):
         for j in (state.joints.law[:, strength] == BEYOND).nonzero()[0]:
-            of = int(state.interface[j])
-            # cut anew from interface k it is -2 - k
-            state.joints.law[j, strength] = before.laws[of if of >= 0 else -2 - of, strength]
+            mark = int(state.interface[j])
+            # a joint that was cut anew from interface k is marked -2 - k; blocks that met on the way were never bonded
+            interface = mark if mark >= 0 else -2 - mark
+            state.joints.law[j, strength] = before.laws[interface, strength]
 
 
 def _rested(history: History) -> History:

@@ -19,12 +19,24 @@ LEAST_STEPS = 6000
 SOFT_BLOCK = 1e-2
 """Stiffness of a block's softest mode, over that of the mode and twice its joints, below which it is named [-]."""
 
+LIFT = 1e-9
+"""Stiffness per mass that every motion gets, over the largest there is [-]: a matrix with none for one is singular."""
+
+INVERSE = 2
+"""Steps of inverse iteration from the shape under dead loads, which is a swing's already but for what it lacks."""
+
 
 def slowest_period(assembly: Assembly, state: State, loads: Loads) -> float:
     """Steps of the slowest swing of closed, elastic joints on the scaled masses of a state, by Rayleigh's quotient.
 
-    omega^2 = u K u / u M u with K u = f, f the dead loads and then M u once more: below the exact value by the square
-    of what the shape lacks. Joints that open make it longer.
+    omega^2 = u K u / u M u with K u = f, f the dead loads and then twice M u: the period is below the exact one by the
+    square of what the shape lacks. Joints that open make it longer.
+
+    Parameters
+    ----------
+    assembly : whose blocks and joints the state has
+    state : with scaled masses and the time step
+    loads : of which the dead ones count, wrenches of every block [N, N m]
     """
     k = tangent(assembly, state)
     free = np.flatnonzero(np.concatenate([~state.bodies.held.ravel(), _deforms(state)]))
@@ -35,49 +47,55 @@ def slowest_period(assembly: Assembly, state: State, loads: Loads) -> float:
         blocks.append(sparse.diags_array(state.modes.mass.ravel()))
     mass = sparse.csc_array(sparse.block_diag(blocks, format="csc"))[free][:, free]
     k = sparse.csc_array(k[free][:, free])
-    # blocks that nothing holds but friction across: a trifle of stiffness, shared as mass is, keeps the matrix regular
-    lift = 1e-9 * float((k.diagonal() / mass.diagonal()).max())
+    # no joint may hold a block one way, as across a single point: a trifle, shared as mass is, keeps K regular
+    lift = LIFT * float((k.diagonal() / mass.diagonal()).max())
     solve = splu(sparse.csc_array(k + lift * mass)).solve
+    # dead loads act on no mode of a block
     u = solve(np.concatenate([loads.dead.ravel(), np.zeros(_deforms(state).size)])[free])
-    for _ in range(2):
+    for _ in range(INVERSE):
         u = solve(mass @ u)
         u /= np.linalg.norm(u)
     return float(2.0 * np.pi * np.sqrt((u @ (mass @ u)) / (u @ (k @ u))) / state.dt)
 
 
 def tangent(assembly: Assembly, state: State) -> sparse.csc_array:
-    """Stiffness matrix of a state with its joints closed and elastic.
+    """Stiffness matrix of a state with its joints closed and elastic, K = A k A^T + what the blocks' modes have.
 
-    All motions of the blocks come first, then their modes. The shape is (6 n, 6 n), or (6 n + n m, 6 n + n m) for
-    blocks with m modes.
+    Column i of A is the opening or slip of one contact point per motion of the two blocks that meet there. All motions
+    of the blocks come first, then their modes. The shape of K is (6 n, 6 n), or (6 n + n m, 6 n + n m) for blocks with
+    m modes.
     """
-    p, j, x = state.points, state.joints, state.modes
-    n, owner = 6 * assembly.n_blocks, owners(j)
-    more = np.zeros(0) if x is None else x.stiffness.ravel()
+    points, joints, modes = state.points, state.joints, state.modes
+    rigid, owner = 6 * assembly.n_blocks, owners(joints)
+    own = np.zeros(0) if modes is None else modes.stiffness.ravel()
     rows, values = [], []
+    # openings and slips are motions of b less those of a
     for block, arm, side, sign in (
-        (j.block_a, j.arm_a, None if x is None else x.side_a, -1.0),
-        (j.block_b, j.arm_b, None if x is None else x.side_b, 1.0),
+        (joints.block_a, joints.arm_a, None if modes is None else modes.side_a, -1.0),
+        (joints.block_b, joints.arm_b, None if modes is None else modes.side_b, 1.0),
     ):
-        values.append(sign * point_motions(p, j, arm, j.frame, side))
+        values.append(sign * point_motions(points, joints, arm, joints.frame, side))
         rows.append(block[owner][:, None] * 6 + np.arange(6))
-        k = values[-1].shape[2] - 6
-        rows.append(n + block[owner][:, None] * k + np.arange(k))
-    m = len(owner)
+        m = values[-1].shape[2] - 6
+        rows.append(rigid + block[owner][:, None] * m + np.arange(m))
+    columns = 3 * len(owner)  # two tangents and the normal of every point
     row = np.repeat(np.concatenate(rows, axis=1)[:, None], 3, axis=1).ravel()
-    column = np.repeat(np.arange(3 * m), len(row) // (3 * m))
-    a = sparse.csc_array((np.concatenate(values, axis=2).ravel(), (row, column)), (n + len(more), 3 * m))
-    own = sparse.diags_array(np.concatenate([np.zeros(n), more]))
-    return sparse.csc_array(a @ sparse.diags_array(point_stiffness(p, j).ravel()) @ a.T + own)
+    column = np.repeat(np.arange(columns), len(row) // columns)
+    a = sparse.csc_array((np.concatenate(values, axis=2).ravel(), (row, column)), (rigid + len(own), columns))
+    of_modes = sparse.diags_array(np.concatenate([np.zeros(rigid), own]))
+    return sparse.csc_array(a @ sparse.diags_array(point_stiffness(points, joints).ravel()) @ a.T + of_modes)
 
 
 def _deforms(state: State) -> Flags:
-    """Which modes of the blocks there are, shape (n m,)."""
+    """Which modes the blocks have, of the most that one has, shape (n m,); empty of rigid blocks."""
     return np.zeros(0, dtype=bool) if state.modes is None else np.asarray(state.modes.inv_mass.ravel() > 0.0)
 
 
 def default_steps(period: float, least: int = LEAST_STEPS) -> int:
-    """Steps of the faster run of a push: forty of the slowest swings, and not fewer than a floor for brittle drops."""
+    """Steps of the faster run of a push: forty of the slowest swings, and not fewer than a floor for brittle drops.
+
+    ``period`` is the slowest swing in steps, ``least`` the floor.
+    """
     return max(int(np.ceil(SWINGS * period)), least)
 
 
@@ -87,9 +105,9 @@ def softest_note(state: State, assembly: Assembly) -> str:
         # the modes of dem.model.strain_shapes are scaled to K_mode + 2 K_joints = 1 each: a small K_mode is a soft
         # block between stiff joints, and 1 / K_mode about twice K_joints over it
         part = np.where(state.modes.inv_mass > 0.0, state.modes.stiffness, np.inf).min(axis=1)
-        i = int(np.argmin(part))
-        if part[i] < SOFT_BLOCK:
-            return f"block {assembly.blocks[i].name!r} is {1.0 / part[i]:.2g} times as soft as its joints"
+        block = int(np.argmin(part))
+        if part[block] < SOFT_BLOCK:
+            return f"block {assembly.blocks[block].name!r} is {1.0 / part[block]:.2g} times as soft as its joints"
     kn = state.joints.law[:, LAW.kn]
     j = int(np.argmin(kn))
     joint = assembly.joint_text(state.joints.block_a[j], state.joints.block_b[j])

@@ -42,16 +42,21 @@ BETWEEN = 0.02
 FEW = 2
 """Joints that have failed by the peak up to which it does not hang on the order in which they did."""
 
+END = 5
+"""Samples at the end whose median load is the residual: one alone may ride on a swing."""
+
+TINY = 1e-300  # a load or work that a part is of, instead of 0
+
 
 @dataclass(frozen=True)
 class JointPoint:
-    """A point of a curve at which a joint did something: sample, displacement, load, the joint, and how far it went."""
+    """A point of a curve at which a joint, or a zone of a block, did something."""
 
-    index: int
-    displacement: float
-    load: float
-    where: str
-    value: float
+    index: int  # of the sample at which it is seen
+    displacement: float  # [m], at that sample or on the way to it
+    load: float  # [N]
+    where: str  # the joint, or the block
+    value: float  # how far: width [m], strain [-], or part of the strength in use [-]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -101,7 +106,7 @@ class PushCurve(Curve, JointMarks):
         if self.faster is None:
             return float("nan")
         peak = self.peak.load
-        return abs(self.faster.peak.load - peak) / max(abs(peak), 1e-300)
+        return abs(self.faster.peak.load - peak) / max(abs(peak), TINY)
 
     @property
     def first_failure(self) -> JointPoint | None:
@@ -113,31 +118,27 @@ class PushCurve(Curve, JointMarks):
         joints. Where it is reached before there are two samples, the first that shows it is returned. Where own weight
         alone breaks a joint, that is sample 0 and no load.
         """
-        failed = np.nan_to_num(self.failed) > 0.0
+        failed, u, f = np.nan_to_num(self.failed) > 0.0, self.displacement, self.load
         if failed[0].any():
             k = int(np.argmax(np.nan_to_num(self.failed[0])))
-            return JointPoint(
-                index=0, displacement=float(self.displacement[0]), load=float(self.load[0]), where=self._joint(k),
-                value=1.0,
-            )
+            return JointPoint(0, float(u[0]), float(f[0]), self._joint(k), value=1.0)
         hit = failed.any(axis=1)
         if not hit.any():
             return None
-        i = int(np.argmax(hit))
-        rows = np.flatnonzero(failed[i])
-        u, f, j = self.displacement, self.load, i - 1
-        if j == 0:
+        seen = int(np.argmax(hit))  # sample that shows it, and the one before, where no joint had failed yet
+        last, joints = seen - 1, np.flatnonzero(failed[seen])
+        if last == 0:
             # nothing to continue a line from
-            return JointPoint(
-                index=i, displacement=float(u[i]), load=float(f[i]), where=self._joint(int(rows[0])), value=1.0,
-            )
-        rise = (self.used[j, rows] - self.used[j - 1, rows]) / (u[j] - u[j - 1])
+            return JointPoint(seen, float(u[seen]), float(f[seen]), self._joint(int(joints[0])), value=1.0)
+        rise = (self.used[last, joints] - self.used[last - 1, joints]) / (u[last] - u[last - 1])
+        # way from the last sample on which each joint comes to its strength; none where its use does not rise
         with np.errstate(divide="ignore", invalid="ignore"):
-            ahead = np.where(rise > 0.0, (1.0 - self.used[j, rows]) / rise, np.inf)
+            ahead = np.where(rise > 0.0, (1.0 - self.used[last, joints]) / rise, np.inf)
         k = int(np.argmin(ahead))
-        step = min(float(ahead[k]), float(abs(u[i] - u[j]))) * float(np.sign(u[i] - u[j]))
-        load = float(f[j] + (f[j] - f[0]) / (u[j] - u[0]) * step)
-        return JointPoint(i, float(u[j] + step), load, self._joint(int(rows[k])), 1.0)
+        # it has failed by the sample that shows it
+        step = min(float(ahead[k]), float(abs(u[seen] - u[last]))) * float(np.sign(u[seen] - u[last]))
+        load = float(f[last] + (f[last] - f[0]) / (u[last] - u[0]) * step)
+        return JointPoint(seen, float(u[last] + step), load, self._joint(int(joints[k])), value=1.0)
 
     def first_crack(self, width: float, kind: str | None = None) -> JointPoint | None:
         """Where an opening first reaches a width, in joints of one kind.
@@ -155,15 +156,13 @@ class PushCurve(Curve, JointMarks):
         hit = (wide >= width).any(axis=1)
         if not hit.any():
             return None
-        i = int(np.argmax(hit))
+        u, f, i = self.displacement, self.load, int(np.argmax(hit))
         k = int(np.argmax(wide[i]))
         if i == 0:
-            return JointPoint(
-                index=0, displacement=float(self.displacement[0]), load=float(self.load[0]), where=self._joint(k),
-                value=float(wide[0, k]),
-            )
+            # open under own weight already
+            return JointPoint(0, float(u[0]), float(f[0]), self._joint(k), value=float(wide[0, k]))
+        # in a line between the sample that shows it and the one before
         part = (width - wide[i - 1, k]) / (wide[i, k] - wide[i - 1, k])
-        u, f = self.displacement, self.load
         return JointPoint(
             index=i, displacement=float(u[i - 1] + part * (u[i] - u[i - 1])),
             load=float(f[i - 1] + part * (f[i] - f[i - 1])), where=self._joint(k), value=float(wide[i, k]),
@@ -171,19 +170,16 @@ class PushCurve(Curve, JointMarks):
 
     @property
     def residual(self) -> float:
-        """Load at the end, the median of the last five samples."""
-        return float(np.median(self.load[-5:]))
+        """Load at the end [N], the median of the last five samples."""
+        return float(np.median(self.load[-END:]))
 
     @property
     def mode(self) -> Mode:
-        """How it failed, by the joints that have moved at the end.
-
-        See :mod:`dem.driving.failure_mode`.
-        """
+        """How it failed, by the joints that have moved at the end; see :mod:`dem.driving.failure_mode`."""
         return self.mode_at(-1)
 
     def mode_at(self, index: int) -> Mode:
-        """Failure mode at a sample."""
+        """Failure mode at a sample, by what joints have moved since the drive began; -1 is the last sample."""
         i = self.point(index).index
         since = (v[i] - v[0] for v in (self.opening, self.slip, self.crushed))
         return failure_mode(self.assembly, *since)
@@ -213,11 +209,9 @@ class PushCurve(Curve, JointMarks):
         return self._first_zone([z.plastic * sizes * (z.marks == TENSION) for z in self.zones], width)
 
     def first_crushing(self, strain: float) -> JointPoint | None:
-        """Where a zone that yielded in shear first has a plastic strain.
+        """Where a zone that yielded in shear, and never failed in tension, first has a plastic strain.
 
-        It never failed in tension.
-
-        None where none.
+        It is None where none has.
 
         Parameters
         ----------
@@ -229,16 +223,16 @@ class PushCurve(Curve, JointMarks):
 
     @property
     def _mesh(self) -> ZoneMesh:
-        """Mesh of zoned blocks.
-
-        Refused of others.
-        """
+        """Mesh of zoned blocks; asked of others it is refused."""
         if self.mesh is None:
             raise InputError(f"{self.blocks} blocks have no zones: push with blocks='zoned'")
         return self.mesh
 
     def _first_zone(self, values: Sequence[Array], least: float) -> JointPoint | None:
-        """First sample at which a zone has a value, and the block of the zone that has the largest."""
+        """First sample at which a zone has ``least`` or more, and the block of the zone that has the largest value.
+
+        ``values`` holds one array per sample, shape (zones,).
+        """
         for i, value in enumerate(values):
             k = int(np.argmax(value))
             if value[k] >= least:
@@ -249,10 +243,10 @@ class PushCurve(Curve, JointMarks):
     def beside(self, faster: PushCurve) -> PushCurve:
         """This curve with a faster run of the same path as its rate error.
 
-        The error is the difference of the loads at equal parts of the way, over the peak of this one.
+        The error is the difference of the loads at equal ways along the path, over the peak of this one.
         """
-        peak = max(abs(self.peak.load), 1e-300)
-        # both run the same path: where it is done to the same part
+        peak = max(abs(self.peak.load), TINY)
+        # by the way travelled, which grows where a displacement turns back
         way = [np.concatenate([[0.0], np.cumsum(np.abs(np.diff(c.displacement)))]) for c in (self, faster)]
         other = np.interp(way[0], way[1], faster.load)
         both = replace(self, errors={**self.errors, "rate": np.abs(other - self.load) / peak}, faster=faster)
@@ -307,7 +301,10 @@ class PushCurve(Curve, JointMarks):
 
 
 def told(curve: PushCurve, label: str) -> PushCurve:
-    """A curve as it was recorded, with what a reader must know of it: label, source, events and warnings."""
+    """A curve as it was recorded, with what a reader must know of it: label, source, events and warnings.
+
+    ``label`` is what a legend calls it.
+    """
     # of sample 0 nothing was asked
     kinetic = curve.errors["kinetic"][1:]
     notes = [*curve.warnings, *dynamic_notes(curve.displacement[1:], kinetic)]
@@ -319,8 +316,10 @@ def told(curve: PushCurve, label: str) -> PushCurve:
     if (higher := missed_between(curve.load)) > BETWEEN:
         notes.append(
             f"the load falls at once behind its largest sample: the peak may be up to {higher:.1%} higher; take "
+            # so many times as many that a quarter of what is warned of may be missed
             f"samples={math.ceil(higher / (0.25 * BETWEEN)) * (len(curve) - 1)}"
         )
+    # joints that lose all at once break one after the other, each by what the others before left it
     sudden = any("at once" in law and "in failure: nothing" not in law for law in curve.law.split("; "))
     if sudden and (np.nan_to_num(curve.failed[curve.peak.index]) > 0.0).sum() > FEW:
         notes.append(
@@ -337,18 +336,22 @@ def told(curve: PushCurve, label: str) -> PushCurve:
 
 
 def swing_of(load: Array) -> float:
-    """Half the range in which nine tenths of the loads lie about their running median over a tenth, over the peak."""
-    width = len(load) // 10 | 1
+    """Half the range in which nine tenths of the loads lie about their running median, over the peak [-].
+
+    The median runs over a tenth of the samples; ``load`` [N] has one value per sample.
+    """
+    width = len(load) // 10 | 1  # an odd number of samples has a middle one
     middle = np.median(np.lib.stride_tricks.sliding_window_view(load, width), axis=1)
     about = load[width // 2 :][: len(middle)] - middle
     low, high = np.quantile(about, (0.05, 0.95))
-    return float(0.5 * (high - low) / max(np.abs(load).max(), 1e-300))
+    return float(0.5 * (high - low) / max(np.abs(load).max(), TINY))
 
 
 def missed_between(load: Array) -> float:
     """How much higher the load may have been between its largest sample and the next, over the peak [-].
 
-    Where it falls at once, by more than twice its last rise, it may have risen for almost a sample more.
+    Where it falls at once, by more than twice its last rise, it may have risen for almost a sample more; 0 elsewhere,
+    and at the ends of the curve. ``load`` has one value per sample [N].
     """
     size = np.abs(load)
     k = int(np.argmax(size))
@@ -359,7 +362,10 @@ def missed_between(load: Array) -> float:
 
 
 def dynamic_notes(displacement: Array, kinetic: Array) -> list[str]:
-    """A note where the kinetic energy is more than a small part of the work, from which displacement [m] on."""
+    """A note where the kinetic energy is more than a small part of the work, from which displacement on.
+
+    ``displacement`` [m] and ``kinetic``, the energy over the work [-], have one value per sample.
+    """
     dynamic = np.flatnonzero(kinetic > RESTLESS)
     if not len(dynamic):
         return []

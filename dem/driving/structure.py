@@ -40,20 +40,21 @@ class Follower:
         self.begin(0.0)
 
     def begin(self, origin: float, done: float = 0.0) -> None:
-        """A run begins, or is taken up: it counts steps from ``origin`` and has taken so many of its own."""
+        """A run begins, or is taken up: it counts steps from ``origin`` and has ``done`` so many of its own."""
         self.origin, self.begun, self.clock = origin, done, time.perf_counter()
 
     def __call__(self, sampled: Mapping[str, Any]) -> object:
-        """Pass a sample to the user's progress function, with the part done and the time left.
+        """Pass a sample to who listens, with the part done [-] and the time left [s]; what they answer is returned.
 
         A run counts steps from its ``origin``; ``begun`` of its ``count`` were there when it was taken up, and
         ``before`` steps belong to runs before it, out of ``total``.
         """
         if self.progress is None:
             return None
+        # a run that waits for calm, or in shorter steps, takes more of them than it was to
         done = min(float(sampled["step"]) - self.origin, self.count)
-        own = done - self.begun
-        pace = (time.perf_counter() - self.clock) / own if own > 0.0 else float("nan")
+        since = done - self.begun  # by this process, whose clock runs
+        pace = (time.perf_counter() - self.clock) / since if since > 0.0 else float("nan")
         done += self.before
         return self.progress(
             {**sampled, "run": self.run, "part": done / self.total, "time left": pace * (self.total - done)}
@@ -61,7 +62,7 @@ class Follower:
 
 
 def turning_points(to: float | Sequence[float]) -> list[float]:
-    """Displacements at which the path of a push turns or ends [m], checked."""
+    """Displacements at which the path of a push turns or ends [m]: one or several, each from the start, checked."""
     path = [float(v) for v in np.atleast_1d(numbers("to [m]", to))]
     ends = np.diff([0.0, *path])
     if not len(path) or not np.isfinite(path).all() or not (np.abs(ends) > 0.0).all():
@@ -74,6 +75,7 @@ def unit_twist(drive: Drive, assembly: Assembly) -> tuple[Array, Flags]:
     if not isinstance(drive, Drive):
         raise InputError(f"drive must be a limitmason Drive such as Drive({{'plate': {{'z': -1.0}}}}), got {drive!r}")
     travel, held = drive.twists(assembly)
+    # 1 m is the translation of the block that moves farthest
     size = float(np.linalg.norm(travel[:, :3], axis=1).max())
     if not size > 0.0:
         raise InputError("the drive has no direction: give a translation, such as {'plate': {'z': -1.0}}")
@@ -91,11 +93,15 @@ def unit_twist(drive: Drive, assembly: Assembly) -> tuple[Array, Flags]:
 
 
 def widest_spacing(joints: Iterable[Iterable[Array]]) -> float:
-    """Largest distance between neighbouring points of a joint along its axes [m], from their places along each."""
+    """Largest distance between neighbouring points of any joint along its axes [m].
+
+    ``joints`` gives for each of them, and along each of its axes, the places of its points [m].
+    """
     far = 0.0
     for axes in joints:
         for along in axes:
-            far = max(far, float(np.diff(np.unique(np.round(along, 9))).max(initial=0.0)))
+            places = np.unique(np.round(along, 9))  # points of one row lie at one place: told apart from 1 nm on
+            far = max(far, float(np.diff(places).max(initial=0.0)))
     return far
 
 
@@ -124,10 +130,7 @@ class DrivenStructure(ABC):
     to_settle = 0.0
 
     def __init__(self, assembly: Assembly, drive: Drive, loads: Loads | None, chosen: PushSettings) -> None:
-        """What is driven and how.
-
-        Nothing moves yet.
-        """
+        """What is driven and how, with dead ``loads`` or self weight where None; nothing moves yet."""
         self.assembly, self.chosen = assembly, chosen
         self.unit, self.held = unit_twist(drive, assembly)
 
@@ -158,7 +161,15 @@ class DrivenStructure(ABC):
 
     @abstractmethod
     def begun(self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None) -> Any:
-        """Run of a copy along a path in so many steps, from its start or from where a file says that it stood."""
+        """Run of a copy along a path in so many steps, from its start or from where a file says that it stood.
+
+        Parameters
+        ----------
+        path : turning points of the displacement [m]
+        steps : of the whole path
+        same : digests by name of what a file of this run must have in common with it
+        file : where it stood; None begins it
+        """
 
     @abstractmethod
     def steps_of(self, run: Any) -> tuple[float, float]:
@@ -166,7 +177,7 @@ class DrivenStructure(ABC):
 
     @abstractmethod
     def curve_of(self, run: Any, status: RunStatus, steps: int, seconds: float) -> PushCurve:
-        """What a run says of the drive."""
+        """Curve of a run: how it ended, the steps that it was to take, and the seconds that it took."""
 
     def step_time(self) -> float:
         """Time that a step takes [s], from a few of a copy once they are compiled."""
@@ -197,8 +208,10 @@ class DrivenStructure(ABC):
         Parameters
         ----------
         path : turning points of the displacement [m]
+        steps : of the whole path
         same : signature that a file must agree with
         file : checkpoint, written on the way; where it is there the run goes on from it
+        follow : told of every sample
         """
         clock, before = time.perf_counter(), file if file is not None and file.exists() else None
         if before is not None:

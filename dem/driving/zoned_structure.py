@@ -16,7 +16,7 @@ from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_LOST, Z_SUPPORT
 from dem.model.joint_marks import MARKS
 from dem.model.rest_criterion import CALM
 from dem.model.state import UnstableError
-from dem.settings import PushSettings
+from dem.settings import ZONED_STEPS, PushSettings
 from dem.stages.resuming import RunStatus, signature
 from dem.stages.store import Samples
 from dem.zones import recording, running
@@ -36,10 +36,13 @@ AT_REST = 1e-8
 LEAST_STEPS = 40_000
 """Steps that the faster run takes, at least: a brittle panel that fails at 9 kN carries 14 to 19 in 6000 to 20 000."""
 
+# chosen
+_GENTLE = 5  # samples over which the drive comes up to its speed
+_TAIL = 4  # the load of a sample is the mean over its last quarter
+_LEAST_TAIL = 20  # steps of such a mean, as long as the sample has as many
+_SLID = 0.5  # part of the shortest side of a zone from which a joint that has slid is pointed out [-]
 
-GENTLE = 5
-"""Samples over which the drive comes up to its speed."""
-
+_NONE = 1e-300  # work or energy [J] that a part is of, instead of 0
 
 class ZonedRun:
     """A run of zoned blocks along a path, see :class:`dem.stages.run.Run`.
@@ -49,8 +52,8 @@ class ZonedRun:
     Parameters
     ----------
     model : at rest; changed on the way
-    twist : of rigid blocks per displacement of 1 m
-    hold : freedoms that the drive holds
+    twist : of rigid blocks per displacement of 1 m, along x, z and about -y, shape (r, 3)
+    hold : freedoms of rigid blocks that the drive holds, shape (r, 3)
     path : turning points [m]
     steps : over all of them
     count : of samples
@@ -64,6 +67,7 @@ class ZonedRun:
         """Write the settled model down as sample 0."""
         self.model, self.twist, self.hold = model, twist, hold
         self.rates, self.chunk = _rates(path, steps, count), steps // count
+        # what stands there when the drive begins is no load of the drive: forces on what it moves [N, N m], and work
         self.before = np.where(twist != 0.0, model.rigid.net, 0.0)
         self.work_before = float(model.total[Z_APPLIED] + model.total[Z_SUPPORT])
         self.clock, self.same, self.notes = time.perf_counter(), dict[str, str](), [*model.warnings]
@@ -94,19 +98,21 @@ class ZonedRun:
     def advance(self) -> Mapping[str, Any]:
         """Step to the next sample; the force of the drive is the mean over the last quarter."""
         model, number, last = self.model, self.samples, self.record.columns
-        rate, tail = float(self.rates[number]), min(self.chunk, max(self.chunk // 4, 20))
+        rate, tail = float(self.rates[number]), min(self.chunk, max(self.chunk // _TAIL, _LEAST_TAIL))
         running.drive(model, self.twist * rate, self.hold)
         # damping of a steady motion is let through only where little moves beside it
         calm = last["restless"][-1] < CALM
         running.advance(model, self.chunk - tail, drifts=calm)
         running.advance(model, tail, drifts=calm)
         running.refuse_explosion(model)
+        # forces of the blocks on the drive, summed over the tail: the drive's is the opposite
         load = float(-((model.rigid.total / tail - self.before) * self.twist).sum())
         work = abs(float(model.total[Z_APPLIED] + model.total[Z_SUPPORT]))
-        done = max(abs(work - self.work_before), 1e-300)
-        moving = float(model.total[Z_KINETIC]) / done if number >= GENTLE else 0.0
+        done = max(abs(work - self.work_before), _NONE)
+        # while the drive starts there is no work yet to be a part of
+        kinetic = float(model.total[Z_KINETIC]) / done if number >= _GENTLE else 0.0
         at = last["moved"][-1] + rate * self.chunk
-        self.record.add(**self._sampled(at, load, moving, work))
+        self.record.add(**self._sampled(at, load, kinetic, work))
         return {"step": self.chunk * (number + 1), "displacement": at, "load": load}
 
     def note(self, text: str) -> None:
@@ -125,9 +131,14 @@ class ZonedRun:
         self.clock = time.perf_counter() - float(self.record.columns["seconds"][-1])
 
     def _sampled(self, at: float, load: float, kinetic: float, work: float) -> dict[str, Any]:
-        """What is written down of where the model stands.
+        """What is written down of where the model stands, by column.
 
-        ``work`` is that of loads and supports so far, 0 before the drive.
+        Parameters
+        ----------
+        at : displacement of the drive [m]
+        load : force of the drive [N]
+        kinetic : kinetic energy over the work of the drive [-]
+        work : of loads and supports so far [J], 0 before the drive
         """
         model, now = self.model, running.read(self.model)
         moving = float(model.total[Z_KINETIC])
@@ -135,8 +146,8 @@ class ZonedRun:
         place, turn = recording.rigid_motion(model)
         marks, zones = recording.zoned_joint_marks(model, now), recording.zone_state(model)
         return dict(
-            moved=at, load=load, kinetic=kinetic, energy=abs(work - rest) / max(work, 1e-300) if work else 0.0,
-            restless=moving / max(now.energy, 1e-300) if work else 0.0, seconds=time.perf_counter() - self.clock,
+            moved=at, load=load, kinetic=kinetic, energy=abs(work - rest) / max(work, _NONE) if work else 0.0,
+            restless=moving / max(now.energy, _NONE) if work else 0.0, seconds=time.perf_counter() - self.clock,
             **vars(marks), place=place, turn=turn, **zones._asdict(),
         )
 
@@ -144,18 +155,24 @@ class ZonedRun:
 def _rates(path: Sequence[float], steps: int, samples: int) -> Array:
     """Displacement per step in every sample [m], exactly to each turning point.
 
-    The first ``GENTLE`` samples rise to the speed of the others, as a jump of speed would shake the blocks.
+    The first samples rise to the speed of the others, as a jump of speed would shake the blocks.
+
+    Parameters
+    ----------
+    path : turning points [m], from 0
+    steps : of the whole path, about: every sample has as many, and a short branch some samples more
+    samples : of the whole path, about
     """
     lengths = np.diff([0.0, *path])
     whole = np.abs(lengths).sum()
     chunk = steps // samples
     rates: list[float] = []
     for branch, length in enumerate(lengths):
-        count = max(round(samples * abs(length) / whole), GENTLE + 1)
-        weight = np.ones(count)
+        count = max(round(samples * abs(length) / whole), _GENTLE + 1)
+        speed = np.ones(count)  # over that of the samples behind the start
         if branch == 0:
-            weight[:GENTLE] = (np.arange(GENTLE) + 0.5) / GENTLE
-        rates += list(length * weight / weight.sum() / chunk)
+            speed[:_GENTLE] = (np.arange(_GENTLE) + 0.5) / _GENTLE
+        rates += list(length * speed / speed.sum() / chunk)
     return np.array(rates)
 
 
@@ -172,7 +189,15 @@ class ZonedStructure(DrivenStructure):
     least_samples = 1
 
     def __init__(self, assembly: Assembly, drive: Drive, loads: Loads | None, chosen: PushSettings) -> None:
-        """Zones, contacts, masses and signature; nothing moves yet."""
+        """Zones, contacts, masses and signature; nothing moves yet.
+
+        Parameters
+        ----------
+        assembly : what is driven, a wall in the x-z plane
+        drive : which blocks and along which direction in that plane
+        loads : dead ones; self weight where None
+        chosen : settings of the push, with the size of zones
+        """
         stress = chosen.stress or PLANE_STRESS
         assert chosen.zone_size is not None
         super().__init__(assembly, drive, loads, chosen)
@@ -182,21 +207,23 @@ class ZonedStructure(DrivenStructure):
                 "the drive leaves the x-z plane, in which zoned blocks stay: give x, z or ry, or take simply "
                 "deformable blocks, which strain and bend in space"
             )
-        for given in ("calm", "damping"):
-            if getattr(drive, given) is not None:
-                raise InputError(f"zoned blocks take no {given}: leave it out of the drive")
+        for setting in ("calm", "damping"):
+            if getattr(drive, setting) is not None:
+                raise InputError(f"zoned blocks take no {setting}: leave it out of the drive")
         given_loads = loads if loads is not None else Loads.weight(assembly)
         dead = given_loads.dead.copy()
         for name, servo in drive.servo.items():
             block = assembly.block_index(name)
             dead[block, 2] -= servo.force
             held[block, 4] |= servo.parallel
+        # what is driven or held moves as one
         stiff = np.flatnonzero(unit.any(axis=1) | held.any(axis=1)).tolist()
-        self.least_steps = max(LEAST_STEPS, 10 * chosen.samples)
+        self.least_steps = max(LEAST_STEPS, ZONED_STEPS * chosen.samples)
         self.model = model = make_model(
             assembly, replace(given_loads.scaled(live=0.0), dead=dead), zone_size=chosen.zone_size, plane=stress,
             contact_points=chosen.contact_points, joint_options=chosen.joint_options, stiff=stiff,
         )
+        # a block's number among the rigid ones
         rows = [int(np.count_nonzero(model.mesh.rigid[:b])) for b in stiff]
         self.twist, self.hold = np.zeros(model.rigid.held.shape), np.zeros_like(model.rigid.held)
         self.twist[rows] = unit[stiff][:, AXES] * SENSE
@@ -230,7 +257,13 @@ class ZonedStructure(DrivenStructure):
         running.advance(self.model.copy(), count)
 
     def come_to_rest(self) -> None:
-        """Step the model under its dead loads until it rests; raises where it does not."""
+        """Step the model under its dead loads until it rests.
+
+        Raises
+        ------
+        NotConverged
+            Where it does not come to rest, or flies apart: it falls before it is driven.
+        """
         # under softer joints than most it takes a few of the slowest swings
         most = max(running.MOST_STEPS, int(self.to_settle * self.period))
         try:
@@ -249,7 +282,7 @@ class ZonedStructure(DrivenStructure):
         recording.read_model(file, self.model)
 
     def _unsettled(self) -> str:
-        """Why a model did not settle, in words: it moves, or it is at rest but for the rounding of stiff springs."""
+        """Why the model did not settle, in words: it moves, or it is at rest but for the rounding of stiff springs."""
         force = f"unbalanced force {running.unbalance(self.model):.2g} of the mean applied force per node"
         if self.model.total[Z_KINETIC] < AT_REST * running.read(self.model).energy:
             return (
@@ -259,7 +292,15 @@ class ZonedStructure(DrivenStructure):
         return f"the structure does not settle under its dead loads ({force}): it falls before it is driven"
 
     def begun(self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None) -> ZonedRun:
-        """Run of a copy along a path, from its start or from where a file says that it stood."""
+        """Run of a copy along a path, from its start or from where a file says that it stood.
+
+        Parameters
+        ----------
+        path : turning points of the displacement [m]
+        steps : of the whole path
+        same : digests by name of what a file of this run must have in common with it
+        file : where it stood; None begins it
+        """
         run = ZonedRun(self.model.copy(), self.twist, self.hold, path, steps, self.chosen.samples)
         run.same = dict(same)
         if file is not None:
@@ -273,13 +314,17 @@ class ZonedStructure(DrivenStructure):
     def curve_of(self, run: ZonedRun, status: RunStatus, steps: int, seconds: float) -> PushCurve:
         """Curve of a run: displacement, force, errors, marks and states of the zones.
 
-        Its ``seconds`` are those of the record, runs before it included.
+        Parameters
+        ----------
+        status : how the run ended
+        steps : that it was to take
+        seconds : of this call; the curve's are those of the record, runs before it was taken up included
         """
         r, m = run.record.arrays(), self.model
         slid, driven = float(np.nanmax(r["slip"][-1], initial=0.0)), int(np.argmax(np.abs(self.twist).max(axis=1)))
-        pieces = np.diff(m.sides.arc)
+        pieces = np.diff(m.sides.arc)  # along each side; from one side to the next it is not positive
         shortest = float(pieces[pieces > 0.0].min())
-        if slid > 0.5 * shortest:
+        if slid > _SLID * shortest:
             run.note(
                 f"a joint has slid by {1e3 * slid:.3g} mm: contacts are those of the reference position, and a block "
                 "that leaves the face it lies on is still carried by its plane"
