@@ -18,7 +18,7 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry import Solid
 from limitmason.storage.frozen import ReadOnly, frozen
 
-_NEAR = 1e-7  # of the structure's size: planes this near to each other are one
+_NEAR = 1e-7  # of the size of a piece or a structure: corners and planes this near to each other are one; rounding
 # corners of the reference cube in the order of scikit-fem
 CORNERS = np.array([[1, 1, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]])
 
@@ -172,6 +172,11 @@ def trilinear(place: Array) -> tuple[Array, Array]:
 def box_of(solid: Solid, name: str) -> Box:
     """The axis-aligned box that a convex piece is.
 
+    Parameters
+    ----------
+    solid : the piece
+    name : of its block, for the message
+
     Raises
     ------
     NotApplicable
@@ -179,7 +184,8 @@ def box_of(solid: Solid, name: str) -> Box:
     """
     v = np.asarray(solid.vertices)
     low, high = v.min(axis=0), v.max(axis=0)
-    at_corner = (np.isclose(v, low, atol=_NEAR * np.ptp(v)) | np.isclose(v, high, atol=_NEAR * np.ptp(v))).all()
+    near = _NEAR * float((high - low).max())  # of the piece's own size, wherever it stands
+    at_corner = ((np.abs(v - low) <= near) | (np.abs(v - high) <= near)).all()
     if len(v) != 8 or not at_corner:
         raise NotApplicable(
             f"block {name!r} is no box along the axes: its solid is not meshed; give bricks of your own (Mesh)"

@@ -8,6 +8,7 @@ import pytest
 import limitmason as lm
 from limitmason import experiments
 from limitmason.continuum import Box, Continuum, solve_elastic
+from limitmason.continuum.mesh import box_of
 from limitmason.errors import InputError, NotApplicable
 from validation.murano_macro import control_point, macro_model, material, published
 
@@ -117,6 +118,20 @@ def test_what_cannot_be_meshed_or_held_is_refused_by_name():
     ):
         with pytest.raises(InputError, match=message):
             Continuum.from_boxes([BAR], made_of, size=0.3)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e3])
+def test_a_tapered_block_is_no_box_wherever_it_stands(shift):
+    # a top that is 5 mm shorter: half a hundred-thousandth of a coordinate of 1 km, a hundredth of the block
+    wall = lm.build.wall(length=0.8, height=0.4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(30.0))
+    part = wall.blocks[int(np.flatnonzero(~wall.fixed)[0])].parts[0]
+    away = part._replace(vertices=part.vertices + np.array([shift, -shift, 0.0]))
+    box = box_of(away, "stone")
+    assert box.high - box.low == pytest.approx(np.ptp(part.vertices, axis=0), abs=1e-9)
+    tapered = away.vertices.copy()
+    tapered[(tapered[:, 0] == box.high[0]) & (tapered[:, 2] == box.high[2]), 0] -= 5e-3
+    with pytest.raises(NotApplicable, match="'stone' is no box"):
+        box_of(away._replace(vertices=tapered), "stone")
 
 
 def test_strengths_from_the_modulus_are_those_of_tables_6_and_9():
