@@ -13,14 +13,18 @@ from limitmason.continuum.equilibrium import Solver
 from limitmason.continuum.mesh import CORNERS
 from limitmason.continuum.rotating_crack import Curves, Memory, envelope
 
-_OFF = 0.03  # of the energy of one crack from which a curve warns
-ALONG = 0.9  # cosine between the normal of a crack and the way to the next brick from which that lies across it
+_OFF = 0.03  # of the energy of one crack from which a curve warns, chosen
+ALONG = 0.9
+"""Cosine between the normal of a crack and the way to the next brick from which that lies across it, chosen."""
+_OPEN = 1e-6  # of the elastic strain at the strength: a crack strain below it is rounding
+_ITERATIONS = 60  # most of Newton's steps to the opening of one crack
+_EXACT = 1e-12  # of its solution: a step below it ends the iteration, that is rounding
 
 
 class CrackEnergy(NamedTuple):
     """Energy that cracks have taken, and what single cracks of the same openings take [J].
 
-    ``place`` is the middle of the brick that is furthest off [m], shape (3,).
+    ``place`` is the middle of a brick where the two differ most [m], shape (3,).
     """
 
     taken: float
@@ -63,57 +67,78 @@ def crack_energy(solver: Solver, curves: Curves, memory: Memory) -> CrackEnergy:
     count as more. Rows of neighbours are matched by their place in the brick, so bricks are read in one order.
     """
     d, mesh = solver.d, solver.model.mesh
-    m, p = len(mesh), d.points
+    bricks, rows = len(mesh), d.points**2
+    # crack strain of every point: of the largest strain that it has reached, what its stress does not make
     value, axes = np.linalg.eigh(memory.tension)
     reached = np.maximum(value[:, 2:], 0.0)
     stress, _, _ = envelope(curves, reached)
-    opened = (reached - stress / curves.modulus[:, None]).reshape(m, -1)
+    opened = (reached - stress / curves.modulus[:, None]).reshape(bricks, -1)
+    # energy lost per volume, without what crushing took: its area less what unloading gives back
     shortest = -np.maximum(np.linalg.eigvalsh(memory.compression), 0.0)
     held, _, area = envelope(curves, shortest)
-    lost = (memory.lost - (area - 0.5 * held * shortest).sum(axis=1)).reshape(m, -1)
-    cracked: Flags = np.asarray((opened > 1e-6 * curves.tension.reshape(m, -1) / curves.modulus.reshape(m, -1))
-                                .any(axis=1))
+    lost = (memory.lost - (area - 0.5 * held * shortest).sum(axis=1)).reshape(bricks, -1)
+    least = _OPEN * curves.tension.reshape(bricks, -1) / curves.modulus.reshape(bricks, -1)
+    cracked: Flags = np.asarray((opened > least).any(axis=1))
     if not cracked.any():
         return CrackEnergy(0.0, 0.0, np.zeros(3))
-    normal = axes.reshape(m, -1, 3, 3)[np.arange(m), opened.argmax(axis=1), :, 2]
-    edge = _edge(mesh.corners, normal)
+    # rows: number of that of every point, in its brick and in the stack of bricks that crack across each other
+    normal = axes.reshape(bricks, -1, 3, 3)[np.arange(bricks), opened.argmax(axis=1), :, 2]
+    row_of_brick = _rows(d.place, _edge(mesh.corners, normal))
     stack = across_cracks(mesh.solid.f2t, mesh.corners.mean(axis=1), normal, cracked)[1]
+    row = rows * stack[:, None] + row_of_brick
+    # a row of a brick is as long as its crack band, each of its points by its share in the volume of the row
     width = solver.band * np.cbrt(d.volume.sum(axis=1))
-    row = p * p * stack[:, None] + _rows(d.place, edge)
-    # every row of a brick is as long as its crack band
-    within = (p * p * np.arange(m)[:, None] + _rows(d.place, edge)).ravel()
-    of_row = np.bincount(within, d.volume.ravel(), minlength=p * p * m)[within].reshape(m, -1)
+    within = (rows * np.arange(bricks)[:, None] + row_of_brick).ravel()
+    of_row = np.bincount(within, d.volume.ravel(), minlength=rows * bricks)[within].reshape(bricks, -1)
     length = width[:, None] * d.volume / of_row
-    every = (cracked[:, None] & (opened >= 0.0)).ravel()
+    # rounding may leave a point that has not cracked below zero
+    counts = (cracked[:, None] & (opened >= 0.0)).ravel()
     n = int(row.max()) + 1
 
     def summed(values: Array) -> Array:
-        return np.bincount(row.ravel()[every], values.ravel()[every], minlength=n).astype(np.float64)
+        """Sums over the points of every row, shape (n,)."""
+        return np.bincount(row.ravel()[counts], values.ravel()[counts], minlength=n).astype(np.float64)
 
-    opening, bricks = summed(opened * length), np.maximum(summed(length / width[:, None]), 1e-300)
-    across = summed(d.volume / width[:, None]) / bricks
-    # the law of the point that has opened most stands for its row
+    # opening [m] of every row and the number of bricks that it crosses, kept from zero where none of its points counts
+    opening, crossed = summed(opened * length), np.maximum(summed(length / width[:, None]), 1e-300)
+    section = summed(d.volume / width[:, None]) / crossed
+    # the law of the point that has opened most stands for its row: written last, it stays
     most = np.zeros(n, dtype=np.intp)
-    order = np.argsort(np.where(every, opened.ravel(), -1.0), kind="stable")
+    order = np.argsort(np.where(counts, opened.ravel(), -1.0), kind="stable")
     most[row.ravel()[order]] = order
-    one = _of_one(curves.rows(most), opening, width[most // d.per_brick]) * across
+    one = _of_one(curves.rows(most), opening, width[most // d.per_brick]) * section
     taken = summed(lost * d.volume)
-    off = np.bincount(stack[most // d.per_brick], taken - one, minlength=m)
+    off = np.bincount(stack[most // d.per_brick], taken - one, minlength=bricks)
     worst = int(np.flatnonzero(stack == int(np.abs(off).argmax()))[0])
     return CrackEnergy(float(taken.sum()), float(one.sum()), mesh.corners[worst].mean(axis=0))
 
 
 def _edge(corners: Array, normal: Array) -> Index:
-    """Edge of every brick, 0 to 2, nearest to a normal, shape (m,)."""
+    """Edge of every brick, 0 to 2 for those of the reference cube, nearest to a normal, shape (m,).
+
+    Parameters
+    ----------
+    corners : of the bricks [m], shape (m, 8, 3)
+    normal : one unit vector per brick, shape (m, 3)
+    """
+    # mean direction of the four edges: corners at 1 less those at 0
     edge = np.einsum("nk,mni->mki", CORNERS - 0.5, corners)
     edge /= np.linalg.norm(edge, axis=2, keepdims=True)
     return np.asarray(np.abs(np.einsum("mki,mi->mk", edge, normal)).argmax(axis=1))
 
 
 def _rows(place: Array, edge: Index) -> Index:
-    """Number of the row of every point, 0 to p^2 - 1, where rows run along the edge of a brick, shape (m, q)."""
+    """Number of the row of every point, 0 to p^2 - 1, where rows run along an edge of each brick, shape (m, q).
+
+    Parameters
+    ----------
+    place : integration points in the reference cube, p along each edge, shape (3, q)
+    edge : along which the rows of every brick run, 0 to 2, shape (m,)
+    """
+    # by rank among the p values of each coordinate, which rounding to nine digits makes equal
     rank = np.array([np.unique(np.round(x, 9), return_inverse=True)[1] for x in place])
     p = int(rank.max()) + 1
+    # points of one row agree in the two other coordinates
     return np.asarray(np.array([p * rank[a] + rank[b] for a, b in ((1, 2), (0, 2), (0, 1))])[edge])
 
 
@@ -143,18 +168,27 @@ def across_cracks(faces: Index, centre: Array, normal: Array, cracks: Flags) -> 
 def _of_one(c: Curves, opening: Array, width: Array) -> Array:
     """Energy per area of one crack of an opening [J/m2], shape (n,), zero where nothing has opened.
 
-    Its strain past the strength, s x, follows from s x + (1 - exp(-x)) ft / E = w / h, by Newton's method from below.
+    Its strain past the strength, s x, follows from s x + (1 - exp(-x)) ft / E = w / h, by Newton's method from below:
+    the left side flattens, so that no step goes past the solution.
+
+    Parameters
+    ----------
+    c : curve of every crack, s its softening strain
+    opening : w [m], shape (n,)
+    width : h of the crack band [m], shape (n,)
     """
     out = np.zeros(len(opening))
+    # a material of infinite strength has no crack
     rows = np.flatnonzero((opening > 0.0) & np.isfinite(c.tension))
     ft, scale, h = c.tension[rows], c.softening[rows], width[rows]
     first, target = ft / c.modulus[rows], opening[rows] / width[rows]
     x = np.zeros(len(rows))
-    for _ in range(60):
+    for _ in range(_ITERATIONS):
         step = (target - scale * x - first * (1.0 - np.exp(-x))) / (scale + first * np.exp(-x))
         x += step
-        if (np.abs(step) <= 1e-12 * np.maximum(x, 1e-12)).all():
+        if (np.abs(step) <= _EXACT * np.maximum(x, _EXACT)).all():
             break
     left = ft * np.exp(-x)
+    # area of the triangle to ft and of the exponential, less what unloading from the stress that is left gives back
     out[rows] = h * (0.5 * ft * first + scale * (ft - left) - 0.5 * left * (first + scale * x))
     return out

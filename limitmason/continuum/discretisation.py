@@ -15,6 +15,7 @@ from limitmason.continuum.mesh import Mesh, trilinear
 from limitmason.errors import InputError
 
 _CHUNK = 256  # bricks whose stiffness is worked out at once: bounds the memory
+_COPY = 1e-7  # of the largest brick's size: bricks whose corners agree within it are copies; above rounding
 
 
 class Congruent(NamedTuple):
@@ -38,21 +39,28 @@ class Discretisation:
     """
 
     def __init__(self, mesh: Mesh, held: Flags, points: int = 3) -> None:
-        """Group congruent bricks and number the free unknowns."""
+        """Group congruent bricks and number the free unknowns.
+
+        Parameters
+        ----------
+        mesh, held, points : see the class
+        """
         choice("points along an edge", points, (2, 3))
         self.mesh, self.points = mesh, points
         n = len(mesh.nodes)
+        # nodes held in all directions, or each direction for itself
         self.held = np.broadcast_to(held[:, None] if held.ndim == 1 else held, (n, 3)).ravel()
         self.free = np.flatnonzero(~self.held)
         if not len(self.free) or not self.held.any():
             raise InputError("a solid needs nodes that are held and nodes that are free")
         self.unknowns: Index = (3 * mesh.connectivity[:, :, None] + np.arange(3)).reshape(len(mesh), -1)
+        # Gauss's rule with p points along an edge is exact up to degree 2 p - 1
         place, weight = get_quadrature(RefHex, 2 * points - 1)
         self.place: Array = place  # integration points in the reference cube, (3, q)
         self.per_brick = len(weight)
         corners = mesh.corners - mesh.corners[:, :1]
         size = float(np.abs(corners).max())
-        _, group = np.unique(np.round(corners.reshape(len(mesh), 24) / (1e-7 * size)), axis=0, return_inverse=True)
+        _, group = np.unique(np.round(corners.reshape(len(mesh), 24) / (_COPY * size)), axis=0, return_inverse=True)
         self.groups: list[Congruent] = []
         shape = [mesh.element.lbasis(place, i) for i in range(mesh.per_brick)]
         self._shape = np.array([np.broadcast_to(s[0], len(weight)) for s in shape])  # (n, q)
@@ -63,8 +71,9 @@ class Discretisation:
             volume = np.linalg.det(jacobian) * weight
             if not (volume > 0.0).all():
                 raise InputError(f"brick {int(bricks[0])} is turned inside out or flat")
-            g = np.einsum("ajq,qji->aiq", gradient, np.linalg.inv(jacobian))
-            self.groups.append(Congruent(bricks, _strain_matrix(g), volume))
+            # by the chain rule from reference coordinates to places in space
+            in_space = np.einsum("ajq,qji->aiq", gradient, np.linalg.inv(jacobian))
+            self.groups.append(Congruent(bricks, _strain_matrix(in_space), volume))
 
     @cached_property
     def elimination(self) -> Elimination:
@@ -90,7 +99,12 @@ class Discretisation:
         return np.asarray(np.einsum("aq,mai->mqi", self._shape, self.mesh.nodes[self.mesh.connectivity]))
 
     def strains(self, displacement: Array) -> Array:
-        """Strains (xx, yy, zz, xy, yz, zx) at the points, shear engineering [-], shape (m, q, 6)."""
+        """Strains (xx, yy, zz, xy, yz, zx) at the points, shear engineering [-], shape (m, q, 6).
+
+        Parameters
+        ----------
+        displacement : of the nodes [m], shape (3 n,)
+        """
         out = np.empty((len(self.mesh), self.per_brick, 6))
         for g in self.groups:
             u = displacement[self.unknowns[g.bricks]]
@@ -117,7 +131,7 @@ class Discretisation:
         by_material = tangent.ndim == 3
         for g in self.groups:
             b = g.strain
-            if by_material:
+            if by_material:  # equal bricks of one material have one stiffness
                 for k in np.unique(self.mesh.material[g.bricks]):
                     db = np.einsum("q,ij,qjk->qik", g.volume, tangent[k], b)
                     one = b.reshape(-1, n).T @ db.reshape(-1, n)
@@ -148,7 +162,7 @@ class Discretisation:
         for i in range(3):
             values[:, :, i, :, i] = one
         out = values.reshape(len(self.mesh), 3 * n, 3 * n)
-        if extra is not None:  # each on one brick that has it
+        if extra is not None:  # the mass of an unknown goes to the diagonal of the first brick that has this unknown
             unknown, first = np.unique(self.unknowns, return_index=True)
             brick, place = np.divmod(first, 3 * n)
             out[brick, place, place] += extra[unknown]
@@ -167,19 +181,27 @@ class Discretisation:
     def factor(self, values: Array) -> Factor:
         """Factor of the matrix assembled from those of the bricks.
 
-        Symmetric, it need not be definite.
+        Parameters
+        ----------
+        values : of the bricks, symmetric, not always definite [N/m], shape (m, k, k)
         """
         return Factor(self.elimination, values)
 
     def spread(self, values: Array) -> Array:
-        """Displacements of all unknowns from those in the order of elimination, zero where held."""
+        """Values of all unknowns, shape (3 n,), from those in the order of elimination, shape (r,), zero where held."""
         out = np.zeros(self.held.size)
         out[self.order] = values
         return out
 
 
 def _jacobian(corners: Array, place: Array) -> Array:
-    """Derivatives of the trilinear map at reference points, shape (q, 3, 3)."""
+    """Derivatives dx_i / dX_j of the trilinear map at reference points [m], shape (q, 3, 3).
+
+    Parameters
+    ----------
+    corners : of the brick [m], shape (8, 3)
+    place : reference points, shape (3, q)
+    """
     _, gradient = trilinear(place.T)
     return np.asarray(np.einsum("ki,qkj->qij", corners, gradient))
 

@@ -61,6 +61,7 @@ def solve_elastic(model: Continuum, multiplier: float = 0.0) -> ElasticState:
 
     Parameters
     ----------
+    model : the solid
     multiplier : of the live loads [-]
 
     Notes
@@ -71,6 +72,6 @@ def solve_elastic(model: Continuum, multiplier: float = 0.0) -> ElasticState:
     forces = model.all_dead + multiplier * model.live.ravel()
     wanted = forces[d.order]
     u = model.elastic.solve(wanted)
-    largest = float(np.abs(wanted).max()) or 1.0
+    largest = float(np.abs(wanted).max()) or 1.0  # without any load the residual is not divided
     residual = float(np.abs(wanted - model.elastic.product(u[:, None])[:, 0]).max()) / largest
     return ElasticState(model, d.spread(u).reshape(-1, 3), forces.reshape(-1, 3), residual)

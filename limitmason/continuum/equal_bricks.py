@@ -14,6 +14,8 @@ from limitmason.continuum.rotating_crack import tensor
 _EQUAL = 2e-4  # of the strength: bricks this near to each other are equally near to it
 _STRONGER = 1.05  # times the strength of the bricks that stay whole, until the crack beside them has softened
 _SOFTENED = 0.9  # of its strength: below it a crack no longer lets equal bricks crack
+_ACROSS = 1e-3  # cosine below which a direction counts as across a row: it then says nothing of front and back
+_SAME_PLACE = 1e-6  # of the length of the solid along the row: bricks as near to its middle are equally near
 
 
 class EqualBricks:
@@ -31,12 +33,12 @@ class EqualBricks:
     """
 
     def __init__(self, solver: Solver) -> None:
-        """Find the neighbours of every brick."""
+        """Take the middles of the bricks, and place and direction of the control displacement."""
         mesh = solver.model.mesh
         self.solver, self.true = solver, solver.curves
         self.centre = mesh.corners.mean(axis=1)
         control = solver.control.reshape(-1, 3)
-        self.towards = control.sum(axis=0)
+        self.towards = control.sum(axis=0)  # its shape functions add up to one: the unit direction of the control
         self.place = np.abs(control).sum(axis=1) @ mesh.nodes / np.abs(control).sum()
         self.chosen = np.full(len(mesh), -1)  # the brick that cracks in place of a brick, -1 for none
         self.seen: Flags = np.zeros(len(mesh), dtype=np.bool_)  # bricks that crack together whatever is chosen
@@ -44,7 +46,13 @@ class EqualBricks:
     def stepped(
         self, step: Callable[[], EquilibriumState | None], last: EquilibriumState
     ) -> EquilibriumState | None:
-        """The next state by ``step``, with one crack in each row of equal bricks."""
+        """The next state by ``step``, with one crack in each row of equal bricks.
+
+        Parameters
+        ----------
+        step : finds the next state with the strengths that the solver now has, None where there is none
+        last : accepted state before
+        """
         self._release(last)
         new = step()
         if new is not None and (self.chosen >= 0).any():
@@ -59,6 +67,7 @@ class EqualBricks:
         other = None if other is None else self._checked(other)
         if other is not None and not self._rows(last, other):
             return other
+        # no state with one crack is in equilibrium: these bricks crack together, and are not asked again
         for row, _ in rows:
             self.seen[row] = True
         self.chosen = before
@@ -85,6 +94,7 @@ class EqualBricks:
         assert last.memory is not None
         strain = self._per_brick(np.asarray(np.linalg.eigvalsh(last.memory.tension)[:, -1])).max(axis=1)
         first = self._per_brick(self.true.tension / self.true.modulus)[:, 0]
+        # strain at which the exponential branch has fallen to that share of the strength
         soft = strain > first + np.log(1.0 / _SOFTENED) * self._per_brick(self.true.softening)[:, 0]
         self.chosen[tied & soft[self.chosen]] = -1
         self._strengthen()
@@ -99,7 +109,15 @@ class EqualBricks:
         return new if off <= self.solver.tolerance else None
 
     def _rows(self, last: EquilibriumState, new: EquilibriumState) -> list[tuple[Index, int]]:
-        """Bricks that begin to crack in one step as their neighbours across the crack do, and the one to crack."""
+        """Bricks that begin to crack in one step as their neighbours across the crack do, and the one to crack.
+
+        There is one entry per row. Bricks that a choice was made for, or that crack together whatever is chosen, are
+        left out.
+
+        Parameters
+        ----------
+        last, new : states before and after the step
+        """
         assert last.memory is not None
         assert new.memory is not None
         assert new.crack is not None
@@ -107,6 +125,7 @@ class EqualBricks:
         begins = fresh & (self._per_brick(new.crack) > 0.0).any(axis=1) & ~self.seen & (self.chosen < 0)
         if not begins.any():
             return []
+        # a brick cracks across the direction that its points, on the mean, have strained most in
         normal = np.linalg.eigh(new.memory.tension.reshape(len(self.chosen), -1, 3, 3).mean(axis=1))[1][:, :, -1]
         tied, label = across_cracks(self.solver.model.mesh.solid.f2t, self.centre, normal, begins)
         bricks = np.unique(tied)
@@ -114,11 +133,21 @@ class EqualBricks:
         return [(row, self._first(row, bricks, normal, last)) for row in rows]
 
     def _first(self, row: Index, bricks: Index, normal: Array, last: EquilibriumState) -> int:
-        """The brick of a row that cracks: of those nearest to their strength that in the middle of all tied bricks."""
+        """The brick of a row that cracks: of those nearest to their strength that in the middle of all tied bricks.
+
+        Parameters
+        ----------
+        row : bricks of the row
+        bricks : those of all rows that the step ties
+        normal : unit normals of the cracks of all bricks, shape (m, 3)
+        last : state before the step
+        """
         assert last.stress is not None
+        # the mean normal of the row, whatever the signs of each: the direction that holds most of them
         along = np.linalg.svd(normal[row])[2][0]
+        # it points as the control point moves, or towards that point where it moves across the row
         for way in (self.towards, self.place - self.centre.mean(axis=0)):
-            if abs(along @ way) > 1e-3 * np.linalg.norm(way):
+            if abs(along @ way) > _ACROSS * np.linalg.norm(way):
                 along = along * np.sign(along @ way)
                 break
         strength = self._per_brick(self.true.tension)[row, 0]
@@ -129,8 +158,9 @@ class EqualBricks:
                 break
         x, all_along = self.centre @ along, np.abs(normal[bricks] @ along) > ALONG
         off = np.abs(x[most] - x[bricks[all_along]].mean())
-        near = most[off <= off.min() + 1e-6 * max(float(np.ptp(x)), 1e-300)]
+        near = most[off <= off.min() + _SAME_PLACE * max(float(np.ptp(x)), 1e-300)]
         return int(near[np.argmin(x[near])])
 
     def _per_brick(self, values: Array) -> Array:
+        """Values of all points, shape (m q,), as rows of bricks, shape (m, q)."""
         return values.reshape(len(self.chosen), -1)

@@ -10,17 +10,40 @@ from limitmason.continuum.factor import Factor, SingularStiffness
 from limitmason.continuum.rotating_crack import Curves, Memory, PointResponse, curves_of, respond, virgin
 from limitmason.continuum.solid import Continuum
 
-_NEAR, _FINISH = 5e-3, 12  # unbalance below which Newton may finish, and after how many secant iterations it is tried
+NEWTON = 14
+"""Most Newton iterations of an ordinary step, before it is cut."""
+
+_NEAR = 5e-3  # unbalanced force over the loads below which Newton may finish what secants began
+_FINISH = 12  # secant iterations after which it is tried, and tried again
+_LAST = 5  # most Newton iterations of such a try
+_SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step that the line search tries
 _SPENT = 0.01  # of the largest load: what softening leaves below it is balanced to the same force
+_UNLOADED = 1e-3  # of the live load: the least force that a residual is over, before a load is known
 _LEAST = 0.05  # of the dead load: smallest part that Newton is tried with
+_DEAD_BREAK = 200  # most secant iterations of a jump under the dead load
+_HELD = 1e-6  # of the control displacement: how exactly it is met
+_NO_SLOPE = 1e-30  # [m] per unit of the multiplier: live loads that move the control point by less do not drive it
+_DIVERGED = 1e4  # residual from which an iteration is given up
 _CHUNK = 20000  # points whose law is worked out at once: bounds the memory
 
 
 class EquilibriumState(NamedTuple):
-    """A state in equilibrium: displacements [m], (3 n,), multiplier, memory, and how it was found.
+    """A state in equilibrium and how it was found.
 
-    ``residual`` is the norm of the unbalanced nodal forces over that of the loads. ``stress`` [Pa] and ``crack`` (crack
-    strain [-]) are those of the points, shapes (m q, 6) and (m q,); they and the memory are None where not kept.
+    Memory, stress and crack strain are None where they were not kept.
+
+    Parameters
+    ----------
+    displacement : of the nodes [m], shape (3 n,)
+    multiplier : of the live loads [-]
+    control : control displacement [m]
+    residual : norm of the unbalanced nodal forces over that of the loads [-]
+    iterations : that it took
+    memory : of the points
+    stress : of the points, tension positive [Pa], shape (m q, 6)
+    crack : crack strain of the points [-], shape (m q,)
+    stored, lost : elastic energy, and what cracking and crushing took [J]
+    jump : whether Newton's method ended at no state, and secants broke on to this one
     """
 
     displacement: Array
@@ -50,8 +73,9 @@ class Solver:
     def __init__(self, model: Continuum, control: Array, tolerance: float, band: float = 1.0) -> None:
         """Find the stress-strain curves of all integration points by the size of their bricks.
 
-        ``control`` is the row of the control displacement over all unknowns, ``band`` the width of a crack band over
-        the cube root of a brick's volume, ``tolerance`` the unbalanced force over the load [-].
+        Parameters
+        ----------
+        model, control, tolerance, band : see the class
         """
         self.model, self.control, self.tolerance, self.band = model, control, tolerance, band
         d = self.d = model.discretisation
@@ -65,7 +89,14 @@ class Solver:
         self.largest = 0.0  # multiplier on the path so far
 
     def answer(self, displacement: Array, memory: Memory, *, secant: bool = False) -> PointResponse:
-        """Stresses, tangents and new memory of all integration points at a displacement."""
+        """Stresses, tangents and new memory of all integration points at a displacement.
+
+        Parameters
+        ----------
+        displacement : of the nodes [m], shape (3 n,)
+        memory : of the last accepted state
+        secant : give secants in place of tangents
+        """
         strain = self.d.strains(displacement).reshape(-1, 6)
         parts = []
         for first in range(0, len(strain), _CHUNK):
@@ -84,9 +115,12 @@ class Solver:
         return np.asarray((self.dead + multiplier * self.live - inner)[self.d.order])
 
     def size(self, multiplier: float) -> float:
-        """Norm of the loads on the free unknowns [N], at least a hundredth of the largest on the path."""
+        """Norm of the loads on the free unknowns [N], with at least a hundredth of the largest live load on the path.
+
+        Residuals are measured by it. At a multiplier of zero there is nothing else where no dead load acts.
+        """
         dead, live = (float(np.linalg.norm(f[self.d.order])) for f in (self.dead, self.live))
-        least = _SPENT * self.largest if self.largest > 0.0 else 1e-3
+        least = _SPENT * self.largest if self.largest > 0.0 else _UNLOADED
         return max(dead + abs(multiplier) * live, least * live, 1e-300)
 
     def factor(self, answer: PointResponse) -> Factor:
@@ -102,7 +136,12 @@ class Solver:
             return None
 
     def dead_load(self, say: Callable[[str], None] = lambda _: None) -> EquilibriumState | None:
-        """State under the dead load alone, put on in parts where it cracks or crushes, or None where none is found."""
+        """State under the dead load alone, put on in parts where it cracks or crushes, or None where none is found.
+
+        Parameters
+        ----------
+        say : called with a line per part
+        """
         n = len(self.curves.modulus)
         node = EquilibriumState(
             displacement=np.zeros(len(self.dead)), multiplier=0.0, control=0.0, residual=1.0, iterations=0,
@@ -113,9 +152,10 @@ class Solver:
         try:
             while put_on < 1.0:
                 self.dead = min(put_on + part, 1.0) * whole
-                new = self.solve(node, node.displacement, 0.0, None, 14)
+                new = self.solve(node, node.displacement, 0.0, None, NEWTON)
+                # no smaller part helps: what breaks under this one breaks on, as under a load that stays
                 if new is None and part <= _LEAST:
-                    new = self.past_instability(node, None, 200, say)
+                    new = self.past_instability(node, None, _DEAD_BREAK, say)
                 if new is None:
                     if part <= _LEAST:
                         return None
@@ -137,14 +177,15 @@ class Solver:
         Parameters
         ----------
         last : accepted state before, whose memory counts
-        guess, multiplier : where to start
+        guess : displacements to start from [m], shape (3 n,)
+        multiplier : to start from [-]
         target : control displacement [m]
         most : iterations
         secant : iterate with secant stiffness
 
         Returns
         -------
-        Node, or None where ``most`` iterations do not reach the tolerance
+        The state, or None where ``most`` iterations do not reach the tolerance
         """
         assert last.memory is not None
         u, factor = guess.copy(), multiplier
@@ -160,7 +201,7 @@ class Solver:
             else:
                 short = target - float(self.control @ u)
                 slope = float(self.row @ both[:, 1])
-                if not abs(slope) > 1e-30:
+                if not abs(slope) > _NO_SLOPE:
                     return None
                 # change of the multiplier that brings the control displacement to its target
                 more = (short - float(self.row @ both[:, 0])) / slope
@@ -169,10 +210,10 @@ class Solver:
                 return None
             u, factor, now, r = self._line_search(u, factor, step, more, r, last.memory, secant)
             off = float(np.linalg.norm(r)) / self.size(factor)
-            held = target is None or abs(target - float(self.control @ u)) <= 1e-6 * max(abs(target), 1e-12)
+            held = target is None or abs(target - float(self.control @ u)) <= _HELD * max(abs(target), 1e-12)
             if off <= self.tolerance and held:
                 return self._node(u, factor, off, k, now)
-            if not np.isfinite(off) or off > 1e4:
+            if not np.isfinite(off) or off > _DIVERGED:
                 return None
         return None
 
@@ -186,6 +227,13 @@ class Solver:
         Every iteration is linear with the stiffness that cracks have left, and what it cracks more stays cracked: the
         load falls as it does while a crack runs through. That ends, since damage only grows, and where it ends is a
         state in equilibrium; what runs too far on the way is energy that the balance shows as lost.
+
+        Parameters
+        ----------
+        last : accepted state before
+        target : control displacement [m], or None
+        most : iterations
+        say : called with a line every twenty iterations
         """
         assert last.memory is not None
         u, factor, memory = last.displacement[self.d.order], last.multiplier, last.memory
@@ -198,14 +246,15 @@ class Solver:
             if both is None:
                 return None
             slope = float(self.row @ both[:, 1])
-            if not abs(slope) > 1e-30:
+            if not abs(slope) > _NO_SLOPE:
                 return None
+            # columns and change of the multiplier as in :meth:`solve`
             more = 0.0 if target is None else (target - float(self.row @ (u + both[:, 0]))) / slope
             factor += more
             off = float(np.linalg.norm(self.unbalanced(now, factor))) / self.size(factor)
             if not np.isfinite(off):
                 return None
-            arrived = target is None or abs(target - float(self.row @ u)) <= 1e-6 * max(abs(target), 1e-12)
+            arrived = target is None or abs(target - float(self.row @ u)) <= _HELD * max(abs(target), 1e-12)
             if off <= self.tolerance and arrived:
                 return self._node(full, factor, off, k, now)._replace(jump=True)
             u = u + both[:, 0] + more * both[:, 1]
@@ -213,7 +262,7 @@ class Solver:
             if k % 20 == 0:
                 say(f"  breaking on: iteration {k}, load {factor:.4g}, unbalanced {off:.1e}")
             if off < _NEAR and patience <= 0:
-                found = self.solve(last._replace(memory=memory), self.d.spread(u), factor, target, 5)
+                found = self.solve(last._replace(memory=memory), self.d.spread(u), factor, target, _LAST)
                 if found is not None:
                     return found._replace(iterations=k + found.iterations, jump=True)
                 patience = _FINISH
@@ -228,8 +277,11 @@ class Solver:
         ----------
         u : displacements before the step [m], shape (3 n,)
         factor : multiplier [-] before the step
-        step, more : their changes in a whole step, displacements in the order of elimination [m], shape (r,)
-        r : unbalanced force at ``u`` [N], shape (r,)
+        step : change of the displacements in a whole step, in the order of elimination [m], shape (r,)
+        more : change of the multiplier in a whole step [-]
+        r : unbalanced force at ``u``, in that order [N], shape (r,)
+        memory : of the last accepted state
+        secant : secant stiffness: its step is taken whole, whatever it leaves
 
         Returns
         -------
@@ -238,7 +290,7 @@ class Solver:
         spread = self.d.spread(step)
         before = float(np.linalg.norm(r))
         best = None
-        for share in (1.0, 0.5, 0.25, 0.1):
+        for share in _SHARES:
             v, f = u + share * spread, factor + share * more
             now = self.answer(v, memory, secant=secant)
             left = self.unbalanced(now, f)
@@ -248,10 +300,20 @@ class Solver:
             if off <= before or before == 0.0 or secant:
                 break
         assert best is not None
-        return best[1], best[2], best[3], best[4]
+        _, v, f, now, left = best
+        return v, f, now, left
 
     def _node(self, u: Array, factor: float, off: float, iterations: int, now: PointResponse) -> EquilibriumState:
-        """State of displacements u [m] and load ``factor``, with the energy stored and lost [J]."""
+        """An accepted state, with the energy stored and lost [J].
+
+        Parameters
+        ----------
+        u : displacements [m], shape (3 n,)
+        factor : multiplier [-]
+        off : residual [-]
+        iterations : that it took
+        now : answer of the points
+        """
         volume = self.d.volume.ravel()
         strain = self.d.strains(u).reshape(-1, 6)
         stored = 0.5 * float(((now.stress * strain).sum(axis=1) * volume).sum())

@@ -24,6 +24,7 @@ from limitmason.multifrontal.dissection import block_graph, dissect, elimination
 from limitmason.multifrontal.fronts import Front, Fronts, below_cholesky
 
 _LEAF = 40  # nodes of a piece that is left whole: fewer cost calls, more cost fill
+_CORRECTIONS = 3  # most corrections of a solution, or as many as are asked for
 _EXACT = 1e-11  # unbalanced over the size of the matrix times the solution: above it a solution is corrected
 _GOOD = 1e-8  # above it, after corrections, the whole is factored with exchanges
 _SUMMED = 1e6  # sums in a matrix and its factor over its largest entry, at most
@@ -53,7 +54,12 @@ class Elimination:
     """
 
     def __init__(self, unknowns: Index, held: Flags, position: Array) -> None:
-        """Number the unknowns and lay out the fronts."""
+        """Number the unknowns and lay out the fronts.
+
+        Parameters
+        ----------
+        unknowns, held, position : see the class
+        """
         # nodes that move and belong to a brick get a number of their own; the others, -1, are no part of the graph
         free = ~held.reshape(-1, 3)
         nodes = np.intersect1d(np.flatnonzero(free.any(axis=1)), unknowns[:, ::3] // 3)
@@ -77,7 +83,13 @@ class Elimination:
         self.places = [self._places(k, self.rank[bricks]) for k, bricks in enumerate(self.bricks)]
 
     def _places(self, front: int, rank: Index) -> Index:
-        """Places in a front of unknowns given by rank, (b, k); held ones, -1, share a place behind all others."""
+        """Places in a front of the unknowns of its bricks, shape (b, k).
+
+        Parameters
+        ----------
+        front : number of the front
+        rank : of the unknowns in the order of elimination, shape (b, k); held ones, -1, share a place behind all others
+        """
         size = self.fronts.owned[front] + len(self.fronts.edges[front])
         return np.where(rank < 0, size, self.fronts.place(front, rank))
 
@@ -116,12 +128,18 @@ class Factor:
 
     @np.errstate(over="ignore", invalid="ignore")
     def __init__(self, elimination: Elimination, values: Array) -> None:
-        """Eliminate the fronts from the bottom up."""
+        """Eliminate the fronts from the bottom up.
+
+        Parameters
+        ----------
+        elimination, values : see the class
+        """
         self.elimination, self.values = elimination, values
         self.indefinite, self._below = 0, 0
         self._largest = float(np.abs(values).max(initial=0.0))
         self._whole: Callable[[Array], Array] | None = None
         self._exchanges: dict[int, Index] = {}  # of the rows of fronts that are not positive definite
+        # entries are summed over bricks and fronts: with room for that none may overflow
         if not np.isfinite(_SUMMED * self._largest):
             raise SingularStiffness("the stiffness is not finite, or its sums are not")
         self._store = np.empty(elimination.fronts.size)
@@ -137,20 +155,28 @@ class Factor:
 
     @property
     def negative(self) -> int | None:
-        """Number of negative eigenvalues, None where exchanges were needed.
+        """Number of negative eigenvalues, None where exchanges over the whole matrix were needed.
 
-        They are those of all fronts' own blocks (Haynsworth 1968).
+        It is the sum over all fronts' own blocks, since inertia is additive over Schur complements (Haynsworth 1968).
         """
         return None if self.exchanged else self._below
 
     def _factored_pivot(self, k: int, front: Front) -> Front:
-        """By Cholesky, else by LU with exchanges of rows inside the own block: then f21 is kept as it is."""
+        """A front, eliminated: factor of its own block, block below it, and what it leaves of its boundary.
+
+        By Cholesky, f21 becomes f21 L^-T. Else by LU with exchanges of rows inside the own block, f21 kept as it is.
+
+        Parameters
+        ----------
+        k : number of the front
+        front : assembled, with what its children left
+        """
         own, below, left = front
         lower, failed = dpotrf(own, lower=1, clean=0)
         if not failed:
             return below_cholesky(lower, front)
         self.indefinite += 1
-        full = np.tril(own) + np.tril(own, -1).T
+        full = np.tril(own) + np.tril(own, -1).T  # LU needs both halves, fronts fill the lower one
         self._below += int((np.linalg.eigvalsh(full) < 0.0).sum())
         factor, self._exchanges[k], failed = dgetrf(full, overwrite_a=1)
         if failed:
@@ -160,13 +186,14 @@ class Factor:
         return factor, below, left
 
     def _assembled(self, k: int) -> Front:
-        """Own block, boundary by own, and boundary, from the bricks of the front.
+        """Own block, boundary by own, and boundary, from the bricks of front ``k``.
 
         Only lower halves count.
         """
         e = self.elimination
         own, size = int(e.fronts.owned[k]), int(e.fronts.owned[k]) + len(e.fronts.edges[k])
         n = size + 1  # the last place collects what is held
+        # places in the whole front, column by column, of all entries of the bricks' matrices
         to = e.places[k][:, :, None] + n * e.places[k][:, None, :]
         whole = np.bincount(to.ravel(), self.values[e.bricks[k]].ravel(), minlength=n * n).reshape((n, n), order="F")
         parts = whole[:own, :own], whole[own:-1, :own], whole[own:-1, own:-1]
@@ -207,8 +234,9 @@ class Factor:
             raise SingularStiffness("the load is not finite")
         load = _lengths(b)
         x = self._substituted(b)
+        # a solution that long says that rounding alone resists: corrections would be as wrong as it is
         if (self._largest * _lengths(x) <= _LOOSE * load).all():
-            for correction in range(max(corrections, 3) + 1):
+            for correction in range(max(corrections, _CORRECTIONS) + 1):
                 off = b - self.product(x)
                 size = np.maximum(load + self._largest * _lengths(x), np.finfo(float).tiny)
                 worst = float((_lengths(off) / size).max())
@@ -229,7 +257,7 @@ class Factor:
         padded = np.concatenate([x, np.zeros((1, x.shape[1]))])  # rank -1, held, takes the zero
         f = self.values @ padded[rank]
         out = np.empty(x.shape)
-        for c in range(x.shape[1]):
+        for c in range(x.shape[1]):  # held rows are summed in the first place and dropped
             out[:, c] = np.bincount((rank + 1).ravel(), f[:, :, c].ravel(), minlength=len(x) + 1)[1:]
         return out
 
@@ -259,14 +287,20 @@ class Factor:
         return x
 
     def _of_front(self, x: Array, k: int) -> tuple[Array, Index, Array, Array]:
-        """A front's own rows of x, the numbers of those that it touches, and its part of the factor."""
+        """What substitution needs of a front: own rows of x, ranks that it touches, own block, block below it.
+
+        Parameters
+        ----------
+        x : unknowns in the order of elimination, shape (r, c); the rows given back are a view
+        k : number of the front
+        """
         fronts = self.elimination.fronts
         first = int(fronts.first[k])
         return x[first : first + int(fronts.owned[k])], fronts.edges[k], *fronts.parts(self._store, k)
 
 
 def _lengths(vectors: Array) -> Array:
-    """Lengths of columns whose squares may overflow, infinite where they are not finite."""
+    """Lengths of the columns of (r, c) whose squares may overflow, shape (c,), infinite where they are not finite."""
     largest = np.abs(vectors).max(axis=0, initial=0.0)
     unit = np.where(largest > 0.0, largest, 1.0)
     lengths = unit * np.linalg.norm(vectors / unit, axis=0)
@@ -280,9 +314,9 @@ def assembled(values: Array, rank: Index, count: int) -> sparse.csc_array:
     ----------
     values : shape (m, k, k)
     rank : row of every unknown of a brick, negative for those held, shape (m, k)
-    count : rows
+    count : number of rows of the matrix
     """
-    narrow = rank.astype(np.int32)
+    narrow = rank.astype(np.int32)  # half the memory of the lists below
     k = rank.shape[1]
     row, column = np.repeat(narrow, k, axis=1).ravel(), np.tile(narrow, (1, k)).ravel()
     kept = (row >= 0) & (column >= 0)

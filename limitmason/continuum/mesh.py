@@ -19,8 +19,15 @@ from limitmason.geometry import Solid
 from limitmason.storage.frozen import ReadOnly, frozen
 
 _NEAR = 1e-7  # of the size of a piece or a structure: corners and planes this near to each other are one; rounding
-# corners of the reference cube in the order of scikit-fem
+_RIGHT = 1e-6  # of the longest way to a corner: edges whose product is smaller make a right angle
+_ALONG = 1e-9  # of the components of the edges' directions: edges this near to the axes lie along them, by rounding
+_IN_LINE = 1e-9  # of the square of an edge: corners of a face that span less area lie in a line with it
+_LOOSE = 1e-3  # of the longest edge of a brick: how far outside a point may lie
+_OUTSIDE = 0.501  # of an edge, from the middle of a brick: its surface is at 0.5, the rest is that slack
+_WHOLE = 1e-9  # of a number of steps: how little it may be above a whole one and count as that
+_STEPS = 8  # of Newton's method to a place in a brick: exact after one in a box, quadratic in others
 CORNERS = np.array([[1, 1, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]])
+"""Corners of the reference cube in the order of scikit-fem."""
 
 
 class Box(NamedTuple):
@@ -50,7 +57,12 @@ class Mesh(ReadOnly):
     """
 
     def __init__(self, vertices: Array, bricks: Index, material: Index, nodes: int = 20) -> None:
-        """Number the nodes: corners first, then middles of edges."""
+        """Number the nodes: corners first, then middles of edges.
+
+        Parameters
+        ----------
+        vertices, bricks, material, nodes : see the class
+        """
         choice("nodes of a brick", nodes, (8, 20))
         self.solid = MeshHex(np.ascontiguousarray(vertices.T), np.ascontiguousarray(bricks.T))
         self.element = ElementHexS2() if nodes == 20 else ElementHex1()
@@ -89,12 +101,12 @@ class Mesh(ReadOnly):
         p = self.solid.p.T[faces]
         inside = self.corners[self.boundary_owner].mean(axis=1)
         middle = p.mean(axis=1)
-        # scikit-fem keeps corners sorted, not in order around the face
+        # scikit-fem keeps corners sorted, not in order around the face: sorted here by their angle about its middle
         axis = p[:, 1] - p[:, 0]
-        other = np.cross(axis, p[:, 3] - p[:, 0])
-        flat = np.linalg.norm(other, axis=1) < 1e-9 * np.linalg.norm(axis, axis=1) ** 2
-        other[flat] = np.cross(axis, p[:, 2] - p[:, 0])[flat]
-        across = np.cross(other, axis)
+        normal = np.cross(axis, p[:, 3] - p[:, 0])
+        in_line = np.linalg.norm(normal, axis=1) < _IN_LINE * np.linalg.norm(axis, axis=1) ** 2
+        normal[in_line] = np.cross(axis, p[:, 2] - p[:, 0])[in_line]
+        across = np.cross(normal, axis)
         r = p - middle[:, None]
         angle = np.arctan2(np.einsum("fki,fi->fk", r, across) / np.linalg.norm(across, axis=1)[:, None],
                            np.einsum("fki,fi->fk", r, axis) / np.linalg.norm(axis, axis=1)[:, None])
@@ -124,13 +136,13 @@ class Mesh(ReadOnly):
         p = np.atleast_2d(np.asarray(points, dtype=float))
         brick, weight = np.empty(len(p), dtype=np.intp), np.empty((len(p), self.per_brick))
         low, high = self.corners.min(axis=1), self.corners.max(axis=1)
-        slack = 1e-3 * (high - low).max(axis=1)[:, None]
+        slack = _LOOSE * (high - low).max(axis=1)[:, None]
         for k, x in enumerate(p):
             near = np.flatnonzero(((x >= low - slack) & (x <= high + slack)).all(axis=1))
             # coordinates in a brick run from 0 to 1: inside is within 0.5 of the middle
             local = _local(self.corners[near], x) if len(near) else np.empty((0, 3))
             off = np.abs(local - 0.5).max(axis=1, initial=0.0) if len(near) else np.empty(0)
-            if not len(near) or off.min() > 0.501:
+            if not len(near) or off.min() > _OUTSIDE:
                 raise InputError(f"point ({x[0]:g}, {x[1]:g}, {x[2]:g}) lies outside the solid")
             best = int(np.argmin(off))
             brick[k] = near[best]
@@ -138,22 +150,31 @@ class Mesh(ReadOnly):
         return brick, weight
 
     def shape_at(self, brick: Index, points: Array) -> Array:
-        """Values of the k shape functions of a brick each at points in them.
+        """Values of the k shape functions at points in known bricks, shape (p, k).
 
-        Points [m] have shape (p, 3), values shape (p, k).
+        Parameters
+        ----------
+        brick : that holds each point, shape (p,)
+        points : [m], shape (p, 3)
         """
         return self._shape(_local(self.corners[brick], points))
 
     def _shape(self, local: Array) -> Array:
-        """Values of the shape functions at reference points, shape (p, k)."""
+        """Values of the shape functions at reference points, (p, 3), as an array of shape (p, k)."""
         shape = [self.element.lbasis(local.T, i)[0] for i in range(self.per_brick)]
         return np.array([np.broadcast_to(s, len(local)) for s in shape]).T
 
 
 def _local(corners: Array, x: Array) -> Array:
-    """Reference coordinates of a point in some bricks, by Newton on the trilinear map, shape (m, 3)."""
+    """Reference coordinates, by Newton on the trilinear map, shape (m, 3).
+
+    Parameters
+    ----------
+    corners : of the bricks [m], shape (m, 8, 3)
+    x : one point for all bricks, shape (3,), or one for each, shape (m, 3) [m]
+    """
     c = np.full((len(corners), 3), 0.5)
-    for _ in range(8):
+    for _ in range(_STEPS):
         shape, gradient = trilinear(c)
         gap = np.einsum("mk,mki->mi", shape, corners) - x
         jacobian = np.einsum("mki,mkj->mij", corners, gradient)
@@ -162,11 +183,49 @@ def _local(corners: Array, x: Array) -> Array:
 
 
 def trilinear(place: Array) -> tuple[Array, Array]:
-    """Shape functions of the eight corners and their gradients at reference points, shapes (q, 8) and (q, 8, 3)."""
+    """Shape functions of the eight corners and their gradients, shapes (q, 8) and (q, 8, 3).
+
+    Parameters
+    ----------
+    place : reference points, coordinates from 0 to 1, shape (q, 3)
+    """
     sign = 2.0 * CORNERS - 1.0
+    # a function is the product of three factors, x or 1 - x, and its derivative that of the two others with their sign
     factor = 0.5 + sign * (place[:, None] - 0.5)
     gradient = np.stack([sign[:, i] * np.delete(factor, i, axis=2).prod(axis=2) for i in range(3)], axis=2)
     return factor.prod(axis=2), gradient
+
+
+def box_axes(vertices: Array) -> Array:
+    """Directions of the edges of a box as rows, those nearest to x, y and z first, second and third, shape (3, 3).
+
+    The axes of space themselves where the edges lie along them, up to rounding, or where there is no right angle.
+
+    Parameters
+    ----------
+    vertices : corners of the box, in any order [m], shape (8, 3)
+    """
+    v = np.asarray(vertices, dtype=float)
+    edges = v - v[0]
+    length = np.linalg.norm(edges, axis=1)
+    first = edges[int(np.argsort(length)[1])]  # the shortest from the first corner; before it that corner itself
+    first = first / np.linalg.norm(first)
+    perpendicular = np.flatnonzero((np.abs(edges @ first) < _RIGHT * length.max()) & (length > 0.0))
+    if not len(perpendicular):
+        return np.eye(3)
+    second = edges[perpendicular[int(np.argmin(length[perpendicular]))]]
+    second = second / np.linalg.norm(second)
+    axes = np.array([first, second, np.cross(first, second)])
+    rows = np.empty((3, 3))
+    left = [0, 1, 2]
+    for k in range(3):  # each axis of space takes the edge that lies nearest to it
+        best = max(left, key=lambda i: abs(axes[i, k]))
+        left.remove(best)
+        rows[k] = axes[best] * (1.0 if axes[best, k] >= 0.0 else -1.0)
+    if np.abs(rows - np.eye(3)).max() < _ALONG:
+        return np.eye(3)
+    # a reflection is no turn: the third axis points the other way
+    return rows if np.linalg.det(rows) > 0.0 else rows * np.array([[1.0], [1.0], [-1.0]])
 
 
 def box_of(solid: Solid, name: str) -> Box:
@@ -218,16 +277,20 @@ def mesh_boxes(
         raise InputError(f"size of the bricks must be positive [m], got {size!r}")
     low, high = np.array([b.low for b in boxes]), np.array([b.high for b in boxes])
     extent = float((high.max(axis=0) - low.min(axis=0)).max())
+    # a grid through the faces of all boxes
     ticks = [_distinct(np.concatenate([low[:, i], high[:, i]]), extent) for i in range(3)]
     filled = _fill(boxes, ticks, extent)
+    # a finer one through those planes alone across which the material changes anywhere, as at the outline
     kept = []
     for axis in range(3):
         cells = np.moveaxis(filled, axis, 0)
-        outer = np.concatenate([np.full((1, *cells.shape[1:]), -1), cells, np.full((1, *cells.shape[1:]), -1)])
-        carries = (outer[1:] != outer[:-1]).reshape(len(ticks[axis]), -1).any(axis=1)
+        outside = np.full((1, *cells.shape[1:]), -1)
+        padded = np.concatenate([outside, cells, outside])
+        changes = (padded[1:] != padded[:-1]).reshape(len(ticks[axis]), -1).any(axis=1)
         extra = [x for a, x in planes if a == axis and ticks[axis][0] < x < ticks[axis][-1]]
-        kept.append(_divided(_distinct(np.concatenate([ticks[axis][carries], extra]), extent), float(edge[axis])))
+        kept.append(_divided(_distinct(np.concatenate([ticks[axis][changes], extra]), extent), float(edge[axis])))
     material = _fill(boxes, kept, extent)
+    # bricks are the filled cells, vertices the points of the grid that they use, in the order of their numbers
     cell = np.argwhere(material >= 0)
     shape = np.array([len(k) for k in kept])
     number = np.ravel_multi_index(tuple(np.moveaxis(cell[:, None] + CORNERS, -1, 0)), tuple(shape))
@@ -238,21 +301,33 @@ def mesh_boxes(
 
 
 def _distinct(values: Array, extent: float) -> Array:
+    """Coordinates [m] in ascending order, one of those that rounding alone tells apart.
+
+    ``extent`` is the size of the structure [m].
+    """
     v = np.sort(values)
     return v[np.concatenate([[True], np.diff(v) > _NEAR * extent])]
 
 
 def _divided(ticks: Array, size: float) -> Array:
-    """Ticks with equal steps of at most a size between them."""
+    """Ticks [m], ascending, and equal steps of at most ``size`` [m] between them."""
     parts = [ticks[:1]]
     for a, b in pairwise(ticks.tolist()):
-        n = max(1, int(np.ceil((b - a) / size * (1.0 - 1e-9))))
+        # less a little: a length of exactly n sizes makes n steps, whatever its rounding
+        n = max(1, int(np.ceil((b - a) / size * (1.0 - _WHOLE))))
         parts.append(a + (b - a) * np.arange(1, n + 1) / n)
     return np.concatenate(parts)
 
 
 def _fill(boxes: Sequence[Box], ticks: Sequence[Array], extent: float) -> Index:
-    """Material per cell of a grid, -1 for none."""
+    """Material per cell of a grid, -1 for none, shape (cells along x, y, z).
+
+    Parameters
+    ----------
+    boxes : of a number of their material each
+    ticks : planes of the grid along x, y and z [m]
+    extent : size of the structure [m]
+    """
     cells = np.full([len(t) - 1 for t in ticks], -1, dtype=np.intp)
     middle = [0.5 * (t[1:] + t[:-1]) for t in ticks]
     slack = _NEAR * extent

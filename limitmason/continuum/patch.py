@@ -17,6 +17,7 @@ def patch_forces(mesh: Mesh, corners: ArrayLike) -> tuple[Array, float, Array]:
 
     Parameters
     ----------
+    mesh : of the solid
     corners : of the patch, convex, counter-clockwise seen from outside [m], shape (k, 3)
 
     Returns
@@ -31,6 +32,7 @@ def patch_forces(mesh: Mesh, corners: ArrayLike) -> tuple[Array, float, Array]:
         When the corners are no flat convex polygon, or no free face lies in it.
     """
     patch, faces = read_patch(corners), mesh.nodes[mesh.boundary_nodes]
+    # twice the area of a triangle of the face, positive where it looks as the patch does
     across = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]) @ patch.normal
     # a face of 20-node bricks has functions with xi^2 eta, of degree 3, and the rule is exact up to degree 4; its
     # weights add up to the area of the reference triangle, 1/2
@@ -45,7 +47,7 @@ def patch_forces(mesh: Mesh, corners: ArrayLike) -> tuple[Array, float, Array]:
         for a, b in pairwise(left[1:]):  # a convex polygon as triangles that share its first corner
             edges = np.array([a - left[0], b - left[0]])
             twice_area = abs(float(np.linalg.det(edges)))
-            if twice_area <= (NEAR * patch.size) ** 2:
+            if twice_area <= (NEAR * patch.size) ** 2:  # a sliver of rounding
                 continue
             bricks.append(np.full(len(weight), brick))
             points.append(patch.corners[0] + (left[0] + place.T @ edges) @ patch.axes)

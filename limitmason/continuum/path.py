@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from limitmason.checks import positive
 from limitmason.continuum.crack_energy import crack_energy
 from limitmason.continuum.equal_bricks import EqualBricks
-from limitmason.continuum.equilibrium import EquilibriumState, Solver
+from limitmason.continuum.equilibrium import NEWTON, EquilibriumState, Solver
 from limitmason.continuum.result import SolidCurve, curve_of
 from limitmason.continuum.solid import Continuum
 from limitmason.display.progress import reached, watched
@@ -21,14 +21,21 @@ from limitmason.errors import InputError, NotConverged
 from limitmason.model.input import read_vector
 
 REACHED, STOPPED, INTERRUPTED = "reached", "stopped", "interrupted"
-_NEWTON = 14  # iterations of an ordinary step
+# numbers that steer the steps are chosen: they change where samples lie and how long a path takes
 _EASY = 5  # iterations up to which steps grow
 _GROWN = 1.5  # times as long as the step before
+_SHRUNK = 0.7  # of the step before, where that took more iterations
+_LAST = 1.2  # steps: what is left of the way is not cut into one of them and a rest below a fifth
 _FAILED = 0.25  # part of a step that is tried where no Newton iteration ends it
-_IDLE = 0.01  # of the energy so far: least that the error of a step is measured by
 _FAILS = 3  # steps cut for that before a path is taken to break off
-_AS_MUCH, _NO_HELP = 0.8, 2  # of the error of the longer step; cuts that leave as much, after which a step is taken
+_IDLE = 0.01  # of the energy so far: least that the error of a step is measured by
+_CUT_LEAST = 0.1  # least part of a step that its energy error cuts it to
+_CUT_MOST = 0.7  # most part of it: a step cut by less would miss as much
+_CUT_AGAIN = 0.25  # most part where a cut before has not helped
+_AS_MUCH = 0.8  # of the error of the longer step: a cut that leaves more has not helped
+_NO_HELP = 2  # such cuts one after another, after which the longest of their steps is taken
 _CUTS = 256  # first step over the shortest one
+_OTHER = 10.0  # times the residual of a state from which it is taken to be of another model
 _FLAT = 1.8  # longest over shortest edge of a brick from which a warning names it
 _BREAK = 400  # secant iterations of a jump
 
@@ -108,14 +115,15 @@ def push(
     while (left := origin + to - nodes[-1].control) > 1e-9 * to:
         last = nodes[-1]
         solver.largest = max(abs(n.multiplier) for n in nodes)
-        target = last.control + (left if left < 1.2 * step else step)
+        target = last.control + (left if left < _LAST * step else step)
         new = equal.stepped(partial(_stepped, solver, nodes, target, least, budget, say), last)
         if new is None:
             status = STOPPED
             break
         nodes = _forget([*nodes, new])
+        # from the length that was taken: behind a jump, or where few iterations did, the next one may be longer
         step = min(max(new.control - last.control, least), step)
-        step = min(step * (_GROWN if new.jump or new.iterations <= _EASY else 0.7), longest)
+        step = min(step * (_GROWN if new.jump or new.iterations <= _EASY else _SHRUNK), longest)
         reached((new.control - origin) / to, f"{1e3 * (new.control - origin):.3g} mm")
         load = new.multiplier * float(np.linalg.norm(model.live.sum(axis=0)))
         say(
@@ -136,11 +144,13 @@ def push(
 
 
 def _energy_of_cracks(solver: Solver, equal: EqualBricks, last: EquilibriumState) -> tuple[str, ...]:
+    """Warning where the cracks of the last state have not taken the energy of their area by the true strengths."""
     assert last.memory is not None
     return crack_energy(solver, equal.true, last.memory).warnings()
 
 
 def _flat_bricks(model: Continuum) -> tuple[str, ...]:
+    """Warning where bricks of a solid that cracks are far from cubes: their crack band is a cube's edge."""
     corners = model.mesh.corners
     edges = corners.max(axis=1) - corners.min(axis=1)
     aspect = float((edges.max(axis=1) / edges.min(axis=1)).max())
@@ -156,6 +166,13 @@ def _begun(
 
     A curve is of this model if it has as many integration points. Its last state must be in equilibrium under these
     loads, with no held unknown [m] moved: a moved one would mean that a support had been driven.
+
+    Parameters
+    ----------
+    solver : of the path
+    model : the solid
+    start : curve to go on from, None to begin with the dead load
+    say : called with a line per part of the dead load
     """
     if start is None:
         first = solver.dead_load(say)
@@ -170,7 +187,7 @@ def _begun(
     moved = float(np.abs(last.displacement[model.held.ravel()]).max(initial=0.0))
     now = solver.answer(last.displacement, last.memory)
     off = float(np.linalg.norm(solver.unbalanced(now, last.multiplier))) / solver.size(last.multiplier)
-    if moved > 0.0 or off > 10.0 * max(last.residual, solver.tolerance):
+    if moved > 0.0 or off > _OTHER * max(last.residual, solver.tolerance):
         raise InputError("start is a curve of other loads or materials: its last state is not in equilibrium here")
     return list(start.nodes)
 
@@ -185,19 +202,28 @@ def _stepped(
     the brick alone: both are in equilibrium, with more or less energy than one crack. The energy that a straight line
     between both ends of the step misses tells: cut until that is small, the step ends just past the strength.
     Where cutting leaves as much of it, the step is taken whole.
+
+    Parameters
+    ----------
+    solver : of the path
+    nodes : states so far
+    target : control displacement of the whole step [m]
+    least : shortest step [m]
+    budget : energy that a step may miss, over its work [-]
+    say : called with a line where a crack breaks on
     """
     last, failed = nodes[-1], 0
-    longest: EquilibriumState | None = None
-    missed, same = np.inf, 0
+    longest: EquilibriumState | None = None  # the state by the first of the steps that miss as much as each other
+    missed, same = np.inf, 0  # error of the step before, and how many cuts in a row have not lowered it
     while True:
         length = target - last.control
         guess, factor = last.displacement, last.multiplier
-        if len(nodes) > 1:
+        if len(nodes) > 1:  # along the line through the two states before
             before = nodes[-2]
             share = length / (last.control - before.control)
             guess = last.displacement + share * (last.displacement - before.displacement)
             factor = last.multiplier + share * (last.multiplier - before.multiplier)
-        new = solver.solve(last, guess, factor, target, _NEWTON)
+        new = solver.solve(last, guess, factor, target, NEWTON)
         if new is None:
             failed += 1
             # behind a jump the cracks still run: a shorter step would only find the same state again
@@ -213,7 +239,7 @@ def _stepped(
             longest, missed = (longest if same and longest is not None else new), error
             if same == _NO_HELP or length <= least:
                 return longest
-            cut = min(max(budget / error, 0.1), 0.25 if same else 0.7)
+            cut = min(max(budget / error, _CUT_LEAST), _CUT_AGAIN if same else _CUT_MOST)
         target = last.control + max(cut * length, least)
 
 
@@ -223,6 +249,12 @@ def _energy_missed(solver: Solver, begun: EquilibriumState, last: EquilibriumSta
     A step that does next to no work is measured by a hundredth of the energy taken so far, with what dead load lost.
     Cracks that turn make an error at any length of step, and in a solid that dead load has cracked the first steps are
     nearly all that.
+
+    Parameters
+    ----------
+    solver : of the path, which has the loads
+    begun : first state of the path
+    last, new : states before and behind the step
     """
     travel = new.displacement - last.displacement
     live, dead = 0.5 * (last.multiplier + new.multiplier) * float(travel @ solver.live), float(travel @ solver.dead)

@@ -20,7 +20,7 @@ from limitmason.errors import InputError
 from limitmason.storage.files import read_archive, write_archive
 from limitmason.vibration.system import VibratingSystem
 
-_MISSED = 0.02  # error of the energy balance from which a curve warns
+_MISSED = 0.02  # error of the energy balance from which a curve warns, chosen
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -33,8 +33,8 @@ class SolidCurve(Curve):
     ----------
     nodes : states; memory, stress and cracks are kept where the load was largest and at the end
     model : what was pushed
-    control : at which point and in which direction
-    tolerance : how exactly
+    control : point [m] and direction whose displacement was prescribed, shape (3,) each
+    tolerance : norm of the unbalanced nodal forces over that of the loads, at most [-]
     band : crack-band width over the cube root of a brick's volume [-]
     energy : balance; what a jump sets free, and a real wall would throw off as motion, is part of its error
     """
@@ -114,6 +114,7 @@ class SolidCurve(Curve):
         return vibrating(self.model, d.factor(stiffness), label)
 
     def _full(self, sample: int) -> EquilibriumState:
+        """The state of a sample whose memory, stress and cracks were kept, refused otherwise."""
         if not -len(self) <= sample < len(self):
             raise InputError(f"the curve has samples 0 to {len(self) - 1}, got {sample!r}")
         node = self.nodes[sample]
@@ -122,6 +123,7 @@ class SolidCurve(Curve):
         return node
 
     def _by_brick(self, values: Array) -> Array:
+        """Values of all points, shape (m q, ...), by bricks, shape (m, q, ...)."""
         return values.reshape(len(self.model.mesh), self.model.discretisation.per_brick, *values.shape[1:])
 
     def save(self, path: str | Path) -> None:
@@ -146,6 +148,11 @@ class SolidCurve(Curve):
 def load_curve(path: str | Path, model: Continuum) -> SolidCurve:
     """Curve of a model from :meth:`SolidCurve.save`, to look at or to go on from.
 
+    Parameters
+    ----------
+    path : of the archive
+    model : the same solid with the same loads, which the archive does not hold
+
     Raises
     ------
     InputError
@@ -167,6 +174,7 @@ def load_curve(path: str | Path, model: Continuum) -> SolidCurve:
 
 
 _SCALARS = ("multiplier", "control", "residual", "iterations", "stored", "lost", "jump")
+"""Fields of a state that an archive keeps as one row of numbers."""
 
 
 def curve_of(
@@ -177,8 +185,12 @@ def curve_of(
 
     Parameters
     ----------
+    model : the solid
+    nodes : its states, the first under the dead load alone
     control : point [m] and direction whose displacement is that of the curve, shape (3,) each
     tolerance, band : settings of the path, which the curve keeps
+    status : how the path ended
+    warnings : of the path
     """
     live, dead = model.live.ravel(), model.all_dead
     point, direction = (np.asarray(v, dtype=float) for v in control)
@@ -191,9 +203,11 @@ def curve_of(
     work = [np.concatenate([[0.0], np.cumsum(w)]) for w in (by_live, by_dead)]
     stored, lost = (np.array([getattr(n, k) - getattr(nodes[0], k) for n in nodes]) for k in ("stored", "lost"))
     gross = np.concatenate([[0.0], np.cumsum(np.abs(by_live) + np.abs(by_dead))])
-    error = (work[0] + work[1] - stored - lost) / np.maximum(gross, 1e-300)
+    # over all work done, whatever its sign: of a path that goes back and forth the net work may be nothing
+    work_of_live, work_of_dead = work
+    error = (work_of_live + work_of_dead - stored - lost) / np.maximum(gross, 1e-300)
     error[0] = 0.0
-    energy = Energy(work[0], work[1], stored, lost, error)
+    energy = Energy(work_of_live, work_of_dead, stored, lost, error)
     events = [Event("jump", i) for i, n in enumerate(nodes) if n.jump]
     cracked = [i for i, n in enumerate(nodes) if n.lost > 0.0]
     if cracked:

@@ -20,9 +20,13 @@ from limitmason.model.material import Material
 
 _FLOOR = 1e-6
 """Share of the elastic stiffness left in the tangent, never in the stress: keeps the factorisation of open cracks."""
-_COUPLING = np.ones((3, 3)) - np.eye(3)
-_PAIRS = ((0, 1), (1, 2), (2, 0))
+_COUPLING = np.ones((3, 3)) - np.eye(3)  # of a direction to the two others
+_PAIRS = ((0, 1), (1, 2), (2, 0))  # directions of the shears xy, yz, zx
 _THREE = np.arange(3)
+_STEPS, _HALVINGS = 60, 6  # most Newton steps to principal stresses, and halvings of one that comes no nearer
+_FITS = 1e-12  # of the largest stress: elastic stresses that near to the curves need no iteration
+_SOLVED = 1e-11  # of the largest stress: an iteration ends that near to the curves
+_GAIN = 1e-3  # part of the distance that a whole step must take away
 
 
 class Curves(NamedTuple):
@@ -39,7 +43,7 @@ class Curves(NamedTuple):
     end: Array  # strain over the peak strain at which the parabola ends [-]
 
     def rows(self, rows: Index) -> "Curves":
-        """Curves of some points."""
+        """Curves of the points whose numbers are given."""
         return Curves(*(c[rows] for c in self))
 
 
@@ -51,7 +55,7 @@ class Memory(NamedTuple):
     lost: Array
 
     def rows(self, rows: Index) -> "Memory":
-        """What some points remember."""
+        """What the points whose numbers are given remember."""
         return Memory(*(m[rows] for m in self))
 
 
@@ -81,6 +85,7 @@ def curves_of(materials: Sequence[Material], material: Index, width: Array) -> C
 
     Parameters
     ----------
+    materials : by their numbers; None for a strength is one that never yields
     material : number of the material of each point, shape (n,)
     width : h, over which a crack is smeared [m], shape (n,): the cube root of the volume that a point stands for
 
@@ -91,6 +96,7 @@ def curves_of(materials: Sequence[Material], material: Index, width: Array) -> C
     """
 
     def column(name: str) -> Array:
+        """One property of the material of every point, infinite where it has none, shape (n,)."""
         given = [getattr(m, name) for m in materials]
         return np.array([np.inf if value is None else value for value in given], dtype=float)[material]
 
@@ -126,13 +132,15 @@ def envelope(c: Curves, strain: Array) -> tuple[Array, Array, Array]:
 
     Parameters
     ----------
-    strain : tension positive [-], shape (n, 3)
+    c : curves of n points
+    strain : equivalent strains of three directions, tension positive [-], shape (n, 3)
 
     Returns
     -------
     stress [Pa], slope [Pa], area under the curve from zero [J/m3]: shape (n, 3) each
     """
     e, ft, fc = (x[:, None] for x in (c.modulus, c.tension, c.crushing))
+    # linear first; what has cracked or crushed is written over it
     stress, slope = e * strain, np.broadcast_to(e, strain.shape).copy()
     area = 0.5 * stress * strain
     cracked = strain > ft / e
@@ -150,10 +158,12 @@ def envelope(c: Curves, strain: Array) -> tuple[Array, Array, Array]:
         t = (short[crushed] - f / (3.0 * modulus)) / (4.0 * f / (3.0 * modulus))
         s = (short[crushed] - 5.0 * f / (3.0 * modulus)) / end
         rising, gone = t <= 1.0, s >= 1.0
+        # each is kept within its branch: the area then is the sum of both parts
         s = np.clip(s, 0.0, 1.0)
         rise, t = 4.0 * f / (3.0 * modulus), np.minimum(t, 1.0)
         stress[crushed] = -np.where(rising, f / 3.0 * (1.0 + 4.0 * t - 2.0 * t * t), f * (1.0 - s * s))
         slope[crushed] = np.where(rising, f / 3.0 * (4.0 - 4.0 * t) / rise, np.where(gone, 0.0, -2.0 * f * s / end))
+        # triangle up to fc / 3, the part of the rising branch, the part of the falling one
         area[crushed] = (
             f * f / (18.0 * modulus)
             + f / 3.0 * rise * (t + 2.0 * t * t - 2.0 / 3.0 * t**3)
@@ -167,6 +177,7 @@ def uniaxial(c: Curves, strain: Array, tension: Array, compression: Array) -> tu
 
     Parameters
     ----------
+    c : curves of n points
     strain : equivalent strain, tension positive [-], shape (n, 3)
     tension, compression : largest ones before, as positive numbers [-], shape (n, 3)
 
@@ -177,6 +188,7 @@ def uniaxial(c: Curves, strain: Array, tension: Array, compression: Array) -> tu
     reached = np.where(strain >= 0.0, np.maximum(strain, tension), np.minimum(strain, -compression))
     stress, slope, _ = envelope(c, reached)
     inside = np.abs(strain) < np.abs(reached)
+    # nothing reached, nothing strained: Hooke's law, without a division by zero
     secant = np.where(reached == 0.0, c.modulus[:, None], stress / np.where(reached == 0.0, 1.0, reached))
     return np.where(inside, secant * strain, stress), np.where(inside, secant, slope)
 
@@ -186,7 +198,9 @@ def respond(c: Curves, strain: Array, before: Memory, *, secant: bool = False) -
 
     Parameters
     ----------
+    c : curves of n points
     strain : (xx, yy, zz, xy, yz, zx), shear engineering [-], shape (n, 6)
+    before : memory of the points
     secant : give the secant instead of the consistent tangent: positive definite, slower, steadier
 
     Notes
@@ -217,12 +231,19 @@ def respond(c: Curves, strain: Array, before: Memory, *, secant: bool = False) -
 
 
 def _beyond(c: Curves, strain: Array, before: Memory) -> Flags:
-    """Points that remember something or may leave Hooke's law, shape (n,)."""
-    g = c.modulus / (1.0 + c.poisson)
+    """Points that remember something or may leave Hooke's law, shape (n,).
+
+    Parameters
+    ----------
+    c : their curves
+    strain : (xx, yy, zz, xy, yz, zx), shear engineering [-], shape (n, 6)
+    before : their memory
+    """
+    twice_shear = c.modulus / (1.0 + c.poisson)
     mean = strain[:, :3].mean(axis=1)
     off = strain[:, :3] - mean[:, None]
     # no principal value lies further from the mean than sqrt(2/3) of the norm of the deviator
-    reach = g * np.sqrt(2.0 / 3.0 * ((off * off).sum(axis=1) + 0.5 * (strain[:, 3:] ** 2).sum(axis=1)))
+    reach = twice_shear * np.sqrt(2.0 / 3.0 * ((off * off).sum(axis=1) + 0.5 * (strain[:, 3:] ** 2).sum(axis=1)))
     pressure = c.modulus / (1.0 - 2.0 * c.poisson) * mean
     remembers = before.tension.any(axis=(1, 2)) | before.compression.any(axis=(1, 2))
     return np.asarray(remembers | (pressure + reach > c.tension) | (reach - pressure > c.crushing / 3.0))
@@ -233,21 +254,24 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Poin
 
     Parameters
     ----------
-    strain : shape (n, 6), engineering shear
+    c : curves of n points
+    strain : (xx, yy, zz, xy, yz, zx), shear engineering [-], shape (n, 6)
     before : largest equivalent strains of the past, as tensors, and the energy lost
     secant : the stiffness to the origin in place of the tangent
     """
     eps, axes = np.linalg.eigh(strain_tensor(strain))
     axes = np.swapaxes(axes, 1, 2)  # rows are directions
+    # largest equivalent strains before, in tension and compression, along the axes of now
     kt = np.maximum(np.einsum("nij,njk,nik->ni", axes, before.tension, axes), 0.0)
     kc = np.maximum(np.einsum("nij,njk,nik->ni", axes, before.compression, axes), 0.0)
     sigma, equivalent, slope = _principal(c, eps, kt, kc)
     e, nu = c.modulus, c.poisson
-    if secant:
+    if secant:  # stress over strain; an unstrained direction is as stiff as it was
         small = np.abs(equivalent) < 1e-30
         slope = np.where(small, e[:, None], sigma / np.where(small, 1.0, equivalent))
     # a direction without any stiffness would leave the matrix singular
     slope = np.where(np.abs(slope) < _FLOOR * e[:, None], _FLOOR * e[:, None], slope)
+    # from sigma_i = f(e_i) and e_i with Poisson's part: d sigma = (1 - nu / E diag(f') C)^-1 diag(f') d eps
     normal = np.linalg.solve(
         np.eye(3) - (nu / e)[:, None, None] * slope[:, :, None] * _COUPLING, slope[:, :, None] * np.eye(3)
     )
@@ -255,6 +279,7 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Poin
     local[:, :3, :3] = 0.5 * (normal + np.swapaxes(normal, 1, 2))
     for k, (i, j) in enumerate(_PAIRS, start=3):
         gap = eps[:, i] - eps[:, j]
+        # of equal strains the quotient below is the rounding of both: its limit stands for it
         close = np.abs(gap) < 1e-12 + 1e-9 * np.abs(eps).max(axis=1)
         # stiffness of shear that keeps stress and strain coaxial while the axes turn
         g = np.where(close, 0.25 * (normal[:, i, i] + normal[:, j, j] - normal[:, i, j] - normal[:, j, i]),
@@ -267,6 +292,7 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Poin
     tangent = np.swapaxes(turn, 1, 2) @ local @ turn
     stress = np.einsum("nk,nkc->nc", sigma, turn[:, :3])  # n_i n_i^T in the order of the strains
     memory = _remember(c, before, axes, equivalent, kt, kc)
+    # crack strain: what the stress of a direction does not make of its strain, none where all are shortened
     crack = np.maximum(equivalent - sigma / e[:, None], 0.0).max(axis=1)
     return PointResponse(stress, memory, tangent, np.where(equivalent.max(axis=1) > 0.0, crack, 0.0))
 
@@ -280,6 +306,7 @@ def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Arra
 
     Parameters
     ----------
+    c : curves of n points
     eps : principal strains, tension positive [-], shape (n, 3)
     kt, kc : largest equivalent strains before, in tension and compression, both positive [-], shape (n, 3)
 
@@ -295,27 +322,29 @@ def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Arra
     equivalent = eps + nu / e * (sigma @ _COUPLING)
     stress, slope = uniaxial(c, equivalent, kt, kc)
     off = np.abs(stress - sigma).max(axis=1)
+    # at least the stress of a strain of 1e-15, which is rounding
     scale = np.maximum(np.abs(sigma).max(axis=1), 1e-9 * c.modulus * 1e-6)
-    todo = np.flatnonzero(off > 1e-12 * scale)
+    todo = np.flatnonzero(off > _FITS * scale)
     if len(todo):
         part, ep, t, k = c.rows(todo), eps[todo], kt[todo], kc[todo]
         n, m = nu[todo], e[todo]
+        # begun at the elastic stresses, with none above the strength
         x = np.clip(sigma[todo], -1.0e300, np.minimum(part.tension, 1e300)[:, None])
         size = scale[todo]
-        for _ in range(60):
+        for _ in range(_STEPS):
             f, slopes = uniaxial(part, ep + n / m * (x @ _COUPLING), t, k)
             r = x - f
             worst = np.abs(r).max(axis=1)
-            left = worst > 1e-11 * size
+            left = worst > _SOLVED * size
             if not left.any():
                 break
             matrix = np.eye(3) - (n / m)[:, :, None] * slopes[:, :, None] * _COUPLING
             step = np.linalg.solve(matrix, -r[..., None])[..., 0]
             factor = np.ones(len(x))
-            for _ in range(6):  # halve what does not come nearer
+            for _ in range(_HALVINGS):  # halve what does not come nearer
                 tried = x + factor[:, None] * step
                 g, _slope = uniaxial(part, ep + n / m * (tried @ _COUPLING), t, k)
-                bad = (np.abs(tried - g).max(axis=1) > worst * (1.0 - 1e-3 * factor)) & left
+                bad = (np.abs(tried - g).max(axis=1) > worst * (1.0 - _GAIN * factor)) & left
                 if not bad.any():
                     break
                 factor[bad] *= 0.5
@@ -331,6 +360,8 @@ def _remember(c: Curves, before: Memory, axes: Array, equivalent: Array, kt: Arr
 
     Parameters
     ----------
+    c : curves of n points
+    before : their memory
     axes : principal directions as rows, shape (n, 3, 3)
     equivalent : equivalent strains, tension positive [-], shape (n, 3)
     kt, kc : largest ones before, in tension and compression, both positive [-], shape (n, 3)
@@ -341,6 +372,7 @@ def _remember(c: Curves, before: Memory, axes: Array, equivalent: Array, kt: Arr
         old + np.einsum("ni,nij,nik->njk", more, axes, axes)
         for old, more in ((before.tension, more_t), (before.compression, more_c))
     ]
+    # lost: area under the curve to the largest strain, less the triangle that unloading from there gives back
     lost = before.lost.copy()
     for sign, old, more in ((1.0, kt, more_t), (-1.0, kc, more_c)):
         for reached, times in ((old + more, 1.0), (old, -1.0)):
@@ -350,7 +382,10 @@ def _remember(c: Curves, before: Memory, axes: Array, equivalent: Array, kt: Arr
 
 
 def _strain_turn(axes: Array) -> Array:
-    """From strains in global axes to those in given ones, engineering shear, shape (n, 6, 6)."""
+    """From strains in global axes to those in given ones, engineering shear, shape (n, 6, 6).
+
+    ``axes`` has the given directions as rows, shape (n, 3, 3).
+    """
     out = np.empty((len(axes), 6, 6))
     for k in range(3):
         a = axes[:, k]

@@ -15,7 +15,7 @@ from limitmason.checks import choice, finite, not_negative
 from limitmason.constants import GRAVITY
 from limitmason.continuum.discretisation import Discretisation
 from limitmason.continuum.factor import Factor
-from limitmason.continuum.mesh import Box, Mesh, box_of, mesh_boxes
+from limitmason.continuum.mesh import Box, Mesh, box_axes, box_of, mesh_boxes
 from limitmason.continuum.patch import patch_forces
 from limitmason.deformable.elasticity import SOLID, Elasticity
 from limitmason.errors import InputError
@@ -141,7 +141,8 @@ class Continuum(ReadOnly):
         if not assembly.fixed.any() or assembly.fixed.all():
             raise InputError("a solid needs blocks that are free and blocks that are wholly held, on which it stands")
         first = int(np.flatnonzero(~assembly.fixed)[0])
-        frame = _frame(assembly.blocks[first].parts[0].vertices)
+        frame = box_axes(assembly.blocks[first].parts[0].vertices)
+        # boxes in that frame: material 0 of free blocks, 1 of held ones
         free: list[Box] = []
         fixed: list[Box] = []
         for block, still in zip(assembly.blocks, assembly.fixed, strict=True):
@@ -165,6 +166,7 @@ class Continuum(ReadOnly):
 
     @classmethod
     def _bare(cls, mesh: Mesh, materials: tuple[Material, ...], held: Flags, points: int) -> Continuum:
+        """A solid without loads; its nodes marked by ``held``, shape (n_nodes,), do not move."""
         none = np.zeros((len(mesh.nodes), 3))
         if int(mesh.material.max()) >= len(materials):
             raise InputError(f"boxes name material {int(mesh.material.max())}, {len(materials)} are given")
@@ -281,10 +283,7 @@ class Continuum(ReadOnly):
         return vibrating(self, self.elastic, f"elastic solid of {len(self.mesh)} bricks")
 
     def value_at(self, displacement: Array, points: ArrayLike) -> Array:
-        """Displacement at points of the solid [m], shape (k, 3).
-
-        It is made from the displacement of the nodes, shape (3 n,).
-        """
+        """Displacement at points of the solid [m], shape (k, 3), from that of the nodes, shape (3 n,)."""
         brick, weight = self.mesh.at(points)
         u = displacement.reshape(-1, 3)[self.mesh.connectivity[brick]]
         return np.asarray(np.einsum("ka,kai->ki", weight, u))
@@ -301,9 +300,12 @@ class Continuum(ReadOnly):
         return out.ravel()
 
     def reactions(self, stress: Array, forces: Array) -> Reactions:
-        """Force and moment of the supports.
+        """Force and moment of the supports on the solid.
 
-        They follow from stresses at the points, (m, q, 6), and nodal forces, (3 n,).
+        Parameters
+        ----------
+        stress : at the integration points, tension positive [Pa], shape (m, q, 6)
+        forces : loads on the nodes [N], shape (3 n,)
         """
         f = np.where(self.discretisation.held, self.discretisation.forces(stress) - forces, 0.0).reshape(-1, 3)
         return Reactions(f.sum(axis=0), np.cross(self.mesh.nodes, f).sum(axis=0))
@@ -344,12 +346,15 @@ def _at_nodes(d: Discretisation, values: Array) -> Array:
 
 
 def _negative(d: Discretisation, factor: Factor, mass: Array, shift: float) -> int | None:
-    """How many (2 pi f)^2 lie below a value."""
+    """How many squares of circular frequencies lie below ``shift`` [1/s2], by Sylvester's law of inertia.
+
+    ``factor`` is that of the stiffness, ``mass`` that of every brick [kg], shape (m, k, k).
+    """
     return d.factor(factor.values - shift * mass).negative
 
 
 def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str, ...] = ()) -> VibratingSystem:
-    """A solid with the factor of a stiffness, elastic or damaged."""
+    """A solid as a system that vibrates, with the factor of its stiffness, elastic or damaged."""
     d = model.discretisation
     extra = np.repeat(model.lumped, 3)
     excited = np.zeros((len(model.mesh.nodes), 3, 3))
@@ -365,35 +370,5 @@ def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str,
 
 
 def _several(material: Material | Sequence[Material]) -> tuple[Material, ...]:
+    """One material or several, as a tuple."""
     return (material,) if isinstance(material, Material) else tuple(material)
-
-
-def _frame(vertices: Array) -> Array:
-    """Directions of the edges of a box as rows, those nearest to x, y and z first, second and third, shape (3, 3).
-
-    The axes of space themselves where the edges lie along them, up to rounding, or where there is no right angle.
-
-    Parameters
-    ----------
-    vertices : corners of the box, in any order [m], shape (8, 3)
-    """
-    v = np.asarray(vertices, dtype=float)
-    edges = v - v[0]
-    length = np.linalg.norm(edges, axis=1)
-    first = edges[int(np.argsort(length)[1])]  # the shortest from the first corner; before it that corner itself
-    first = first / np.linalg.norm(first)
-    perpendicular = np.flatnonzero((np.abs(edges @ first) < 1e-6 * length.max()) & (length > 0.0))
-    if not len(perpendicular):
-        return np.eye(3)
-    second = edges[perpendicular[int(np.argmin(length[perpendicular]))]]
-    second = second / np.linalg.norm(second)
-    axes = np.array([first, second, np.cross(first, second)])
-    rows = np.empty((3, 3))
-    left = [0, 1, 2]
-    for k in range(3):  # each axis of space takes the edge that lies nearest to it
-        best = max(left, key=lambda i: abs(axes[i, k]))
-        left.remove(best)
-        rows[k] = axes[best] * (1.0 if axes[best, k] >= 0.0 else -1.0)
-    if np.abs(rows - np.eye(3)).max() < 1e-9:
-        return np.eye(3)
-    return rows if np.linalg.det(rows) > 0.0 else rows * np.array([[1.0], [1.0], [-1.0]])
