@@ -12,7 +12,11 @@ from limitmason.errors import InputError
 class ArchLimit(NamedTuple):
     """Thinnest arch, with the angle of its haunch hinge and its thrust.
 
-    t/R with R of the centre line, angle from the crown, thrust over weight.
+    Parameters
+    ----------
+    thickness : over the radius of the centre line, t/R [-]
+    haunch_deg : of the hinge at the haunch, from the crown [deg]
+    thrust : horizontal, over the weight of the whole arch [-]
     """
 
     thickness: float
@@ -57,23 +61,28 @@ def arch_limit(angle_deg: float = 180.0) -> ArchLimit:
     from scipy.optimize import brentq, minimize_scalar
 
     alpha = math.radians(0.5 * angle_deg)
+    # lengths below are in radii of the centre line, thrusts in weights of an arch of one radian
 
     def need(beta: float, t: float) -> float:
+        """Thrust that the part from the crown to an angle beta [rad] needs, at a thickness t, not to turn inwards."""
         inner, outer, rho = 1.0 - 0.5 * t, 1.0 + 0.5 * t, 1.0 + t * t / 12.0
         return (inner * beta * math.sin(beta) - rho * (1.0 - math.cos(beta))) / (outer - inner * math.cos(beta))
 
     def haunch(t: float) -> float:
         """Angle from the crown [rad] of the hinges at the haunches, in an arch of relative thickness t."""
+        # not from the crown itself, where numerator and denominator both become small
         found = minimize_scalar(
             lambda b: -need(b, t), bounds=(0.05 * alpha, alpha), method="bounded", options={"xatol": 1e-12}
         )
         return float(found.x)
 
     def spare(t: float) -> float:
+        """Thrust at which the half arch turns about its springing less that which it needs: zero at the least t."""
         outer, rho = 1.0 + 0.5 * t, 1.0 + t * t / 12.0
         drop = 1.0 - math.cos(alpha)
         return (outer * alpha * math.sin(alpha) - rho * drop) / (outer * drop) - need(haunch(t), t)
 
+    # between a line, which no thrust line fits in, and half the radius, which stands at every angle
     t = float(brentq(spare, 1e-5, 0.5, xtol=1e-14))
     beta = haunch(t)
     return ArchLimit(t, math.degrees(beta), need(beta, t) / (2.0 * alpha))

@@ -27,6 +27,9 @@ NAMES = (
 )
 
 
+_EQUAL = 1e-9
+"""Relative difference of two multipliers that are the same but for rounding."""
+
 SPREAD_OF_ESTIMATES = "the smallest estimates lay 0.17 to 1.25 times the associative value on the walls tried"
 """Measured as the Notes of :func:`smallest` say."""
 
@@ -127,6 +130,7 @@ def smallest(
     crack 0.6 to 4.5, sloping crack 0.24 to 1.3); the smallest estimate of a wall 0.17 to 1.25.
     """
     found, skipped = catalogue(assembly, loads, include=include, contact_factor=contact_factor)
+    # one mechanism may be both: a bound by the power balance on the blocks, and an estimate by its closed form
     bounds = {k: float(p.details["kinematic_multiplier"]) for k, p in found.items() if p.details.get("admissible")}
     estimates = {k: p.collapse_multiplier for k, p in found.items() if p.bound != UPPER}
     bound_of, estimate_of = _least(bounds), _least(estimates)
@@ -151,14 +155,17 @@ def smallest(
         "smallest_estimate": estimates[estimate_of] if estimate_of else math.nan,
         "smallest_estimate_of": estimate_of,
     }
-    between = Range() if bound_of else _friction_factor(lead)
+    between = Range() if bound_of else _friction_factor(lead)  # a bound stands alone, friction was not prescribed
     return replace(lead, details=details, governing=name, range=between, warnings=(*notes, *skipped))
 
 
 def _friction_factor(estimate: Prediction) -> Range:
-    """Friction factor omega = 0 and 1; none where the mechanism knows none, or it changes nothing."""
+    """Range of an estimate from a friction factor omega = 0 to 1; none where the mechanism knows no such factor.
+
+    ``estimate`` is the prediction, whose details may hold both multipliers as "omega_bracket".
+    """
     ends = [*estimate.details.get("omega_bracket", ()), estimate.collapse_multiplier]
-    if max(ends) - min(ends) <= 1e-9 * max(map(abs, ends)):
+    if max(ends) - min(ends) <= _EQUAL * max(map(abs, ends)):  # without a bracket, or without friction
         return Range()
     return Range(min(ends), max(ends), "friction factor omega 0 to 1")
 
@@ -175,7 +182,7 @@ def _least(values: dict[str, float]) -> str | None:
     if not values:
         return None
     least = min(values.values())
-    return next(k for k, v in values.items() if v <= least + 1e-9 * abs(least))
+    return next(name for name, value in values.items() if value <= least + _EQUAL * abs(least))
 
 
 def _fitting(
@@ -185,6 +192,7 @@ def _fitting(
 
     Parameters
     ----------
+    assembly, loads : the problem
     contact_factor : k of mechanism D [-]
     """
     recipe = assembly.recipe
@@ -197,7 +205,7 @@ def _fitting(
     except NotApplicable as error:
         return {}, [f"A, B, D and the in-plane cracks are left out: {error}"]
     sides = len(recipe["returns"])
-    if axis == "x":
+    if axis == "x":  # along the facade
         if sides:
             return {}, ["in-plane cracks are left out: they are for straight walls"]
         return {
@@ -210,6 +218,6 @@ def _fitting(
     if sides:
         out["compound rocking"] = lambda: compound_rocking(assembly, loads=loads)
         out["compound rocking, whole courses"] = lambda: compound_rocking(assembly, loads=loads, crack="stepped")
-    if recipe["plan"] in ("L", "U"):
+    if recipe["plan"] in ("L", "U"):  # whose facade is held at its ends; that of a T is held in the middle
         out["horizontal flexure"] = lambda: horizontal_flexure(assembly, loads=loads, contact_factor=contact_factor)
     return out, []

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,9 +21,21 @@ from mechanisms.virtual_work_check import check_contacts
 
 EXACT = Bound(BoundKind.EXACT, "exact for rigid blocks without tension")
 
+_ROUNDING = 1e-9  # relative: a length or load that is off by less is off by rounding alone
+_EQUAL = 1e-12  # relative: multipliers that near to each other are equal, and the lower joint is kept
+_SLACK = 10.0  # tolerances of the assembly: faces whose heights differ by less lie on one level
+
 
 class Level(NamedTuple):
-    """A flat joint through the whole structure: its height [m], what lies above, and the corners of its contacts."""
+    """A flat joint through the whole structure.
+
+    Parameters
+    ----------
+    height : of the joint, z [m]
+    moving : blocks above it, shape (n_blocks,)
+    corners : of its contacts [m], shape (k, 3)
+    tan_phi : largest friction coefficient among them [-]
+    """
 
     height: float
     moving: Flags
@@ -65,6 +78,7 @@ def overturning(assembly: Assembly, *, loads: Loads | None = None) -> Prediction
     sideways = np.array([direction[1], -direction[0], 0.0])
 
     def turned(level: Level) -> Array:
+        """Twists of what lies above a level as it turns about its outermost corner, shape (n_blocks, 6)."""
         toe = level.corners[np.argmax(level.corners @ direction)]
         # spin x (r - toe) moves the top along the load and lifts what stands behind the toe
         return rotation(assembly, level.moving, toe, -sideways)
@@ -92,6 +106,7 @@ def sliding(facade: Facade | Assembly, *, loads: Loads | None = None) -> Predict
             raise InputError("loads go with an assembly; a Facade carries its overload itself")
         f = facade
         load = f.overload * f.overload_length
+        # friction of all that weighs over what is pushed: of the overload only the part that is mass
         value = f.friction * (f.weight + load) / (f.weight + load * f.overload_inertia)
         return answer(
             "sliding", value, facade=f, ideal_bound=FREE_WALL if f.side_walls else UPPER_IDEAL, source="Coulomb"
@@ -99,6 +114,7 @@ def sliding(facade: Facade | Assembly, *, loads: Loads | None = None) -> Predict
     loads, direction = _direction(facade, loads)
 
     def moved(level: Level) -> Array:
+        """Twists of what lies above a level as it slides and rises by tan(phi) of that, shape (n_blocks, 6)."""
         return translation(facade, level.moving, direction + [0.0, 0.0, level.tan_phi])
 
     return _worst_level("sliding", facade, loads, moved, "Coulomb")
@@ -135,9 +151,9 @@ def rigid_block(
 
 
 def stack(*, width: float, course_height: float, courses: int, friction: float) -> Prediction:
-    """Return collapse of a stack of n equal blocks.
+    """Return collapse of a stack of n equal blocks, at min(f, b/(n h)).
 
-    min(f, b/(n h)), joint j from the top rocking at b/(j h).
+    What lies above joint j from the top rocks at b/(j h), so that the lowest joint governs.
 
     Parameters
     ----------
@@ -178,8 +194,8 @@ def inclined_hinge(
     ----------
     facade, loads : as in :func:`mechanisms.simple_rocking`
     side_walls : 1 or 2, in place of the facade's
-    crack_tangent : tan(a), inclination of the hinges from the vertical; the hinge along the diagonal of the whole
-        (half) facade where omitted: 1.5 t/H whatever its length [-]
+    crack_tangent : tan(a), inclination of the hinges from the vertical [-]; where omitted, the diagonal of the facade
+        or, with two side walls, of its half: the multiplier then is 1.5 t/H whatever the length
 
     Raises
     ------
@@ -201,7 +217,7 @@ def inclined_hinge(
     length = f.length if f.side_walls == 1 else 0.5 * f.length
     diagonal = length / f.height
     tangent = diagonal if crack_tangent is None else crack_tangent
-    if not 0.0 < tangent <= diagonal * (1.0 + 1e-9):
+    if not 0.0 < tangent <= diagonal * (1.0 + _ROUNDING):
         raise InputError(f"crack_tangent must be above 0 and at most L/H = {diagonal:g}, got {crack_tangent!r}")
     terms = flexure_terms(f, f.courses, 0.0)
     value = terms.at(tangent)
@@ -255,8 +271,9 @@ def flat_levels(assembly: Assembly) -> list[Level]:
         When there is none.
     """
     x = assembly.arrays
-    slack = 10.0 * assembly.tolerance
-    level_of = np.where(np.abs(x.normal[:, 2]) > 1.0 - 1e-9, x.centre[:, 2], np.nan)
+    slack = _SLACK * assembly.tolerance
+    # height of every interface, none for those that are not horizontal
+    level_of = np.where(np.abs(x.normal[:, 2]) > 1.0 - _ROUNDING, x.centre[:, 2], np.nan)
     low = np.array([b.bounds[0, 2] for b in assembly.blocks])
     high = np.array([b.bounds[1, 2] for b in assembly.blocks])
     levels: list[Level] = []
@@ -266,6 +283,7 @@ def flat_levels(assembly: Assembly) -> list[Level]:
         # held blocks may go up beside the wall; nothing held may ride on it
         if (cut & ~assembly.fixed).any() or (moving & assembly.fixed).any() or not moving.any():
             continue
+        # what parts must be this level: a contact elsewhere or upright would tear or rub in the motion
         between = moving[x.block_a] != moving[x.block_b]
         if not between.any() or (np.abs(level_of[between] - height) > slack).any() or np.isnan(level_of[between]).any():
             continue
@@ -277,21 +295,32 @@ def flat_levels(assembly: Assembly) -> list[Level]:
     return levels
 
 
-def _worst_level(name: str, assembly: Assembly, loads: Loads, motion: Any, source: str) -> Prediction:
-    """Smallest multiplier of one motion over all levels at which the structure can part."""
+def _worst_level(
+    name: str, assembly: Assembly, loads: Loads, motion: Callable[[Level], Array], source: str
+) -> Prediction:
+    """Prediction of the level above which one motion has the smallest multiplier.
+
+    Parameters
+    ----------
+    name : of the mechanism
+    assembly, loads : the problem
+    motion : twists of all blocks, shape (n_blocks, 6), for what lies above a level
+    source : of the formula, for the prediction
+    """
     best: tuple[float, Level, Array] | None = None
     for level in flat_levels(assembly):
         twists = motion(level)
+        # by virtual work the multiplier is over the power of the live loads: without any there is none
         if not (loads.live * np.where(assembly.held, 0.0, twists)).sum() > 0.0:
             continue
         value = check_contacts(assembly, loads, twists).multiplier
-        if best is None or value < best[0] * (1.0 - 1e-12):
+        if best is None or value < best[0] * (1.0 - _EQUAL):
             best = (value, level, twists)
     if best is None:
         raise NotApplicable(f"the live loads do no work in {name}")
     value, level, twists = best
-    kind = assembly.recipe.get("kind")
-    foot = foot_level(assembly) if kind == "wall" else 0.0
+    # a built wall may stand on a held course, from whose top heights count; other assemblies stand on z = 0
+    foot = foot_level(assembly) if assembly.recipe.get("kind") == "wall" else 0.0
     details = {"hinge_height": level.height - foot}
     return answer(
         name, value, assembly=assembly, loads=loads, twists=twists, ideal_bound=UPPER_IDEAL, details=details,
@@ -300,16 +329,22 @@ def _worst_level(name: str, assembly: Assembly, loads: Loads, motion: Any, sourc
 
 
 def _direction(assembly: Assembly, loads: Loads | None) -> tuple[Loads, Array]:
-    """Loads, and the horizontal direction of their live part, a unit vector.
+    """Loads, and the horizontal direction of their live part, a unit vector of shape (3,).
 
     Parameters
     ----------
-    loads : None for a push along -y
+    assembly : on whose free blocks the loads act
+    loads : None for the weights along -y
+
+    Raises
+    ------
+    NotApplicable
+        For live loads whose horizontal resultant is zero, up to rounding.
     """
     if loads is None:
         loads = Loads.horizontal(assembly, (0.0, -1.0, 0.0))
     total = loads.live[~assembly.fixed, :3].sum(axis=0) * [1.0, 1.0, 0.0]
     size = np.linalg.norm(total)
-    if not size > 1e-9 * np.abs(loads.live).max(initial=1e-300):
+    if not size > _ROUNDING * np.abs(loads.live).max(initial=1e-300):
         raise NotApplicable("the live loads have no horizontal resultant")
     return loads, total / size

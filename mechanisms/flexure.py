@@ -89,17 +89,20 @@ def horizontal_flexure(
         raise InputError(f"torsion_arm must not be negative [m], got {torsion_arm!r}")
 
     def terms_of(n: int, radius: float, omega: float | None) -> PowerRatio:
+        """Multiplier over the crack's tangent with the hinge under n courses, and torsion at a radius [m]."""
         return flexure_terms(f, n, contact_factor * radius, reduction=omega, interaction=interaction)
 
     def search(omega: float | None) -> tuple[SmallestValue, int]:
-        """Smallest multiplier, and hinge, over all hinges and cracks, at a crack-angle reduction ``omega`` or
-        without.
+        """Smallest multiplier, and courses above its hinge, over all hinges and cracks.
+
+        ``omega`` is the share of friction on inclined lines [-], None for 1 - tan(a)/tan(alpha_b).
         """
+        # no steeper than the bond steps, and no further than the middle of the wall
         limits = {n: min(f.steepest_crack, _whole_length(f) / (2.0 * n * f.course_height)) for n in hinges}
         best = least(
             (terms_of(n, arm, omega).smallest(limit, crack_tangent), n)
             for n, limit in limits.items()
-            if crack_tangent is None or 0.0 <= crack_tangent <= limit * (1.0 + 1e-9)
+            if crack_tangent is None or 0.0 <= crack_tangent <= limit * (1.0 + 1e-9)  # of rounding
         )
         if best is None:
             raise InputError(f"crack_tangent {crack_tangent!r} must lie between 0 and min(tan(alpha_b), L / (2 H_k))")
@@ -117,13 +120,14 @@ def horizontal_flexure(
         "omega": omega, "omega_bracket": (search(0.0)[0].value, search(1.0)[0].value),
         "edge_pole_multipliers": tuple(terms_of(n, r, reduction).at(tangent) for r in pair),
     }
-    if tangent > 0.0:
+    if tangent > 0.0:  # at tan(a) = 0 the triangles vanish, and powers per turn of the middle have no limit
         details["power"] = flexure_power(
             f, hinge=n, tangent=tangent, contact_factor=contact_factor, torsion_radius=arm, reduction=omega
         ).as_dict()
     warnings: tuple[str, ...] = ()
     if interaction:
         warnings = ("the interaction term assumes a base without shear; small angles and few courses rest on it alone",)
+    # on an assembly's blocks, where the live loads work in the motion: few courses may have no block in the triangles
     twists = None
     if seen.assembly is not None and seen.loads is not None and tangent > 0.0:
         twists = flexure_twists(seen.assembly, seen.loads, foot_level(seen.assembly) + hinge_height, tangent)
@@ -153,22 +157,24 @@ def flexure_terms(
         friction=f.friction, unit_weight=f.unit_weight, thickness=f.thickness, staggering=f.staggering,
         course_height=h, crossed=hinge, overload=f.overload,
     )
-    area = f.unit_weight * f.thickness * height
+    per_length = f.unit_weight * f.thickness * height  # weight of the facade above the hinge [N/m]
     q = f.overload * f.overload_length / f.length
-    # both A triangles together, and B, as polynomials in s = tan(a)
-    pair, middle = np.array([0.0, area * height]), np.array([length, -2.0 * height])
+    # polynomials in s = tan(a), [a, b] for a + b s: weight of both A triangles together, width of B, overload of all
+    pair, middle = np.array([0.0, per_length * height]), np.array([length, -2.0 * height])
     load = q * (middle + np.array([0.0, 2.0 * height]))
     omega = np.array([1.0, -1.0 / f.steepest_crack]) if reduction is None else np.array([reduction, 0.0])
-    lift = (pair + area * middle) * 0.5 * f.thickness + load * f.overload_offset
+    lift = (pair + per_length * middle) * 0.5 * f.thickness + load * f.overload_offset
     # the A triangles' top edge moves H_k / 2 on average, in units of the travel of B's top
     edge = q * f.overload_inertia * (middle + np.array([0.0, height]))
-    travel = pair * height / 3.0 + area * middle * 0.5 * height + edge * height
+    travel = pair * height / 3.0 + per_length * middle * 0.5 * height + edge * height
     travel += load * f.overload_inertia * f.overload_rise
+    # times s: friction is over tan(a), so that its term gets coefficients of 1 and s, all others of s and s^2
     numerator = np.concatenate([[0.0], lift])
     numerator[:2] += 2.0 * (np.array([1.0, 0.0]) + omega) * radius * sums.force
     denominator = np.concatenate([[0.0], travel])
     if interaction:
-        carried = 0.5 * pair + area * middle + q * (middle + np.array([0.0, height]))
+        # half of both triangles and of their load, all of B and of its load
+        carried = 0.5 * pair + per_length * middle + q * (middle + np.array([0.0, height]))
         denominator += np.convolve(np.array([1.0, 0.0]) + omega, carried) * radius
     return PowerRatio(numerator, denominator, sums)
 

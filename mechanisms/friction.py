@@ -17,7 +17,10 @@ from mechanisms.parameters import Facade
 class FrictionSums(NamedTuple):
     """Largest friction of the crossed bed joints, and its heights.
 
-    They come from self weight (F_g) and overload (F_q). Forces are in [N], heights above the hinge in [m].
+    Parameters
+    ----------
+    weight, weight_height : F_g from self weight [N], and height Z_g of its resultant above the hinge [m]
+    overload, overload_height : F_q from overload [N], and height Z_q of its resultant above the hinge [m]
     """
 
     weight: float
@@ -49,7 +52,7 @@ def bed_joint_friction(
 ) -> FrictionSums:
     """Return the largest friction of the bed joints that one vertical crack crosses.
 
-    These are those of the top ``crossed`` courses.
+    They lie under the top ``crossed`` courses.
 
         F_g = f gamma t v h n (n + 1) / 2,    Z_g = z_b + h (n - 1) / 3
         F_q = f q v n,                        Z_q = z_b + h (n - 1) / 2
@@ -88,7 +91,13 @@ def bed_joint_friction(
 
 
 def joint_friction(f: Facade, joints: ArrayLike) -> Array:
-    """Return the friction of bed joints of a side wall, f (gamma t v j h + q v) [N], joint j counted from the top."""
+    """Return the friction of bed joints of a side wall, f (gamma t v j h + q v) [N].
+
+    Parameters
+    ----------
+    f : facade and side walls
+    joints : numbers j of the joints, counted from the top, shape (k,)
+    """
     j = np.asarray(joints, dtype=float)
     weight = f.unit_weight * f.side_wall_thickness * j * f.course_height
     return f.friction * f.staggering * (weight + f.side_overload)
@@ -116,7 +125,7 @@ def crack_angle_reduction(tangent: ArrayLike, steepest: float) -> Array | float:
     few courses, where it matters which of them step.
     """
     t = np.asarray(tangent, dtype=float)
-    if (t < 0.0).any() or (t > steepest * (1.0 + 1e-9)).any():
+    if (t < 0.0).any() or (t > steepest * (1.0 + 1e-9)).any():  # all but rounding
         raise InputError(f"crack tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {tangent!r}")
     out = np.maximum(1.0 - t / steepest, 0.0)
     return float(out) if out.ndim == 0 else out
@@ -167,10 +176,9 @@ def edge_radii(overlap: float, thickness: float) -> tuple[float, float]:
 
 
 def torsion_shear_curve(a: float, b: float, poles: ArrayLike, *, points: int = 200) -> tuple[Array, Array]:
-    """Return plastic (S/S_o, T/T_o) of a rectangle that turns about poles.
+    """Return shear and torque at yield of a rectangle that turns about poles off its centre.
 
-    It is under uniform pressure, and the poles lie off its centre.
-
+    It is under uniform pressure. Shear is over that without torque, S/S_o, and torque over that without shear, T/T_o.
     With r from the pole at distance e along b, S = mean of the sliding direction's component along a, and T its moment
     about the *centre* over r_m; e = 0 is pure torsion, e -> infinity pure shear.
 
@@ -189,15 +197,16 @@ def torsion_shear_curve(a: float, b: float, poles: ArrayLike, *, points: int = 2
     Derived by integration (docs/mechanisms.md, section 4.3). The straight line T/T_o + S/S_o = 1 behind Murano et al.,
     eq (26), lies far inside it, the circle 4 to 6 % outside.
     """
-    x, weight = np.polynomial.legendre.leggauss(points)
-    w = np.outer(weight, weight) / 4.0
-    u, y = np.meshgrid(0.5 * a * x, 0.5 * b * x, indexing="ij")
-    e = np.asarray(poles, dtype=float)
-    shear, torque = np.empty(e.shape), np.empty(e.shape)
-    for index, pole in np.ndenumerate(e):
-        s = y + pole
-        r = np.hypot(u, s)
-        along, across = s / r, -u / r
-        shear[index] = (w * along).sum()
-        torque[index] = (w * (along * y - across * u)).sum()
+    node, weight = np.polynomial.legendre.leggauss(points)
+    share = np.outer(weight, weight) / 4.0  # of the area, at every point of the rule; they add up to one
+    x, y = np.meshgrid(0.5 * a * node, 0.5 * b * node, indexing="ij")
+    distance = np.asarray(poles, dtype=float)
+    shear, torque = np.empty(distance.shape), np.empty(distance.shape)
+    for index, pole in np.ndenumerate(distance):
+        # direction of sliding at every point, across its arm from the pole
+        arm = y + pole
+        r = np.hypot(x, arm)
+        along, across = arm / r, -x / r
+        shear[index] = (share * along).sum()
+        torque[index] = (share * (along * y - across * x)).sum()
     return shear, torque / torsion_radius(a, b)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from limitmason.answers.results import Bound, BoundKind, Prediction
+from limitmason.arrays import Array
 from limitmason.checks import count, not_negative, positive
 from limitmason.errors import NotApplicable
 from limitmason.model.assembly import Assembly
@@ -22,6 +22,11 @@ BEDS_ONLY = Bound(
     "raise associative limit analysis",
 )
 SOURCE = "derived (docs/mechanisms.md, section 8)"
+
+_ROUNDING = 1e-9  # relative: lengths and ratios that differ by less are equal
+_STARTS = 4
+"""Places of the crack's foot that are tried, half a staggering apart from the toe on; chosen."""
+_JUST_ABOVE = 1e-6  # [m]: a block whose centroid is on a level does not lie above it
 
 
 def stepped_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Prediction:
@@ -64,13 +69,13 @@ def stepped_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
     f = read(wall, loads).facade
     _straight(f.side_walls, "side_walls")
     n, slope = f.courses, f.slope
-    if n * f.staggering <= f.length * (1.0 + 1e-9):
+    if n * f.staggering <= f.length * (1.0 + _ROUNDING):  # the crack ends in the top, not in the far side
         value = 0.5 * slope * (4 * n + 2) / (4 * n - 1)
         shape = "whole courses"
     else:
         value = slender_wall(f.length, f.height, slope)
         shape = "small blocks"
-    bound = UPPER_IDEAL if f.friction <= slope * (1.0 + 1e-9) else ESTIMATE
+    bound = UPPER_IDEAL if f.friction <= slope * (1.0 + _ROUNDING) else ESTIMATE
     return answer(
         f"stepped crack in plane, {shape}", value, facade=f, ideal_bound=bound, details=_details(slope), source=SOURCE
     )
@@ -104,7 +109,7 @@ def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
     f = read(wall, loads).facade
     _straight(f.side_walls, "side_walls")
     value, tangent = sloping_crack_limit(f.friction, f.slope, f.courses)
-    if f.height * tangent > f.length * (1.0 + 1e-9):
+    if f.height * tangent > f.length * (1.0 + _ROUNDING):
         raise NotApplicable(
             f"length {f.length:g} m is less than H tan(alpha) = {f.height * tangent:g} m: the crack leaves the wall"
         )
@@ -115,12 +120,10 @@ def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
 def sloping_crack_limit(friction: float, slope: float, courses: int | None = None) -> tuple[float, float]:
     """Return multiplier and tan(alpha) of :func:`sloping_crack`.
 
-    Very many courses where their number is omitted.
-
     Parameters
     ----------
     friction, slope : f and v/h [-]
-    courses : n
+    courses : n; very many where omitted, so that k = 1
 
     Returns
     -------
@@ -129,15 +132,13 @@ def sloping_crack_limit(friction: float, slope: float, courses: int | None = Non
     f, slope = not_negative("friction", friction), positive("slope", slope)
     if courses is not None:
         f *= 1.0 - 1.0 / count("courses", courses) ** 2
-    if f >= slope:
+    if f >= slope:  # the crack cannot be steeper than the bond
         return 0.5 * slope, slope
     return math.sqrt(f * slope) - 0.5 * f, math.sqrt(f * slope)
 
 
 def slender_wall(width: float, height: float, slope: float) -> float:
-    """Return the stepped-crack multiplier of a slender wall in small blocks.
-
-    It is (B/H)(1 - 2b/3)/(1 - b^2/3).
+    """Return the stepped-crack multiplier of a slender wall in small blocks, (B/H)(1 - 2b/3)/(1 - b^2/3).
 
     Parameters
     ----------
@@ -152,7 +153,7 @@ def slender_wall(width: float, height: float, slope: float) -> float:
     for name, value in (("width", width), ("height", height), ("slope", slope)):
         positive(name, value)
     b = width / (height * slope)
-    if b > 1.0 + 1e-9:
+    if b > 1.0 + _ROUNDING:
         raise NotApplicable(
             f"width {width:g} m exceeds H v/h = {height * slope:g} m: the crack ends in the top, not the side"
         )
@@ -160,19 +161,27 @@ def slender_wall(width: float, height: float, slope: float) -> float:
 
 
 def _on_blocks(wall: Assembly, loads: Loads | None) -> Prediction:
-    """Smallest stepped crack that blocks and bed joints of a straight wall admit."""
+    """Smallest stepped crack that blocks and bed joints of a straight wall admit.
+
+    Parameters
+    ----------
+    wall : straight, from ``build.wall`` or ``layout``
+    loads : in its plane; weights along +x where omitted
+    """
     loads, sense = _in_plane(wall, loads)
     f = Facade.from_assembly(wall, loads)
     toe = f.length if sense > 0 else 0.0
     foot, top = foot_level(wall), wall.recipe["height"]
     from_toe, z = (toe - wall.centroids[:, 0]) * sense, wall.centroids[:, 2]
+    # head joints rub in this motion: the bound is that of the bed joints alone, as it says
     beds = wall.with_interfaces([i for i in wall.interfaces if i.kind != "head"])
-    best: tuple[ContactCheck, Any, float] | None = None
+    best: tuple[ContactCheck, Array, float] | None = None
     for course in range(f.courses):
         level = foot + course * f.course_height
-        for start in range(4):  # width at the toe: from half a unit on
+        for start in range(_STARTS):
+            # blocks move whose centroids lie before a line that rises by v/h: from the toe it meets that of a half unit
             reach = 0.5 * start * f.staggering + (np.minimum(z, top) - level) * f.slope
-            moving = above(wall, level + 1e-6) & (from_toe <= reach + 1e-9 * f.length)
+            moving = above(wall, level + _JUST_ABOVE) & (from_toe <= reach + _ROUNDING * f.length)
             if not moving.any():
                 continue
             twists = rotation(wall, moving, (toe, 0.0, level), (0.0, float(sense), 0.0))
@@ -193,6 +202,7 @@ def _on_blocks(wall: Assembly, loads: Loads | None) -> Prediction:
 
 
 def _details(slope: float, tangent: float | None = None) -> dict[str, float]:
+    """Geometry of a crack by name: the bond's slope v/h and the crack's own tan(alpha), by default the same [-]."""
     tangent = slope if tangent is None else tangent
     angle = math.degrees(math.atan(tangent))
     return {"slope": slope, "crack_tangent": tangent, "crack_angle_deg": angle, "friction_limit": slope}
@@ -201,7 +211,7 @@ def _details(slope: float, tangent: float | None = None) -> dict[str, float]:
 def _in_plane(wall: Assembly, loads: Loads | None) -> tuple[Loads, int]:
     """Loads in the plane of a straight wall without openings, and their sense along x, 1 or -1.
 
-    All other walls and loads are refused.
+    All other walls and loads are refused. Without ``loads`` they are the weights along +x.
     """
     recipe = wall_recipe(wall)
     _straight(len(recipe["returns"]), "the assembly's side walls")
@@ -214,5 +224,6 @@ def _in_plane(wall: Assembly, loads: Loads | None) -> tuple[Loads, int]:
 
 
 def _straight(number: int, what: str) -> None:
+    """Refuse a wall that has any of what ``what`` says, side walls or openings."""
     if number:
         raise NotApplicable(f"{what} must be 0: the in-plane crack is that of a straight wall without openings")

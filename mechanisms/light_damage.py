@@ -12,10 +12,7 @@ from limitmason.errors import InputError
 
 
 class LightDamage(NamedTuple):
-    """Load [N] and displacement [m] at the limit state, with the initial stiffness.
-
-    The state is relative to that stiffness [N/m].
-    """
+    """Load [N] and displacement [m] at the limit state, and the initial stiffness that it is measured by [N/m]."""
 
     load: float
     displacement: float
@@ -27,7 +24,7 @@ def light_damage(
 ) -> LightDamage:
     """Return the point of a curve at which its secant stiffness has fallen by 2 %.
 
-    F = (1 - drop) K_0 d.
+    It is the first point of the curve on the line F = (1 - drop) K_0 d.
 
     Parameters
     ----------
@@ -58,11 +55,12 @@ def light_damage(
     k0 = positive("initial_stiffness", f[0] / d[0] if initial_stiffness is None else initial_stiffness)
     # load above the line of the reduced secant; its first sign change is the point
     spare = f - (1.0 - drop) * k0 * d
-    if spare[0] < 0.0:
+    if spare[0] < 0.0:  # the first point is past it already: the curve comes from the origin, on that line
         d, f, spare = np.append(0.0, d), np.append(0.0, f), np.append(0.0, spare)
     below = np.flatnonzero(spare < 0.0)
     if not len(below):
         raise InputError(f"the curve never loses {drop:.0%} of its initial stiffness: it ends before light damage")
     j = int(below[0])
-    share = spare[j - 1] / (spare[j - 1] - spare[j])
-    return LightDamage(float(f[j - 1] + share * (f[j] - f[j - 1])), float(d[j - 1] + share * (d[j] - d[j - 1])), k0)
+    share = spare[j - 1] / (spare[j - 1] - spare[j])  # of the way from sample j - 1 to j
+    load_there, displacement_there = f[j - 1] + share * (f[j] - f[j - 1]), d[j - 1] + share * (d[j] - d[j - 1])
+    return LightDamage(float(load_there), float(displacement_there), k0)

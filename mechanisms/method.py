@@ -9,12 +9,13 @@ from mechanisms.papers import PAPERS
 
 
 def _smallest_estimate(details: Mapping[str, Any]) -> str:
-    """The smallest estimate of the catalogue in words, where a bound leads: it must not be taken for one.
+    """The smallest estimate in words, to stand beside the bound that leads; "" where an estimate leads itself.
 
     Parameters
     ----------
-    details : of the prediction, by name
+    details : of the prediction by :func:`mechanisms.smallest`, by name
     """
+    # "smallest_estimate_of" and "smallest_upper_bound_of" name mechanisms, None where none is of that kind
     name = details.get("smallest_estimate_of")
     if not name or not details.get("smallest_upper_bound_of"):
         return ""

@@ -14,9 +14,12 @@ from mechanisms.friction import FrictionSums
 
 Option = TypeVar("Option", bound=tuple[Any, ...])
 
+_FLAT = 1e-14  # of the largest term: a quadratic term below it is rounding, and the derivative a straight line
+_EQUAL = 1e-12  # relative: values that near to each other are equal
+
 
 class SmallestValue(NamedTuple):
-    """Smallest value and where it is taken."""
+    """Smallest multiplier [-] and the crack's tangent at which it is taken [-]."""
 
     value: float
     at: float
@@ -34,7 +37,7 @@ class PowerRatio(NamedTuple):
         return ratio(self.numerator, self.denominator, s)
 
     def smallest(self, high: float, given: float | None = None) -> SmallestValue:
-        """Its smallest value from 0 to a tangent, or that at the one that is given."""
+        """Its smallest value from 0 to the tangent ``high``, or its value at one that is ``given``."""
         if given is not None:
             return SmallestValue(self.at(given), given)
         return smallest_ratio(self.numerator, self.denominator, 0.0, high)
@@ -60,18 +63,19 @@ def smallest_ratio(numerator: ArrayLike, denominator: ArrayLike, low: float, hig
     if not low <= high:
         raise InputError(f"the interval from {low!r} to {high!r} is empty")
     n, d = np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
-    slope = (n[1] * d[0] - n[0] * d[1], 2.0 * (n[2] * d[0] - n[0] * d[2]), n[2] * d[1] - n[1] * d[2])
+    # N' D - N D' = c + b s + a s^2
+    c, b, a = n[1] * d[0] - n[0] * d[1], 2.0 * (n[2] * d[0] - n[0] * d[2]), n[2] * d[1] - n[1] * d[2]
     points = [low, high]
     far = max(abs(low), abs(high))
-    scale = max(abs(slope[0]), abs(slope[1]) * far, abs(slope[2]) * far**2, 1e-300)
-    if abs(slope[2]) * far**2 > 1e-14 * scale:
-        inside = slope[1] ** 2 - 4.0 * slope[2] * slope[0]
-        if inside >= 0.0:
+    largest_term = max(abs(c), abs(b) * far, abs(a) * far**2, 1e-300)
+    if abs(a) * far**2 > _FLAT * largest_term:
+        discriminant = b**2 - 4.0 * a * c
+        if discriminant >= 0.0:
             # the pair of roots without cancellation
-            q = -0.5 * (slope[1] + np.copysign(np.sqrt(inside), slope[1]))
-            points += [q / slope[2], slope[0] / q if q else 0.0]
-    elif slope[1]:
-        points.append(-slope[0] / slope[1])
+            q = -0.5 * (b + np.copysign(np.sqrt(discriminant), b))
+            points += [q / a, c / q if q else 0.0]
+    elif b:
+        points.append(-c / b)
     best = SmallestValue(float("inf"), low)
     for s in points:
         if low <= s <= high:
@@ -85,15 +89,19 @@ def least(options: Iterable[Option]) -> Option | None:
     """The option whose first item, a :class:`SmallestValue`, is smallest: the first of those equal but for rounding."""
     best: Option | None = None
     for option in options:
-        if best is None or option[0].value < best[0].value * (1.0 - 1e-12):
+        if best is None or option[0].value < best[0].value * (1.0 - _EQUAL):
             best = option
     return best
 
 
 def ratio(numerator: ArrayLike, denominator: ArrayLike, s: float) -> float:
-    """Return N(s) / D(s), by its limit where both vanish at s = 0, or infinite where only D does."""
+    """Return N(s) / D(s), by its limit where both vanish at s = 0, or infinite where only D does.
+
+    ``numerator`` and ``denominator`` are coefficients of 1, s, s^2, shape (3,) each.
+    """
     n, d = np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
     powers = np.array([1.0, s, s * s])
+    # a common factor s is taken out, as by l'Hospital's rule
     while s == 0.0 and d[0] == 0.0 and n[0] == 0.0 and len(n) > 1:
         n, d, powers = n[1:], d[1:], powers[:-1]
     top, bottom = float(n @ powers), float(d @ powers)

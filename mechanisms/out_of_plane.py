@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from limitmason.model.load import Loads
 from mechanisms.friction import FrictionSums, bed_joint_friction, joint_friction
 from mechanisms.optimum import PowerRatio, SmallestValue, least
 from mechanisms.parameters import Facade, ReadParameters, check_reduction, courses_to_try, foot_level, read
-from mechanisms.stepped_crack import best_steps
+from mechanisms.stepping_courses import best_steps
 from mechanisms.velocity_field import ESTIMATE, UPPER_IDEAL, answer, rocking_twists
 from mechanisms.virtual_work_check import rocking_power
 
@@ -159,12 +160,15 @@ def compound_rocking(
         raise InputError(f"crack_tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {crack_tangent!r}")
 
     def at_worst(n: int, m: int, omega: float | None) -> SmallestValue:
+        """Smallest multiplier over the crack's tangent, with n courses above the hinge and m that it crosses."""
+        # no steeper than the bond steps, and within the side wall
         limit = min(f.steepest_crack, f.side_wall_length / (m * f.course_height))
         return rocking_terms(f, n, m, reduction=omega, below_crack=below_crack).smallest(limit, crack_tangent)
 
     def search(omega: float | None) -> tuple[SmallestValue, int, int]:
-        """Smallest multiplier, hinge and crossed courses of all tried, at a crack-angle reduction ``omega`` or
-        without.
+        """Smallest multiplier, courses above the hinge and crossed courses, of all that are tried.
+
+        ``omega`` is the share of friction that the crack leaves [-], None for 1 - tan(alpha_c)/tan(alpha_b).
         """
         best = least(
             (at_worst(n, m, omega), n, m)
@@ -200,10 +204,12 @@ def rocking_terms(
 
     Parameters
     ----------
+    facade : parameters
     hinge : courses from the top to the hinge
     crossed : courses that the crack crosses
     reduction : share of the friction that counts, 1 - s / s_max by default [-]
     below_crack : "connected", joints between hinge and crack keep their friction; "free", they have none
+    friction : sums over the crossed joints, where they are known; worked out otherwise
     """
     f, h = facade, facade.course_height
     top, crack = hinge * h, crossed * h
@@ -219,6 +225,7 @@ def rocking_terms(
     # moments of wedge and its overload about the hinge: to stabilise, and per lambda to overturn
     side_n = np.array([0.0, (wedge + load_s) * x0, wedge * crack / 3.0 + 0.5 * load_s * crack])
     side_d = np.array([0.0, wedge * (base + 2.0 * crack / 3.0) + load_s * top, 0.0])
+    # omega, as a polynomial in s too
     share = np.array([1.0, -1.0 / f.steepest_crack, 0.0]) if reduction is None else np.array([reduction, 0.0, 0.0])
     side_n += share * sums.moment
     if below_crack == "connected" and crossed < hinge:
@@ -232,6 +239,7 @@ def _stepped(seen: ReadParameters, hinge_courses: int | None) -> Prediction:
 
     Parameters
     ----------
+    seen : parameters, and the assembly and loads that they were read from
     hinge_courses : courses from the top to the hinge; None for the worst
     """
     f, h = seen.facade, seen.facade.course_height
@@ -250,11 +258,14 @@ def _stepped(seen: ReadParameters, hinge_courses: int | None) -> Prediction:
         min(best_steps(f, k, reduction=0.0).multiplier for k in hinges),
         min(best_steps(f, k, keep_all=True).multiplier for k in hinges),
     )
-    details = _details(f, n, crossed, width / (crossed * h) if crossed else 0.0, sums, 1.0 - len(steps) / n, bracket)
+    # in place of tangent and reduction of a straight crack: the mean slope, and the share of courses that do not step
+    mean_tangent = width / (crossed * h) if crossed else 0.0
+    details = _details(f, n, crossed, mean_tangent, sums, 1.0 - len(steps) / n, bracket)
     details |= {"stepping_courses": steps, "wedge_width": width}
     details["power"] = rocking_power(f, hinge=n, crossed=n, stepping=steps).as_dict()
 
     def line(z: float) -> float:
+        """Distance of the crack from the outer face at a height above the foot [m]: each step below adds v."""
         depth = (f.height - z) / h  # courses below the top
         return f.crack_offset + f.steepest_crack * h * sum(min(max(j - depth, 0.0), 1.0) for j in steps)
 
@@ -265,20 +276,23 @@ def _stepped(seen: ReadParameters, hinge_courses: int | None) -> Prediction:
 
 
 def _mean(arm: Array, force: Array) -> float:
+    """Arm of the resultant of parallel forces, shapes (k,), or 0 where there is no force."""
     return float(arm @ force / force.sum()) if force.sum() > 0.0 else 0.0
 
 
 def _details(
     f: Facade, hinge: int, crossed: int, tangent: float, sums: FrictionSums, omega: float, bracket: tuple
 ) -> dict[str, Any]:
-    """Geometry and friction of a compound mechanism, by name.
+    """Geometry and friction of mechanism A or B, by name.
 
     Parameters
     ----------
-    hinge : courses to the hinge
-    crossed : courses across the crack
-    tangent : of the crack [-]
-    omega : crack-angle reduction [-]
+    f : parameters
+    hinge : courses from the top to the hinge
+    crossed : courses that the crack crosses, from the top
+    tangent : of the crack from the vertical [-]
+    sums : friction of the crossed joints
+    omega : share of it that the crack leaves [-]
     bracket : multipliers with none and with all of the friction [-]
     """
     return {
@@ -290,13 +304,14 @@ def _details(
     }
 
 
-def _twists(seen: ReadParameters, level: float, crack: Any) -> Array | None:
+def _twists(seen: ReadParameters, level: float, crack: Callable[[float], float]) -> Array | None:
     """Velocities of the blocks as they rock about a hinge, shape (n, 6); None without an assembly.
 
     Parameters
     ----------
+    seen : parameters, and the assembly and loads that they were read from
     level : height of the hinge above the foot [m]
-    crack : the crack's distance from the facade at a height [m]
+    crack : distance of the crack from the outer face [m] at a height above the foot [m]
     """
     if seen.assembly is None or seen.loads is None:
         return None
@@ -305,12 +320,13 @@ def _twists(seen: ReadParameters, level: float, crack: Any) -> Array | None:
 
 
 def _crossed(value: int | str | None, hinge: int, *, given: bool) -> range:
-    """Numbers of courses to cross for one hinge.
+    """Numbers of courses that a crack may cross, for one hinge.
 
     Parameters
     ----------
-    value : that number, "hinge" for as many as above the hinge, or None for all that are possible
-    given : whether the hinge was given; else none where the crack would pass below it
+    value : the number asked for, "hinge" for as many as above the hinge, or None for all that are possible
+    hinge : courses from the top to the hinge
+    given : whether a user chose the hinge: a crack below it is then refused, else that hinge is passed over
     """
     if value == "hinge":
         return range(hinge, hinge + 1)

@@ -14,7 +14,7 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
-_EPS = 1e-6  # relative: loads and friction coefficients closer than this are the same
+_EPS = 1e-6  # relative: loads, levels and friction coefficients closer than this are the same
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +119,10 @@ class Facade:
         return self.unit_weight * self.length * self.thickness * self.height
 
     def rocking_powers(self, top: float) -> tuple[float, float]:
-        """Powers that resist and drive what lies above a hinge ``top`` [m] below the crown, per turn [N m]."""
+        """Powers that resist and that drive what lies above a hinge, per turn about its toe line [N m].
+
+        ``top`` is the depth of the hinge below the top of the wall [m].
+        """
         weight = self.unit_weight * self.thickness * self.length * top
         load = self.overload * self.overload_length
         return (
@@ -128,10 +131,7 @@ class Facade:
         )
 
     def changed(self, **fields_: Any) -> Facade:
-        """Copy with some fields replaced.
-
-        What followed from a replaced field is worked out again.
-        """
+        """Copy with some fields replaced, by name; what followed from a replaced field is worked out again."""
         # a field that has the value it would follow to was not given: None lets it follow the new ones
         reset = {
             name: None
@@ -173,6 +173,7 @@ class Facade:
             raise NotApplicable("recipe['staggering'] is missing: the bond has no overlap from which cracks could step")
         returns = recipe.get("returns", [])
         thickness = recipe["thickness"]
+        # lengths of the side walls from the inner face of the facade on
         beyond = [r["length"] - thickness for r in returns]
         found: dict[str, Any] = {
             "length": recipe["length"], "thickness": thickness,
@@ -183,7 +184,7 @@ class Facade:
         }
         if returns:
             found["side_wall_thickness"] = recipe["side_wall_thickness"]
-            found["side_wall_length"] = min(beyond)
+            found["side_wall_length"] = min(beyond)  # a crack must fit in the shorter one, wedges are alike
         found |= _read_overloads(assembly, loads, found, sum(beyond))
         try:
             return cls(**{**found, **changes})
@@ -198,6 +199,7 @@ _ABOVE_ZERO = (
     "length", "thickness", "course_height", "staggering", "unit_weight", "side_wall_thickness", "side_wall_length",
     "overload_length", "steepest_crack",
 )
+"""Fields of a facade that must be positive; the others may be zero."""
 
 
 class ReadParameters(NamedTuple):
@@ -211,7 +213,11 @@ class ReadParameters(NamedTuple):
 def read(facade: Facade | Assembly, loads: Loads | None = None, **changes: Any) -> ReadParameters:
     """Take a Facade as it is, or read one from an assembly.
 
-    ``changes`` that are None are left out.
+    Parameters
+    ----------
+    facade : numbers, or a built wall
+    loads : of the wall; weights along -y where omitted
+    changes : fields that replace those of the facade; those that are None are left out
 
     Raises
     ------
@@ -230,7 +236,14 @@ def read(facade: Facade | Assembly, loads: Loads | None = None, **changes: Any) 
 
 
 def courses_to_try(name: str, value: int | None, most: int) -> range:
-    """The number of courses ``value`` that is given, or all from 1 to ``most``, of which the worst will be taken."""
+    """The number of courses that is given, or all from 1 to the most, of which the worst will be taken.
+
+    Parameters
+    ----------
+    name : of the argument, for the message
+    value : what was given, or None
+    most : number of courses there are
+    """
     if value is None:
         return range(1, most + 1)
     if isinstance(value, bool) or value != int(value) or not 1 <= value <= most:
@@ -282,6 +295,12 @@ def bed_friction(assembly: Assembly) -> float:
 def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
     """Axis ("x" or "y") and sense (1 or -1) of live loads that are the weights turned horizontally.
 
+    More of them, as from an overload that is mass, may act on the top course and on beams.
+
+    Parameters
+    ----------
+    assembly, loads : the problem
+
     Raises
     ------
     NotApplicable
@@ -292,7 +311,7 @@ def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
     if not weight.sum() > 0.0:
         raise NotApplicable("no unit with weight is free to move: the closed forms turn the weights of units")
     live = loads.live[units, :3]
-    top = live[:, 2] != 0.0
+    vertical = live[:, 2] != 0.0
     total = live.sum(axis=0) / weight.sum()
     axis = int(np.argmax(np.abs(total[:2])))
     sense = 1 if total[axis] > 0 else -1
@@ -300,8 +319,8 @@ def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
     expected[:, axis] = sense * weight
     extra = live - expected
     levels = np.array([assembly.blocks[k].bounds[1, 2] for k in units])
-    below = levels < levels.max() - _EPS * np.ptp(np.append(levels, 0.0))
-    if top.any() or (np.abs(extra[below]) > _EPS * weight[below, None]).any() or not abs(total[axis]) > 1.0 - _EPS:
+    below = levels < levels.max() - _EPS * np.ptp(np.append(levels, 0.0))  # units below the top course
+    if vertical.any() or (np.abs(extra[below]) > _EPS * weight[below, None]).any() or not abs(total[axis]) > 1.0 - _EPS:
         raise NotApplicable(
             "live loads must be the weights turned along x or y (Loads.horizontal, Loads.tilting), with more of them "
             "only on the top course and on beams: the closed forms know no other load"
@@ -310,10 +329,12 @@ def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
 
 
 def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond: float) -> dict[str, float]:
-    """Line loads on facade and side walls, with the offset, inertia and rise of the facade's.
+    """Line loads on facade and side walls, with the offset, inertia and rise of the facade's, as fields of a Facade.
 
     Parameters
     ----------
+    assembly : built wall, with loading beams or loads on its top course
+    loads : on it; weights along -y where omitted
     found : what was read of the wall, by name
     beyond : length of all side walls beyond the facade [m]
     """
@@ -322,10 +343,12 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
     height = foot_level(assembly) + found["courses"] * found["course_height"]
     top = height * (1.0 - _EPS)
     vertical = {"facade": 0.0, "side": 0.0}
-    moment = {"offset": 0.0, "horizontal": 0.0, "rise": 0.0}
+    moment = {"offset": 0.0, "rise": 0.0}  # of the facade's loads about its face y = 0, and about its top
+    push_on_facade = 0.0
     for k, block in enumerate(assembly.blocks):
         if assembly.fixed[k]:
             continue
+        # a beam is overload with its own weight, a unit only with what acts on it beside its weight
         beam = block.name.startswith("beam")
         own = 0.0 if beam else assembly.weights[k]
         push = loads.live[k, "xyz".index(axis)] * sense - own
@@ -344,19 +367,19 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
             centre = assembly.centroids[k]
             # a force down at y off the centroid turns about x: m_x = -dy * down
             moment["offset"] += down * centre[1] - loads.dead[k, 3]
-            moment["horizontal"] += push
-            about = loads.live[k, 3] if axis == "y" else loads.live[k, 4]
-            dz = (-about if axis == "y" else about) * sense
-            moment["rise"] += push * (centre[2] - height) + dz
+            push_on_facade += push
+            # a push along y at dz above the centroid turns about x by m_x = -dz push, one along x about y by dz push
+            own_moment = (-loads.live[k, 3] if axis == "y" else loads.live[k, 4]) * sense
+            moment["rise"] += push * (centre[2] - height) + own_moment
     out: dict[str, float] = {}
     if vertical["facade"] > 0.0:
         y = moment["offset"] / vertical["facade"]
         out["overload"] = vertical["facade"] / found["length"]
         # the toe line is on the face towards which the wall falls
         out["overload_offset"] = max(found["thickness"] - y if axis == "y" and sense > 0 else y, 0.0)
-        out["overload_inertia"] = moment["horizontal"] / vertical["facade"]
-        if moment["horizontal"] > 0.0:
-            out["overload_rise"] = max(moment["rise"] / moment["horizontal"], 0.0)
+        out["overload_inertia"] = push_on_facade / vertical["facade"]
+        if push_on_facade > 0.0:
+            out["overload_rise"] = max(moment["rise"] / push_on_facade, 0.0)
     if vertical["side"] > 0.0:
         out["side_overload"] = vertical["side"] / beyond
     return out

@@ -53,6 +53,8 @@ NO_POWER_BALANCE = Bound(BoundKind.ESTIMATE, "estimate: the closed form is not t
 ON_BLOCKS = "the motion is admissible on these blocks and gives the upper bound"
 
 _SAME = 1e-6  # relative difference up to which a formula and the power balance on the blocks are the same number
+_JUST_ABOVE = 1e-6  # [m]: a block whose centroid is on a level does not lie above it
+_ROUNDING = 1e-9  # of the thickness
 
 
 def rotation(assembly: Assembly, moving: Flags, point: ArrayLike, spin: ArrayLike) -> Array:
@@ -62,7 +64,8 @@ def rotation(assembly: Assembly, moving: Flags, point: ArrayLike, spin: ArrayLik
 
     Parameters
     ----------
-    moving : shape (n_blocks,)
+    assembly : the blocks
+    moving : which of them turn, shape (n_blocks,)
     point : on the axis [m], shape (3,)
     spin : angular velocity [rad/s], shape (3,), right-hand rule
     """
@@ -74,14 +77,17 @@ def rotation(assembly: Assembly, moving: Flags, point: ArrayLike, spin: ArrayLik
 
 
 def translation(assembly: Assembly, moving: Flags, velocity: ArrayLike) -> Array:
-    """Return the twists of blocks that move together without turning, zero for the others."""
+    """Return the twists of blocks that move together without turning, zero for the others, shape (n_blocks, 6).
+
+    ``moving`` marks them, shape (n_blocks,), ``velocity`` is theirs [m/s], shape (3,).
+    """
     twists = np.zeros((assembly.n_blocks, 6))
     twists[moving, :3] = velocity
     return twists
 
 
 def above(assembly: Assembly, level: float) -> Flags:
-    """Free blocks whose centroids lie above a level [m]."""
+    """Free blocks whose centroids lie above a level [m], shape (n_blocks,)."""
     return ~assembly.fixed & (assembly.centroids[:, 2] > level)
 
 
@@ -95,8 +101,10 @@ def rocking_twists(
 
     Parameters
     ----------
-    level : of the hinge above the foot [m]
-    crack : distance of the crack from the outer face at a height above the foot [m]; None for no side walls
+    assembly : a built wall
+    loads : on it, out of plane
+    level : of the hinge, z [m]
+    crack : distance of the crack from the outer face [m] at a level z [m]; None for no side walls
 
     Raises
     ------
@@ -110,11 +118,11 @@ def rocking_twists(
         raise NotApplicable(
             "the loads must push the facade out of plane, away from its side walls: Loads.horizontal(wall, (0, -1, 0))"
         )
-    moving = above(assembly, level + 1e-6)
-    slack = 1e-9 * thickness
+    moving = above(assembly, level + _JUST_ABOVE)
+    slack = _ROUNDING * thickness
     for k, block in enumerate(assembly.blocks):
         if moving[k] and block.name.startswith(("return", "beam-")):
-            corner = block.bounds[0, 1] <= slack
+            corner = block.bounds[0, 1] <= slack  # a unit that reaches the outer face belongs to the facade
             y, z = assembly.centroids[k, 1:]
             moving[k] = corner or (crack is not None and y <= crack(min(z, recipe["height"])) + slack)
     toe = 0.0 if sense < 0 else thickness
@@ -126,7 +134,9 @@ def flexure_twists(assembly: Assembly, loads: Loads, level: float, tangent: floa
 
     Parameters
     ----------
-    level : of the hinge above the foot [m]
+    assembly : a built wall of plan L or U
+    loads : on it, that push the facade away from its side walls
+    level : of the hinge, z [m]
     tangent : tan(a) of the outer lines from the vertical [-]
 
     Raises
@@ -149,7 +159,7 @@ def flexure_twists(assembly: Assembly, loads: Loads, level: float, tangent: floa
     ends = {"left": reach if "left" in held else 0.0, "right": length - reach if "right" in held else length}
     facade = np.array([b.name.startswith("facade") or b.name == "beam" for b in assembly.blocks])
     x, z = assembly.centroids[:, 0], assembly.centroids[:, 2]
-    free = facade & above(assembly, level + 1e-6)
+    free = facade & above(assembly, level + _JUST_ABOVE)
     up = np.minimum(z - level, height)
     # a triangle turns at unit rate about its line from (reach, level) to the top of the held end, inclined by a; the
     # middle turns by sin a, so that both move alike where they meet, at x = reach (docs/mechanisms.md, 4.2)
@@ -182,7 +192,8 @@ def answer(
     name : of the mechanism; the method is "mechanisms: " and this
     multiplier : of the closed form [-]
     facade : the parameters used
-    assembly, loads, twists : where there is an assembly
+    assembly, loads : the problem, where it is one of blocks
+    twists : velocities of its blocks in the mechanism [m/s, rad/s], shape (n_blocks, 6)
     ideal_bound : what the closed form is where no assembly is given
     details, warnings, source : go to the Prediction
     """
@@ -197,6 +208,8 @@ def answer(
         certificate = Certificate(math.nan, math.nan, flow_residual=check.violation, kinematic_multiplier=kinematic)
         extra |= {"admissible": check.admissible, "kinematic_multiplier": kinematic}
         extra[NO_TILT] = why_no_tilt_angle(assembly, loads)
+        # admissible on the blocks and no higher than the closed form: that is a bound then. Higher: it is not on these
+        # blocks, whose own balance gives one. Not admissible: what the closed form is by itself, at most an estimate
         bound = ESTIMATE_INADMISSIBLE if ideal_bound == ESTIMATE else ideal_bound
         if check.admissible and kinematic <= multiplier + _SAME * abs(multiplier):
             bound = UPPER

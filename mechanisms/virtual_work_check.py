@@ -20,14 +20,15 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.parameters import Facade
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact to degree 7: the fields below have at most 3
+_ADMISSIBLE = 1e-9  # of the largest rate: a lack of opening that is rounding
 
 
 class PowerBalance(NamedTuple):
-    """Powers per unit of rotation rate about the hinge [N m].
+    """Powers per unit of rotation rate about the hinge [N m], lambda travel = lift + overload_lift + friction.
 
-    lambda travel = lift + overload_lift + friction.
-
+    Parameters
+    ----------
     lift, overload_lift : power needed to raise the bodies and the overload
     friction : power of the prescribed friction forces
     travel : power of the horizontal live forces at a multiplier of one
@@ -60,8 +61,6 @@ def rocking_power(
 ) -> PowerBalance:
     """Power balance of facade and wedges turning about the toe line.
 
-    That lies ``hinge`` courses below the top.
-
     The crack in every side wall is vertical up to the lowest of the ``crossed`` courses, then inclined by ``tangent``;
     or, where ``stepping`` courses are given, inclined by the bond's own slope over those and vertical over the others.
 
@@ -85,6 +84,7 @@ def rocking_power(
     overload_lift = load * facade.overload_offset
     travel += load * facade.overload_inertia * (top + facade.overload_rise)
     omega = 1.0 - tangent / facade.steepest_crack if reduction is None else reduction
+    # weight of a side wall per area [N/m2], and width of its wedge at the foot of the course that is added [m]
     wedge, width = facade.unit_weight * facade.side_wall_thickness, 0.0
     sides = facade.side_walls
     for j in range(hinge, 0, -1):  # courses and the joints below them, from the hinge up
@@ -95,6 +95,7 @@ def rocking_power(
         start, x0 = width, facade.crack_offset
 
         def edge(z: float, start: float = start, slope: float = slope, z0: float = z0) -> float:
+            """Place of the crack in this course at a height above the hinge, from the outer face [m]."""
             return facade.crack_offset + start + slope * (z - z0)
 
         if start or slope:
@@ -103,11 +104,15 @@ def rocking_power(
         width += slope * h
         carried = facade.unit_weight * facade.side_wall_thickness * facade.staggering * j * h
         carried += facade.side_overload * facade.staggering
-        share = (float(not steps) if stepping is not None else omega) if inside else float(below_crack == "connected")
+        # friction that stays: below the crack all or none, of a stepping course none, else that of an even slope
+        if not inside:
+            share = float(below_crack == "connected")
+        else:
+            share = omega if stepping is None else float(not steps)
         friction += sides * share * facade.friction * carried * z0
-    side = facade.side_overload * width
-    overload_lift += sides * side * (facade.crack_offset + 0.5 * width)
-    travel += sides * side * top
+    on_wedge = facade.side_overload * width
+    overload_lift += sides * on_wedge * (facade.crack_offset + 0.5 * width)
+    travel += sides * on_wedge * top
     return PowerBalance(*(float(p) for p in (lift, overload_lift, friction, travel)))
 
 
@@ -120,9 +125,7 @@ def flexure_power(
     torsion_radius: float,
     reduction: float | None = None,
 ) -> PowerBalance:
-    """Power balance of mechanism D.
-
-    A rectangle rocks about its foot, and two triangles turn about inclined lines.
+    """Power balance of mechanism D: a rectangle rocks about its foot, two triangles turn about inclined lines.
 
     The triangles turn by one, the rectangle by sin(a); everything is divided by sin(a), so that powers are per unit of
     the rectangle's rotation. Friction turns at cos(a) on two vertical and two inclined lines.
@@ -134,9 +137,10 @@ def flexure_power(
     tangent : tan(a), inclination of the outer lines from the vertical [-]
     contact_factor : k, share of the overlap that is in contact [-]
     torsion_radius : d_0, radius at which friction resists the torsion of an overlap [m]
-    reduction : factor on the friction of the inclined lines
+    reduction : factor on the friction of the inclined lines; 1 - tangent / tan(alpha_b) where omitted
     """
     h, height = facade.course_height, hinge * facade.course_height
+    # a facade held at one end is half of one that is held at both: that is taken, and halved at the end
     halves = 2.0 if facade.side_walls != 1 else 1.0
     length = facade.length if halves == 2.0 else 2.0 * facade.length
     a = np.arctan(tangent)
@@ -155,14 +159,16 @@ def flexure_power(
         travel += 2.0 * density * t * _under(
             lambda s, z: (z * tangent - s) * np.cos(a), 0.0, lambda z: z * tangent, z0, z0 + h
         )
+    # the overload acts on a share of the top, spread evenly over all of it
     q, length_q = facade.overload, facade.overload_length if halves == 2.0 else 2.0 * facade.overload_length
     share = length_q / length
     overload_lift = q * share * length * facade.overload_offset * np.sin(a)
-    arm = q * share * facade.overload_inertia
+    push = q * share * facade.overload_inertia  # horizontal, per length of the top [N/m]
     rise = facade.overload_rise
-    travel += arm * middle * np.sin(a) * (height + rise)
+    travel += push * middle * np.sin(a) * (height + rise)
+    # along the top edge of a triangle, from the middle part outwards
     edge, weight = 0.5 * (_NODES + 1.0) * height * tangent, 0.5 * _WEIGHTS * height * tangent
-    travel += 2.0 * arm * float(weight @ ((height * tangent - edge) * np.cos(a) + rise * np.sin(a)))
+    travel += 2.0 * push * float(weight @ ((height * tangent - edge) * np.cos(a) + rise * np.sin(a)))
     omega = 1.0 - tangent / facade.steepest_crack if reduction is None else reduction
     friction = 0.0
     for j in range(1, hinge + 1):
@@ -175,6 +181,8 @@ def flexure_power(
 class ContactCheck(NamedTuple):
     """A motion held against the joints of an assembly.
 
+    Parameters
+    ----------
     violation : largest lack of opening, tan(phi) |e_t| - e_n, over the largest rate; 0 for an admissible motion [-]
     multiplier : at which weights, live loads and cohesion balance on the assembly's own blocks; an upper bound of
         associative limit analysis on the same interfaces if the motion is admissible, without meaning if not [-]; ties
@@ -192,7 +200,7 @@ class ContactCheck(NamedTuple):
     @property
     def admissible(self) -> bool:
         """Whether the motion opens every joint by tan(phi) times its sliding."""
-        return self.violation <= 1e-9
+        return self.violation <= _ADMISSIBLE
 
 
 def check_contacts(assembly: Assembly, loads: Loads, twists: Array) -> ContactCheck:
@@ -201,7 +209,7 @@ def check_contacts(assembly: Assembly, loads: Loads, twists: Array) -> ContactCh
     e = A^T v, admissible where e_n >= tan(phi) |e_t| everywhere.
 
     lambda = (sum D(e) - w_dead . v) / (w_live . v) with D = c A |e_t| + N_t (e_n - tan(phi) |e_t|), N_t the tension
-    capacity.
+    capacity of a contact [N], A its area.
 
     Parameters
     ----------
@@ -233,15 +241,16 @@ def check_contacts(assembly: Assembly, loads: Loads, twists: Array) -> ContactCh
 
 
 def _box(field: Callable[[Array, float], Array | float], x0: float, x1: float, z0: float, z1: float) -> float:
+    """Integral of a field over x0 <= x <= x1, z0 <= z <= z1."""
     return _under(field, x0, lambda z: x1, z0, z1)
 
 
 def _under(
     field: Callable[[Array, float], Array | float], x0: float, edge: Callable[[float], float], z0: float, z1: float
 ) -> float:
-    """Integral of a field over x0 <= x <= edge(z), z0 <= z <= z1.
+    """Integral of a field over x0 <= x <= edge(z), z0 <= z <= z1, exact for the polynomials met here.
 
-    Exact for the polynomials met here.
+    ``field`` is called with several x, shape (k,), and one z [m].
     """
     total = 0.0
     for node, weight in zip(_NODES, _WEIGHTS, strict=True):

@@ -1,4 +1,4 @@
-"""Which courses a crack steps in: the worst choice, exactly, by dynamic programming over whole courses."""
+"""Which courses the crack of mechanism B steps in: the worst choice, exactly, by dynamic programming."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ import numpy as np
 from mechanisms.friction import joint_friction
 from mechanisms.parameters import Facade
 
+_SAME = 1e-14  # relative: a multiplier that falls by less has settled, the rest is rounding
+_WHOLE = 1e-9  # of a step: one that is missing no more fits in the side wall
+
 
 class SteppingCourses(NamedTuple):
-    """The stepping courses, counted from the top, and the multiplier."""
+    """Numbers of the stepping courses, counted from the top, and the multiplier [-]."""
 
     courses: tuple[int, ...]
     multiplier: float
@@ -39,9 +42,10 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
     lower or higher.
     """
     f, h = facade, facade.course_height
-    top, advance = hinge * h, facade.steepest_crack * h
+    top, advance = hinge * h, facade.steepest_crack * h  # height above the hinge, and width of a step [m]
     base, force = np.array(f.rocking_powers(top)), joint_friction(f, np.arange(1, hinge + 1))
-    most = hinge if np.isinf(f.side_wall_length) else min(hinge, int(f.side_wall_length / advance + 1e-9))
+    # as many steps as there are courses, or as fit in the side wall
+    most = hinge if np.isinf(f.side_wall_length) else min(hinge, int(f.side_wall_length / advance + _WHOLE))
 
     # power (resisting, driving) of course j with k steps below it, without and with a step of its own
     plain = np.zeros((hinge + 1, most + 1, 2))
@@ -53,11 +57,13 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
             plain[j, k, 0] += reduction * force[j - 1] * z0
             step[j, k] = _course_power(f, k * advance, (k + 1) * advance, z0)
             step[j, k, 0] += keep_all * force[j - 1] * z0
+    # (resisting, driving) of the overload on a wedge of k steps
     width = advance * np.arange(most + 1)
     roof = np.column_stack([
         f.side_overload * width * (f.crack_offset + 0.5 * width), f.side_overload * width * top,
     ])
 
+    # begun at mechanism A, no step at all; the multiplier falls, or a choice comes again, which ends it
     value = np.inf
     chosen: tuple[int, ...] = ()
     guess = float((base[0] + f.side_walls * plain[1:, 0, 0].sum()) / base[1])
@@ -72,7 +78,7 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
             k += int(stepping)
         total += f.side_walls * roof[k]
         guess = min(float(total[0] / total[1]), value)
-        if value - guess <= 1e-14 * value:
+        if value - guess <= _SAME * value:
             break
     return SteppingCourses(tuple(sorted(chosen)), guess)
 
@@ -80,21 +86,21 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
 def _cheapest(plain: np.ndarray, step: np.ndarray, roof: np.ndarray, hinge: int, most: int) -> tuple[int, ...]:
     """Courses to step in, cheapest in total, by dynamic programming from the top down.
 
-    ``best[k]`` is the least cost of the courses above with k steps below.
+    Costs are N - lambda D per turn [N m], courses count from the top, from 1 on.
 
     Parameters
     ----------
-    plain : cost of a course without a step, shape (n + 1,)
-    step : of one with a step, and k below it, shape (n + 1, most + 1)
+    plain : cost of course j without a step of its own and with k steps below it, shape (hinge + 1, most + 1)
+    step : that of course j with a step of its own, shape (hinge + 1, most + 1)
     roof : cost of the overload on a wedge with k steps, shape (most + 1,)
     hinge : courses from the top to the hinge
     most : the largest number of steps
     """
-    best = roof.copy()
+    best = roof.copy()  # [k]: least cost of the overload and of the courses so far, with k steps below them
     decisions = []
     for j in range(1, hinge + 1):
         without = plain[j] + best
-        with_step = np.full(most + 1, np.inf)
+        with_step = np.full(most + 1, np.inf)  # no step more where all of them lie below
         with_step[:most] = step[j, :most] + best[1:]
         decisions.append(with_step < without)
         best = np.minimum(with_step, without)
@@ -107,14 +113,19 @@ def _cheapest(plain: np.ndarray, step: np.ndarray, roof: np.ndarray, hinge: int,
 
 
 def _course_power(f: Facade, low: float, high: float, z0: float) -> np.ndarray:
-    """Moments by which one course of a wedge lifts and travels, per side wall and turn [N m].
+    """Powers that one course of a wedge resists and drives with, per side wall and turn [N m], shape (2,).
 
-    It is ``low`` wide at its foot and ``high`` at its head; its foot is z0 above the hinge [m].
+    Parameters
+    ----------
+    f : facade and side walls
+    low, high : width of the wedge at the foot of the course and at its head [m]
+    z0 : height of the foot above the hinge [m]
     """
     h, x0 = f.course_height, f.crack_offset
-    density = f.unit_weight * f.side_wall_thickness
+    per_area = f.unit_weight * f.side_wall_thickness
+    # means over the height of the course, of the width and of its square
     mean = 0.5 * (low + high)
-    square = (low**2 + low * high + high**2) / 3.0
-    lift = density * h * (x0 * mean + 0.5 * square)
-    travel = density * h * (z0 * mean + h * (low + 2.0 * high) / 6.0)
+    mean_square = (low**2 + low * high + high**2) / 3.0
+    lift = per_area * h * (x0 * mean + 0.5 * mean_square)
+    travel = per_area * h * (z0 * mean + h * (low + 2.0 * high) / 6.0)
     return np.array([lift, travel])
