@@ -140,8 +140,8 @@ def add_units(
             if id(unit) in of_column:
                 site.add(f"column-{unit.course + 1}", solid, axis=_AXES[unit.axis], fixed=held)
                 continue
-            # along the run: positions are counted at the facade in x, at returns in y
-            here = unit.extent(0 if unit.run == "facade" else 1)[0]
+            # positions are counted along the run: facade and rear wall in x, returns in y
+            here = unit.extent(0 if unit.run in ("facade", "rear") else 1)[0]
             letter = "" if unit.leaf < 0 else ascii_lowercase[unit.leaf]
             if unit.run != run:
                 run, position, letters, start = unit.run, 1, set(), here

@@ -35,6 +35,15 @@ def test_outer_leaf_is_a_in_facade_and_returns():
     assert where["return-right-01-02a"][0] > where["return-right-01-02b"][0]
 
 
+def test_leaves_side_by_side_share_a_position_in_every_run():
+    wall = build.wall(length=2.0, courses=2, unit=BRICK, leaves=2, plan="box", return_length=2.0, joint=JOINT)
+    places = {b.name: b.centroid for b in wall.blocks}
+    for run, axis in (("facade", 0), ("return-left", 1), ("return-right", 1), ("rear", 0)):
+        pairs = [(places[n], places[f"{n[:-1]}b"]) for n in places if n.startswith(run) and n.endswith("a")]
+        assert len(pairs) > 6
+        assert all(a[axis] == pytest.approx(b[axis]) for a, b in pairs)
+
+
 def test_axes_are_the_laid_directions():
     english = build.wall(length=2.0, courses=2, unit=BRICK, bond="english", plan="L", return_length=1.2, joint=JOINT)
     axes = {block.name: block.axis for block in english.blocks}
