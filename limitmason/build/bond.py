@@ -11,10 +11,15 @@ course. Positions u [m] run along the wall from 0 to its length.
 from __future__ import annotations
 
 from itertools import pairwise
+from string import ascii_lowercase
 
-from limitmason.build.leading_course import BONDS, TOLERANCE, Bond, Ends, Leading, Piece, is_header
+from limitmason.build.leading_course import BONDS, TOLERANCE, Bond, Ends, Leading, Piece, Size, is_header
 from limitmason.checks import choice, count, positive
 from limitmason.errors import InputError
+
+_TWO_JOINTS_OVER = 0.75  # of a stretcher, chosen: over a shorter piece of English bond one joint stands, in the middle
+_HEADER_OVER = 1.75  # of a header's width, chosen: over a shorter piece of Flemish bond no header is centred
+_TWICE = 1e-6  # of a unit's length, chosen: a unit this near to twice as long as thick is meant so
 
 
 def make_bond(
@@ -28,7 +33,11 @@ def make_bond(
 
     Parameters
     ----------
-    min_piece : length below which no piece is laid [m]
+    name : "running", "header", "english" or "flemish"
+    unit : length, height and thickness of a unit, joints included [m]
+    leaves : of running bond, 1 where None
+    staggering : of running and header bond: shorter overlap of a unit over the one below [m], half a unit where None
+    min_piece : length below which no piece is laid [m], a quarter of the unit's length along the wall where None
 
     Raises
     ------
@@ -38,16 +47,17 @@ def make_bond(
     choice("bond", name, BONDS)
     length, _, thickness = unit
     half_bonded = name in ("english", "flemish")
-    if half_bonded and abs(length - 2.0 * thickness) > 1e-6 * length:
+    # two headers cover a stretcher: only then do joints of every course fall over units of the next
+    if half_bonded and abs(length - 2.0 * thickness) > _TWICE * length:
         raise InputError(
             f"unit: {name} bond needs units twice as long as thick (nominal sizes, joints included), "
             f"got {length:g} x {thickness:g} m"
         )
     if name == "running":
         number = count("leaves", 1 if leaves is None else leaves)
-        if number > 26:  # a letter each
-            raise InputError(f"leaves must be at most 26, got {leaves!r}")
-        module: tuple[tuple[float, bool], ...] = ((length, False),)
+        if number > len(ascii_lowercase):  # names of blocks have a letter for the leaf
+            raise InputError(f"leaves must be at most {len(ascii_lowercase)}, got {leaves!r}")
+        module: tuple[Size, ...] = ((length, False),)
         pitch, across, depth = length, number, number * thickness
     else:
         if leaves is not None:
@@ -65,7 +75,7 @@ def make_bond(
         raise InputError(f"staggering of {name} bond is a quarter of the unit length; leave it out")
     else:
         lap = positive("staggering", staggering)
-        if lap > pitch / 2.0 * (1.0 + 1e-9):
+        if lap > pitch / 2.0 * (1.0 + TOLERANCE):
             raise InputError(
                 f"staggering is the shorter overlap of two courses, at most half a unit ({pitch / 2.0:g} m); "
                 f"got {lap:g} m"
@@ -80,7 +90,15 @@ def make_bond(
 
 
 def lapping_course(bond: Bond, length: float, ends: Ends, leading: Leading) -> tuple[Piece, ...]:
-    """Return the course laid over (and under) the leading one, between the crossing walls."""
+    """Return the course laid over (and under) the leading one, between the crossing walls.
+
+    Parameters
+    ----------
+    bond : of both courses
+    length : of the run [m]
+    ends : what bounds the run and what meets it between
+    leading : the course that it laps
+    """
     low, high = ends.start, length - ends.end
     if ends.crossing is None:
         intervals = [(low, high)]
@@ -92,10 +110,12 @@ def lapping_course(bond: Bond, length: float, ends: Ends, leading: Leading) -> t
     for start, end in intervals:
         if end - start <= bond.tolerance:
             continue
+        # joints that would leave too short a piece at an end are left out
         least = bond.min_piece - bond.tolerance
         inside = [u for u in joints if u - start >= least and end - u >= least]
         cuts = [start, *inside, end]
         if bond.name in ("english", "flemish"):
+            # at a free end of the run, where no wall crosses
             if start == 0.0:
                 cuts = _closer_second(bond, cuts, below)
             if end == length:
@@ -107,7 +127,15 @@ def lapping_course(bond: Bond, length: float, ends: Ends, leading: Leading) -> t
 
 
 def drop_cut_ends(bond: Bond, course: tuple[Piece, ...], length: float, ends: Ends) -> tuple[Piece, ...]:
-    """Return the course without the cut units at its free ends: a ragged end made of whole units only."""
+    """Return the course without the cut units at its free ends: a ragged end made of whole units only.
+
+    Parameters
+    ----------
+    bond : that it is laid in
+    course : its pieces
+    length : of the run [m]
+    ends : what bounds the run; 0 for a free end
+    """
     pieces = list(course)
     whole = bond.pitch - bond.tolerance
     if pieces and not ends.start and pieces[0].start <= bond.tolerance and pieces[0].end - pieces[0].start < whole:
@@ -140,13 +168,22 @@ def smallest_overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> floa
 
 
 def _lapping_joints(bond: Bond, length: float, ends: Ends, leading: Leading) -> list[float]:
-    """Head joints of the lapping course over every piece of the leading one, increasing, in a run of a length [m]."""
+    """Head joints of the lapping course over every piece of the leading one, increasing [m].
+
+    Parameters
+    ----------
+    bond : of both courses
+    length : of the run [m]
+    ends : what bounds the run
+    leading : the course below, with the sense in which each piece was laid
+    """
     joints: list[float] = []
     for piece, sense in zip(leading.pieces, leading.senses, strict=True):
         size = piece.end - piece.start
-        free_end = piece.end == length and not ends.end and sense > 0
-        free = free_end or (piece.start == 0.0 and not ends.start and sense < 0)
-        for offset in _offsets(bond, size, piece.header, clipped=free, centred=sense == 0):
+        # the last piece laid towards a free end is cut by it
+        at_end = piece.end == length and not ends.end and sense > 0
+        at_start = piece.start == 0.0 and not ends.start and sense < 0
+        for offset in _offsets(bond, size, piece.header, clipped=at_end or at_start, centred=sense == 0):
             if bond.tolerance < offset < size - bond.tolerance:
                 joints.append(piece.end - offset if sense < 0 else piece.start + offset)
     return sorted(joints)
@@ -164,43 +201,50 @@ def _offsets(bond: Bond, size: float, header: bool, *, clipped: bool, centred: b
 
     Parameters
     ----------
+    bond : of both courses
     size : length of the piece [m]
+    header : whether it goes through the whole thickness
     clipped : whether the wall's free end has cut it
     centred : whether it lies in the very middle
     """
     if bond.name == "english":
         whole = bond.pitch if clipped else size
-        if whole <= 0.75 * bond.pitch + bond.tolerance:
+        if whole <= _TWO_JOINTS_OVER * bond.pitch + bond.tolerance:
             return [whole / 2.0]
         return [whole / 4.0, 3.0 * whole / 4.0]
     if bond.name == "flemish":
         if header:
             return []
         whole = bond.pitch if clipped else size
-        if whole < 1.75 * bond.header_width:
+        if whole < _HEADER_OVER * bond.header_width:
             return [whole / 2.0]
         return [(whole - bond.header_width) / 2.0, (whole + bond.header_width) / 2.0]
     lap = bond.staggering if clipped else min(bond.staggering, size / 2.0)
     if not centred:
         return [lap]
+    # a middle piece is lapped from both ends, unless too little would lie between the two joints
     return [lap, size - lap] if size - 2.0 * lap >= bond.min_piece else [size / 2.0]
 
 
 def _closer_second(bond: Bond, cuts: list[float], below: list[float]) -> list[float]:
-    """Swap a closer at the free start of a course with the unit behind it, so that the wall ends in a whole header.
+    """Ends of the pieces of a course [m] with a closer at its free start swapped with the header behind it.
 
-    Left alone where the moved joint would come too near a joint of the course below.
+    The wall then ends in a whole header. Left alone where the moved joint would come too near one of the course below.
 
     Parameters
     ----------
+    bond : English or Flemish
     cuts : ends of the pieces of the course [m]
     below : head joints of the course below [m]
     """
+    # the first piece is no closer, which is narrower than a header
     if len(cuts) < 3 or cuts[1] - cuts[0] >= bond.header_width - bond.tolerance:
         return cuts
     moved = cuts[0] + cuts[2] - cuts[1]
+    # the piece behind it is no header
     if cuts[2] - cuts[1] > bond.header_width + bond.tolerance:
         return cuts
+    # the quarter of a unit by which these bonds lap
     if any(abs(moved - u) < bond.pitch / 4.0 - bond.tolerance for u in below):
         return cuts
     return [cuts[0], moved, *cuts[2:]]

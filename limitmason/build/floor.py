@@ -12,6 +12,8 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.detection import renumbered_doubts
 from limitmason.model.joint import Joint
 
+_NEAR = 0.01  # of the floor's least size, chosen: blocks this near are looked at for bearings, more than contacts need
+
 
 def with_floor(
     assembly: Assembly,
@@ -31,6 +33,7 @@ def with_floor(
 
     Parameters
     ----------
+    assembly : that it rests on
     mass : of the floor with what it carries [kg]; its centre is that of the block, half the thickness above the bearing
     joint : law of its bearings, for example ``Joint.from_friction_coefficient(0.4)`` for timber on masonry
     footprint : x0, x1, y0, y1 [m]; the plan of the free blocks where omitted
@@ -58,6 +61,7 @@ def with_floor(
     mass, thickness = positive("mass", mass), positive("thickness", thickness)
     if any(b.name == name for b in assembly.blocks):
         raise InputError(f"there is a block {name!r} already: give the floor another name")
+    # lowest and highest coordinates, shape (2, 3) each: the ground may reach far beyond the walls
     free = [b.bounds for b, held in zip(assembly.blocks, assembly.fixed, strict=True) if not held]
     if not free and (footprint is None or level is None):
         raise InputError("every block is held: give footprint and level of the floor")
@@ -71,8 +75,8 @@ def with_floor(
     corners = np.array([[plan[0], plan[2], under], [plan[1], plan[3], under + thickness]])
     solid = box(tuple(corners[0]), tuple(corners[1]))
     density = mass / float(np.prod(corners[1] - corners[0]))
-    # only what it touches, so that joints made by hand elsewhere stay as they are
-    slack = 0.01 * float(np.min(corners[1] - corners[0]))
+    # contacts are found only with what it touches, so that joints made by hand elsewhere stay as they are
+    slack = _NEAR * float(np.min(corners[1] - corners[0]))
     near = [
         k
         for k, b in enumerate(assembly.blocks)
@@ -83,7 +87,9 @@ def with_floor(
         density=[*(assembly.blocks[k].density for k in near), density],
         names=[*(assembly.blocks[k].name for k in near), name], **assembly.contact_rules.as_options(),
     )
+    # in the assembly, of the blocks as they are numbered in ``laid``, the floor last
     numbers = np.array([*near, assembly.n_blocks])
+    # no block is held in ``laid``, so that only here a bearing on the ground gets its kind
     bearings = tuple(
         replace(
             i, block_a=int(numbers[i.block_a]), block_b=int(numbers[i.block_b]),

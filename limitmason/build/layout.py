@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 from limitmason.build.arguments import unit_size
 from limitmason.build.erect import Site, add_ground, add_units
@@ -15,6 +16,18 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 
 Row = str | Sequence[float]
+
+_SAME = 1e-9  # of a block length: widths and places that differ by less are equal
+_DIGITS = 12  # decimals to which sums of widths are rounded, so that 0.1 + 0.2 is 0.3
+
+
+class _Gap(NamedTuple):
+    """A gap in the wall: left and right end in block lengths, its lowest course and the one above it, from 0."""
+
+    left: float
+    right: float
+    first: int
+    past: int
 
 
 def layout(
@@ -81,7 +94,7 @@ def layout(
     widths = [_read(row, number) for number, row in enumerate(rows)]
     spans = [sum(abs(w) for w in row) for row in widths]
     for number, span in enumerate(spans):
-        if not ragged and abs(span - spans[0]) > 1e-9 * spans[0]:
+        if not ragged and abs(span - spans[0]) > _SAME * spans[0]:
             raise InputError(
                 f"rows[{number}] is {span:g} block lengths long, rows[0] is {spans[0]:g}; "
                 "pass ragged=True if that is meant"
@@ -119,14 +132,16 @@ def _course(
 
     Parameters
     ----------
-    row, number, size : widths in unit lengths, negative for gaps; its number from below; (length, height, depth) [m]
+    row : widths in unit lengths, negative for gaps
+    number : of the row, counted from 0 at the bottom
+    size : length, height and thickness of a unit [m]
     """
     length, height, depth = size
     units, solid = [], []
     # the running sum is taken in block lengths, so that joints meant to be in line are in line to the last bit
     position = 0.0
     for width in row:
-        end = round(position + abs(width), 12)
+        end = round(position + abs(width), _DIGITS)
         if width > 0.0:
             box = ((position * length, 0.0, number * height), (end * length, depth, (number + 1) * height))
             units.append(Unit(run="facade", course=number, leaf=-1, boxes=[box], axis=0))
@@ -136,7 +151,13 @@ def _course(
 
 
 def _read(row: Row, number: int) -> list[float]:
-    """Widths of row ``number``, a negative one for a gap, in unit lengths; refuses what holds no block."""
+    """Widths of a row in unit lengths, a negative one for a gap.
+
+    Parameters
+    ----------
+    row : as written
+    number : of the row from 0 at the bottom, for messages
+    """
     try:
         tokens = [float(token) for token in row.split()] if isinstance(row, str) else list(row)
     except (TypeError, ValueError):
@@ -150,7 +171,9 @@ def _read(row: Row, number: int) -> list[float]:
 
 
 def _overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> float:
-    """Smallest overlap [m] of two rows at head joints proper: the edges of openings stand in line on purpose.
+    """Smallest overlap of two rows at head joints proper [m], infinite where one has none.
+
+    Edges of openings do not count: they stand in line on purpose.
 
     Parameters
     ----------
@@ -159,39 +182,50 @@ def _overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> float:
     joints = []
     for row in (lower, upper):
         # a head joint is where one piece begins and another ends
-        ends = {round(p.end, 12) for p in row}
-        joints.append({round(p.start, 12) for p in row} & ends)
+        ends = {round(p.end, _DIGITS) for p in row}
+        joints.append({round(p.start, _DIGITS) for p in row} & ends)
     return min((abs(a - b) for a in joints[0] for b in joints[1]), default=float("inf"))
 
 
 def _openings(rows: Sequence[Sequence[float]], length: float, height: float) -> list[dict]:
-    """Gaps with a block on both sides, as bounding rectangles [m]; those that share a range of courses are one.
+    """Openings for the recipe: gaps with a block on both sides, as bounding rectangles [m].
+
+    Gaps of successive rows that lie one over the other are one opening.
 
     Parameters
     ----------
-    rows, length, height : widths in unit lengths, negative for gaps; and of a unit [m]
+    rows : widths in unit lengths, negative for gaps, bottom row first
+    length, height : of a unit [m]
     """
-    open_now: list[list[float]] = []
-    found: list[list[float]] = []
+    open_now: list[_Gap] = []
+    found: list[_Gap] = []
     for number, row in enumerate(rows):
-        gaps, position = [], 0.0
-        solid = [k for k, width in enumerate(row) if width > 0.0]
-        for k, width in enumerate(row):
-            if width < 0.0 and solid[0] < k < solid[-1]:
-                gaps.append([position, position - width])
-            position += abs(width)
-        following: list[list[float]] = []
-        for low, high in gaps:
-            above = [o for o in open_now if o[0] < high - 1e-9 and o[1] > low + 1e-9]
-            for other in above:
-                open_now.remove(other)
-            box = [min([low, *(o[0] for o in above)]), max([high, *(o[1] for o in above)])]
-            following.append([*box, min([float(number), *(o[2] for o in above)]), float(number + 1)])
+        following: list[_Gap] = []
+        for left, right in _gaps(row):
+            below = [g for g in open_now if g.left < right - _SAME and g.right > left + _SAME]
+            for gap in below:
+                open_now.remove(gap)
+            following.append(_Gap(
+                left=min([left, *(g.left for g in below)]), right=max([right, *(g.right for g in below)]),
+                first=min([number, *(g.first for g in below)]), past=number + 1,
+            ))
+        # what nothing goes on from is closed
         found.extend(open_now)
         open_now = following
     found.extend(open_now)
     return [
-        {"x": a * length, "z": c * height, "width": (b - a) * length, "height": (d - c) * height, "lintel": None,
-         "bearing": None}
-        for a, b, c, d in sorted(found, key=lambda o: (o[2], o[0]))
+        {"x": g.left * length, "z": g.first * height, "width": (g.right - g.left) * length,
+         "height": (g.past - g.first) * height, "lintel": None, "bearing": None}
+        for g in sorted(found, key=lambda g: (g.first, g.left))
     ]
+
+
+def _gaps(row: Sequence[float]) -> list[tuple[float, float]]:
+    """Left and right end of the gaps of a row between its first and last block, in unit lengths."""
+    gaps, position = [], 0.0
+    solid = [k for k, width in enumerate(row) if width > 0.0]
+    for k, width in enumerate(row):
+        if width < 0.0 and solid[0] < k < solid[-1]:
+            gaps.append((position, position - width))
+        position += abs(width)
+    return gaps

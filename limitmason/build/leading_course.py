@@ -11,14 +11,33 @@ BONDS = ("running", "header", "english", "flemish")
 
 TOLERANCE = 1e-9  # of the unit length: only rounding, no piece of masonry is that short
 
+_LEAST_LAP = 0.25  # of a unit, chosen: joints of a corner unit keep it from the joint of the lapping course
+_WIDEST_HEADER = 1.25  # of a header's width, chosen: a wider piece of a Flemish course is a cut stretcher
+_MIDDLE = 0.1  # of a piece's length, chosen: one whose centre is off the run's middle by less lies in the middle
+
+# a unit before it has a place: length along the wall [m], and whether it goes through the whole thickness
+Size = tuple[float, bool]
+
 
 @dataclass(frozen=True)
 class Bond:
-    """One bond: the unit lengths along the wall, who lies across it, and how far a course laps the one below [m]."""
+    """One bond: what units a course is made of, and how far it laps the one below.
+
+    Parameters
+    ----------
+    name : one of ``BONDS``
+    pitch : length of its longest unit along the wall [m]
+    module : units that a leading course repeats
+    header_width : width of a unit that lies across the wall [m]
+    staggering : overlap of a unit over the one below [m]
+    leaves : units side by side in the thickness of the wall
+    thickness : of the wall [m]
+    min_piece : pieces shorter than this are not laid [m]
+    """
 
     name: str
     pitch: float
-    module: tuple[tuple[float, bool], ...]
+    module: tuple[Size, ...]
     header_width: float
     staggering: float
     leaves: int
@@ -58,7 +77,15 @@ class Ends(NamedTuple):
 
 
 def leading_course(bond: Bond, length: float, ends: Ends) -> Leading:
-    """Return the course that covers the whole run [0, length], symmetric whenever the ends of the run are alike."""
+    """Return the course that covers the whole run, symmetric whenever the ends of the run are alike.
+
+    Parameters
+    ----------
+    bond : that it is laid in
+    length : of the run [m]
+    ends : what bounds the run and what meets it between
+    """
+    # from the axis of a T outwards, cut pieces at the ends
     if ends.crossing is not None:
         middle = 0.5 * (ends.crossing[0] + ends.crossing[1])
         core = _core(bond, ends.crossing[1] - ends.crossing[0])
@@ -67,12 +94,14 @@ def leading_course(bond: Bond, length: float, ends: Ends) -> Leading:
         right = _sequence(bond, length - middle - half)
         senses = [0] if len(core) == 1 else [-1, 1]
         return _place(length, [*left[::-1], *core, *right], [-1] * len(left) + senses + [1] * len(right))
+    # from both corners inwards, cut pieces in the middle
     if ends.start and ends.end:
         first, last = _lead(bond, ends.start), _lead(bond, ends.end)
         used = sum(size for size, _ in first + last)
         if used > length + bond.tolerance:
             raise InputError(f"length {length:g} m is too short for interlocking corners at both ends")
         return _place(length, *_symmetric(bond, first, last, length - used))
+    # a corner at the end: the mirror image of one at the start
     if ends.end:
         mirrored = leading_course(bond, length, Ends(ends.end, 0.0))
         pieces = tuple(Piece(length - p.end, length - p.start, p.header) for p in mirrored.pieces[::-1])
@@ -82,15 +111,14 @@ def leading_course(bond: Bond, length: float, ends: Ends) -> Leading:
     return _place(length, first + rest, [1] * (len(first) + len(rest)))
 
 
-def _place(length: float, sizes: list[tuple[float, bool]], senses: list[int]) -> Leading:
-    """Turn the lengths of pieces into positions in a run of a length [m].
-
-    The last piece ends exactly at the end of the run.
+def _place(length: float, sizes: list[Size], senses: list[int]) -> Leading:
+    """The leading course with its pieces in their places, the last one ending exactly at the end of the run.
 
     Parameters
     ----------
+    length : of the run [m]
     sizes : length [m] of every piece, and whether it is a header
-    senses : as of :func:`_symmetric`
+    senses : in which each was laid: 1 from its start, -1 from its end, 0 in the very middle
     """
     pieces, position = [], 0.0
     for index, (size, header) in enumerate(sizes):
@@ -100,12 +128,12 @@ def _place(length: float, sizes: list[tuple[float, bool]], senses: list[int]) ->
     return Leading(tuple(pieces), tuple(senses))
 
 
-def _sequence(bond: Bond, length: float) -> list[tuple[float, bool]]:
-    """Sizes of the units that cover a length from 0, and whether each is a header.
+def _sequence(bond: Bond, length: float) -> list[Size]:
+    """Sizes of the units that cover a length [m] from 0, in the order of the bond's module.
 
     The last unit is cut; one that would be too short is merged with that before it.
     """
-    sizes: list[tuple[float, bool]] = []
+    sizes: list[Size] = []
     position, index = 0.0, 0
     while length - position > bond.tolerance:
         size, header = bond.module[index % len(bond.module)]
@@ -118,24 +146,37 @@ def _sequence(bond: Bond, length: float) -> list[tuple[float, bool]]:
     return sizes
 
 
-def _lead(bond: Bond, crossing: float) -> list[tuple[float, bool]]:
-    """Units that the leading course puts at a corner before its regular sequence, for a crossing wall that thick.
+def _lead(bond: Bond, crossing: float) -> list[Size]:
+    """Units that the leading course puts at a corner before its regular sequence: one, or none.
 
-    The lapping course has a joint at `crossing`. Where the regular joints come within a quarter of a unit of it, the
-    first unit is cut so that they lap it properly; a cut corner unit of a thick wall goes through as a header.
+    The lapping course has a joint at the inner face of the crossing wall. Where the regular joints come within a
+    quarter of a unit of it, the first unit is cut so that they lap it properly. A cut corner unit of a thick wall goes
+    through as a header.
+
+    Parameters
+    ----------
+    bond : that the course is laid in
+    crossing : thickness of the wall that crosses at the corner [m]
     """
     past = crossing / bond.pitch
+    # the first regular joint stands one unit from the corner
     nearest = abs(past - max(round(past), 1))
-    if bond.name != "flemish" and nearest >= 0.25 - 1e-9:
+    if bond.name != "flemish" and nearest >= _LEAST_LAP - TOLERANCE:
         return []
+    # the face of the crossing wall then stands over the middle of a unit
     size = (crossing - bond.pitch / 2.0) % bond.pitch
     return [(size, bond.leaves > 1 or bond.name == "header")]
 
 
-def _core(bond: Bond, crossing: float) -> list[tuple[float, bool]]:
+def _core(bond: Bond, crossing: float) -> list[Size]:
     """Units centred on a wall that meets the run in a T: one, or two with their joint on its axis.
 
     Of the two, the one whose joints stay farther from the faces of the crossing wall, where the lapping course stops.
+
+    Parameters
+    ----------
+    bond : that the course is laid in
+    crossing : thickness of the wall that meets the run [m]
 
     Returns
     -------
@@ -148,14 +189,14 @@ def _core(bond: Bond, crossing: float) -> list[tuple[float, bool]]:
     # joints of one unit stand 1/2, 3/2, ... from the axis, those of two 0, 1, 2, ...
     one_clears = abs(face - max(round(face - 0.5), 0) - 0.5)
     two_clear = abs(face - round(face))
-    number = 1 if one_clears >= two_clear - 1e-9 else 2  # where both clear it alike, one, whatever the last bit
+    number = 1 if one_clears >= two_clear - TOLERANCE else 2  # where both clear it alike, one, whatever the last bit
     _, header = bond.module[0]
     return [(bond.pitch, header)] * number
 
 
 def _symmetric(
-    bond: Bond, first: list[tuple[float, bool]], last: list[tuple[float, bool]], length: float
-) -> tuple[list[tuple[float, bool]], list[int]]:
+    bond: Bond, first: list[Size], last: list[Size], length: float
+) -> tuple[list[Size], list[int]]:
     """Fill the length between two corners with whole units outside and, where needed, cut ones in the middle.
 
     Returned are the units, and in which sense each is laid: 1 from the start, -1 from the end, 0 in the very middle. No
@@ -163,6 +204,7 @@ def _symmetric(
 
     Parameters
     ----------
+    bond : that the course is laid in
     first, last : pieces laid at the corners, length [m] and whether each is a header
     length : between them [m]
     """
@@ -171,19 +213,21 @@ def _symmetric(
     total = sum(size for size, _ in sizes)
     senses, position = [], 0.0
     for size, _ in sizes:
+        # from the middle of the run
         centre = position + 0.5 * size - 0.5 * total
-        senses.append(0 if abs(centre) < 0.1 * size else (1 if centre < 0.0 else -1))
+        senses.append(0 if abs(centre) < _MIDDLE * size else (1 if centre < 0.0 else -1))
         position += size
     # with a joint in the very middle and a short staggering, one lapping unit over it would be far too long
     if 0 not in senses and 2.0 * (bond.pitch - bond.staggering) > bond.pitch + bond.min_piece:
         turn = senses.index(-1) if -1 in senses else 0
+        # the two units at that joint are laid as middle ones, lapped from both ends
         if turn:
             senses[turn - 1] = senses[turn] = 0
     return sizes, senses
 
 
-def _fill(bond: Bond, length: float) -> list[tuple[float, bool]]:
-    """Pieces that fill a length [m]: whole units around one or two cut ones; their lengths [m] and whether headers.
+def _fill(bond: Bond, length: float) -> list[Size]:
+    """Pieces that fill a length [m] between two corners: whole units around one or two cut ones.
 
     A rest shorter than half a unit is not laid by itself: with one whole unit it makes two equal pieces.
     """
@@ -207,13 +251,15 @@ def _fill(bond: Bond, length: float) -> list[tuple[float, bool]]:
     return [(size, header) for size in [pitch] * side + centre + [pitch] * side]
 
 
-def _fill_flemish(bond: Bond, length: float) -> list[tuple[float, bool]]:
-    """Stretcher, header, ..., stretcher, with cut stretchers in the middle where the length needs them.
+def _fill_flemish(bond: Bond, length: float) -> list[Size]:
+    """Pieces of a Flemish course that fill a length [m] between two corners.
 
-    The course is symmetric: ``side``, a middle of whole and cut units (bats), and the mirrored side.
+    Stretcher, header, ..., stretcher, with cut stretchers (bats) in the middle where the length needs them. The course
+    is symmetric: ``side``, a middle of whole and cut units, and the mirrored side.
     """
     stretcher, header = bond.pitch, bond.header_width
     module = stretcher + header
+    # how often header and stretcher follow on a first stretcher
     turns = int((length - stretcher + bond.tolerance) / module)
     if length < stretcher - bond.tolerance:
         return [(length, False)]
@@ -224,28 +270,38 @@ def _fill_flemish(bond: Bond, length: float) -> list[tuple[float, bool]]:
     # an even number of turns leaves a stretcher in the middle to be cut, an odd one a header to keep or to widen
     if turns % 2 == 0:
         side, spare = [s, h] * (turns // 2), stretcher + rest
+        # bats are no longer than a stretcher
         if spare <= 2.0 * stretcher:
             centre = [(spare / 2.0, False)] * 2
         else:
             bat = ((spare - header) / 2.0, False)
             centre = [bat, h, bat]
         return [*side, *centre, *side[::-1]]
-    side, spare = [s, h] * ((turns - 1) // 2), rest
+    side = [s, h] * ((turns - 1) // 2)
     if rest < header:
+        # the stretchers beside the middle header take half the rest each, as two bats each
         bat = ((stretcher + rest / 2.0) / 2.0, False)
         centre = [bat, bat, h, bat, bat]
     elif rest <= stretcher:
-        bat = ((header + spare) / 2.0, False)
+        # the middle header and the rest make two bats
+        bat = ((header + rest) / 2.0, False)
         centre = [s, bat, bat, s]
     else:
-        centre = [s, h, (spare - header, False), h, s]
+        # room for a second header, and a bat between the two
+        centre = [s, h, (rest - header, False), h, s]
     return [*side, *centre, *side[::-1]]
 
 
 def is_header(bond: Bond, size: float) -> bool:
-    """Whether a piece of the lapping course, ``size`` [m] long, goes through the wall as one unit."""
+    """Whether a piece of the lapping course goes through the wall as one unit.
+
+    Parameters
+    ----------
+    bond : that the course is laid in
+    size : length of the piece along the wall [m]
+    """
     if bond.name in ("header", "english"):
         return True
     if bond.name == "flemish":
-        return size <= 1.25 * bond.header_width + bond.tolerance
+        return size <= _WIDEST_HEADER * bond.header_width + bond.tolerance
     return False

@@ -12,9 +12,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from limitmason.build.boxes import SAME, coalesced, connected, side_area, subtract
 from limitmason.build.plan import Box, Unit
 from limitmason.checks import choice, finite, positive
 from limitmason.errors import InputError
+
+# chosen
+_ON_JOINT = 1e-6  # of a course's height: an edge this near to a bed joint is meant to be on it
+_THINNEST = 0.1  # of a course's height: thinner slices beside an opening nobody lays
 
 
 @dataclass(frozen=True)
@@ -118,30 +123,18 @@ def place_openings(
         opening = _opening(given, where)
         x0, z0 = finite(f"{where}.x", opening.x), finite(f"{where}.z", opening.z)
         x1, z1 = x0 + positive(f"{where}.width", opening.width), z0 + positive(f"{where}.height", opening.height)
-        if x0 < -1e-9 or x1 > length + 1e-9 or z0 < -1e-9 or z1 > height + 1e-9:
+        if x0 < -SAME or x1 > length + SAME or z0 < -SAME or z1 > height + SAME:
             raise InputError(
                 f"{where} spans x {x0:g} to {x1:g}, z {z0:g} to {z1:g} m and leaves the facade "
                 f"({length:g} x {height:g} m)"
             )
         z0, z1 = _snap(f"{where}.z", z0, levels), _snap(f"{where}.height", z1, levels)
-        lintel = None
         soldier = choice(f"{where}.head", opening.head, ("lintel", "soldier")) == "soldier"
         if soldier and opening.lintel is not None:
             raise InputError(f"{where}.lintel is not used with head='soldier': leave it out")
+        # an opening up to the top of the wall has nothing to bear, unless a lintel was asked for, which is then refused
         wanted = opening.lintel is not False and (z1 < height or opening.lintel not in (None, True))
-        if wanted:
-            depth = unit[1] if opening.lintel in (None, True) else positive(f"{where}.lintel", opening.lintel)
-            depth = unit[0] if soldier else depth
-            bearing = unit[0] / 2.0 if opening.bearing is None else positive(f"{where}.bearing", opening.bearing)
-            bearing = 0.0 if soldier and opening.bearing is None else bearing
-            top = z1 + depth
-            if top > height + 1e-9:
-                name = "head: the soldiers'" if soldier else "lintel: its"
-                raise InputError(f"{where}.{name} top at {top:g} m is above the wall ({height:g} m)")
-            if x0 - bearing < -1e-9 or x1 + bearing > length + 1e-9:
-                raise InputError(f"{where}.bearing {bearing:g} m reaches beyond the end of the facade")
-            top = _snap(f"{where}.{'head' if soldier else 'lintel'}", top, levels)
-            lintel = ((max(x0 - bearing, 0.0), 0.0, z1), (min(x1 + bearing, length), thickness, top))
+        lintel = _head(where, opening, (x0, x1, z1), (length, thickness), levels, unit) if wanted else None
         soldiers = _soldiers(where, lintel, unit[1]) if soldier and lintel is not None else 0
         here = Placed(max(x0, 0.0), min(x1, length), z0, z1, lintel, soldiers)
         _check_neighbours(where, here, placed, occupied)
@@ -158,8 +151,10 @@ def cut_openings(
 
     Parameters
     ----------
-    thickness : of the facade [m]
     courses : units of every course, bottom course first
+    openings : that are cut out
+    thickness : of the facade [m]
+    min_piece : [m]
     """
     holes: list[Box] = []
     for opening in openings:
@@ -173,21 +168,61 @@ def cut_openings(
         for unit in units:
             boxes = unit.boxes
             for hole in holes:
-                boxes = [rest for box in boxes for rest in _subtract(box, hole)]
+                boxes = [rest for box in boxes for rest in subtract(box, hole)]
             if boxes == unit.boxes:
                 whole.append(unit)
                 continue
-            for part in _connected(boxes):
+            for part in connected(boxes):
                 touched.append(Unit(unit.run, unit.course, unit.leaf, part, unit.axis))
         result.append(_merge_short(whole, touched, min_piece) if touched else whole)
     return result
 
 
+def _head(
+    where: str, opening: Opening, hole: tuple[float, float, float], wall: tuple[float, float], levels: Sequence[float],
+    unit: tuple[float, float, float],
+) -> Box:
+    """Box of the lintel or of the soldiers over an opening [m].
+
+    Parameters
+    ----------
+    where : name of the opening in errors
+    opening : as given
+    hole : x0, x1 and top of the opening [m]
+    wall : length and thickness of the facade [m]
+    levels : heights of the bed joints [m]
+    unit : length, height, thickness of a unit [m]
+    """
+    x0, x1, z1 = hole
+    length, thickness = wall
+    unit_length, unit_height, _ = unit
+    soldier, height = opening.head == "soldier", levels[-1]
+    depth = unit_height if opening.lintel in (None, True) else positive(f"{where}.lintel", opening.lintel)
+    depth = unit_length if soldier else depth
+    bearing = unit_length / 2.0 if opening.bearing is None else positive(f"{where}.bearing", opening.bearing)
+    bearing = 0.0 if soldier and opening.bearing is None else bearing
+    top = z1 + depth
+    if top > height + SAME:
+        name = "head: the soldiers'" if soldier else "lintel: its"
+        raise InputError(f"{where}.{name} top at {top:g} m is above the wall ({height:g} m)")
+    if x0 - bearing < -SAME or x1 + bearing > length + SAME:
+        raise InputError(f"{where}.bearing {bearing:g} m reaches beyond the end of the facade")
+    top = _snap(f"{where}.{'head' if soldier else 'lintel'}", top, levels)
+    return (max(x0 - bearing, 0.0), 0.0, z1), (min(x1 + bearing, length), thickness, top)
+
+
 def _soldiers(where: str, band: Box, width: float) -> int:
-    """Number of units on end, each ``width`` [m] wide, that fill a band without a gap."""
+    """Number of units on end that fill the box of a head without a gap.
+
+    Parameters
+    ----------
+    where : name of the opening in errors
+    band : the box [m]
+    width : of a unit on end, its height as laid [m]
+    """
     span = band[1][0] - band[0][0]
     number = round(span / width)
-    if number < 1 or abs(span - number * width) > 1e-6 * width:
+    if number < 1 or abs(span - number * width) > _ON_JOINT * width:
         raise InputError(
             f"{where}.head: soldiers of {width:g} m do not fill {span:g} m; make width plus bearings a multiple of it"
         )
@@ -195,7 +230,7 @@ def _soldiers(where: str, band: Box, width: float) -> int:
 
 
 def _opening(given: Opening | Mapping, where: str) -> Opening:
-    """An opening from itself or a mapping of its fields."""
+    """An opening from itself or a mapping of its fields; ``where`` names it in errors."""
     if isinstance(given, Opening):
         return given
     if isinstance(given, Mapping):
@@ -211,14 +246,16 @@ def _snap(field: str, z: float, levels: Sequence[float]) -> float:
 
     Parameters
     ----------
+    field : name of the edge in errors
+    z : height of an edge of an opening or its head [m]
     levels : of the bed joints, from the foot to the top [m]
     """
     for course in range(len(levels) - 1):
         low, high = levels[course], levels[course + 1]
-        if low - 1e-9 <= z <= high + 1e-9:
-            thin = 0.1 * (high - low)
+        if low - SAME <= z <= high + SAME:
+            thin = _THINNEST * (high - low)
             for bed in (low, high):
-                if abs(z - bed) <= 1e-6 * (high - low):
+                if abs(z - bed) <= _ON_JOINT * (high - low):
                     return bed
                 if abs(z - bed) < thin:
                     raise InputError(
@@ -231,15 +268,18 @@ def _snap(field: str, z: float, levels: Sequence[float]) -> float:
 def _check_neighbours(
     where: str, here: Placed, placed: Sequence[Placed], occupied: Sequence[tuple[str, float, float]]
 ) -> None:
-    """Refuse an opening whose lintel cuts into a wall or into another opening.
+    """Refuse an opening that, with its lintel, cuts into a wall or another opening.
 
     Parameters
     ----------
+    where : its name in errors
+    here : the opening
+    placed : the openings before it
     occupied : walls that stand in the way: name, from x and to x [m]
     """
     x0, x1 = here.reach
     for name, low, high in occupied:
-        if x0 < high - 1e-9 and x1 > low + 1e-9:
+        if x0 < high - SAME and x1 > low + SAME:
             raise InputError(
                 f"{where} (with its lintel) spans x {x0:g} to {x1:g} m and cuts into {name} ({low:g} to {high:g} m)"
             )
@@ -258,99 +298,43 @@ def _rectangles(opening: Placed) -> list[tuple[float, float, float, float]]:
 
 
 def _cross(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> bool:
-    return min(a[1], b[1]) - max(a[0], b[0]) > 1e-9 and min(a[3], b[3]) - max(a[2], b[2]) > 1e-9
-
-
-def _subtract(box: Box, hole: Box) -> list[Box]:
-    """Return what is left of a box: pieces beside the hole over its full height, pieces below and above it."""
-    (x0, y0, z0), (x1, y1, z1) = box
-    hx0, hx1, hz0, hz1 = hole[0][0], hole[1][0], hole[0][2], hole[1][2]
-    thin = 1e-9 * max(x1 - x0, z1 - z0)
-    if hx0 >= x1 - thin or hx1 <= x0 + thin or hz0 >= z1 - thin or hz1 <= z0 + thin:
-        return [box]
-    rest: list[Box] = []
-    left, right = x0, x1
-    if hx0 > x0 + thin:
-        rest.append(((x0, y0, z0), (hx0, y1, z1)))
-        left = hx0
-    if hx1 < x1 - thin:
-        rest.append(((hx1, y0, z0), (x1, y1, z1)))
-        right = hx1
-    if hz0 > z0 + thin:
-        rest.append(((left, y0, z0), (right, y1, hz0)))
-    if hz1 < z1 - thin:
-        rest.append(((left, y0, hz1), (right, y1, z1)))
-    return rest
-
-
-def _shared_area(a: Box, b: Box) -> float:
-    """Area [m2] of the face that two boxes share, 0 if they do not touch over an area."""
-    sides, touching = [], 0
-    for k in range(3):
-        side = min(a[1][k], b[1][k]) - max(a[0][k], b[0][k])
-        if abs(side) < 1e-9:
-            touching += 1
-        elif side < 0.0:
-            return 0.0
-        else:
-            sides.append(side)
-    return sides[0] * sides[1] if touching == 1 else 0.0
-
-
-def _connected(boxes: list[Box]) -> list[list[Box]]:
-    """Group boxes that hang together face to face."""
-    groups: list[list[Box]] = []
-    for box in boxes:
-        joined = [group for group in groups if any(_shared_area(box, other) > 0.0 for other in group)]
-        groups = [group for group in groups if not any(group is one for one in joined)]
-        groups.append([box, *(other for group in joined for other in group)])
-    return groups
+    """Whether two rectangles x0, x1, z0, z1 [m] have an area in common."""
+    ax0, ax1, az0, az1 = a
+    bx0, bx1, bz0, bz1 = b
+    return min(ax1, bx1) - max(ax0, bx0) > SAME and min(az1, bz1) - max(az0, bz0) > SAME
 
 
 def _merge_short(whole: list[Unit], touched: list[Unit], min_piece: float) -> list[Unit]:
-    """Join every piece that is shorter than ``min_piece`` [m] to the unit beside it with the largest common side.
+    """Units of a course, from left to right, with pieces that are too short joined to the unit beside them.
+
+    Of two neighbours the one with the larger common side takes the piece.
 
     Parameters
     ----------
     whole : units of the course that are as laid
     touched : those that an opening has cut
+    min_piece : pieces shorter than this are too short [m]
     """
     pending = sorted(touched, key=_length)
     units = [*whole, *touched]
     for piece in pending:
-        if _length(piece) >= min_piece - 1e-9:
+        if _length(piece) >= min_piece - SAME:
             continue
         best, area = None, 0.0
         for other in units:
             if other is piece:
                 continue
-            shared = sum(_side_area(a, b) for a in piece.boxes for b in other.boxes)
+            shared = sum(side_area(a, b) for a in piece.boxes for b in other.boxes)
+            # of sides that are equal but for rounding the first
             if shared > area * (1.0 + 1e-9):
                 best, area = other, shared
         if best is not None:
-            best.boxes = _coalesce([*best.boxes, *piece.boxes])
+            best.boxes = coalesced([*best.boxes, *piece.boxes])
             units = [unit for unit in units if unit is not piece]
     return sorted(units, key=lambda unit: (unit.extent(0)[0], unit.extent(1)[0], unit.extent(2)[0]))
 
 
 def _length(unit: Unit) -> float:
+    """Extent of a unit along the facade [m]."""
     low, high = unit.extent(0)
     return high - low
-
-
-def _side_area(a: Box, b: Box) -> float:
-    """Area shared by two boxes that stand side by side along x."""
-    beside = abs(a[0][0] - b[1][0]) < 1e-9 or abs(a[1][0] - b[0][0]) < 1e-9
-    return _shared_area(a, b) if beside else 0.0
-
-
-def _coalesce(boxes: list[Box]) -> list[Box]:
-    """Join boxes of equal cross-section that stand side by side along x."""
-    rest = list(boxes)
-    for i, a in enumerate(rest):
-        for j, b in enumerate(rest):
-            same = all(abs(a[e][k] - b[e][k]) < 1e-9 for e in (0, 1) for k in (1, 2))
-            if i != j and same and abs(a[1][0] - b[0][0]) < 1e-9:
-                joined = (a[0], b[1])
-                return _coalesce([box for k, box in enumerate(rest) if k not in (i, j)] + [joined])
-    return rest

@@ -22,11 +22,17 @@ PLANS = ("straight", "L", "T", "U", "box")
 
 @dataclass(frozen=True)
 class StraightWall:
-    """One straight wall of the plan.
+    """One straight wall of the plan, a run.
 
-    `origin` is the corner [m] from which its length (along `axis`: 0 for x, 1 for y) and thickness are measured, both
-    in the positive direction; `outer_first` says whether the outer face is the one at the origin. `leads_even`: whether
-    this run passes through the corners in even courses.
+    Parameters
+    ----------
+    name : "facade", "return-left", "return-right", "return-middle" or "rear"
+    axis : of its length, 0 for x, 1 for y
+    origin : x, y of the corner from which length and thickness are measured, both in the positive direction [m]
+    length, thickness : outside to outside [m]
+    ends : what crosses it at its ends, and between
+    outer_first : whether the outer face is the one at the origin
+    leads_even : whether it passes through the corners in even courses, counted from 0
     """
 
     name: str
@@ -48,9 +54,15 @@ class StraightWall:
 
 @dataclass
 class Unit:
-    """A unit while the wall is being laid: the boxes it fills [m], its laid direction (0 x, 1 y), its place.
+    """A unit while the wall is being laid.
 
-    `course` counts from 0; `leaf` from the outer face, -1 for a unit through the whole thickness.
+    Parameters
+    ----------
+    run : name of the wall it is in
+    course : counted from 0 at the bottom
+    leaf : counted from 0 at the outer face, -1 for a unit through the whole thickness
+    boxes : that it fills together [m]
+    axis : along which its length is laid, 0 for x, 1 for y
     """
 
     run: str
@@ -60,7 +72,7 @@ class Unit:
     axis: int
 
     def extent(self, k: int) -> tuple[float, float]:
-        """Smallest and largest coordinate k [m] of the unit."""
+        """Smallest and largest coordinate of the unit [m], of x, y or z by its number ``k``."""
         return min(box[0][k] for box in self.boxes), max(box[1][k] for box in self.boxes)
 
 
@@ -95,6 +107,7 @@ def make_runs(
     """
     choice("plan", plan, PLANS)
     choice("corner", corner, ("left", "right"))
+    # what the plan has no use for is refused, not passed over
     if plan == "straight":
         for name, value in (("return_length", return_length), ("return_thickness", return_thickness)):
             if value is not None:
@@ -122,6 +135,7 @@ def make_runs(
         raise InputError(f"length {length:g} m leaves no facade beside returns {depth:g} m thick")
 
     def make(name: str, x: float, reach: float, outer_first: bool) -> StraightWall:
+        """A return from x [m] on, ``reach`` [m] long; its outer face is the one at x or the other one."""
         ends = Ends(thickness, thickness) if plan == "box" else Ends(start=thickness)
         return StraightWall(
             name=name, axis=1, origin=(x, 0.0), length=reach, thickness=depth, ends=ends, outer_first=outer_first,
@@ -164,14 +178,17 @@ class Courses:
 def lay_courses(bond: Bond, run: StraightWall, *, ragged: bool | tuple[bool, bool] = False) -> Courses:
     """Return the two courses of a run.
 
-    With ragged ends no cut unit closes the run's free ends.
+    Parameters
+    ----------
+    bond : that it is laid in
+    run : whose length and ends they fill
+    ragged : whether no cut unit closes a free end, for both or as (start, end)
     """
     leading = leading_course(bond, run.length, run.ends)
     lapping = lapping_course(bond, run.length, run.ends, leading)
     overlap = smallest_overlap(leading.pieces, lapping)
     at_start, at_end = ragged if isinstance(ragged, tuple) else (ragged, ragged)
-    # an end that is not ragged is treated like a corner: nothing is dropped there
-    # any thickness but 0 says that the end is closed
+    # an end that is not ragged is treated like a corner, where nothing is dropped: any thickness but 0 says so
     kept = Ends(start=run.ends.start or float(not at_start), end=run.ends.end or float(not at_end))
     return Courses(
         drop_cut_ends(bond, leading.pieces, run.length, kept), drop_cut_ends(bond, lapping, run.length, kept), overlap
@@ -194,6 +211,10 @@ def lay_run(
         Whether the bottom course of the facade is the lapping one.
     header_every
         (k, j): in every k-th course every j-th position is one through-stone that ties the leaves.
+
+    Notes
+    -----
+    A unit is a box along the run from ``a`` to ``b``, across it from ``c`` to ``d``, and from ``low`` to ``high`` [m].
     """
     laid: list[list[Unit]] = []
     origin_along, origin_across = run.origin[run.axis], run.origin[1 - run.axis]
@@ -203,15 +224,11 @@ def lay_run(
         even = (course + int(start_half)) % 2 == 0
         pieces = courses.leading if even == run.leads_even else courses.lapping
         low, high = levels[course], levels[course + 1]
-        tied, shift = False, 0
-        if header_every is not None and (course + 1) % header_every[0] == 0:
-            # through-stones of successive header courses stand in quincunx
-            tied, shift = True, (header_every[1] // 2) * ((course + 1) // header_every[0] % 2)
+        tying = _through_stones(header_every, course, len(pieces))
         units: list[Unit] = []
         for position, piece in enumerate(pieces):
             a, b = origin_along + piece.start, origin_along + piece.end
-            here = header_every is not None and tied and (position + shift) % header_every[1] == 0
-            header = piece.header or here
+            header = piece.header or position in tying
             through = header or bond.leaves == 1
             axis = 1 - run.axis if header else run.axis
             for leaf in range(1 if through else bond.leaves):
@@ -222,3 +239,23 @@ def lay_run(
                 units.append(Unit(run.name, course, -1 if through else number, [box], axis))
         laid.append(units)
     return laid
+
+
+def _through_stones(header_every: tuple[int, int] | None, course: int, positions: int) -> set[int]:
+    """Positions of a course where one stone ties all leaves, counted from 0.
+
+    Parameters
+    ----------
+    header_every : (k, j), in every k-th course every j-th position; None for none
+    course : counted from 0
+    positions : how many the course has
+    """
+    if header_every is None:
+        return set()
+    every_course, every_position = header_every
+    turn, between = divmod(course + 1, every_course)
+    if between:
+        return set()
+    # through-stones of successive header courses stand in quincunx
+    shift = (every_position // 2) * (turn % 2)
+    return {k for k in range(positions) if (k + shift) % every_position == 0}

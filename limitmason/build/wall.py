@@ -18,6 +18,7 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 
 _ENDS = ("flush", "ragged")
+_MAY_CRACK = 0.75  # of a unit's length, chosen: shorter pieces get no potential crack
 
 
 def wall(
@@ -144,7 +145,7 @@ def wall(
     Wrong for irregular masonry: all units of a bond are alike but for cut pieces. `recipe["smallest_overlap"]` is the
     smallest overlap of two successive courses away from openings; beside an opening a cut may come nearer.
     """
-    size = _three(unit_size(unit))
+    size = _three(unit_size(unit))  # length, height, thickness
     total = positive("length", length)
     positive("density", density)
     number = courses_from(height, courses, size[1])
@@ -189,7 +190,7 @@ def wall(
         "spreader": None if spreader is None else [float(s) for s in spreader],
     }
     built = site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
-    return built if unit_cracks is None else _with_unit_cracks(site, built, unit_cracks, 0.75 * size[0])
+    return built if unit_cracks is None else _with_unit_cracks(site, built, unit_cracks, _MAY_CRACK * size[0])
 
 
 def _laid(
@@ -200,10 +201,12 @@ def _laid(
 
     Parameters
     ----------
-    levels : heights of the bed joints [m]
-    ragged : whether either end is left without cut units
+    runs : of the plan
+    bond : of the facade, and of the returns but for their thickness
+    levels : heights of the bed joints [m], one more than there are courses
+    ragged : whether no cut unit closes a free end, for both or as (start, end)
+    start_half : whether the bottom course of the facade is the lapping one
     header_every : every how many courses and positions a header ties the leaves; None for no headers
-    start_half : whether the first course begins with half a unit
     """
     by_run, overlap = [], float("inf")
     for run in runs:
@@ -216,7 +219,15 @@ def _laid(
 
 
 def _with_unit_cracks(site: Site, built: Assembly, cracks: object, shortest: float) -> Assembly:
-    """The wall with potential cracks in its units, of the law ``cracks``; none shorter than ``shortest`` [m]."""
+    """The wall with potential cracks across the middle of its units.
+
+    Parameters
+    ----------
+    site : whose names tell units from lintels and beams
+    built : the wall
+    cracks : law of the cracks, checked here
+    shortest : pieces shorter than this stay whole [m]
+    """
     if not isinstance(cracks, Joint):
         raise InputError(f"unit_cracks must be the law of the cracks, a Joint, got {cracks!r}")
     may_crack = [n for n in site.names if n.startswith(("facade", "return")) and n not in site.fixed]
@@ -224,17 +235,32 @@ def _with_unit_cracks(site: Site, built: Assembly, cracks: object, shortest: flo
 
 
 def _add_lintels(site: Site, placed: Sequence[Placed], density: float | None) -> None:
-    """Add the lintels of openings, or the units on end above them; ``density`` is the lintels' [kg/m3]."""
+    """Add the lintels of openings, or the units on end above them.
+
+    Parameters
+    ----------
+    site : to which they are added
+    placed : the openings
+    density : of lintels [kg/m3], the site's own where None; units on end have that of units
+    """
     lintels = [opening.lintel for opening in placed if opening.lintel is not None and not opening.soldiers]
     for index, lintel in enumerate(lintels):
         site.add_box(f"lintel-{index + 1}", lintel, axis=0, density=density)
     for index, soldiers in enumerate([opening.soldier_boxes for opening in placed if opening.soldiers]):
+        digits = max(2, len(str(len(soldiers))))
         for k, box in enumerate(soldiers):
-            site.add_box(f"soldier-{index + 1}-{k + 1:0{max(2, len(str(len(soldiers))))}d}", box, axis=2)
+            site.add_box(f"soldier-{index + 1}-{k + 1:0{digits}d}", box, axis=2)
 
 
 def _headers(given: object, leaves: int, bond: str) -> tuple[int, int] | None:
-    """Every how many courses and positions a header ties the leaves, or None."""
+    """Every how many courses and positions a header ties the leaves, or None.
+
+    Parameters
+    ----------
+    given : as given, a pair of whole numbers or None
+    leaves : of the wall; there is nothing to tie in one leaf
+    bond : its name
+    """
     if given is None:
         return None
     if bond != "running" or leaves < 2:
@@ -245,7 +271,14 @@ def _headers(given: object, leaves: int, bond: str) -> tuple[int, int] | None:
 
 
 def _ragged(ends: object, plan: str, bond: str) -> bool | tuple[bool, bool]:
-    """Whether the ends of a wall are left ragged, for both or as (left, right)."""
+    """Whether the ends of a wall are left ragged, for both or as (left, right).
+
+    Parameters
+    ----------
+    ends : as given, "flush", "ragged" or a pair of these
+    plan : name of the plan; only a straight wall has two free ends
+    bond : its name; English and Flemish bond end with closers, which are cut units
+    """
     if isinstance(ends, (tuple, list)):
         if len(ends) != 2 or plan != "straight":
             raise InputError(f"ends must be one word, or a pair (left, right) for a straight wall; got {ends!r}")
@@ -261,11 +294,13 @@ def _ragged(ends: object, plan: str, bond: str) -> bool | tuple[bool, bool]:
 
 
 def _three(sizes: tuple[float, ...]) -> tuple[float, float, float]:
+    """Three sizes as a tuple of known length, which type checks need."""
     length, height, thickness = sizes
     return length, height, thickness
 
 
 def _bounds(runs: Sequence[StraightWall]) -> tuple[float, float, float, float]:
+    """x0, x1, y0, y1 of the box around all runs in plan [m]."""
     prints = [run.footprint for run in runs]
     return (min(p[0] for p in prints), max(p[1] for p in prints), min(p[2] for p in prints), max(p[3] for p in prints))
 
@@ -273,12 +308,16 @@ def _bounds(runs: Sequence[StraightWall]) -> tuple[float, float, float, float]:
 def _add_beams(
     site: Site, runs: Sequence[StraightWall], top: float, given: float | None, over: str, density: float | None
 ) -> None:
-    """A beam on the runs that ``over`` names: the facade, the returns, or all, the rear wall included.
+    """Add a beam on the runs that are named: the facade, the returns, or all, the rear wall included.
 
     Parameters
     ----------
-    top, given, density : level of the top of the wall, height of the beams or None [m], and [kg/m3]
+    site : to which they are added
+    runs : of the plan, facade first
+    top : level of the top of the wall [m]
+    given : height of the beams [m]; None for none
     over : "facade", "returns" or "all"
+    density : of the beams [kg/m3], the site's own where None
     """
     if given is None:
         if over != "facade":
@@ -293,6 +332,7 @@ def _add_beams(
         if over != "all" and (facade != (over == "facade") or run is rear):
             continue
         x0, x1, y0, y1 = run.footprint
+        # facade and rear wall have the corners
         if run.name.startswith("return"):
             y0, y1 = runs[0].thickness, y1 if rear is None else rear.footprint[2]
         name = "beam" if facade else f"beam-{run.name.removeprefix('return-')}"
@@ -306,7 +346,12 @@ def _add_spreader(
 
     Parameters
     ----------
-    top, given, density : level of the top of the wall [m], (length, height) or None [m], and [kg/m3]
+    site : to which it is added
+    runs : of the plan, which must be the facade alone
+    top : level of the top of the wall [m]
+    given : (length, height) of the block [m]; None for none
+    top_beam : height of a beam on the same place, which must be None
+    density : of the block [kg/m3], the site's own where None
     """
     if given is None:
         return
@@ -326,12 +371,13 @@ def _add_spreader(
 
 
 def _return_recipe(run: StraightWall) -> dict:
+    """What the recipe of a wall keeps of a return: name, side, length and thickness [m], and x from and to [m]."""
     side, x = run.name.removeprefix("return-"), list(run.footprint[:2])
     return {"name": run.name, "side": side, "length": run.length, "thickness": run.thickness, "x": x}
 
 
 def _opening_recipe(opening: Placed) -> dict:
-    """What the recipe of a wall keeps of an opening."""
+    """What the recipe of a wall keeps of an opening: place, size and head [m], soldiers where there are any."""
     size = {"width": opening.x1 - opening.x0, "height": opening.z1 - opening.z0}
     record = {"x": opening.x0, "z": opening.z0, **size, "lintel": None, "bearing": None}
     if opening.soldiers:
