@@ -1,23 +1,21 @@
-"""Loads that are safe at once: a convex set between corners with forces and half-planes with mechanisms."""
+"""Search for the loads that are safe at once, from inside by forces and from outside by mechanisms."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from limitmason.answers.acceptance import OWN_RESIDUAL
 from limitmason.answers.results import Bound, BoundKind, Prediction, Resultants, Status
 from limitmason.arrays import Array
-from limitmason.checks import numbers, positive, several
-from limitmason.display.notebook import Displayed
+from limitmason.checks import positive, several
 from limitmason.errors import InputError, NotConverged
 from limitmason.geometry.convex_set import corners_of_half_spaces, extreme_points, extreme_rays, nearest_in_hull
+from limitmason.limit.load_set import HalfPlane, LoadRegion
 from limitmason.limit.program.cones import make_cones
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.program.scaling import balanced
@@ -30,93 +28,21 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
-from limitmason.storage.files import write_text
 
 FLAT = 1e-3
 """Least extent of a set that its gap is measured by, over the multiplier at which a load is as large as the dead."""
 
+FAR = 10.0
+"""Sizes of multipliers at which a set without end is cut, over the largest that is found where it has one: chosen."""
 
-class HalfPlane(NamedTuple):
-    """Loads that a mechanism does not let pass.
+AT_APEX = 1e-6
+"""Distance from the origin up to which a corner of a cone cut at 1 is its apex [-], well above a solver's error."""
 
-    normal . multipliers <= offset, for a unit normal.
-    """
+NO_WORK = 1e-6
+"""Work of the loads on a motion, over its largest velocity times the dead load, up to which it is none [-]: chosen."""
 
-    normal: Array
-    offset: float
-    twists: Array | None  # of the mechanism, (n_blocks, 6); None for a limit of what was asked
-
-
-@dataclass(frozen=True, eq=False)
-class LoadRegion(Displayed):
-    """Set of multipliers that a structure carries at once, from inside and outside.
-
-    Parameters
-    ----------
-    names : of the load cases
-    status : "closed" within the tolerance, "not closed", or "empty": no multipliers within the limits are carried
-    corners : multipliers with forces that carry them; all between them are carried too [-], shape (m, k)
-    forces : joint forces at every corner
-    outside : half-planes that no carried load leaves, each with its mechanism
-    gap : largest distance of an outer corner from the inner set, over the diameter of the inner set, in multipliers
-        over their extents [-]; of an empty set NaN
-    cone : directions in which the set has no end, unit rays whose cone it is, shape (r, k); none where it is bounded
-    within : sizes of the multipliers beyond which nothing was asked, shape (k,); infinite where none was needed
-    proof : of an empty set: the motion in which the dead load does more work than the joints dissipate, whatever the
-        multipliers
-    certain : for psi < phi, the set of joints with friction psi: what it holds is carried by every flow rule between
-        psi and phi, and what this set does not hold by none (Radenkovic); None where psi = phi
-    """
-
-    names: tuple[str, ...]
-    status: str
-    corners: Array
-    forces: tuple[Resultants, ...]
-    outside: tuple[HalfPlane, ...]
-    gap: float
-    within: Array
-    cone: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    proof: Array | None = None
-    certain: LoadRegion | None = None
-
-    def contains(self, multipliers: Sequence[float]) -> bool | None:
-        """Whether the structure carries these multipliers, None where neither is proven.
-
-        It is True where forces carry them and False where a mechanism moves. Between the two sets it is None.
-        Beyond ``within`` it is None too, where the cone does not reach.
-        """
-        y = numbers("multipliers", multipliers)
-        if y.shape != (len(self.names),) or not np.isfinite(y).all():
-            raise InputError(f"multipliers: give one for each of {' and '.join(self.names)}, got {multipliers!r}")
-        if any(p.twists is not None and p.normal @ y > p.offset for p in self.outside):
-            return False
-        if not len(self.corners):
-            return None
-        size = np.abs(self.corners).max(axis=0) + np.abs(self.corners).max() * 1e-12
-        cone = self.cone / size if len(self.cone) else None
-        return True if np.linalg.norm(y / size - nearest_in_hull(self.corners / size, y / size, cone)) <= 1e-9 else None
-
-    def to_json(self, path: str | Path) -> None:
-        """Write corners, half-planes, cone and gap to a file."""
-        planes = [{"normal": p.normal.tolist(), "offset": p.offset, "limit": p.twists is None} for p in self.outside]
-        kept = {
-            "cases": self.names, "status": self.status, "corners": self.corners.tolist(), "outside": planes,
-            "gap": None if math.isnan(self.gap) else self.gap, "cone": self.cone.tolist(),
-        }
-        write_text(path, json.dumps(kept, indent=1) + "\n")
-
-    def __str__(self) -> str:
-        """Status, counts and gap."""
-        text = f"safe loads {' and '.join(self.names)}: {self.status}"
-        if self.status == "empty":
-            return text
-        rays = "one ray" if len(self.cone) == 1 else f"{len(self.cone)} rays"
-        unbounded = f", unbounded along {rays}" if len(self.cone) else ""
-        text = f"{text}, {len(self.corners)} corners, {len(self.outside)} half-planes, gap {self.gap:.1e}{unbounded}"
-        if self.certain is None:
-            return text
-        count = len(self.certain.corners)
-        return f"{text}; by every flow rule from psi to phi: {f'{count} corners' if count else self.certain.status}"
+SAME_DIRECTION = 1e-9
+"""Distance of two unit directions up to which they are the same [-]: rounding."""
 
 
 @of_model
@@ -193,6 +119,7 @@ def load_region(
     model = {"contact_model": contact_model, "grid": chosen_grid(contact_model, grid), "in_plane": in_plane}
 
     def region(made: Assembly, dead: Loads, limit: Array | None) -> LoadRegion:
+        """Region of a structure under its dead load, with multipliers up to ``limit`` (k,), None for no limit."""
         return _closed(_Support(made, dead, live, model), names, tolerance, limit, most)
 
     found = region(assembly, dead, limit)
@@ -201,7 +128,8 @@ def load_region(
         # strengths, which is a cone; cut at 1, its corners away from the origin lie on the rays
         homogeneous = region(assembly.with_joints(_endless), replace(dead, dead=0.0 * dead.dead), np.ones(len(cases)))
         size = np.linalg.norm(homogeneous.corners, axis=1)
-        rays = homogeneous.corners[size > 1e-6] / size[size > 1e-6, None]
+        away = size > AT_APEX
+        rays = homogeneous.corners[away] / size[away, None]
         found = replace(found, cone=extreme_rays(rays))
     if any(i.joint.tan_psi < i.joint.tan_phi for i in assembly.interfaces):
         # with friction tan(psi) the same motions are associative: what lies inside is safe for any flow rule
@@ -226,9 +154,11 @@ class _Support:
 
         Parameters
         ----------
+        dead : whose live part is not used
         live : wrenches of all live loads [N, N m], shape (k, n_blocks, 6)
         model : keywords of :func:`make_problem`
         """
+        # unit: multiplier at which a live load is as large as the dead load, (k,); of the least live load without any
         sizes = np.abs(live).sum(axis=(1, 2))
         self.unit = max(float(np.abs(dead.dead[~assembly.fixed]).sum()), float(sizes.min())) / sizes
         self.live, self.dead, self.assembly = live, dead, assembly
@@ -244,11 +174,15 @@ class _Support:
 
         Parameters
         ----------
-        direction, within : of the multipliers, and their largest sizes or None, shape (k,) [-]
+        direction : of the multipliers [-], shape (k,)
+        within : their largest sizes [-], shape (k,); None for no limit
 
         Returns
         -------
-        status, multipliers, forces, half_plane : forces None without a certificate, half_plane None without a proof
+        status : "solved", "unbounded" or "cannot stand"
+        multipliers : [-], shape (k,)
+        forces : None without a certificate
+        half_plane : None without a proof
         """
         self.solved += 1
         status = ""
@@ -273,32 +207,34 @@ class _Support:
 
         Parameters
         ----------
-        scaled : forces of the scaled problem p
+        p : the problem in some scaling
+        y : multipliers [-]
+        scaled : forces of p [-], shape (c m,)
         """
         loads = Loads(self.dead.dead, np.tensordot(y, self.live, 1))
         forces = p.resultants(p.forces(scaled))
+        # of a cone, whose apex has no load to measure what is left by: rays as the solver has them
         if not self.dead.dead.any():
-            return forces  # of a cone, whose apex has no load to measure what is left by: rays as the solver has them
+            return forces
         state = Prediction("", 1.0, Bound(BoundKind.NONE), Status.SOLVED, None, forces, **p.contact_facts)
         found = certify(self.assembly, loads, state)
         return forces if max(found.block_residual, found.joint_excess) <= OWN_RESIDUAL else None
 
     def half_plane(self, p: Problem, velocity: Array) -> HalfPlane | None:
-        """What a motion, as repaired, proves of all loads.
-
-        It is None where the motion proves nothing.
+        """What a motion, as repaired, proves of all loads: sum of lambda_k w_k . v <= D(v) - w . v, or None.
 
         A motion on which no load works has a normal of zeros: a negative offset then proves that the set is empty.
 
         Parameters
         ----------
-        velocity : dual of the equilibrium rows of p
+        p : the problem in some scaling
+        velocity : dual of the equilibrium rows of p, shape (r,)
         """
         twists = np.where(self.assembly.held, 0.0, p.twists(velocity))
         rate = np.tensordot(self.live, twists, 2)
         size = float(np.linalg.norm(rate * self.unit))
         # the certificate wants loads that do work on the motion: those of the normal, or the dead load alone
-        works = size > 1e-6 * np.abs(twists).max() * np.abs(self.dead.dead).sum()
+        works = size > NO_WORK * np.abs(twists).max() * np.abs(self.dead.dead).sum()
         load = np.tensordot(rate * self.unit**2, self.live, 1) if works else self.dead.dead
         dead = self.dead.dead if works else 0.0 * load
         if self.opening is None:
@@ -307,7 +243,9 @@ class _Support:
         k = p.proven_by(Loads(dead, load), twists, self.opening)
         if k.twists is None or not math.isfinite(k.multiplier):
             return None
-        offset = k.multiplier * float((load * k.twists).sum()) - (0.0 if works else float((load * k.twists).sum()))
+        # multiplier times power = D(v) - w . v; where the dead load is the load itself w . v is still to be taken off
+        power = float((load * k.twists).sum())
+        offset = k.multiplier * power - (0.0 if works else power)
         normal = np.tensordot(self.live, k.twists, 2)
         size = float(np.linalg.norm(normal)) if works else 1.0
         return HalfPlane(normal / size, offset / size, k.twists)
@@ -331,18 +269,23 @@ def _closed(
 
     Parameters
     ----------
-    names, within : of the loads, and the largest sizes of their multipliers, shape (k,), or None [-]
+    names : of the loads
+    tolerance : largest distance of an outer corner from the inner set, over the diameter of that [-]
+    within : largest sizes of the multipliers [-], shape (k,), or None
+    most : programs at most
     """
     k = len(names)
     axes = [sign * np.eye(k)[i] for i in range(k) for sign in (1.0, -1.0)]
     first = [support(d, within) for d in axes]
     if within is None and any(status == Status.UNBOUNDED for status, *_ in first):
+        # cut the set where it is certainly far from the origin: at least where a load is as large as the dead one
         ends = [np.abs(y) for status, y, *_ in first if status == Status.SOLVED]
-        within = np.maximum(10.0 * np.max(ends, axis=0), support.unit) if ends else 10.0 * support.unit
+        within = np.maximum(FAR * np.max(ends, axis=0), support.unit) if ends else FAR * support.unit
         first = [support(d, within) for d in axes]
     planes = [p for *_, p in first if p is not None]
     limits = np.full(k, np.inf) if within is None else within
     if any(status == Status.CANNOT_STAND for status, *_ in first):
+        # empty where a half-plane lies wholly beyond the box of multipliers that were asked for
         reach = np.where(np.isfinite(limits), limits, 0.0)
         proofs = [p.twists for p in planes if p.offset < -float(np.abs(p.normal) @ reach)]
         if not proofs:
@@ -371,7 +314,7 @@ def _closed(
             (w - f) / extent / np.linalg.norm((w - f) / extent)
             for w, f, a in zip(far, foot, away, strict=True) if a > tolerance * size
         ]
-        fresh = [d for d in fresh if not any(np.linalg.norm(d - old) < 1e-9 for old in asked)]
+        fresh = [d for d in fresh if not any(np.linalg.norm(d - old) < SAME_DIRECTION for old in asked)]
         if gap <= tolerance or not fresh or support.solved + len(fresh) > most:
             break
         for d in fresh:
