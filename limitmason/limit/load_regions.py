@@ -38,6 +38,12 @@ FAR = 10.0
 AT_APEX = 1e-6
 """Distance from the origin up to which a corner of a cone cut at 1 is its apex [-], well above a solver's error."""
 
+NO_STRENGTH = 1e-9
+"""What crushing joints and ties bear beside loads without end, over the least of these at multiplier one [-].
+
+Far below ``AT_APEX``, and not zero, as no joint or tie is without any strength.
+"""
+
 NO_WORK = 1e-6
 """Work of the loads on a motion, over its largest velocity times the dead load, up to which it is none [-]: chosen."""
 
@@ -126,7 +132,8 @@ def load_region(
     if np.isfinite(found.within).any() and len(found.corners):
         # the region has no end and was cut at ``within``. Its endless directions are the region without dead load and
         # strengths, which is a cone; cut at 1, its corners away from the origin lie on the rays
-        homogeneous = region(assembly.with_joints(_endless), replace(dead, dead=0.0 * dead.dead), np.ones(len(cases)))
+        least = NO_STRENGTH * float(np.abs(live).sum(axis=(1, 2)).min())
+        homogeneous = region(_endless(assembly, least), replace(dead, dead=0.0 * dead.dead), np.ones(len(cases)))
         size = np.linalg.norm(homogeneous.corners, axis=1)
         away = size > AT_APEX
         rays = homogeneous.corners[away] / size[away, None]
@@ -140,10 +147,24 @@ def load_region(
     return found
 
 
-def _endless(joint: Joint) -> Joint:
-    """The joint without strengths that a load that grows without end would leave behind."""
-    crushes = math.isfinite(joint.compressive_strength)
-    return Joint(0.0 if crushes else joint.friction_angle_deg, compressive_strength=joint.compressive_strength)
+def _endless(assembly: Assembly, least: float) -> Assembly:
+    """The assembly as loads that grow without end find it: without cohesion and tensile strength.
+
+    What has a largest force bears nothing beside such loads: joints that crush, and ties.
+
+    Parameters
+    ----------
+    least : force that these bear at most [N], next to nothing
+    """
+    crushing = least / float(assembly.arrays.area.max())
+
+    def law(joint: Joint) -> Joint:
+        """The law of a joint without what strengths add."""
+        if math.isinf(joint.compressive_strength):
+            return Joint(joint.friction_angle_deg)
+        return Joint(0.0, compressive_strength=crushing)
+
+    return assembly.with_joints(law).with_ties([replace(tie, anchor_force=least) for tie in assembly.ties])
 
 
 class _Support:

@@ -197,3 +197,33 @@ def test_cases_that_make_no_region_are_refused_by_name(change, message):
     model = block()
     with pytest.raises(InputError, match=message):
         lm.load_region(*change(model, two_pushes(model)))
+
+
+def test_a_tie_adds_no_direction_without_end():
+    """It bears no more than its strength: pressed down and pushed, the block has the friction cone and no more."""
+    model = block()
+    strength = 200.0 * model.weights[1]
+    model = model.with_ties([lm.Tie(1, (0.5, 0.5, 1.5), None, (0.5, 0.5, -1.0), yield_force=strength)])
+    loads = [push(model, (0, 0, 1), name="up"), push(model, (1, 0, 0), (0.5, 0.5, 0.0), name="side")]
+    found = lm.load_region(model, lm.Loads.weight(model), loads)
+    friction = math.radians(35.0)
+    wanted = [(-math.cos(friction), sign * math.sin(friction)) for sign in (-1, 1)]
+    assert found.corners[:, 0].max() == pytest.approx(201.0, rel=1e-6)
+    assert in_order(found.cone) == pytest.approx(in_order(wanted), abs=1e-6)
+    assert found.contains((-5000.0, 0.8 * 5000.0)) is not True
+
+
+def test_a_joint_that_crushes_has_no_direction_without_end():
+    """Of two blocks pressed down the one on a joint of finite strength bears N = fc A, the other any force."""
+    solids = [box((-1, 0, -1), (8, 1, 0)), box((0, 0, 0), (1, 1, 1)), box((4, 0, 0), (5, 1, 1))]
+    model = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0, dilatancy_angle_deg=35.0), fixed=[0])
+    weak = replace(model.interfaces[0].joint, compressive_strength=20.0 * model.weights[2])
+    model = model.with_interfaces(replace(i, joint=weak) if i.block_b == 2 else i for i in model.interfaces)
+    weight = lm.Loads.weight(model)
+    loads = [
+        replace(weight.with_point_load(model, k, model.weights[k] * np.array([0.0, 0.0, -1.0])), name=f"on {k}")
+        for k in (1, 2)
+    ]
+    found = lm.load_region(model, weight, loads)
+    assert found.corners[:, 1].max() == pytest.approx(19.0, rel=1e-6)
+    assert found.cone == pytest.approx(np.array([[1.0, 0.0]]), abs=1e-6)
