@@ -116,6 +116,7 @@ def limit_analysis(
         return _nonassociative(problem, settings, options)
 
     parts = independent_parts(assembly)
+    # loads of another number of blocks are refused where the problem is made
     if len(parts) < 2 or len(loads.dead) != assembly.n_blocks:
         return solve(assembly)
     return governed(assembly, loads, parts, solve, model, check_dead_load=check_dead_load)
@@ -132,7 +133,8 @@ def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, An
 
     Parameters
     ----------
-    model, settings : options of :func:`make_problem` and of :func:`limitmason.limit.associative.analyse`
+    model : options of :func:`make_problem`
+    settings : options of :func:`limitmason.limit.associative.analyse`
     """
     prediction, _ = analyse(problem, **settings)
     if problem.crushing_points.any() and np.isfinite(prediction.collapse_multiplier):
@@ -145,13 +147,12 @@ def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, An
 
 
 def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[str, Any]) -> Prediction:
-    """Non-associative prediction.
-
-    It counts as solved only when its certificate accepts it.
+    """Non-associative prediction, which counts as solved only when its certificate accepts it.
 
     Parameters
     ----------
-    settings, options : of :func:`analyse`, and those of the search beside them
+    settings : options of :func:`analyse`
+    options : those of the search beside them
     """
     from limitmason.limit.nonassociative.analysis import solve_nonassociative
 
@@ -166,13 +167,17 @@ def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[st
 
 
 def _half_as_fine(assembly: Assembly, grid: Grid | Mapping[str, Grid]) -> dict[str, Grid]:
+    """Half as many points along and across the joints of every kind, but two at least: the ends of a joint."""
     kinds = {i.kind for i in assembly.interfaces}
     table = grid if isinstance(grid, Mapping) else dict.fromkeys(kinds, grid)
     return {kind: (max(2, (n + 1) // 2), max(2, (m + 1) // 2)) for kind, (n, m) in table.items()}
 
 
 def _with_grid_error(prediction: Prediction, coarser: Prediction) -> Prediction:
-    """Add what half the points would have given: the error of crushing points falls faster than in proportion."""
+    """Add what half the points would have given, the ``coarser`` answer.
+
+    The error of crushing points falls faster than in proportion to their number: the change is more than what is left.
+    """
     value, other = prediction.collapse_multiplier, coarser.collapse_multiplier
     change = (other - value) / abs(value) if value else np.nan
     warning = (

@@ -19,11 +19,22 @@ from limitmason.model.load import Loads
 WIDE_GAP = 3e-7
 """Relative gap between the bounds above which a better repair of the mechanism is looked for."""
 
+MOVES = 1e-4
+"""Velocity over the largest from which a block is named among those that fall [-]: chosen."""
+
 
 def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None, dict]:
     """The motion by which the dead load falls, scaled to a mean velocity of one along it, and what it proves.
 
     Its kinematic bound is for the dead load itself: the structure falls where less than all of it can be carried.
+
+    Parameters
+    ----------
+    velocity : duals of the equilibrium rows, shape (r,); None for no motion
+
+    Returns
+    -------
+    mechanism, proof : the latter for the details: names of the blocks that fall, and one minus the bound [-]
     """
     if velocity is None:
         return None, {}
@@ -37,7 +48,7 @@ def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None
         motion, _ = opening_motion(problem)
         if motion is not None:
             bound = problem.proven_by(fall, m.twists, (problem.twists(motion),)).multiplier
-    blocks = tuple(problem.assembly.blocks[i].name for i in m.moving_blocks(1e-4))
+    blocks = tuple(problem.assembly.blocks[i].name for i in m.moving_blocks(MOVES))
     return m, {"falling_blocks": blocks, "falling_margin": 1.0 - bound}
 
 
@@ -49,8 +60,13 @@ def prediction_from(
 
     Parameters
     ----------
-    torsion, stands : whether a torsion limit holds, and whether the dead load alone is carried, None where not known
-    falling, tolerance : scaled motion by which the dead load falls; of the solver [-]
+    problem : in the scaling that was solved
+    solution : of it
+    torsion : whether a torsion limit holds
+    details : what else the prediction says
+    tolerance : of the solver [-]
+    stands : whether the dead load alone is carried, None where not known
+    falling : duals of the equilibrium rows of the motion by which it falls, shape (r,); None for none
     """
     assembly, loads, points = problem.assembly, problem.loads, problem.points
     provenance = {

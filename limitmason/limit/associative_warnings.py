@@ -5,11 +5,18 @@ import numpy as np
 from limitmason.answers.results import Prediction, Status
 from limitmason.limit.program.face_cells import spread_cohesion
 from limitmason.limit.program.problem import Problem
+from limitmason.limit.torsion import JUMPING, LAST
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import ASSOCIATIVE, notes
 
 CONFINEMENT_WARNING = 10.0
 """Largest joint force over the total load from which an answer is said to rest on self-stress."""
+
+TORSION = 0.4
+"""Torsion over strength times side of a face that is more than uniform pressure allows [-]: a square has 0.3826."""
+
+NO_TORSION = 1e-6
+"""Torsion [N m] over the unit of force [N] that is rounding."""
 
 TWISTED = "some faces carry more torsion than uniform pressure allows (0.38 (mu N + c A) a on a square)"
 
@@ -26,16 +33,22 @@ def warnings_of(problem: Problem, prediction: Prediction, confinement: float, to
 
     Parameters
     ----------
+    problem : that was solved
+    prediction : with its certificate
     confinement : largest joint force over the total load [-]
-    torsion : the torsion of the faces was limited
+    torsion : whether the torsion of the faces was limited
+
+    Returns
+    -------
+    Warnings, one sentence each.
     """
     out = []
     if prediction.status == Status.ALMOST_SOLVED:
         why = prediction.certificate.refusal if prediction.certificate is not None else ""
         out.append("reduced accuracy" + (f": {why}" if why else ": read the certificate before using the number"))
     spread = prediction.details.get("torsion_spread", 0.0)
-    if spread > 2e-3:
-        tail = prediction.details["torsion_history"][-5:]
+    if spread > JUMPING:
+        tail = prediction.details["torsion_history"][-LAST:]
         out.append(
             f"the torsion iteration did not settle: its last values lie between {min(tail):.6g} and {max(tail):.6g}"
         )
@@ -63,10 +76,10 @@ def self_stress(confinement: float) -> list[str]:
 
 
 def twisted_faces(problem: Problem, prediction: Prediction) -> bool:
-    """Whether a face in space carries more torsion than 0.4 of strength times side (a square: 0.3826)."""
+    """Whether a face in space carries more torsion than ``TORSION`` times its strength in shear and its side."""
     resultants = prediction.resultants
     if problem.plane is not None or resultants is None:
         return False
     x = problem.assembly.links
     limit = interface_law(x).over(x.area).shear_strength(np.maximum(resultants.normal, 0.0)) * np.sqrt(x.area)
-    return bool((np.abs(resultants.torsion) > 0.4 * limit + 1e-6 * problem.force_scale).any())
+    return bool((np.abs(resultants.torsion) > TORSION * limit + NO_TORSION * problem.force_scale).any())

@@ -67,5 +67,7 @@ def minimum_thickness(
 
     if not margin(thick)[0] >= 0.0:
         raise InputError(f"between: it does not stand at a thickness of {thick:g} m either; give a larger one")
+    # ``last_standing`` takes its accuracy over one where values are below one: the thickness of a thin arch is
     found = last_standing(margin, thick, thin, accuracy * min(1.0, thick))
+    # from the thick end that stands down to the thin one that falls: the range is turned round
     return Range(0.0 if found.high == float("inf") else found.high, found.low, "thickness [m]")

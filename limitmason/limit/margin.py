@@ -28,6 +28,24 @@ ENOUGH = 1.0
 MOST_TRIALS = 60
 """Values tried for a measure at most."""
 
+BALANCED = 1e-9
+"""Unbalance of even pressure over the largest dead load, up to which the pressure carries the load [-]: rounding."""
+
+BELOW_CRUSHING = 0.3
+"""Even pressure over the least strength at most [-]: chosen, so that these forces are admissible in every joint."""
+
+LEAST_MARGIN = 1e-12
+"""Margin that counts for an end that stands with none [-]: the secant needs ends of opposite signs."""
+
+PAST = 0.3
+"""Step past the crossing, over the accuracy [-]: chosen, so that the next trial brings the other end near as well."""
+
+FIRST_BISECTION, EVERY = 12, 3
+"""Trials after which every third halves the interval: chosen, since a margin with a kink can hold the secant up."""
+
+STEPS_NEAR, WIDER = 12, 4.0
+"""Distances tried about a value that is not decided, and the growth from one to the next: chosen."""
+
 
 def standing_margin(assembly: Assembly, loads: Loads, **model: Any) -> Margin:
     """How much further than to its dead load a structure goes, as a multiplier.
@@ -39,10 +57,16 @@ def standing_margin(assembly: Assembly, loads: Loads, **model: Any) -> Margin:
 
     Parameters
     ----------
+    loads : dead loads
     model : contact_model, grid, in_plane of :func:`limitmason.limit.program.problem.make_problem`
+
+    Returns
+    -------
+    Margin: NaN where neither forces nor a motion decide, ``ENOUGH`` at most.
     """
+    # what even pressure leaves of the load
     left = loads.dead + _pressed_evenly(make_problem(assembly, loads, live_required=False, **model))
-    if np.abs(left[~assembly.held]).max() <= 1e-9 * np.abs(loads.dead[~assembly.held]).max():
+    if np.abs(left[~assembly.held]).max() <= BALANCED * np.abs(loads.dead[~assembly.held]).max():
         return ENOUGH, ENOUGH  # even pressure carries the load
     found = analyse(make_problem(assembly, Loads(loads.dead, left), **model), check_dead_load=False)[0]
     if found.certificate is None:
@@ -57,8 +81,7 @@ def _pressed_evenly(problem: Problem) -> Array:
     # links after the interfaces are ties, which bear no pressure
     faces = p.interface < len(problem.assembly.interfaces)
     pressure = SHARE_OF_LOAD * total_load(problem.assembly, problem.loads) / x.area.sum()
-    # well below crushing, so that these forces are admissible in every joint
-    pressure = min(pressure, 0.3 * float(x.compressive_strength.min()))
+    pressure = min(pressure, BELOW_CRUSHING * float(x.compressive_strength.min()))
     force = p.directions[:, 0] * np.where(faces, pressure * p.area, 0.0)[:, None]
     wrench = np.zeros((problem.assembly.n_blocks, 6))
     for block, sign in ((p.block_a, -1.0), (p.block_b, 1.0)):
@@ -73,40 +96,43 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
     The margin falls from positive where the structure stands to negative where it does not, see
     :func:`standing_margin`. Its zero is found by the secant; the value at an end that stays is halved (Illinois).
 
-    ``low`` and ``high`` are the two proven ends of the margin at a value, see ``Margin``.
-
     Parameters
     ----------
+    margin : proven ends of the margin at a value
     safe : value that stands
-    far : value that may fall
+    far : value that may fall, above or below ``safe``
     accuracy : of the value, relative to it or to one where it is smaller [-]
+
+    Returns
+    -------
+    Range from the last value that is proven to stand to the first that is proven to fall: infinite if ``far`` stands.
     """
     low, high = margin(far)
     if low >= 0.0:
         return Range(far, math.inf)
+    # by whether it stands there: value, and the proven end of its margin that says so
     ends = {True: safe, False: far}
-    values = {True: max(margin(safe)[0], 1e-12), False: high}
-    last = None
+    values = {True: max(margin(safe)[0], LEAST_MARGIN), False: high}
+    last = None  # whether the trial before stands
     for trial in range(MOST_TRIALS):
         gap, unit = ends[False] - ends[True], max(1.0, abs(ends[True]))
         if abs(gap) <= accuracy * unit or not all(map(math.isfinite, values.values())):
             break
         # past the crossing by a part of the accuracy, so that the other end comes near it too
         share = values[True] / (values[True] - values[False])
-        step = 0.3 * accuracy * unit / abs(gap)
+        step = PAST * accuracy * unit / abs(gap)
         share = share + step if last else share - step
-        at = ends[True] + min(max(share, 0.01 * step), 1.0 - 0.01 * step) * gap
-        # a margin with a kink can hold the secant up: every third late trial bisects
-        if trial > 12 and trial % 3 == 0:
+        at = ends[True] + min(max(share, 0.01 * step), 1.0 - 0.01 * step) * gap  # never at an end, which is known
+        if trial > FIRST_BISECTION and trial % EVERY == 0:
             at = ends[True] + 0.5 * gap
         low, high = margin(at)
-        if not (low >= 0.0 or high < 0.0):
+        if not (low >= 0.0 or high < 0.0):  # the bounds lie on either side of zero, or there are none
             _close_in(margin, at, ends, accuracy * unit)
             break
         stands = low >= 0.0
         if stands == last:
             values[not stands] *= 0.5
-        ends[stands], values[stands], last = at, max(low, 1e-14) if stands else high, stands
+        ends[stands], values[stands], last = at, max(low, 0.01 * LEAST_MARGIN) if stands else high, stands
     return Range(ends[True], ends[False])
 
 
@@ -115,14 +141,15 @@ def _close_in(margin: Callable[[float], Margin], at: float, ends: dict[bool, flo
 
     Parameters
     ----------
-    margin, at : of a value, and the value at which neither is found
-    ends : value at which it stands and at which it falls, changed
-    step : first distance from ``at`` that is tried, then four times as far
+    margin : proven ends of the margin at a value
+    at : value at which neither is found
+    ends : value at which it stands (True) and at which it falls (False), changed
+    step : first distance from ``at`` that is tried, then ``WIDER`` times as far
     """
     for stands in (True, False):
         far = ends[stands]
-        for k in range(12):
-            trial = at + math.copysign(step * 4.0**k, far - at)
+        for k in range(STEPS_NEAR):
+            trial = at + math.copysign(step * WIDER**k, far - at)
             if not abs(trial - at) < abs(far - at):
                 break
             low, high = margin(trial)

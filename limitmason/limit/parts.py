@@ -175,7 +175,7 @@ def _carrying(
 
 
 def _weighted_sum(assembly: Assembly, shares: list[tuple[float, Resultants]]) -> Resultants:
-    """Sum of joint forces, each times its share [-].
+    """Sum of joint forces, each times its share [-]; ``shares`` pairs a share with the forces that it is of.
 
     Forces at different points keep a share of the area as well: cohesion and strengths count per area.
     """
@@ -198,7 +198,7 @@ def _weighted_sum(assembly: Assembly, shares: list[tuple[float, Resultants]]) ->
 
 
 def _joined(assembly: Assembly, forces: list[Resultants]) -> Resultants:
-    """Forces of all parts together, in the order of the interfaces."""
+    """``forces`` of all parts together, in the order of the interfaces."""
     interface = np.concatenate([r.point_interface for r in forces])
     order = np.argsort(interface, kind="stable")
     position, area, force = (

@@ -29,6 +29,15 @@ from limitmason.model.support_motion import Group, SupportMotion, group_of
 
 _DIRECTIONS = {f"{sign}{a}": s * np.eye(3)[k] for k, a in enumerate("xyz") for sign, s in (("+", 1.0), ("-", -1.0))}
 
+ZERO_REACTION = 1e-6
+"""Reaction over the weight that counts as zero [-]: rounding leaves one to either side."""
+
+NO_MOTION = 1e-12
+"""Part of a motion over its largest that is rounding, as of a cosine of 90 degrees [-]."""
+
+ALONG = 1e-9
+"""Component of a degree of freedom of the plane along one of space up to which it has none [-]: rounding."""
+
 _REASON = {
     Status.CANNOT_STAND: "no reaction of this support carries the dead load: the structure is unstable already",
     Status.UNBOUNDED: "the structure does not let the support move that way: it needs no reaction along it",
@@ -48,6 +57,7 @@ def settlement_analysis(
 
     Parameters
     ----------
+    assembly : with the support held
     support : name or number of a block with held degrees of freedom, or a list of wholly held blocks that move as one:
         a strip, a springer, a ring
     direction : "-z" (down), "+x" (spreading), ...; or a :class:`limitmason.SupportMotion`, a translation and a turn
@@ -103,6 +113,7 @@ def least_reaction(
 
     Parameters
     ----------
+    assembly, support, direction, loads : as for :func:`settlement_analysis`
     options : of :func:`limitmason.limit.limit_analysis`
     """
     named = f"along {direction}" if isinstance(direction, str) else "by the given motion"
@@ -110,17 +121,19 @@ def least_reaction(
     if options.get("flow_rule", "associative") != "associative":
         raise InputError("settlement analysis knows the associative flow rule only: its multipliers may be negative")
     moved = group_of(assembly, support)
-    i = moved[0]
+    i = moved[0]  # the first block owns the joints of all
     motion = direction.twist(assembly.centroids[i])
-    moves = np.abs(motion) > 1e-12 * np.abs(motion).max()
+    moves = np.abs(motion) > NO_MOTION * np.abs(motion).max()
     for k in moved:
         if not assembly.held[k, moves].all():
             raise InputError(f"block {assembly.blocks[k].name!r} is not held {named}, so it cannot settle")
     loads = Loads.weight(assembly) if loads is None else loads
     if loads.live.any():
         raise InputError("loads: the live part has no role in a settlement; give dead loads alone, case='dead'")
+    # along one axis only that degree of freedom is set free; along others all six are, with forces that guide five
     single = moves.sum() == 1
-    if not single and {assembly.block_index(s.block) for s in assembly.supports} <= set(moved):
+    all_move = {assembly.block_index(s.block) for s in assembly.supports} <= set(moved)
+    if not single and all_move:
         raise InputError(f"every support moves {named}: name those that move, others stay, or move all along one axis")
     guided = released(assembly, moved, tuple(np.flatnonzero(moves if single else np.ones(6, dtype=bool))))
     dead = np.array(loads.dead)
@@ -130,6 +143,7 @@ def least_reaction(
     unit, size = np.ones(6), float(np.ptp(assembly.centroids, axis=0).max())
     unit[3:] = size
     seen = motion * unit  # turns as displacements at the size of the structure
+    # the live load acts along d, with power ``total`` on it: R is minus its multiplier times ``total``
     live = np.zeros_like(dead)
     live[i] = total * seen * unit / (seen @ seen)
     name = assembly.blocks[i].name + (f" and {len(moved) - 1} more" if len(moved) > 1 else "")
@@ -149,12 +163,12 @@ def least_reaction(
         least, c, ends = -prediction.collapse_multiplier * total, prediction.certificate, (math.nan, math.nan)
         if c is not None:
             ends = float(-total * c.kinematic_multiplier), float(-total * c.static_multiplier)
-        # rounding leaves a reaction of zero a little to either side
-        reaction = Reaction(least, *ends, stands_without=bool(least <= 1e-6 * total))
-    if {assembly.block_index(s.block) for s in assembly.supports} <= set(moved):
+        reaction = Reaction(least, *ends, stands_without=bool(least <= ZERO_REACTION * total))
+    if all_move:
         warnings = (*warnings, "every support settles: the structure follows as one, and R is its dead load alone")
     mechanism = prediction.mechanism
     if mechanism is not None:
+        # the other blocks of the group move with the first as one body
         twists = np.array(mechanism.twists)
         arms = assembly.centroids[moved] - assembly.centroids[i]
         twists[moved] = twists[i] + np.pad(np.cross(twists[i, 3:], arms), ((0, 0), (0, 3)))
@@ -162,7 +176,7 @@ def least_reaction(
     return replace(
         prediction, mechanism=mechanism, method=settling.name, details=details, reaction=reaction,
         collapse_multiplier=float("nan"), warnings=warnings,
-    ), 1e-6 * total
+    ), ZERO_REACTION * total
 
 
 def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, in_plane: bool) -> Array:
@@ -172,13 +186,19 @@ def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, i
 
     Parameters
     ----------
-    seen : of every block, turns as displacements at a size, shape (b, 6)
+    guided, loads : the model with these blocks free, and the loads by which its plane is found
+    seen : motion of every block, turns as displacements at a size, shape (b, 6)
     held : degrees of freedom in which they are guided at all, shape (6,)
     in_plane : whether motions out of the model's plane are left out, where it has one
+
+    Returns
+    -------
+    Unit wrenches, moments over that size, normal to each other [-]; k is one less than there are freedoms in all.
     """
     plane = find_plane(guided, loads) if in_plane else None
     basis = degrees_of_freedom(guided, plane)[0].T
-    basis = np.array([row for row in basis if held[np.abs(row) > 1e-9].all()])
+    basis = np.array([row for row in basis if held[np.abs(row) > ALONG].all()])
+    # rows after the first of a single row's right singular vectors: all that is normal to it
     across = np.linalg.svd((seen @ basis.T).reshape(1, -1))[2][1:]
     return across.reshape(-1, len(seen), len(basis)) @ basis
 
@@ -190,7 +210,8 @@ def released(assembly: Assembly, moved: list[int], freed: tuple[int, ...]) -> As
 
     Parameters
     ----------
-    freed : which of its six degrees of freedom
+    moved : numbers of the blocks
+    freed : which of the six degrees of freedom: 0 to 2 along x, y, z, and 3 to 5 about them
     """
     first, joined = moved[0], joined_to_first(assembly, moved)
     rest = [name for k, name in enumerate(DEGREES_OF_FREEDOM) if assembly.held[first, k] and k not in freed]
@@ -233,6 +254,7 @@ def largest_multiplier(
     """
     refuse("associative", assembly)
     label, loaded = part_labels(assembly), loads.live.any(axis=1) | cases.any(axis=(0, 2))
+    # what is not held on to the loaded parts has no say in the multiplier, and may not even stand
     apart = np.flatnonzero((label >= 0) & ~np.isin(label, label[loaded]))
     assembly = assembly.with_supports([Support.fixed(int(i)) for i in apart])
     model: dict[str, Any] = {"grid": chosen_grid(contact_model, grid), "in_plane": in_plane, "cases": cases}

@@ -16,16 +16,16 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.tie import Tie
 
+DIGITS = 7
+"""Significant digits of multipliers that are compared: what differs by less is rounding of the solver."""
+
 
 class AddedTie(NamedTuple):
-    """A tie that was added: its name, multiplier and gain.
-
-    ``multiplier`` is the smallest one with the tie, ``gain`` what it adds to those before.
-    """
+    """A tie that was added, and what it gives."""
 
     name: str
-    multiplier: float
-    gain: float
+    multiplier: float  # smallest one of the load cases with the tie [-]
+    gain: float  # what the tie adds to those before [-]
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +143,7 @@ def strengthen(
     most = len(ties) if most is None else count("most", most)
 
     def solved(names: Sequence[str]) -> list[tuple[float, Prediction]]:
-        """Multipliers and predictions of the load cases, least first; -inf where it falls."""
+        """Multipliers and predictions of the load cases with ties of these ``names``, least first; -inf for a fall."""
         made = assembly.with_ties([*assembly.ties, *(ties[n] for n in names)])
         found = []
         for case in cases:
@@ -168,7 +168,7 @@ def strengthen(
     while len(chosen) < most and not (target is not None and now[0] >= target):
         trials = {n: values([*chosen, n]) if chosen else alone[n] for n in ties if n not in chosen}
         # what differs by rounding is the same: the next smallest multiplier then tells
-        best = max(trials, key=lambda n: [float(f"{v:.7g}") for v in trials[n]], default=None)
+        best = max(trials, key=lambda n: [float(f"{v:.{DIGITS}g}") for v in trials[n]], default=None)
         if best is None or not _better(trials[best], now, least_gain):
             break
         chosen.append(best)
@@ -176,6 +176,7 @@ def strengthen(
     fewest = None
     if target is not None and bound >= target:
         enough = partial(_enough, values, target)
+        # greedy steps may end below a target that all ties together reach: then begin from all of them
         if not enough(chosen) and (other := _without_the_idle(enough, list(ties))) and len(other) <= most:
             chosen = other
         if enough(chosen):
@@ -192,6 +193,7 @@ def strengthen(
 
 
 def _enough(values: Callable[[Sequence[str]], tuple[float, ...]], target: float, names: Sequence[str]) -> bool:
+    """Whether the smallest of the multipliers that ``values`` gives for ties of these names reaches the target."""
     return values(names)[0] >= target
 
 
@@ -200,6 +202,7 @@ def _without_the_idle(enough: Callable[[Sequence[str]], bool], names: list[str])
 
     Parameters
     ----------
+    enough : whether a choice of names is
     names : all of them, enough together
     """
     for name in list(names):
@@ -221,7 +224,9 @@ def _fewest(
     ----------
     enough : whether a choice is; more ties never make it less
     chosen : one that is, in the order in which it was found
+    names : of all ties
     most : size of ``known`` at which to give up
+    known : multipliers of all choices computed so far: its size counts the programs
     """
 
     def search(taken: list[str], rest: list[str], room: int) -> list[str] | None:
@@ -233,7 +238,7 @@ def _fewest(
             raise _SpentError
         if enough(taken):
             return taken
-        if not room or not enough([*taken, *rest]):
+        if not room or not enough([*taken, *rest]):  # all of the rest are not enough: no part of them is
             return None
         first, *others = rest
         return search([*taken, first], others, room - 1) or search(taken, others, room)
@@ -253,11 +258,12 @@ def _better(new: tuple[float, ...], old: tuple[float, ...], least: float) -> boo
     Parameters
     ----------
     new, old : multipliers, least first [-]
-    least : relative growth that counts [-]
+    least : change that counts, over the old multiplier or 1 [-]
     """
     for a, b in zip(new, old, strict=True):
         if a == b:
             continue
+        # from minus infinity, where it falls, any change counts
         if not math.isfinite(b) or abs(a - b) > least * max(1.0, abs(b)):
             return a > b
     return False

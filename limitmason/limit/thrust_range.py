@@ -20,6 +20,12 @@ from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 from limitmason.model.support_motion import Group, SupportMotion, group_of
 
+NO_DIRECTION = 1e-6
+"""Length of a direction, over the distance that it is taken from, up to which it is rounding [-]."""
+
+NO_THRUST = 1e-9
+"""Thrust over the largest dead load of a block, up to which it is zero [-]: rounding of the solver."""
+
 
 @dataclass(frozen=True, eq=False)
 class Thrust:
@@ -104,9 +110,10 @@ def thrust(
         joints, group = [], group_of(assembly, support)
         between = assembly.centroids[group].mean(axis=0) - assembly.centroids[~assembly.fixed].mean(axis=0)
     d = read_vector("direction", between * (1, 1, 0) if direction is None else direction)
-    if not np.linalg.norm(d) > 1e-6 * np.linalg.norm(between):
+    if not np.linalg.norm(d) > NO_DIRECTION * np.linalg.norm(between):
         raise InputError("direction: none follows from where the support or the cut is; give one")
     d = d / np.linalg.norm(d) + 0.0
+    # the least reaction against a support that gives way along d is the least thrust on it; along -d, the greatest
     ends = []
     for sense in (1.0, -1.0):
         if cut:
@@ -118,17 +125,16 @@ def thrust(
             state, _ = least_reaction(assembly, support, motion, loads, options)
             assert state.reaction is not None
             value = sense * state.reaction.least
-        # rounding of a thrust that is zero
-        value = 0.0 if abs(value) < 1e-9 * np.abs(loads.dead).max() else value
+        value = 0.0 if abs(value) < NO_THRUST * np.abs(loads.dead).max() else value
         ends.append((-sense * math.inf if state.status == Status.UNBOUNDED else value, state))
     (least, low), (greatest, high) = ends
     return Thrust(float(least), float(greatest), d, (low, high))
 
 
 def _joint(assembly: Assembly, name: str) -> int:
-    """Number of the joint of a name."""
+    """Number of the joint of a name, such as "voussoir-10|voussoir-11"."""
     if name not in assembly.joint_names:
-        near = [n for n in assembly.joint_names if str(name).partition("|")[0] in n.split("|")][:3]
+        near = [n for n in assembly.joint_names if str(name).partition("|")[0] in n.split("|")][:3]  # a few examples
         raise InputError(f"cut: there is no joint {name!r}" + (f"; did you mean {', '.join(near)}?" if near else ""))
     return assembly.joint_names.index(name)
 
@@ -141,8 +147,13 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
     Parameters
     ----------
     joints : numbers of those that are cut
-    d : a unit vector
+    d : unit vector, shape (3,)
+    loads : dead loads
     options : of the limit analysis
+
+    Returns
+    -------
+    Prediction: its collapse multiplier is that force [N].
     """
     n, m = assembly.n_blocks, len(joints)
     behind = [assembly.interfaces[k].block_b for k in joints]
@@ -159,12 +170,9 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
     unit[3:] = float(np.ptp(assembly.centroids, axis=0).max())
 
     def pairs(wrenches: Array) -> Array:
-        """Loads on all blocks and plates from scaled wrenches on the plates: equal and opposite on the block behind
-        each.
+        """Loads [N, N m] on all blocks and plates, shape (..., n + m, 6), from scaled ``wrenches`` (..., m, 6) [-].
 
-        Parameters
-        ----------
-        wrenches : shape (..., m, 6) [-]
+        They act on the plates, and equal and opposite on the block behind each.
         """
         out = np.zeros((*wrenches.shape[:-2], n + m, 6))
         for j, b in enumerate(behind):

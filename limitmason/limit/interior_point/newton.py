@@ -97,7 +97,7 @@ class Residuals(NamedTuple):
 
 
 def residuals(program: ConeProgram, it: Iterate) -> Residuals:
-    """Residuals of equilibrium, rates, live rate and bounds, zero at a feasible point."""
+    """Residuals that an iterate ``it`` leaves of the program's equations, zero at a feasible point."""
     rates = -(program.transpose @ it.y).reshape(it.x.shape) - it.s
     rates[:, 0] -= program.push(it.z)
     return Residuals(
@@ -129,7 +129,7 @@ def cone_quotient(x: Array, product: Array) -> Array:
 
 
 def step_lengths(it: Iterate, d: Iterate) -> tuple[float, float]:
-    """Longest primal and dual steps along ``d``, at most one, that go no farther than ``STEP`` to the boundary [-]."""
+    """Longest primal and dual steps from ``it`` along ``d``, at most one, and at most ``STEP`` to the boundary [-]."""
 
     def inverse(cone: Array, cone_step: Array, linear: Array, linear_step: Array) -> float:
         """One over the step that goes ``STEP`` of the way: cones (m, c), and numbers > 0 of bounds (k,)."""

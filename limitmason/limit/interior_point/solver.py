@@ -184,7 +184,7 @@ def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:
 def _first_iterate(program: ConeProgram, factor: BlockCholesky) -> Iterate:
     """Forces and velocities of least squares, each pushed to the axis of its cone.
 
-    On the axis a point is as far from the boundary of its cone as its size allows.
+    On the axis a point is as far from the boundary of its cone as its size allows. ``factor`` is factorised anew.
     """
     c = program.components
     m = program.matrix.shape[1] // c
@@ -225,11 +225,9 @@ class _Measures(NamedTuple):
 
 
 def _measures(program: ConeProgram, it: Iterate, rest: Residuals) -> _Measures:
-    """Largest residuals over the program's size, complementarity, and the kinematic multiplier of an iterate.
+    """Largest residuals over the program's size, complementarity, and the kinematic multiplier of an iterate ``it``.
 
-    Parameters
-    ----------
-    rest : residuals of the iterate
+    ``rest`` are its residuals.
     """
     primal = max(np.abs(rest.equilibrium).max(), np.abs(rest.bounds).max(initial=0.0)) / program.size
     dual = max(np.abs(rest.rates).max(), abs(rest.live_rate))

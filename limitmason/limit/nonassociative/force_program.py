@@ -96,7 +96,7 @@ class ForceProgram:
             self._bound[self._cones :: 3] = constant
 
     def _answer(self, changed: str) -> clarabel.DefaultSolution:
-        """Solve the program after a change of its objective ("q") or of its right-hand side ("b").
+        """Solve the program after a change: ``changed`` is its objective, "q", or its right-hand side, "b".
 
         The solver is made once: an update keeps its factorisation of the pattern.
         """

@@ -143,6 +143,7 @@ def prediction_of(
     ----------
     law : of the problem, in the order of its own rows
     state : scaled, with forces from the tension corner
+    status : how the search ended
     details : of :func:`details_of`, with the interval of multipliers at the mechanism
     search : its name or effort, for the words of the bound
     """

@@ -205,7 +205,7 @@ def _in_order_of_geometry(
 def _starting_forces(law: JointLaw, deadline: float) -> tuple[Array, ForceState | None]:
     """Normal forces N' to start from, scaled, shape (m,), and the associative state that they are of.
 
-    They are equal ones, and the state None, where that has no bound.
+    They are equal ones, and the state None, where that has no bound. The program ends at the ``deadline``.
     """
     _, state = ForceProgram(law, slope=law.tan_phi, tolerance=TOLERANCE, deadline=deadline).largest(law.cohesion)
     if state is None:

@@ -23,7 +23,7 @@ UNLOADED_FORCE, UNLOADED_WEIGHT = 0.02, 0.01
 
 
 def slopes_for(law: JointLaw, slopes: tuple[float, ...]) -> tuple[float, ...]:
-    """Slopes of the scheme [-], and a smaller one before them where joints dilate but a little."""
+    """The ``slopes`` of the scheme [-], and a smaller one before them where joints dilate but a little."""
     dilating = (law.tan_psi > 0) & ~law.dilatant
     if dilating.any():
         # a slope that hides a small dilatancy leads to states of psi = 0, which no polish brings back

@@ -47,6 +47,11 @@ def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
     assembly, loads : the problem; the joints' dilatancy angles are used
     options : contact_model, grid, in_plane as in :func:`limitmason.limit.limit_analysis`
 
+    Returns
+    -------
+    Bracket
+        Its two predictions hold the bounds as their multipliers.
+
     Notes
     -----
     Source: Radenkovic's two theorems (1961). The lower bound replaces tan(phi) by tan(psi) and keeps crushing and the
@@ -70,7 +75,7 @@ def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
 
 
 def inside(joint: Joint) -> Joint:
-    """Joint with friction psi whose law lies inside the given one and shares its tension corner."""
+    """The ``joint`` with friction psi: its law lies inside the given one and shares its tension corner."""
     law = peak_law([joint]).inside()
     return replace(
         joint, friction_angle_deg=joint.dilatancy_angle_deg, cohesion=float(law.cohesion[0]),

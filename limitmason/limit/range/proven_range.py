@@ -20,7 +20,9 @@ from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms
 from limitmason.limit.nonassociative.search import EFFORTS, search_smallest
 from limitmason.limit.nonassociative.smallest import (
+    ACCURACY,
     ASSOCIATIVE,
+    MARGIN,
     MIXED_INTEGER,
     Extreme,
     close,
@@ -36,6 +38,12 @@ from limitmason.model.model_call import of_model
 from limitmason.storage.interrupts import handed_on
 
 ENDS = ("smallest", "largest")
+
+ALL_USED = 1.0 - 1e-6
+"""Share of the velocity bound from which it is said to be reached [-]: less than one by the solver's accuracy."""
+
+LEAST_SECONDS = 1.0
+"""Time that the program for the largest multiplier gets at least [s]: chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +83,7 @@ class ProvenRange:
             if end.velocity_bounded:
                 within = (
                     f"for velocities up to {self.velocity_bound:g} times the mean live velocity "
-                    f"({'reached' if end.velocity_share > 1 - 1e-6 else f'{end.velocity_share:.2f} of it used'})"
+                    f"({'reached' if end.velocity_share > ALL_USED else f'{end.velocity_share:.2f} of it used'})"
                 )
                 if end.force_bounded:
                     within += f" and joint forces up to {self.force_bound:g} times the load"
@@ -167,13 +175,14 @@ def proven_range(
     upper = _associative_end(problem, law, which)
     scale = problem.live_scale
     top = np.inf if upper.status == Status.UNBOUNDED else upper.collapse_multiplier / scale
-    if law.dilatant.all():
+    if law.dilatant.all():  # psi = phi everywhere: the associative multiplier is the only one
         value = upper.collapse_multiplier
         state = ForceState(value, np.zeros(0), np.zeros(0))
         ends = dict.fromkeys(which, Extreme(state, value, True, ASSOCIATIVE))
         low, high = (value if name in which else float("nan") for name in ENDS)
         return bounded(smallest=low, largest=high, ends=ends, associative=value, seconds=time.perf_counter() - began)
 
+    # normal forces N to begin the search with: of the associative state, or all equal where it has none
     normal = np.full(len(law.tan_phi), law.total / len(law.tan_phi))
     if upper.resultants is not None:
         normal = (upper.resultants.point_force * problem.points.directions[:, 0]).sum(axis=1) / problem.force_scale
@@ -212,7 +221,10 @@ def proven_range(
 
 
 def _associative_end(problem: Problem, law: JointLaw, which: tuple[str, ...]) -> Prediction:
-    """The associative answer, which ends the range where it has an end; refused where there is no range to prove."""
+    """The associative answer, which ends the range where it has an end; refused where there is no range to prove.
+
+    ``which`` are the names of the ends that are asked for.
+    """
     upper = solve_associative(problem)
     endless, only = upper.status == Status.UNBOUNDED, law.dilatant.all()
     if not endless and (upper.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or upper.resultants is None):
@@ -236,29 +248,31 @@ def _largest(
 
     Parameters
     ----------
+    programs : of the plane problem
     found : an exact state to begin from
-    top : associative multiplier
-    limits : bounds on velocities, shape (n,)
-    force : bounds on joint forces
+    top : associative multiplier, scaled [-]
+    limits : bounds on velocities at mean live velocity one, shape (r,)
+    force : bound on joint forces, over the total load [-]
     time_limit : of the mixed-integer program [s]
-    tolerance : relative width that counts as none [-]
+    tolerance : difference of two multipliers that counts as none, relative to max(1, lambda) [-]
     """
     answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
     best = found if answer is None else ForceState(answer.multiplier, answer.force, found.velocity)
     if close(best.multiplier, top, tolerance):
         return Extreme(best, top, True, ASSOCIATIVE)
     began, share = time.perf_counter(), float(np.max(np.abs(best.velocity) / limits))
-    program = BoundedProgram(programs, best.multiplier - 1e-6, top + 1e-6, limits, force)
-    left = max(time_limit - (time.perf_counter() - began), 1.0)
+    program = BoundedProgram(programs, best.multiplier - MARGIN, top + MARGIN, limits, force)
+    left = max(time_limit - (time.perf_counter() - began), LEAST_SECONDS)
+    # a tenth of the tolerance, so that its gap does not use up what state and bound may differ by
     proof = program.solve(best, largest=True, time_limit=left, gap=0.1 * tolerance)
-    if exact(proof.state, programs.law, 1e-8) and proof.state.multiplier > best.multiplier:
+    if exact(proof.state, programs.law, ACCURACY) and proof.state.multiplier > best.multiplier:
         best = proof.state
     value = best.multiplier
     within: dict[str, Any] = {"velocity_bounded": True, "force_bounded": proof.forces_assumed, "nodes": proof.nodes}
     if proof.infeasible and share > 1.0:
         # the state found moves faster than the bound, and no slower one lies above it
         return Extreme(best, value, True, MIXED_INTEGER, velocity_share=share, **within)
-    # the solver contradicts a certified state
+    # the solver contradicts a certified state: what it says counts for nothing
     contradicted = proof.infeasible or (proof.bound < value - tolerance * max(1.0, value) and share <= 1.0)
     met = close(value, proof.bound, tolerance)
     if contradicted or (proof.bound >= top - tolerance and not met):
