@@ -91,19 +91,11 @@ def prediction_from(
         bound = Bound(BoundKind.ESTIMATE, words)
     method = "limit analysis, associative" + (", torsion limit" if torsion else "")
     if solution.status in (Status.CANNOT_STAND, Status.UNBOUNDED, Status.NOT_CONVERGED):
-        value = np.inf if solution.status == Status.UNBOUNDED else np.nan
-        mechanism, proof = _falling(problem, falling)
-        status = solution.status
-        reason = REASON[Status(status)]
-        if mechanism is not None:
-            count, first = len(proof["falling_blocks"]), proof["falling_blocks"][0]
-            reason += f"; the mechanism is that of the fall ({count} blocks move, among them {first!r})"
-        if status == Status.UNBOUNDED and stands is None:
-            reason += "; whether it stands without live load was not found out"
-        return Prediction(
-            method, float(value), Bound(BoundKind.NONE), status, mechanism, provenance=provenance,
-            details={**details, **proof}, warnings=(reason,), **facts,
-        ), 0.0
+        none = Prediction(
+            method, np.inf if solution.status == Status.UNBOUNDED else np.nan, Bound(BoundKind.NONE), solution.status,
+            provenance=provenance, details=details, **facts,
+        )
+        return _with_its_reason(problem, none, stands, falling), 0.0
     value = solution.multiplier * problem.live_scale
     own = load_on_blocks(assembly, loads, value)
     force = problem.forces(in_balance(problem, solution.force, solution.multiplier))
@@ -130,6 +122,24 @@ def prediction_from(
             f"forces up to {certificate.force_cap:.3g} times the load"
         )
     return replace(prediction, bound=bound, certificate=certificate, warnings=tuple(warnings)), seconds
+
+
+def _with_its_reason(problem: Problem, none: Prediction, stands: bool | None, falling: Array | None) -> Prediction:
+    """A prediction without a multiplier, with the reason as its warning, and the motion of a fall.
+
+    Parameters
+    ----------
+    none : without mechanism and warnings
+    stands, falling : as for :func:`prediction_from`
+    """
+    mechanism, proof = _falling(problem, falling)
+    reason = REASON[Status(none.status)]
+    if mechanism is not None:
+        count, first = len(proof["falling_blocks"]), proof["falling_blocks"][0]
+        reason += f"; the mechanism is that of the fall ({count} blocks move, among them {first!r})"
+    if none.status == Status.UNBOUNDED and stands is None:
+        reason += "; whether it stands without live load was not found out"
+    return replace(none, mechanism=mechanism, details={**none.details, **proof}, warnings=(reason,))
 
 
 def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple[Certificate, float]:

@@ -69,7 +69,7 @@ def standing_margin(assembly: Assembly, loads: Loads, **model: Any) -> Margin:
     if np.abs(left[~assembly.held]).max() <= BALANCED * np.abs(loads.dead[~assembly.held]).max():
         return ENOUGH, ENOUGH  # even pressure carries the load
     found = analyse(make_problem(assembly, Loads(loads.dead, left), **model), check_dead_load=False)[0]
-    if found.certificate is None:
+    if found.certificate is None:  # no multiplier: without end the structure stands well, else nothing is known
         return (ENOUGH, ENOUGH) if found.status == Status.UNBOUNDED else (math.nan, math.nan)
     c = found.certificate
     return min(c.static_multiplier, ENOUGH), min(c.kinematic_multiplier, ENOUGH)

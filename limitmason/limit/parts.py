@@ -24,6 +24,9 @@ from limitmason.model.support import Support
 SAME = 1e-9
 """Difference of two multipliers, relative, at which forces found for one are taken for the other."""
 
+NOTHING = 1e-12
+"""Multiplier below which that difference is taken over this instead [-]: a multiplier of zero has no relative one."""
+
 SAME_PLACE = 1e-12
 """Distance of contact points over the largest coordinate up to which they are at the same place: rounding."""
 
@@ -160,10 +163,10 @@ def _carrying(
     check : whether the dead load alone is known to stand
     """
     top = own.collapse_multiplier if own is not None else np.inf
-    if own is not None and own.resultants is not None and abs(top - multiplier) <= SAME * max(abs(top), 1e-12):
-        return own.resultants, None
-    # between zero, where it stands, and its own multiplier forces may be mixed; else they are asked for directly
     known = own.resultants if own is not None else None
+    if known is not None and abs(top - multiplier) <= SAME * max(abs(top), NOTHING):
+        return known, None
+    # between zero, where it stands, and its own multiplier forces may be mixed; else they are asked for directly
     mixed = check and known is not None and 0.0 <= multiplier < top
     at = 0.0 if mixed else multiplier
     at_zero = Loads(loads.dead + at * loads.live, np.zeros_like(loads.live))

@@ -57,6 +57,7 @@ class BlockCholesky:
         matrix = sparse.csc_array(matrix)
         matrix.sum_duplicates()  # sorts every column by rows as well, which the runs of one block below rest on
         rows, columns = matrix.shape
+        # nodes of the graph are the blocks that have rows; of each its number of rows, and its first row
         blocks, node, node_rows = np.unique(row_block, return_inverse=True, return_counts=True)
         node_start = np.concatenate([[0], np.cumsum(node_rows)])
         self.rows, self.components, self.points = rows, components, columns // components
@@ -72,6 +73,7 @@ class BlockCholesky:
         leaf = max(FEWEST_BLOCKS, int(FRONT_UNKNOWNS * len(blocks) / rows))  # blocks of a piece
         pieces = dissect(graph, np.asarray(position, dtype=float)[blocks], leaf)
         tree, order = elimination_tree(graph, pieces), np.concatenate(pieces)
+        # rows in order of elimination, and the rank of every row in it
         self._order, _ = ragged_ranges(node_start[order], node_rows[order])
         self._rank = np.empty(rows, np.int64)
         self._rank[self._order] = np.arange(rows)
@@ -81,11 +83,13 @@ class BlockCholesky:
         # the rows of every point are gathered once, in order of elimination
         node_rank = np.empty(len(blocks), np.intp)
         node_rank[order] = np.arange(len(blocks))
+        # one number for a point and the rank of a node on it: sorted, they go point by point in order of elimination
         incidence, run_incidence = np.unique(run_point * len(blocks) + node_rank[run_node], return_inverse=True)
         point, node_there = incidence // len(blocks), order[incidence % len(blocks)]
         start = np.concatenate([[0], np.cumsum(node_rows[node_there])])
         row, owner = ragged_ranges(node_start[node_there], node_rows[node_there])
         self._row_start = start[np.searchsorted(point, np.arange(self.points + 1))]
+        # every entry of G at its gathered row, in the column of its force component
         self._coefficient = np.zeros((len(row), components))
         entry = start[run_incidence[np.cumsum(first_of_run) - 1]] + matrix.indices - node_start[entry_node]
         self._coefficient[entry, column % components] = matrix.data

@@ -297,6 +297,7 @@ class NewtonSystem:
         high, low = move(value[:, 0] + tail), move(value[:, 0] - tail)
         cone = wanted[0].copy()
         cone[:, 0] += 0.5 * (high + low)
+        # along the tail, whose direction does not matter where it is zero
         cone[:, 1:] += (0.5 * (high - low) / np.maximum(tail, 1e-300))[:, None] * value[:, 1:]
         return cone, wanted[1] + move(trial.slack * trial.z)
 

@@ -118,7 +118,7 @@ def complying_forces(
     gap = opening - law.tan_psi * slip
     closing = np.isfinite(law.crushing) & (gap < -ACTIVE)
     slides = slip > ACTIVE
-    direction = sliding / np.maximum(slip, 1e-300)[:, None]
+    direction = sliding / np.maximum(slip, 1e-300)[:, None]  # of points that do not slide, it is not used
     program = ForceProgram(
         law, opening=gap > ACTIVE, sliding=slides, direction=direction, closing=closing, deadline=deadline
     )

@@ -98,6 +98,7 @@ def run_sequence(
                 break
         if not failed or time.perf_counter() > deadline:
             break
+        # in turn, as either may be why the program failed
         if attempt % 2 == 0:
             variant = variant._replace(slope=0.5 * variant.slope)
         else:

@@ -80,6 +80,7 @@ def velocity_limits(problem: Problem, velocity_bound: float = 1.0) -> Array:
     block, coordinate = np.divmod(problem.row, 3)  # in plane: two translations and a turn
     limit = np.full(len(problem.row), float(velocity_bound))
     turns = coordinate == 2
+    # a block without contact points, of reach zero, may turn without limit
     limit[turns] *= problem.row_radius[turns] / np.maximum(reach[block[turns]], 1e-300)
     return limit
 

@@ -142,7 +142,7 @@ def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> 
         # centre of rotation; a cell with an error turns, so that spin is not zero
         pole = np.array([-at[row[q], 1], at[row[q], 0]]) / spin[row[q]]
         # a whole turn of n wedges errs by (pi / n)^2 / 6 of its power: n follows from the part that may stay
-        kept = error[q] / pieces[q] ** 2 / max(exact[q] * cohesion[k], 1e-300)
+        kept = error[q] / pieces[q] ** 2 / max(exact[q] * cohesion[k], 1e-300)  # never divided by zero
         around = int(np.ceil(np.pi / np.sqrt(6.0 * kept)))
         out[k] += wedges(polygon, pole, int(pieces[q]), around)
     return {k: tuple(v) for k, v in out.items()}

@@ -159,31 +159,10 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     tolerance : of the solver [-]
     """
     start = time.perf_counter()
-    c, points = problem.components, problem.points
     own = unit_loads(problem)
-    level = np.abs(points.directions[:, 0, 2]) > 1 - LEVEL
-    # where nothing crushes, any compression without shear is within the joint law
-    simple = level & ~problem.law.crushes
-    simple[problem.stress_block.ends] = False
-    columns = c * np.flatnonzero(simple)
-    if len(columns):
-        # least |N|^2 with N >= 0 in equilibrium with the dead load; rows that nothing loads are left out
-        part = problem.matrix[:, columns]
-        k = len(columns)
-        loaded = np.flatnonzero((np.diff(part.tocsr().indptr) > 0) | (problem.dead != 0))
-        rows = part.tocsr()[loaded]
-        answer = clarabel.DefaultSolver(
-            sparse.csc_matrix(sparse.eye_array(k)), np.zeros(k),
-            sparse.csc_matrix(sparse.vstack([rows, -sparse.eye_array(k)])),
-            np.concatenate([-problem.dead[loaded], np.zeros(k)]),
-            [clarabel.ZeroConeT(len(loaded)), clarabel.NonnegativeConeT(k)], solver_settings(tolerance),
-        ).solve()
-        if str(answer.status) == "Solved":
-            force = np.zeros(problem.matrix.shape[1])
-            force[columns] = answer.x
-            force = _without_rounding(problem, force, own)
-            if _balances(problem, force, problem.dead, own):
-                return Carried(True, force, None, time.perf_counter() - start)
+    force = _pressure_alone(problem, own, tolerance)
+    if force is not None:
+        return Carried(True, force, None, time.perf_counter() - start)
     r, n = problem.matrix.shape
     answer = clarabel.DefaultSolver(
         sparse.csc_matrix((n, n)), np.zeros(n), sparse.csc_matrix(sparse.vstack([problem.matrix, -cones.matrix])),
@@ -199,6 +178,41 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
         return Carried(None, None, None, seconds)
     velocity = np.array(answer.z[:r])
     return Carried(False, None, velocity, seconds)
+
+
+def _pressure_alone(problem: Problem, own: Array, tolerance: float) -> Array | None:
+    """Normal forces of level joints that carry the dead load without any shear, scaled, shape (c m,), or None.
+
+    They have the least sum of squares. Joints that crush are left out: where nothing crushes, any compression without
+    shear is within the joint law.
+
+    Parameters
+    ----------
+    own : load of every block as in :func:`_balances`
+    tolerance : of the solver [-]
+    """
+    level = np.abs(problem.points.directions[:, 0, 2]) > 1 - LEVEL
+    simple = level & ~problem.law.crushes
+    simple[problem.stress_block.ends] = False
+    columns = problem.components * np.flatnonzero(simple)
+    k = len(columns)
+    if not k:
+        return None
+    part = problem.matrix[:, columns].tocsr()
+    # rows that neither these forces nor a load act on say nothing
+    loaded = np.flatnonzero((np.diff(part.indptr) > 0) | (problem.dead != 0))
+    answer = clarabel.DefaultSolver(
+        sparse.csc_matrix(sparse.eye_array(k)), np.zeros(k),
+        sparse.csc_matrix(sparse.vstack([part[loaded], -sparse.eye_array(k)])),
+        np.concatenate([-problem.dead[loaded], np.zeros(k)]),
+        [clarabel.ZeroConeT(len(loaded)), clarabel.NonnegativeConeT(k)], solver_settings(tolerance),
+    ).solve()
+    if str(answer.status) != "Solved":
+        return None
+    force = np.zeros(problem.matrix.shape[1])
+    force[columns] = answer.x
+    force = _without_rounding(problem, force, own)
+    return force if _balances(problem, force, problem.dead, own) else None
 
 
 def _without_rounding(problem: Problem, force: Array, own: Array) -> Array:
