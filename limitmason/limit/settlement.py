@@ -83,15 +83,15 @@ def settlement_analysis(
         held, and for loads with a live part.
     """
     found, zero = least_reaction(assembly, support, direction, loads, options)
-    least = found.reaction
-    if least is None or not least.least < -zero:
+    reaction = found.reaction
+    if reaction is None or not reaction.least < -zero:
         return found
     # below zero it pulls: that is a structure which needs nothing only where it may also push
     motion = _motion_of(direction)
     back = SupportMotion([-v for v in motion.translation], [-v for v in motion.rotation], motion.about)
     other, _ = least_reaction(assembly, support, back, loads, options)
     needs_none = other.status == Status.UNBOUNDED or (other.reaction is not None and other.reaction.least <= zero)
-    return replace(found, reaction=least._replace(stands_without=needs_none))
+    return replace(found, reaction=reaction._replace(stands_without=needs_none))
 
 
 def _motion_of(direction: str | SupportMotion) -> SupportMotion:
@@ -156,16 +156,10 @@ def least_reaction(
         cases = np.zeros((len(across), *dead.shape))
         cases[:, i] = total * across[:, 0] * unit
         prediction = largest_multiplier(guided, settling, cases, **options)
-    no_tilt = "the reaction of a support is no multiplier of loads"
-    details, reaction = {**prediction.details, NO_TILT: no_tilt}, Reaction()
-    warnings = (_REASON[Status(prediction.status)],) if prediction.status in _REASON else prediction.warnings
-    if np.isfinite(prediction.collapse_multiplier):
-        least, c, ends = -prediction.collapse_multiplier * total, prediction.certificate, (math.nan, math.nan)
-        if c is not None:
-            ends = float(-total * c.kinematic_multiplier), float(-total * c.static_multiplier)
-        reaction = Reaction(least, *ends, stands_without=bool(least <= ZERO_REACTION * total))
+    prediction = _with_reaction(prediction, total)
     if all_move:
-        warnings = (*warnings, "every support settles: the structure follows as one, and R is its dead load alone")
+        words = "every support settles: the structure follows as one, and R is its dead load alone"
+        prediction = replace(prediction, warnings=(*prediction.warnings, words))
     mechanism = prediction.mechanism
     if mechanism is not None:
         # the other blocks of the group move with the first as one body
@@ -173,10 +167,22 @@ def least_reaction(
         arms = assembly.centroids[moved] - assembly.centroids[i]
         twists[moved] = twists[i] + np.pad(np.cross(twists[i, 3:], arms), ((0, 0), (0, 3)))
         mechanism = replace(mechanism, twists=twists)
+    return replace(prediction, mechanism=mechanism, method=settling.name), ZERO_REACTION * total
+
+
+def _with_reaction(prediction: Prediction, total: float) -> Prediction:
+    """An answer in multipliers of the live load as one in reactions, R = -lambda times ``total`` [N]."""
+    reaction = Reaction()
+    if np.isfinite(prediction.collapse_multiplier):
+        least, c, ends = -prediction.collapse_multiplier * total, prediction.certificate, (math.nan, math.nan)
+        if c is not None:
+            ends = float(-total * c.kinematic_multiplier), float(-total * c.static_multiplier)
+        reaction = Reaction(least, *ends, stands_without=bool(least <= ZERO_REACTION * total))
     return replace(
-        prediction, mechanism=mechanism, method=settling.name, details=details, reaction=reaction,
-        collapse_multiplier=float("nan"), warnings=warnings,
-    ), ZERO_REACTION * total
+        prediction, collapse_multiplier=float("nan"), reaction=reaction,
+        details={**prediction.details, NO_TILT: "the reaction of a support is no multiplier of loads"},
+        warnings=(_REASON[Status(prediction.status)],) if prediction.status in _REASON else prediction.warnings,
+    )
 
 
 def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, in_plane: bool) -> Array:
