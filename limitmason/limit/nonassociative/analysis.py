@@ -43,6 +43,7 @@ from limitmason.limit.nonassociative.search import (
     USUAL_MIXING,
     Effort,
     Polisher,
+    SearchOutcome,
     Trial,
     search_smallest,
 )
@@ -172,19 +173,12 @@ def solve_nonassociative(
         progress=_told(progress, problem.live_scale),
     )
     details = details_of(problem, found, low, upper.collapse_multiplier, proof)
-    state, status = found.best, Status.SOLVED
-    if state is None and found.nearest is not None and violation(ordered, found.nearest).worst <= LOOSE:
-        state, status = found.nearest, Status.ALMOST_SOLVED
-    if state is None and found.stopped and upper.status != Status.UNBOUNDED:
-        # the nearest state where it lies below the associative bound, which no admissible state passes
-        state, status = found.nearest, Status.TIME_ENDED
-        if state is None or state.multiplier * problem.live_scale > upper.collapse_multiplier:
-            provenance["seconds"] = time.perf_counter() - start
-            status = Status.INTERRUPTED if found.interrupted else status
-            return bound_alone(problem, upper, details, provenance, status)
+    state, status = _state_of(problem, ordered, found, upper)
     if state is None:
         provenance["seconds"] = time.perf_counter() - start
-        return without_state(problem, upper, proof, details, provenance)
+        if status == Status.NOT_CONVERGED:
+            return without_state(problem, upper, proof, details, provenance)
+        return bound_alone(problem, upper, details, provenance, status)
     details["interval_at_mechanism"] = (state.multiplier * problem.live_scale,) * 2
     if found.interrupted:
         status = Status.INTERRUPTED
@@ -201,6 +195,32 @@ def solve_nonassociative(
     prediction = certified(problem, prediction)
     provenance["seconds"] = time.perf_counter() - start
     return prediction
+
+
+def _state_of(
+    problem: Problem, law: JointLaw, found: SearchOutcome, upper: Prediction
+) -> tuple[ForceState | None, Status]:
+    """State of a search that is answered with, None without one, and the status of the answer.
+
+    The lowest exact state comes first, then one that nearly keeps the law. Of a search that was ended before it is the
+    nearest one, unless it lies above the associative bound, which no admissible state passes.
+
+    Parameters
+    ----------
+    law : in the order of the search
+    found : outcome of the search
+    upper : the associative answer
+    """
+    nearest = found.nearest
+    if found.best is not None:
+        return found.best, Status.SOLVED
+    if nearest is not None and violation(law, nearest).worst <= LOOSE:
+        return nearest, Status.ALMOST_SOLVED
+    if not found.stopped or upper.status == Status.UNBOUNDED:
+        return None, Status.NOT_CONVERGED
+    if nearest is not None and nearest.multiplier * problem.live_scale > upper.collapse_multiplier:
+        nearest = None
+    return nearest, Status.INTERRUPTED if found.interrupted else Status.TIME_ENDED
 
 
 def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[Trial], None]:
