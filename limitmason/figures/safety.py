@@ -19,7 +19,7 @@ from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.limit.axles import AxleEnvelope
-from limitmason.limit.load_regions import LoadRegion
+from limitmason.limit.load_set import LoadRegion
 
 _CARRIED, _CERTAIN = "#d8d8d8", "#a0a0a0"  # fill of a region, and of the part that is certain for psi < phi
 

@@ -4,7 +4,8 @@ from limitmason.display.notebook import shows
 from limitmason.limit.analysis import limit_analysis
 from limitmason.limit.axles import AxleEnvelope, axle_envelope
 from limitmason.limit.least_thickness import minimum_thickness
-from limitmason.limit.load_regions import LoadRegion, load_region
+from limitmason.limit.load_regions import load_region
+from limitmason.limit.load_set import LoadRegion
 from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.range.bracket import Bracket, limit_bracket
 from limitmason.limit.range.proven_range import ProvenRange, proven_range
