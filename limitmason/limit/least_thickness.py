@@ -65,7 +65,7 @@ def minimum_thickness(
             raise InputError("loads: a thickness is asked of dead loads; give them with case='dead'")
         return standing_margin(assembly, case, contact_model=contact_model, in_plane=in_plane)
 
-    if not margin(thick)[0] >= 0.0:
+    if not margin(thick).low >= 0.0:
         raise InputError(f"between: it does not stand at a thickness of {thick:g} m either; give a larger one")
     # ``last_standing`` takes its accuracy over one where values are below one: the thickness of a thin arch is
     found = last_standing(margin, thick, thin, accuracy * min(1.0, thick))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -167,6 +167,15 @@ def _endless(assembly: Assembly, least: float) -> Assembly:
     return assembly.with_joints(law).with_ties([replace(tie, anchor_force=least) for tie in assembly.ties])
 
 
+class _Farthest(NamedTuple):
+    """Where the set of loads ends in a direction."""
+
+    status: str  # "solved", "unbounded" or "cannot stand"
+    multipliers: Array  # [-], (k,)
+    forces: Resultants | None  # that carry them; None without a certificate
+    half_plane: HalfPlane | None  # of the mechanism; None without a proof
+
+
 class _Support:
     """Largest multipliers in a direction, with the forces at them and the half-plane of their mechanism."""
 
@@ -188,22 +197,13 @@ class _Support:
         self.solved = 0
         self.opening: tuple[Array, ...] | None = None
 
-    def __call__(
-        self, direction: Array, within: Array | None
-    ) -> tuple[str, Array, Resultants | None, HalfPlane | None]:
+    def __call__(self, direction: Array, within: Array | None) -> _Farthest:
         """Largest multipliers in a direction.
 
         Parameters
         ----------
         direction : of the multipliers [-], shape (k,)
         within : their largest sizes [-], shape (k,); None for no limit
-
-        Returns
-        -------
-        status : "solved", "unbounded" or "cannot stand"
-        multipliers : [-], shape (k,)
-        forces : None without a certificate
-        half_plane : None without a proof
         """
         self.solved += 1
         status = ""
@@ -214,13 +214,15 @@ class _Support:
             solution = solve_static(p, make_cones(p), direction=h, within=limits)
             status = str(solution.status)
             y = scale * np.array([solution.multiplier, *solution.free])
-            if status in (Status.UNBOUNDED, Status.CANNOT_STAND):
-                return status, y, None, self.half_plane(p, solution.velocity) if status == Status.CANNOT_STAND else None
+            if status == Status.UNBOUNDED:
+                return _Farthest(status, y, None, None)
+            if status == Status.CANNOT_STAND:
+                return _Farthest(status, y, None, self.half_plane(p, solution.velocity))
             if status in (Status.SOLVED, Status.ALMOST_SOLVED):
                 forces = self.certified(p, y, solution.force)
                 plane = self.half_plane(p, solution.velocity)
                 if forces is not None:
-                    return Status.SOLVED, y, forces, plane
+                    return _Farthest(Status.SOLVED, y, forces, plane)
         raise NotConverged(f"the program of direction {direction.round(4).tolist()} ended {status!r} without forces")
 
     def certified(self, p: Problem, y: Array, scaled: Array) -> Resultants | None:
@@ -298,14 +300,14 @@ def _closed(
     k = len(names)
     axes = [sign * np.eye(k)[i] for i in range(k) for sign in (1.0, -1.0)]
     first = [support(d, within) for d in axes]
-    if within is None and any(status == Status.UNBOUNDED for status, *_ in first):
+    if within is None and any(found.status == Status.UNBOUNDED for found in first):
         # cut the set where it is certainly far from the origin: at least where a load is as large as the dead one
-        ends = [np.abs(y) for status, y, *_ in first if status == Status.SOLVED]
+        ends = [np.abs(found.multipliers) for found in first if found.status == Status.SOLVED]
         within = np.maximum(FAR * np.max(ends, axis=0), support.unit) if ends else FAR * support.unit
         first = [support(d, within) for d in axes]
-    planes = [p for *_, p in first if p is not None]
+    planes = [found.half_plane for found in first if found.half_plane is not None]
     limits = np.full(k, np.inf) if within is None else within
-    if any(status == Status.CANNOT_STAND for status, *_ in first):
+    if any(found.status == Status.CANNOT_STAND for found in first):
         # empty where a half-plane lies wholly beyond the box of multipliers that were asked for
         reach = np.where(np.isfinite(limits), limits, 0.0)
         proofs = [p.twists for p in planes if p.offset < -float(np.abs(p.normal) @ reach)]
@@ -317,11 +319,13 @@ def _closed(
         )
     if within is not None:
         planes += [HalfPlane(d, float(within @ np.abs(d)), None) for d in axes]
-    corners, forces = [y for _, y, *_ in first], [f for _, _, f, _ in first if f is not None]
+    corners = [found.multipliers for found in first]
+    forces = [found.forces for found in first if found.forces is not None]
     asked: list[Array] = []
     gap = math.inf
     while True:
         inner = np.array(corners)
+        # distances are measured over the extents of the inner set, so that no case drowns another
         extent = np.maximum(np.ptp(inner, axis=0), FLAT * support.unit)
         size = float(np.linalg.norm(np.ptp(inner / extent, axis=0)))
         # where the outer set stands out of the inner one: its corners, and the nearest points of the inner set
@@ -340,11 +344,12 @@ def _closed(
             break
         for d in fresh:
             asked.append(d)
-            _, y, force, plane = support(d, within)
-            if force is not None:
-                corners.append(y)
-                forces.append(force)
-            planes += [] if plane is None else [plane]
+            found = support(d, within)
+            if found.forces is not None:
+                corners.append(found.multipliers)
+                forces.append(found.forces)
+            if found.half_plane is not None:
+                planes.append(found.half_plane)
     keep = extreme_points(np.array(corners) / extent)
     return LoadRegion(
         names=names, status="closed" if gap <= tolerance else "not closed", corners=np.array(corners)[keep],

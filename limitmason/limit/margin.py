@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,8 +16,13 @@ from limitmason.mechanics.residuals import total_load
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
-Margin = tuple[float, float]
-"""Proven from below by forces, and from above by a motion [-]: it stands where the first is 0 or more."""
+
+class Margin(NamedTuple):
+    """How far a structure is from falling [-]: it stands if ``low`` is 0 or more, it falls if ``high`` is less."""
+
+    low: float  # proven by forces
+    high: float  # proven by a motion
+
 
 SHARE_OF_LOAD = 0.37
 """Even pressure in all joints over the load: no simple number, which may happen to balance a block."""
@@ -67,12 +72,12 @@ def standing_margin(assembly: Assembly, loads: Loads, **model: Any) -> Margin:
     # what even pressure leaves of the load
     left = loads.dead + _pressed_evenly(make_problem(assembly, loads, live_required=False, **model))
     if np.abs(left[~assembly.held]).max() <= BALANCED * np.abs(loads.dead[~assembly.held]).max():
-        return ENOUGH, ENOUGH  # even pressure carries the load
+        return Margin(ENOUGH, ENOUGH)  # even pressure carries the load
     found = analyse(make_problem(assembly, Loads(loads.dead, left), **model), check_dead_load=False)[0]
     if found.certificate is None:  # no multiplier: without end the structure stands well, else nothing is known
-        return (ENOUGH, ENOUGH) if found.status == Status.UNBOUNDED else (math.nan, math.nan)
+        return Margin(ENOUGH, ENOUGH) if found.status == Status.UNBOUNDED else Margin(math.nan, math.nan)
     c = found.certificate
-    return min(c.static_multiplier, ENOUGH), min(c.kinematic_multiplier, ENOUGH)
+    return Margin(min(c.static_multiplier, ENOUGH), min(c.kinematic_multiplier, ENOUGH))
 
 
 def _pressed_evenly(problem: Problem) -> Array:
@@ -112,7 +117,7 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
         return Range(far, math.inf)
     # by whether it stands there: value, and the proven end of its margin that says so
     ends = {True: safe, False: far}
-    values = {True: max(margin(safe)[0], LEAST_MARGIN), False: high}
+    values = {True: max(margin(safe).low, LEAST_MARGIN), False: high}
     last = None  # whether the trial before stands
     for trial in range(MOST_TRIALS):
         gap, unit = ends[False] - ends[True], max(1.0, abs(ends[True]))

@@ -167,13 +167,12 @@ def solve_nonassociative(
     low = radenkovic_lower(law, deadline)
     if proof_seconds is None:
         proof_seconds = PROOF_SECONDS[named]
-    order, ordered, found, proof = search_and_prove(
-        problem, law, effort, proof_seconds if proving else 0.0, deadline, verbose,
-        (low, _scaled_upper(problem, upper)), seed=seed, accuracy=accuracy,
-        progress=_told(progress, problem.live_scale),
+    ordered, found, proof = search_and_prove(
+        problem, law, effort, proof_seconds if proving else 0.0, deadline, verbose, low=low,
+        top=_scaled_upper(problem, upper), seed=seed, accuracy=accuracy, progress=_told(progress, problem.live_scale),
     )
     details = details_of(problem, found, low, upper.collapse_multiplier, proof)
-    state, status = _state_of(problem, ordered, found, upper)
+    state, status = _state_of(problem, ordered.law, found, upper)
     if state is None:
         provenance["seconds"] = time.perf_counter() - start
         if status == Status.NOT_CONVERGED:
@@ -185,13 +184,13 @@ def solve_nonassociative(
     elif status == Status.SOLVED and time.perf_counter() < deadline:
         if measure_jump is None:
             measure_jump = problem.plane is not None and problem.points.count <= JUMP_POINTS
-        limits = None if proof is None else velocity_limits(problem)[order.row]
+        limits = None if proof is None else velocity_limits(problem)[ordered.order.row]
         try:
-            details |= _around(problem, ordered, state, accuracy, deadline, limits, jump=measure_jump)
+            details |= _around(problem, ordered.law, state, accuracy, deadline, limits, jump=measure_jump)
         except KeyboardInterrupt:
             ends_early()
             status, details["interrupted"] = Status.INTERRUPTED, True
-    prediction = prediction_of(problem, law, order.back(law, state), status, details, provenance, search)
+    prediction = prediction_of(problem, law, ordered.order.back(law, state), status, details, provenance, search)
     prediction = certified(problem, prediction)
     provenance["seconds"] = time.perf_counter() - start
     return prediction

@@ -128,19 +128,20 @@ class PlanePrograms:
         cost = np.zeros(2 * m + 1)
         cost[-1] = theta
         if weight is not None:
-            w = weight * (self.unit / law.live_size)
+            opening, plus, minus, crushing = weight * (self.unit / law.live_size)
             # slacks of the module's pairs, written in N' and T
-            cost[:m] = w[0] + law.tan_phi * (w[1] + w[2]) - np.where(self._crushable, w[3], 0.0)
-            cost[m : 2 * m] = w[2] - w[1]
+            cost[:m] = opening + law.tan_phi * (plus + minus) - np.where(self._crushable, crushing, 0.0)
+            cost[m : 2 * m] = minus - plus
         low, high = np.full(2 * m + 1, -np.inf), np.full(2 * m + 1, np.inf)
         # no negative multipliers: they belong to the opposite load
         low[:m], low[-1], high[:m] = 0.0, 0.0, law.crushing / self.unit
         balance, load, cone, bound = self.balance, self.load, self.cone, self.cone_bound
         tight = np.zeros(2 * m, dtype=bool)
         if zero is not None:
-            high[:m][zero[0]] = 0.0
-            low[:m][zero[3]] = high[:m][zero[3]]
-            tight = np.concatenate([zero[1], zero[2]])
+            unloaded, slides_plus, slides_minus, crushes = zero
+            high[:m][unloaded] = 0.0
+            low[:m][crushes] = high[:m][crushes]
+            tight = np.concatenate([slides_plus, slides_minus])
             balance = sparse.vstack([balance, cone[tight]], format="csc")
             load = np.concatenate([load, bound[tight]])
             cone, bound = cone[~tight], bound[~tight]
@@ -153,8 +154,8 @@ class PlanePrograms:
         gain = np.zeros((4, m))
         if zero is not None:
             held = answer.upper.marginals[:m] + answer.lower.marginals[:m]
-            gain[0] = np.where(zero[0], np.maximum(-held, 0.0), 0.0)
-            gain[3] = np.where(zero[3], np.maximum(held, 0.0), 0.0)
+            gain[0] = np.where(unloaded, np.maximum(-held, 0.0), 0.0)
+            gain[3] = np.where(crushes, np.maximum(held, 0.0), 0.0)
             rows = np.zeros(2 * m)
             rows[tight] = answer.eqlin.marginals[self.n :]
             gain[1:3] = np.maximum(rows, 0.0).reshape(2, m)
@@ -172,19 +173,21 @@ class PlanePrograms:
         m, n, law = self.m, self.n, self.law
         cost = np.zeros(n + 3 * m)
         if weight is not None:
-            w = np.where(np.isfinite(weight), weight, 0.0)
-            cost[:n] = self.normal @ w[0]
-            cost[n : n + m] = w[1] - law.tan_psi * w[0]
-            cost[n + m : n + 2 * m] = w[2] - law.tan_psi * w[0]
-            cost[n + 2 * m :] = w[0] + w[3]
+            # of p, z+, z- and k, with p = e_n - tan(psi) (z+ + z-) + k; slacks of joints that do not crush are infinite
+            opening, plus, minus, crushing = np.where(np.isfinite(weight), weight, 0.0)
+            cost[:n] = self.normal @ opening
+            cost[n : n + m] = plus - law.tan_psi * opening
+            cost[n + m : n + 2 * m] = minus - law.tan_psi * opening
+            cost[n + 2 * m :] = opening + crushing
         low, high = np.full(n + 3 * m, -np.inf), np.full(n + 3 * m, np.inf)
         low[n:] = 0.0
         high[n + 2 * m :][~self._crushable] = 0.0  # without crushing no point closes
         equal, rest = self._sliding, self._opening
         if zero is not None:
-            high[n:][np.concatenate([zero[1], zero[2], zero[3]])] = 0.0
-            equal = sparse.vstack([equal, rest[zero[0]]], format="csc")
-            rest = rest[~zero[0]]
+            shut, *others = zero  # p = 0 is a row, the others are unknowns
+            high[n:][np.concatenate(others)] = 0.0
+            equal = sparse.vstack([equal, rest[shut]], format="csc")
+            rest = rest[~shut]
         right = np.zeros(equal.shape[0])
         right[m] = 1.0  # the mean live velocity
         answer = linprog(

@@ -4,7 +4,7 @@
 """
 
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -51,6 +51,13 @@ TOLERANCE = 1e-10
 """Of the associative program that the search starts from [-]."""
 
 
+class Ordered(NamedTuple):
+    """A joint law in an order read off the geometry, and that order."""
+
+    order: Numbering
+    law: JointLaw
+
+
 def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
     """Whether a proof is tried; a demand that cannot be met is refused.
 
@@ -70,9 +77,9 @@ def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
 
 
 def search_and_prove(
-    problem: Problem, law: JointLaw, effort: Effort, seconds: float, deadline: float, verbose: bool,
-    bracket: tuple[float, float], **options: Any,
-) -> tuple[Numbering, JointLaw, SearchOutcome, Extreme | None]:
+    problem: Problem, law: JointLaw, effort: Effort, seconds: float, deadline: float, verbose: bool, *,
+    low: float, top: float, **options: Any,
+) -> tuple[Ordered, SearchOutcome, Extreme | None]:
     """Search the smallest multiplier, and prove it where there is time for a proof.
 
     With such time a quick search comes first, then the proof. The rest of the search follows if the proof is not
@@ -85,32 +92,32 @@ def search_and_prove(
     seconds : for the proof, zero for none
     deadline : reading of ``time.perf_counter`` at which everything stops; infinite for none
     verbose : let the mixed-integer solver write its log
-    bracket : scaled multipliers that no state passes; NaN for none below
+    low, top : scaled multipliers that no state passes [-]; NaN and infinite for none
     options : seed, accuracy and progress of :func:`limitmason.limit.nonassociative.search.search_smallest`
 
     Returns
     -------
-    The order in which the best state is given, the law in that order, the outcome, and what is proven.
+    The law in the order in which the best state is given, the outcome, and what is proven.
     """
-    options = {**options, "deadline": deadline, "floor": bracket[0] if np.isfinite(bracket[0]) else -np.inf}
+    options = {**options, "deadline": deadline, "floor": low if np.isfinite(low) else -np.inf}
     if not seconds:
         return *_in_order_of_geometry(problem, law, effort, **options), None
     # an effort of the user's own is done at once and whole
     first = EFFORTS["quick"] if effort in EFFORTS.values() else effort
-    order, ordered, found = _in_order_of_geometry(problem, law, first, **options)
+    ordered, found = _in_order_of_geometry(problem, law, first, **options)
     if found.interrupted:
-        return order, ordered, found, None
+        return ordered, found, None
     # relative to the multiplier: a live load that is small beside the dead one has a small scaled multiplier
     size = 1.0 if found.best is None else float(np.clip(found.best.multiplier, SMALLEST_SCALE, 1.0))
     reached(None, f"proof, at most {seconds:g} s")
     proof: Extreme | None = None
     try:
         proof = prove_smallest(
-            PlanePrograms(ordered), found.best, velocity_limits(problem)[order.row], low=bracket[0], top=bracket[1],
+            PlanePrograms(ordered.law), found.best, velocity_limits(problem)[ordered.order.row], low=low, top=top,
             force_bound=FORCE_BOUND, time_limit=max(min(seconds, deadline - time.perf_counter()), 0.0),
             tolerance=size * PROOF_TOLERANCE, widenings=WIDENINGS, verbose=verbose,
         )
-        off = np.inf if proof.state is None else violation(ordered, proof.state).worst
+        off = np.inf if proof.state is None else violation(ordered.law, proof.state).worst
         certified = np.nan if proof.state is None else proof.state.multiplier
         trial = Trial(
             strategy=f"proof, {proof.method}", sequential=np.nan, steps=0, certified=certified, violation=off,
@@ -121,22 +128,22 @@ def search_and_prove(
             options["progress"](trial)
     except KeyboardInterrupt:
         ends_early()
-        return order, ordered, found._replace(stopped=True, interrupted=True), proof
+        return ordered, found._replace(stopped=True, interrupted=True), proof
     if proof.proven or proof.none or first is effort:
-        return order, ordered, found, proof
-    other_order, other_ordered, whole = _in_order_of_geometry(problem, law, effort, **options)
+        return ordered, found, proof
+    other, whole = _in_order_of_geometry(problem, law, effort, **options)
     trials = (*found.trials, *whole.trials)
     if whole.best is not None and (found.best is None or whole.best.multiplier < found.best.multiplier):
-        order, ordered, found = other_order, other_ordered, whole
+        ordered, found = other, whole
         # the bound of the proof holds whatever the order
         proof = proof._replace(state=found.best)
-    return order, ordered, found._replace(trials=trials, stopped=whole.stopped, interrupted=whole.interrupted), proof
+    return ordered, found._replace(trials=trials, stopped=whole.stopped, interrupted=whole.interrupted), proof
 
 
 def _in_order_of_geometry(
     problem: Problem, law: JointLaw, effort: Effort, *, deadline: float, **options: Any
-) -> tuple[Numbering, JointLaw, SearchOutcome]:
-    """Search in an order that does not depend on how blocks are numbered: order, law and outcome of the lower end.
+) -> tuple[Ordered, SearchOutcome]:
+    """Search in an order that does not depend on how blocks are numbered: law and outcome of the lower end.
 
     A search is local, and a mirrored order of a symmetric wall ends elsewhere: where the effort asks for it both are
     searched, so that a plane wall and its mirror image give one value. In space the standard search is short where the
@@ -148,7 +155,7 @@ def _in_order_of_geometry(
     deadline : reading of ``time.perf_counter`` at which it stops
     options : accuracy, seed, floor and progress of :func:`search_smallest`
     """
-    tried: list[tuple[Numbering, JointLaw, SearchOutcome]] = []
+    tried: list[tuple[Ordered, SearchOutcome]] = []
     standard = problem.plane is None and effort is EFFORTS["standard"]
     if standard and problem.points.count >= LARGE_IN_SPACE:
         effort = LARGE
@@ -157,10 +164,10 @@ def _in_order_of_geometry(
         if mirrored and (not effort.mirrored or time.perf_counter() > deadline):
             break
         order = numbering(problem, mirrored=mirrored)
-        ordered = order.law(law)
+        ordered = Ordered(order, order.law(law))
         since = time.perf_counter()
         try:
-            start, associative = _starting_forces(ordered, deadline)
+            start, associative = _starting_forces(ordered.law, deadline)
         except KeyboardInterrupt:
             if not mirrored:
                 raise
@@ -169,11 +176,11 @@ def _in_order_of_geometry(
             break
         if mirrored and time.perf_counter() > deadline:
             break
-        if standard and not mirrored and exact(associative, ordered, options["accuracy"]):
+        if standard and not mirrored and exact(associative, ordered.law, options["accuracy"]):
             known, effort, at_rest = associative, AT_REST, True
             trial = Trial(
                 strategy="associative state, which slides nowhere", sequential=np.nan, steps=0,
-                certified=associative.multiplier, violation=violation(ordered, associative).worst,
+                certified=associative.multiplier, violation=violation(ordered.law, associative).worst,
                 seconds=time.perf_counter() - since, best=associative.multiplier,
             )
             if options["progress"] is not None:
@@ -184,22 +191,23 @@ def _in_order_of_geometry(
         share = 0.5 if effort.mirrored else 1.0
         reached(share * mirrored, "mirrored" if mirrored else "", share=share)
         with task("search"):
-            found = search_smallest(ordered, start, effort=effort, deadline=until, known=known, **options)
+            found = search_smallest(ordered.law, start, effort=effort, deadline=until, known=known, **options)
         if at_rest:
             found = found._replace(trials=(trial, *found.trials), at_rest=True)
-        tried.append((order, ordered, found))
+        tried.append((ordered, found))
         interrupted = found.interrupted
         if found.closed or interrupted:
             break
 
-    def height(one: tuple[Numbering, JointLaw, SearchOutcome]) -> float:
+    def height(one: tuple[Ordered, SearchOutcome]) -> float:
         """Scaled multiplier that a search ended at, infinite for none."""
-        return np.inf if one[2].best is None else one[2].best.multiplier
+        _, outcome = one
+        return np.inf if outcome.best is None else outcome.best.multiplier
 
-    order, ordered, best = min(tried, key=height)
-    trials = tuple(t for one in tried for t in one[2].trials)
-    stopped = interrupted or any(one[2].stopped for one in tried)
-    return order, ordered, best._replace(trials=trials, stopped=stopped, interrupted=interrupted)
+    ordered, best = min(tried, key=height)
+    trials = tuple(t for _, outcome in tried for t in outcome.trials)
+    stopped = interrupted or any(outcome.stopped for _, outcome in tried)
+    return ordered, best._replace(trials=trials, stopped=stopped, interrupted=interrupted)
 
 
 def _starting_forces(law: JointLaw, deadline: float) -> tuple[Array, ForceState | None]:
