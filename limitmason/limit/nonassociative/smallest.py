@@ -63,6 +63,14 @@ class Extreme(NamedTuple):
         return self._replace(state=state, bound=self.bound * scale)
 
 
+class _Within(NamedTuple):
+    """A bound that holds within stated velocities only."""
+
+    bound: float  # scaled multiplier [-]
+    velocity_bound: float  # in mean live velocities
+    forces_bounded: bool  # it rests on a bound on joint forces as well
+
+
 def velocity_limits(problem: Problem, velocity_bound: float = 1.0) -> Array:
     """Bound of every scaled velocity of a plane problem, shape (r,).
 
@@ -120,7 +128,7 @@ def prove_smallest(
         """Time that is left [s]."""
         return time_limit - (time.perf_counter() - began)
 
-    floor, method = (low if np.isfinite(low) else 0.0), ASSOCIATIVE
+    floor, method = (low if np.isfinite(low) else 0.0), ASSOCIATIVE  # bound for any velocities, and what gave it
     best, value = found, np.inf if found is None else found.multiplier
     # states above the one at hand are of no interest: the tighter range makes both programs sharper
     high = min(top, value) + MARGIN
@@ -128,7 +136,7 @@ def prove_smallest(
         lifted = lifted_bound(programs, 0.0, high, time_limit=left())
         if floor < lifted.value <= value + tolerance:
             floor, method = lifted.value, LIFTED
-    within: tuple[float, float, bool] | None = None  # bound, in which velocities, whether forces are bounded too
+    within: _Within | None = None
     share, nodes, none = _share(law, best, velocity_bound * limits), 0, False
     while not close(value, floor, tolerance) and left() > 0:
         while share > REACHED and widenings > 0:
@@ -147,7 +155,7 @@ def prove_smallest(
             # only a state that moves faster than the bound is not in the program: any other contradicts the solver
             none = best is None
             if best is not None and share > 1.0:
-                within = (value, velocity_bound, proof.forces_assumed)
+                within = _Within(value, velocity_bound, proof.forces_assumed)
             break
         # a bound above a state that the program contains contradicts the solver: it counts for nothing
         if proof.bound > value + tolerance * max(1.0, value) and share <= 1.0:
@@ -155,7 +163,7 @@ def prove_smallest(
         reached = min(proof.bound, value)
         met = close(value, reached, tolerance)
         if met or (within is None and reached > floor + tolerance):
-            within = (reached, velocity_bound, proof.forces_assumed)
+            within = _Within(reached, velocity_bound, proof.forces_assumed)
         if not met or share <= REACHED or widenings == 0:
             break
     seconds = time.perf_counter() - began
@@ -165,12 +173,12 @@ def prove_smallest(
             state=best, bound=floor, proven=proven, method=method, none=none, velocity_bounded=none,
             velocity_bound=velocity_bound, force_bounded=none, nodes=nodes, seconds=seconds,
         )
-    bound, velocity_bound, assumed = within
-    share = _share(law, best, velocity_bound * limits) if best is not None else float("nan")
-    proven = best is not None and close(value, bound, tolerance)
+    share = _share(law, best, within.velocity_bound * limits) if best is not None else float("nan")
+    proven = best is not None and close(value, within.bound, tolerance)
     return Extreme(
-        state=best, bound=bound, proven=proven, method=MIXED_INTEGER, velocity_bounded=True,
-        velocity_bound=velocity_bound, velocity_share=share, force_bounded=assumed, nodes=nodes, seconds=seconds,
+        state=best, bound=within.bound, proven=proven, method=MIXED_INTEGER, velocity_bounded=True,
+        velocity_bound=within.velocity_bound, velocity_share=share, force_bounded=within.forces_bounded, nodes=nodes,
+        seconds=seconds,
     )
 
 
