@@ -22,6 +22,12 @@ from limitmason.model.model_call import of_model
 STATES = ("SLD", "SLV", "SLC")
 """Limit states: damage, life safety, collapse."""
 
+_WEIGHED = 1e-3  # relative: live loads are the weight if their sum is, up to the digits of a drawing; chosen
+_AT_REST = 1e-9  # of the largest displacement: a control that moves less does not move
+_OTHER_SHARE = 0.01  # relative difference of e* by bodies and by stones from which a warning tells it; chosen
+_TURNING = 1e-6  # of the largest velocity: blocks that turn by less do not turn
+_PARALLEL = 0.05  # of the turns along their main axis: turns across it from which axes are not parallel; chosen
+
 
 @dataclass(frozen=True, eq=False)
 class Assessment:
@@ -58,10 +64,7 @@ class Assessment:
 
     @property
     def reached(self) -> dict[str, float]:
-        """Acceleration of the ground over g that is reached, by limit state.
-
-        "SLV" is by q = 2 without a curve.
-        """
+        """Acceleration of the ground over g that is reached, by limit state; "SLV" is by q = 2 without a curve."""
         return {**self.bodies.ag, "SLV": self.bodies.ag.get("SLV", self.bodies.ag_simplified)}
 
     @property
@@ -158,23 +161,28 @@ def assess(
     if isinstance(control, str):
         if control != "live":
             raise InputError(f"control must be 'live' or (block, 'x'), got {control!r}")
-        at_control = float(weight[~assembly.fixed] @ moved[~assembly.fixed] / weight[~assembly.fixed].sum())
+        # the mean displacement of the live loads, as in a capacity curve of that control
+        free = ~assembly.fixed
+        at_control = float(weight[free] @ moved[free] / weight[free].sum())
     else:
         if not isinstance(control, tuple | list) or len(control) != 2:
             raise InputError(f"control must be 'live' or (block, 'x'), got {control!r}")
         choice("control: the axis", control[1], ("x", "y", "z"))
         at_control = float(abs(twists[assembly.block_index(control[0]), "xyz".index(control[1])]))
-    if not abs(at_control) > 1e-9 * np.abs(moved).max():
+    if not abs(at_control) > _AT_REST * np.abs(moved).max():
         raise InputError(f"control {control!r} does not move in the mechanism")
     chain = bodies_of(assembly, twists)
+    # a capacity curve of this package has forces, of ``unit`` at a multiplier of one
     alpha = None if curve is None else curve.load / float(getattr(curve, "unit", 1.0))
     # a control that moves against its axis has a curve below zero
     path = None if curve is None else (np.sign(curve.displacement[-1]) * curve.displacement, np.asarray(alpha))
     readings = []
     for groups in (chain, [[i] for body in chain for i in body]):
-        p = np.array([weight[g].sum() for g in groups])
-        d = np.array([weight[g] @ moved[g] for g in groups]) / np.where(p > 0.0, p, 1.0)
-        readings.append(capacity_of(p, d, at_control, found.collapse_multiplier, path, spectra, confidence_factor))
+        pushed = np.array([weight[g].sum() for g in groups])
+        # of the live load's resultant on each; a body without any counts with no displacement
+        delta = np.array([weight[g] @ moved[g] for g in groups]) / np.where(pushed > 0.0, pushed, 1.0)
+        found_of = capacity_of(pushed, delta, at_control, found.collapse_multiplier, path, spectra, confidence_factor)
+        readings.append(found_of)
     return Assessment(
         multiplier=float(found.collapse_multiplier), bodies=readings[0], stones=readings[1],
         confidence_factor=confidence_factor, structure=assembly, loads=loads, prediction=found, spectra=spectra,
@@ -183,11 +191,14 @@ def assess(
 
 
 def _check_weights(assembly: Assembly, loads: Loads) -> None:
-    """Refuse live loads of which the multiplier is no acceleration over g."""
+    """Refuse live loads of which the multiplier is no acceleration over g.
+
+    They must be the weight of the free blocks turned, or that with the loads that these bear.
+    """
     free = ~assembly.fixed
     live, own = np.linalg.norm(loads.live[free, :3], axis=1).sum(), assembly.weights[free].sum()
     borne = np.maximum(-loads.dead[free, 2], assembly.weights[free]).sum()
-    if not 0.999 * own <= live <= 1.001 * borne:
+    if not (1.0 - _WEIGHED) * own <= live <= (1.0 + _WEIGHED) * borne:
         raise InputError(
             f"loads: the multiplier is an acceleration over g only where the live load is the weight of the blocks, "
             f"or that with what they bear; it is {live / own:.4g} of their weight. Make it by Loads.horizontal"
@@ -195,7 +206,7 @@ def _check_weights(assembly: Assembly, loads: Loads) -> None:
 
 
 def _check_units(curve: Curve) -> None:
-    """Refuse a curve that is not alpha over metres."""
+    """Refuse a curve that is not alpha over metres, nor one of this package that knows its ``unit``."""
     if curve.displacement_unit != "m" or (curve.load_unit != "-" and not hasattr(curve, "unit")):
         raise InputError(
             f"curve: it is in {curve.load_unit} over {curve.displacement_unit}; alpha has load_unit='-', over m: "
@@ -222,16 +233,19 @@ def _warnings(twists: Array, readings: Sequence[Capacity]) -> tuple[str, ...]:
     Parameters
     ----------
     twists : of every block, shape (n, 6)
+    readings : by bodies, and by stones
     """
     out = []
     bodies, stones = readings
-    if abs(stones.mass_share / bodies.mass_share - 1.0) > 0.01:
+    if abs(stones.mass_share / bodies.mass_share - 1.0) > _OTHER_SHARE:
         count = "one body" if bodies.bodies == 1 else f"{bodies.bodies} bodies"
         out.append(
             f"e* is {bodies.mass_share:.3f} of {count} and {stones.mass_share:.3f} of {stones.bodies} "
             "stones; the text asks for the bodies"
         )
-    turns = twists[np.linalg.norm(twists[:, 3:], axis=1) > 1e-6 * np.abs(twists).max(), 3:]
-    if len(turns) and np.linalg.svd(turns)[1][1:].max(initial=0.0) > 0.05 * np.linalg.svd(turns)[1][0]:
+    turns = twists[np.linalg.norm(twists[:, 3:], axis=1) > _TURNING * np.abs(twists).max(), 3:]
+    # singular values: turns of all blocks along their main axis, and across it
+    along, *across = np.linalg.svd(turns)[1] if len(turns) else (0.0,)
+    if max(across, default=0.0) > _PARALLEL * along:
         out.append("blocks turn about axes that are not parallel: the Circular is calibrated for motion along a plane")
     return tuple(out)

@@ -19,6 +19,11 @@ from limitmason.model.assembly import Assembly
 
 Spectrum = GroundSpectrum | FloorSpectrum | RecordSpectrum
 
+_GROUNDS = 401  # accelerations from 0 to LARGEST_AG, 0.005 g apart, between which a demand is sought; chosen
+_AT_ONCE = 0.01  # of d0: a loss within it is sudden; chosen
+_MOST_LOST = 0.5  # of the capacity: what is lost at once where less is left, C8.7.1.2.1
+_STILL = 0.01  # of the largest multiplier: a capacity below it is none that could be lost; chosen
+
 DAMPING = {"SLV": 0.08, "SLC": 0.10}
 """Of the mechanism, by limit state [-]."""
 
@@ -44,14 +49,15 @@ class Capacity(NamedTuple):
 
 
 def bodies_of(assembly: Assembly, twists: Array, tolerance: float = 1e-4) -> list[list[int]]:
-    """Blocks that move, in groups without relative motion.
+    """Numbers of the blocks that move, in groups without relative motion.
 
     The velocities of a group are one rigid field.
 
     Parameters
     ----------
-    tolerance : difference of two fields over the largest velocity [-]
+    assembly : the blocks
     twists : of every block, up to a common factor, shape (n, 6)
+    tolerance : difference of two fields over the largest velocity [-]
     """
     c, turn = assembly.centroids, twists[:, 3:]
     middle = c.mean(axis=0)
@@ -97,10 +103,11 @@ def capacity_of(
     """
     first, second = float(weights @ moved), float(weights @ moved**2)  # sum P delta, sum P delta^2
     share = first**2 / (float(weights.sum()) * second)
-    to_a = GRAVITY / (share * confidence_factor)
+    to_a = GRAVITY / (share * confidence_factor)  # acceleration of the oscillator per unit of the multiplier [m/s2]
     a0 = multiplier * to_a
-    stiff = {state: _reached(spectra[state], lambda s: peak_of(s) - a0) for state in ("SLD", "SLV")}
-    d0, ag = math.nan, {"SLD": stiff["SLD"]}
+    # ground whose peak sets the mechanism in motion: that is SLD, and by q = 2 half of SLV
+    in_motion = {state: _reached(spectra[state], lambda s: peak_of(s) - a0) for state in ("SLD", "SLV")}
+    d0, ag = math.nan, {"SLD": in_motion["SLD"]}
     d: dict[str, float] = {}
     a, period = dict(d), dict(d)
     if path is not None:
@@ -109,6 +116,7 @@ def capacity_of(
         lost = _lost_at(along, alpha, d0)
         for state, part in SHARES.items():
             d[state], a[state] = part * d0, float(np.interp(part * d0, along, alpha))
+            # life safety ends earlier where the capacity breaks off
             if state == "SLV" and lost is not None and along[lost] < d[state]:
                 d[state], a[state] = float(along[lost]), float(alpha[lost])
             period[state] = PERIODS[state] * math.pi * math.sqrt(d[state] / a[state])
@@ -116,11 +124,12 @@ def capacity_of(
             ag[state] = _reached(spectra[state], asked)
     return Capacity(
         bodies=len(weights), mass_share=share, a0=a0, d0=d0, d=d, a=a, period=period, ag=ag,
-        ag_simplified=2.0 * stiff["SLV"],
+        ag_simplified=2.0 * in_motion["SLV"],
     )
 
 
 def _excess(period: float, damping: float, displacement: float, spectrum: Spectrum) -> float:
+    """Displacement that a spectrum asks for at a period [s] and damping [-], over the one that is there [m]."""
     return spectrum.displacement(period, damping) - displacement
 
 
@@ -131,9 +140,11 @@ def _reached(spectrum: Spectrum, excess: Callable[[Spectrum], float]) -> float:
 
     Parameters
     ----------
+    spectrum : of the demand, which is scaled
     excess : of demand over capacity by a spectrum, negative where it holds
     """
-    trials = np.linspace(1e-9, LARGEST_AG, 2 if isinstance(spectrum, RecordSpectrum) else 401)
+    # a spectrum has no acceleration of zero, so that the first trial is next to it
+    trials = np.linspace(1e-9, LARGEST_AG, 2 if isinstance(spectrum, RecordSpectrum) else _GROUNDS)
     for low, high in pairwise(map(float, trials)):
         if excess(spectrum.scaled(high)) > 0.0:
             return float(brentq(lambda ag: excess(spectrum.scaled(ag)), low, high))
@@ -167,12 +178,14 @@ def _lost_at(along: Array, alpha: Array, d0: float) -> int | None:
     alpha : its multiplier [-], shape (n,)
     d0 : displacement at zero capacity [m]
     """
+    # last sample within that reach of each; a path may turn back, where the furthest it came counts
     forward = np.maximum.accumulate(along)
-    last = np.searchsorted(forward, forward + 0.01 * d0, side="right") - 1
-    sudden = np.flatnonzero((alpha[last] < 0.5 * alpha) & (alpha > 0.01 * alpha.max()))
+    last = np.searchsorted(forward, forward + _AT_ONCE * d0, side="right") - 1
+    sudden = np.flatnonzero((alpha[last] < _MOST_LOST * alpha) & (alpha > _STILL * alpha.max()))
     if not len(sudden):
         return None
     first = int(sudden[0])
+    # the steepest step of it
     return first + int(np.argmin(np.diff(alpha[first : last[first] + 1])))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,18 +18,37 @@ from limitmason.model.response_spectrum import ResponseSpectrum
 LARGEST_AG = 2.0
 """Acceleration of the ground over g beyond which a number is no such thing."""
 
-_SOILS = {  # SS = upper - slope F0 ag / g between 1 (B on) and its largest; CC = factor Tc*^exponent
-    "A": (1.0, 0.0, 1.0, 1.0, 1.0, 0.0), "B": (1.4, 0.4, 1.0, 1.2, 1.10, -0.20), "C": (1.7, 0.6, 1.0, 1.5, 1.05, -0.33),
-    "D": (2.4, 1.5, 0.9, 1.8, 1.25, -0.50), "E": (2.0, 1.1, 1.0, 1.6, 1.15, -0.40),
+_LARGEST = 100.0  # of any number of a spectrum: one above it is in other units
+_LONGEST_TC = 2.0  # [s]: a start of the branch of constant velocity above it is in other units
+_PERIODS = 40  # of oscillators between the shortest and the longest that a record is asked for; chosen
+
+
+class _Soil(NamedTuple):
+    """Soil of NTC 2018, Table 3.2.IV: SS = upper - slope F0 ag / g, from least to most; CC = factor Tc*^exponent."""
+
+    upper: float
+    slope: float
+    least: float
+    most: float
+    factor: float
+    exponent: float
+
+
+_SOILS = {
+    "A": _Soil(1.0, 0.0, 1.0, 1.0, 1.00, 0.0),
+    "B": _Soil(1.4, 0.4, 1.0, 1.2, 1.10, -0.20),
+    "C": _Soil(1.7, 0.6, 1.0, 1.5, 1.05, -0.33),
+    "D": _Soil(2.4, 1.5, 0.9, 1.8, 1.25, -0.50),
+    "E": _Soil(2.0, 1.1, 1.0, 1.6, 1.15, -0.40),
 }
 
 
 def damping_factor(damping: float) -> float:
-    """Factor of the spectrum for a damping [-].
+    """Factor of the spectrum for a damping, eta = sqrt(10 / (5 + 100 xi)), 0.55 or more [-].
 
-    eta = sqrt(10 / (5 + 100 xi)), 0.55 or more.
-
-    xi is a fraction.
+    Parameters
+    ----------
+    damping : xi, a fraction of the critical one [-]
     """
     if not 0.0 < damping < 1.0:
         raise InputError(f"damping is a fraction, 0.05 for five per cent, got {damping!r}")
@@ -57,11 +77,11 @@ class GroundSpectrum:
     def __post_init__(self) -> None:
         """Check the numbers."""
         for name in ("ag", "f0", "tc_star", "topography"):
-            if not 0.0 < finite(f"ground spectrum: {name}", getattr(self, name)) < 100.0:
+            if not 0.0 < finite(f"ground spectrum: {name}", getattr(self, name)) < _LARGEST:
                 raise InputError(f"ground spectrum: {name} must be positive, got {getattr(self, name)!r}")
         if self.ag > LARGEST_AG:
             raise InputError(f"ground spectrum: ag is over g, got {self.ag!r}; is it in m/s2?")
-        if min(self.f0, self.topography) < 1.0 or self.tc_star > 2.0:
+        if min(self.f0, self.topography) < 1.0 or self.tc_star > _LONGEST_TC:
             raise InputError(
                 f"ground spectrum: f0 and topography are 1 or more, tc_star at most 2 s; got f0 {self.f0!r}, tc_star "
                 f"{self.tc_star!r} and topography {self.topography!r}"
@@ -71,11 +91,11 @@ class GroundSpectrum:
     @property
     def amplification(self) -> float:
         """S = SS ST [-]."""
-        upper, slope, least, most, *_ = _SOILS[self.soil]
-        return min(max(upper - slope * self.f0 * self.ag, least), most) * self.topography
+        soil = _SOILS[self.soil]
+        return min(max(soil.upper - soil.slope * self.f0 * self.ag, soil.least), soil.most) * self.topography
 
     def scaled(self, ag: float) -> GroundSpectrum:
-        """The spectrum of another acceleration, F0 and Tc* as they are."""
+        """The spectrum of another peak acceleration over g [-], F0 and Tc* as they are."""
         return replace(self, ag=ag)
 
     def acceleration(self, period: float, damping: float = 0.05) -> float:
@@ -84,8 +104,8 @@ class GroundSpectrum:
         .. math:: a_g S \eta F_0 \min(1, T_C / T, T_C T_D / T^2), \qquad T_D = 4 a_g / g + 1.6
         """
         period = not_negative("period [s]", period)
-        eta, *_, factor, exponent = damping_factor(damping), *_SOILS[self.soil]
-        tc = factor * self.tc_star**exponent * self.tc_star
+        eta, soil = damping_factor(damping), _SOILS[self.soil]
+        tc = soil.factor * self.tc_star**soil.exponent * self.tc_star
         tb, td = tc / 3.0, 4.0 * self.ag + 1.6
         top = self.ag * GRAVITY * self.amplification * eta * self.f0
         if period < tb:
@@ -128,7 +148,7 @@ class FloorSpectrum:
             raise InputError("floor spectrum: give a period above 0 and a factor for every mode")
 
     def scaled(self, ag: float) -> FloorSpectrum:
-        """The spectrum over another acceleration of the ground."""
+        """The spectrum over another peak acceleration of the ground over g [-]."""
         return replace(self, ground=self.ground.scaled(ag))
 
     def peaks(self) -> list[float]:
@@ -142,12 +162,15 @@ class FloorSpectrum:
     def acceleration(self, period: float, damping: float = 0.05) -> float:
         """SeZ(T) at a period [s] and damping [-], not below Se(T) beyond the first period [m/s2]."""
         period = not_negative("period [s]", period)
-        p = 1.1 * self.damping**-0.5 * damping_factor(damping)
+        # C7.2.6 and C7.2.8: factors 1.1, 0.8 and exponents 1.6, 1.2 are those of the text
+        resonance = 1.1 * self.damping**-0.5 * damping_factor(damping)
         total = 0.0
         for t, peak in zip(self.periods, self.peaks(), strict=True):
+            # resonance is whole from 0.8 to 1.1 of the period of the mode, and falls off on both sides
             below, above = 1.0 - period / (0.8 * t), period / (1.1 * t) - 1.0
-            share = 1.0 + (p - 1.0) * (max(below, 0.0) ** 1.6 + max(above, 0.0) ** 1.2)
-            total += (p * peak / share) ** 2
+            fall = 1.0 + (resonance - 1.0) * (max(below, 0.0) ** 1.6 + max(above, 0.0) ** 1.2)
+            total += (resonance * peak / fall) ** 2
+        # softer than all modes of the building, it follows the ground
         own = self.ground.acceleration(period, damping) if period > max(self.periods) else 0.0
         return max(math.sqrt(total), own)
 
@@ -160,7 +183,7 @@ class FloorSpectrum:
         damping : part of the critical one [-]
         """
         first = max(self.periods)
-        edge = 1.1 * first
+        edge = 1.1 * first  # b = 1.1, where resonance ends
         own = self.acceleration(period, damping) * (period / (2.0 * math.pi)) ** 2
         return own if period <= edge else max(own, self.acceleration(first, damping) * (edge / (2.0 * math.pi)) ** 2)
 
@@ -198,7 +221,7 @@ class RecordSpectrum:
         object.__setattr__(self, "ag", given or float(np.abs(samples).max()) / GRAVITY)
 
     def scaled(self, ag: float) -> RecordSpectrum:
-        """The record of another peak."""
+        """The record with all its samples scaled to another peak over g [-]."""
         return replace(self, record=np.asarray(self.record) * (ag / self.ag), ag=ag)
 
     def displacement(self, period: float, damping: float = 0.05) -> float:
@@ -206,5 +229,5 @@ class RecordSpectrum:
 
         Linear between samples. The oscillators swing on after the record.
         """
-        periods = np.geomspace(min(self.least, period), period, 40)
+        periods = np.geomspace(min(self.least, period), period, _PERIODS)
         return float(ResponseSpectrum.of_record(self.record, self.sample_step, periods, damping).displacement.max())
