@@ -26,10 +26,18 @@ IN_PLANE, WHOLE = "in plane", "whole block"
 MONOLITH = "monolith"
 UNIT_COLUMNS = ("unit_length", "unit_height", "unit_thickness")
 _PIECES = ("overturning", "sliding")
+"""Mechanisms of a structure that moves in one piece, as the catalogue names them."""
 
 
 def scaled_unit(unit: Unit, size: float, vary: str) -> Unit:
-    """Unit (length, height, thickness) [m] with its face, or all of it, ``size`` times as large."""
+    """Unit with its face, or all of it, a number of times as large.
+
+    Parameters
+    ----------
+    unit : length, height and thickness [m]
+    size : over the unit's own [-]
+    vary : "in plane" for length and height, "whole block" for the thickness too
+    """
     choice("vary", vary, (IN_PLANE, WHOLE))
     positive("size", size)
     length, height, thickness = unit
@@ -88,6 +96,7 @@ def block_size_study(
             raise InputError("the wall's arguments name no unit")
         own = arguments.pop("unit", None)
         unit = own if unit is None else unit
+        # the height of the wall stays, in metres: courses of the reference unit would be others of a larger one
         _, tall, _ = unit_size(unit)
         arguments["height"] = tall * courses_from(arguments.get("height"), arguments.pop("courses", None), tall)
         build = functools.partial(_wall, arguments, direction)
@@ -98,7 +107,7 @@ def block_size_study(
     chosen = options_by_method(methods, options)
     by_method[MONOLITH] = sorted({s for own in by_method.values() for s in own})
     jobs = [{"vary": vary, "method": m, "size": s} for m, own in by_method.items() for s in own]
-    for size in by_method[MONOLITH]:
+    for size in by_method[MONOLITH]:  # a size that is wrong is refused before any run
         scaled_unit(unit, size, vary)
     chosen[MONOLITH] = {"include": _PIECES}
     key = ("block size", build, unit, jobs, chosen)
@@ -119,11 +128,12 @@ def block_size_study(
 def _sizes_by_method(
     sizes: Sequence[float] | Mapping[str, Sequence[float]], methods: Sequence[str] | None
 ) -> dict[str, list[float]]:
-    """Sizes of units of every method, given for each or for all.
+    """Sizes of units of every method, given for each or for all; each size once.
 
     Parameters
     ----------
     sizes : over the unit's own [-], for all methods or by method
+    methods : names, of sizes for all; the associative program where omitted
     """
     if isinstance(sizes, Mapping):
         if methods is not None:
@@ -147,8 +157,12 @@ def _at_size(
 
     Parameters
     ----------
+    build : makes assembly and loads of a unit
+    unit : reference unit (length, height, thickness) [m]
     options : of each method, by name
-    size : of the units over their own [-]
+    vary : "in plane" or "whole block"
+    method : its name, or that of the structure in one piece
+    size : of the units over the reference unit [-]
     """
     scaled = scaled_unit(unit, size, vary)
     assembly, loads = build(scaled)

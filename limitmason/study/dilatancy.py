@@ -19,6 +19,7 @@ from limitmason.study.table import Table
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 POINTS = (2, 3, 4, 6, 8, 12, 16, 20)
+"""Points across the thickness, chosen: close together where one more matters."""
 
 
 @of_model
@@ -73,7 +74,7 @@ def dilatancy_study(
             f"{NON_ASSOCIATIVE!r}; at psi = phi that is the associative one"
         )
     phi = max((i.joint.friction_angle_deg for i in assembly.interfaces), default=0.0)
-    for share in shares:
+    for share in shares:  # one that is wrong is refused before any run
         with_dilatancy(assembly, share)
     points = [{"method": m, "share": float(s), "psi": float(s) * phi} for m in methods for s in shares]
     key = ("dilatancy", assembly, loads, points, chosen)
@@ -82,9 +83,9 @@ def dilatancy_study(
     rows = []
     for row in table:
         own = {r["share"]: r["multiplier"] for r in table if r["method"] == row["method"]}
-        first, last = own.get(0.0, np.nan), own.get(1.0, np.nan)
-        ratio = row["multiplier"] / last if last else np.nan
-        change = 100.0 * abs(first - row["multiplier"]) / first if first else np.nan
+        at_zero, at_phi = own.get(0.0, np.nan), own.get(1.0, np.nan)
+        ratio = row["multiplier"] / at_phi if at_phi else np.nan
+        change = 100.0 * abs(at_zero - row["multiplier"]) / at_zero if at_zero else np.nan
         rows.append({**row, "ratio": ratio, "change": change})
     return Table(tuple(rows), table.units)
 
@@ -92,7 +93,16 @@ def dilatancy_study(
 def _at_dilatancy(
     assembly: Assembly, loads: Loads, options: Mapping[str, Mapping[str, Any]], *, method: str, share: float, psi: float
 ) -> dict[str, Any]:
-    """Row of a method with psi a ``share`` of phi; ``psi`` itself [deg] is a column of the table only."""
+    """Row of a method with psi a share of phi.
+
+    Parameters
+    ----------
+    assembly, loads : the problem
+    options : of each method, by name
+    method : its name
+    share : psi / phi [-]
+    psi : largest of the joints [deg], a column of the table only
+    """
     del psi
     return get_method(method).row(with_dilatancy(assembly, share), loads, options[method])
 
@@ -147,12 +157,16 @@ def contact_point_study(
 def _at_points(
     assembly: Assembly, loads: Loads, along: int, options: Mapping[str, Any], *, method: str, share: float, points: int
 ) -> dict[str, Any]:
-    """Row of a method with so many points across a joint; ``share`` is psi over phi.
+    """Row of a method with so many points across a joint.
 
     Parameters
     ----------
+    assembly, loads : the problem
     along : points along a joint
-    options : of the method
+    options : of the DEM
+    method : the DEM, or the associative program, which has psi = phi whatever the share
+    share : psi / phi [-]
+    points : across a joint
     """
     if method == ASSOCIATIVE:
         grid = {"contact_model": "grid", "grid": (along, points), "in_plane": False}

@@ -17,6 +17,10 @@ from limitmason.study.table import Table
 ROUNDS = 100
 """Most steps of Fisher scoring; twenty are many."""
 
+_FAR = 30.0  # standard deviations at which a probit is cut: the density there is 1e-196, far from underflow
+_LONGEST = 2.0  # standard deviations: a longer step would leave where the likelihood is known
+_SETTLED = 1e-12  # of the coefficients: a step below it is rounding
+
 
 @dataclass(frozen=True, eq=False)
 class Fragility(ReadOnly):
@@ -125,6 +129,7 @@ def fragility(table: Table, intensity: str, failed: str, *, level: float = 0.9) 
     if not b > 0.0:
         raise InputError(f"{failed} grows rarer with {intensity}: that is no intensity of this failure")
     z = _quantile(level)
+    # 1 / b at both ends of the interval of b, without end where b may be zero
     steep = z * float(np.sqrt(covariance[1, 1]))
     return Fragility(
         intensity=intensity, failed=failed, median=float(np.exp(-a / b)), dispersion=float(1.0 / b),
@@ -162,15 +167,15 @@ def _probit(u: Array, fell: Array) -> tuple[Array, Array]:
     now = np.array([stats.norm.ppf(fell.mean()), 0.0])
     for _ in range(ROUNDS):
         # far out the density underflows to zero, and the information would be singular
-        probit = np.clip(rows @ now, -30.0, 30.0)
+        probit = np.clip(rows @ now, -_FAR, _FAR)
         log_density = stats.norm.logpdf(probit)
         # d ln L / d probit of those that fell and those that stood
         up, down = np.exp(log_density - stats.norm.logcdf(probit)), np.exp(log_density - stats.norm.logsf(probit))
         information = (rows * (up * down)[:, None]).T @ rows
         step = np.linalg.solve(information, rows.T @ np.where(fell, up, -down))
-        # a step of more than 2 standard deviations would leave where the likelihood is known
-        now = now + step * min(1.0, 2.0 / float(np.abs(step).max() + 1e-300))
-        if np.abs(step).max() <= 1e-12 * (1.0 + np.abs(now).max()):
+        now = now + step * min(1.0, _LONGEST / float(np.abs(step).max() + 1e-300))
+        if np.abs(step).max() <= _SETTLED * (1.0 + np.abs(now).max()):
+            # from standard units to those of u
             back = np.array([[1.0, -centre / spread], [0.0, 1.0 / spread]])
             return back @ now, back @ np.linalg.inv(information) @ back.T
     raise NotConverged("the likelihood of the fragility curve was not maximised: its runs hardly overlap")
@@ -179,15 +184,17 @@ def _probit(u: Array, fell: Array) -> tuple[Array, Array]:
 def _median_interval(coefficients: Array, covariance: Array, z: float) -> tuple[float, float]:
     """Intensities at which |a + b u| stays within z standard errors: 0 and infinite where the slope is not told.
 
+    The ends are the roots of (a + b u)^2 = z^2 (c_aa + 2 c_ab u + c_bb u^2), u the logarithm of the intensity.
+
     Parameters
     ----------
-    coefficients : a and b
+    coefficients : a and b, shape (2,)
     covariance : of them, shape (2, 2)
     z : number of standard errors
     """
     (a, b), c = coefficients, covariance
     square, middle, rest = b * b - z * z * c[1, 1], a * b - z * z * c[0, 1], a * a - z * z * c[0, 0]
-    if not square > 0.0:
+    if not square > 0.0:  # the slope may be zero: every intensity is possible
         return 0.0, np.inf
     root = np.sqrt(max(middle * middle - square * rest, 0.0))
     return float(np.exp((-middle - root) / square)), float(np.exp((-middle + root) / square))

@@ -51,7 +51,7 @@ class LinkedFormulas:
             self.order += ready
 
     def direct(self, name: str) -> set[str]:
-        """Names that a formula holds."""
+        """Names of quantities that the formula of a quantity holds."""
         return {n.id for n in ast.walk(self._trees[name]) if isinstance(n, ast.Name)} - set(FUNCTIONS)
 
     def check(self, known: Iterable[str]) -> None:
@@ -94,9 +94,15 @@ class LinkedFormulas:
 LONGEST = 1000
 """Characters of a formula: deeper nesting than these allow would exhaust the parser."""
 
+LARGEST = 1e300
+"""Numbers of a formula are smaller: one that is infinite as a double is no number."""
+
 
 def _parsed(name: str, text: str) -> ast.Expression:
-    """Tree of a formula that holds numbers, names, signs and known functions alone."""
+    """Tree of a formula that holds numbers, names, signs and known functions alone.
+
+    ``name`` is that of the quantity, for messages. Text is refused that Python could run but that is no formula.
+    """
     try:
         if len(text) > LONGEST:
             raise InputError(f"the tie of {name!r} is a formula of {len(text)} characters, the most are {LONGEST}")
@@ -106,7 +112,7 @@ def _parsed(name: str, text: str) -> ast.Expression:
     for node in ast.walk(tree):
         fine = (
             isinstance(node, ast.Expression | ast.Name | ast.Load)
-            or (isinstance(node, ast.Constant) and isinstance(node.value, int | float) and abs(node.value) < 1e300)
+            or (isinstance(node, ast.Constant) and isinstance(node.value, int | float) and abs(node.value) < LARGEST)
             or (isinstance(node, ast.BinOp) and type(node.op) in _BINARY)
             or (isinstance(node, ast.UnaryOp) and type(node.op) in _SIGNS)
             or type(node) in _BINARY
@@ -122,7 +128,7 @@ def _parsed(name: str, text: str) -> ast.Expression:
 
 
 def _value(node: ast.AST, values: Mapping[str, Any]) -> Any:
-    """Value of a checked formula at numbers by name."""
+    """Value of a checked formula, ``node``, at numbers or arrays by name."""
     if isinstance(node, ast.BinOp):
         return _BINARY[type(node.op)](_value(node.left, values), _value(node.right, values))
     if isinstance(node, ast.UnaryOp):

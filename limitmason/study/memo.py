@@ -24,6 +24,8 @@ except ImportError:  # no locks on this system: one process at a time
 
 SCHEMA = "limitmason-runs"
 
+_TOLD = 20  # bytes of a header that are the same whatever version and study it names
+
 
 class Memo:
     """Results of runs by key, in memory and in a file of JSON lines.
@@ -51,11 +53,11 @@ class Memo:
     """
 
     def __init__(self, path: str | Path | None, of: str = "", *, kind: type | tuple[type, ...] = object) -> None:
-        """Open a store of runs and read what it holds; no path keeps rows in memory alone.
+        """Open a store of runs and read what it holds.
 
         Parameters
         ----------
-        kind : of every row, for a check when it is read
+        path, of, kind : see the class
         """
         self.path = None if path is None else Path(path)
         self.of, self.kind = of, kind
@@ -99,6 +101,7 @@ class Memo:
 
         Parameters
         ----------
+        function : called with the keywords of a job
         jobs : keywords of the function, by key
         executor, workers : as for :func:`limitmason.study.sweep`
         row : row(key, result) is what is kept in place of the result itself
@@ -120,7 +123,8 @@ class Memo:
         """Take over the rows of a file; a torn last line is left out."""
         whole = data[: data.rfind(b"\n") + 1]
         if not whole:
-            if not self._header().startswith(data[:20]):
+            # a kill may have cut off the first line: what is there must begin as a header does
+            if not self._header().startswith(data[:_TOLD]):
                 raise InputError(f"{self.path} is not a store of runs of limitmason: give another file")
             return
         for number, line in enumerate(whole.splitlines(), 1):
@@ -137,6 +141,7 @@ class Memo:
             self.rows[text] = row
 
     def _header(self) -> bytes:
+        """First line of the file: what it is, and the version and the study that its rows are of."""
         return json.dumps({"schema": SCHEMA, "limitmason": VERSION, "of": self.of}).encode() + b"\n"
 
     def _check_header(self, line: bytes) -> None:
@@ -197,10 +202,11 @@ def _whole(file: IO[bytes]) -> int:
 
 @contextmanager
 def _locked(file: IO[bytes], *, shared: bool = False) -> Iterator[None]:
-    """Keep other processes from a file while it is written.
+    """Keep other processes from writing to an open file meanwhile.
 
     Parameters
     ----------
+    file : open
     shared : whether others may read meanwhile
     """
     if fcntl is None:

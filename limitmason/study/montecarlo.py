@@ -35,6 +35,9 @@ Run = Callable[[Assembly, Loads], Any]
 SCHEMES = ("latin hypercube", "random")
 
 _SAME = 1e-8  # spread of multipliers over their size that is rounding of the program
+_LOST = 1e-12  # probability that bounds take: less is rounding of the distribution function
+_ONCE = 1000
+"""Second number of the key of what is drawn once: beyond joint properties, which have their place in ``BOUNDS``."""
 
 
 def monte_carlo(
@@ -126,7 +129,7 @@ def monte_carlo(
 
 
 def _without_effect(found: Table) -> list[str]:
-    """What to say where all multipliers are one: a method may leave out what was drawn."""
+    """What to say where the multipliers of all rows are equal: a method may leave out what was drawn."""
     given = (row.get("multiplier") for row in found.rows)
     values = [v for v in given if isinstance(v, float) and np.isfinite(v)]
     if len(values) < 2 or np.ptp(values) > _SAME * np.abs(values).max():
@@ -138,15 +141,12 @@ def _without_effect(found: Table) -> list[str]:
 
 
 def _truncations(joints: Mapping[str, Random], blocks: Mapping[str, Random]) -> list[str]:
-    """What the bounds take from every distribution, in words.
-
-    Nothing where it is less than 1e-12.
-    """
+    """What the physical bounds take from the distributions of joints and blocks, by property, in words."""
     out = []
     for name, random in (*joints.items(), *blocks.items()):
         bounds = (draws.BOUNDS if name in joints else draws.BLOCK_BOUNDS)[name]
         lost = random.cut(bounds)
-        if lost > 1e-12:  # less is rounding of the distribution function
+        if lost > _LOST:
             low, high = max(bounds[0], random.low), min(bounds[1], random.high)
             out.append(f"{name} is truncated to {low:.4g} ... {high:.4g}, which takes {lost:.2g} of its probability")
     return out
@@ -194,6 +194,8 @@ def _variables(
     Parameters
     ----------
     build : pair of assembly and loads, or a function of the parameters that returns one
+    joints, blocks : what varies of each, by property
+    parameters : what varies among the arguments of ``build``, by name
 
     Returns
     -------
@@ -223,15 +225,15 @@ def _variables(
 
 
 def _independent(names: Sequence[str], samples: int, seed: int) -> Array:
-    """Shares of every name in every sample [-], shape (samples, names), from random numbers of its own.
+    """Probabilities at which what is drawn once is read, from 0 to 1, shape (samples, names).
 
-    The second number of the key, 1000, lies beyond those of the joint properties, which are their places in ``BOUNDS``.
+    Every name and sample has random numbers of its own, so that another name or a longer study changes none.
     """
     out = np.zeros((samples, len(names)))
     for place, name in enumerate(names):
         word = zlib.crc32(name.encode())
         for k in range(samples):
-            out[k, place] = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(k, 1000, word))).random()
+            out[k, place] = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(k, _ONCE, word))).random()
     return out
 
 
@@ -246,7 +248,9 @@ def _sample(
     build : model, or function that makes it
     run : what is asked of it
     refusals : errors that count as an answer
-    shares : probability of every value drawn per assembly [-]
+    drawn : what varies, and the seed
+    sample : its number, which with the seed decides its random numbers
+    shares : probability at which every value drawn once is read, from 0 to 1, by name
     """
     given = {name: float(random.value(shares[name])) for name, random in drawn.parameters.items()}
     assembly, loads = build(**given) if callable(build) else build
@@ -270,7 +274,7 @@ def _sample(
 
 
 def _answers(found: Any) -> dict[str, Any]:
-    """What a run returned as entries of a row."""
+    """What a run returned as entries of a row; curves become mappings that a store can keep."""
     if isinstance(found, Prediction):
         return {"multiplier": float(found.collapse_multiplier), "status": found.status}
     if isinstance(found, Curve):
@@ -345,7 +349,7 @@ def sobol(
     names, joints, parameters = _variables(build, joints, parameters, {})
     if len(names) < len(joints) + len(parameters):
         raise InputError("Sobol indices are for values drawn per assembly; a field of values has no single index")
-    if samples < 2 or samples & (samples - 1):
+    if samples < 2 or samples & (samples - 1):  # Sobol points are even over the cube in powers of two alone
         raise InputError(f"samples must be a power of two, got {samples!r}")
     d, seed = len(names), count("seed", seed, 0)
     both = qmc.Sobol(d=2 * d, seed=np.random.default_rng(seed)).random(samples)

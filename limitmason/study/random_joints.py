@@ -47,6 +47,9 @@ BLOCK_BOUNDS: dict[str, tuple[float, float]] = {
 FIRST_BLOCK_KEY = 2000
 """Random numbers of block properties are keyed from here on, beyond those of joints and of what is drawn once."""
 
+_DEFINITE = 1e-10
+"""Added to the correlation of a value with itself: neighbours' are nearly one, rounding makes the matrix indefinite."""
+
 UNITS = {
     "density": "kg/m3", "young_modulus": "Pa",
     "friction_angle_deg": "deg", "dilatancy_angle_deg": "deg", "cohesion": "Pa", "tensile_strength": "Pa",
@@ -55,29 +58,20 @@ UNITS = {
 
 
 def normal(mean: float, variation: float) -> Any:
-    """Normal distribution by mean and coefficient of variation [-].
-
-    ``scipy.stats.norm``.
-    """
+    """Normal distribution by mean and coefficient of variation [-], as ``scipy.stats.norm``."""
     if finite("mean", mean) == 0.0:
         raise InputError("normal: a mean of 0 has no coefficient of variation; give scipy.stats.norm(0.0, deviation)")
     return stats.norm(loc=mean, scale=abs(mean) * positive("variation", variation))
 
 
 def lognormal(mean: float, variation: float) -> Any:
-    """Lognormal distribution by its own mean and coefficient of variation [-].
-
-    ``scipy.stats.lognorm``.
-    """
+    """Lognormal distribution by its own mean and coefficient of variation [-], as ``scipy.stats.lognorm``."""
     spread = math.sqrt(math.log1p(positive("variation", variation) ** 2))
     return stats.lognorm(s=spread, scale=positive("mean", mean) * math.exp(-0.5 * spread**2))
 
 
 def uniform(low: float, high: float) -> Any:
-    """Uniform distribution between two values.
-
-    ``scipy.stats.uniform``.
-    """
+    """Uniform distribution between two values, as ``scipy.stats.uniform``."""
     if not finite("uniform: high", high) > finite("uniform: low", low):
         raise InputError(f"uniform: the upper value {high!r} must exceed the lower one {low!r}")
     return stats.uniform(loc=low, scale=high - low)
@@ -123,9 +117,12 @@ class Random:
             raise InputError("correlation_length must not be negative, and needs per='interface' or 'block'")
 
     def value(self, share: Array | float, bounds: tuple[float, float] = (-math.inf, math.inf)) -> Array:
-        """Value at a share of the probability [-] between the bounds.
+        """Value of the truncated distribution, F^-1(F(low) + u (F(high) - F(low))).
 
-        F^-1(F(low) + u (F(high) - F(low))).
+        Parameters
+        ----------
+        share : u, part of the probability between the bounds, from 0 to 1, any shape
+        bounds : physical ones, beside its own
         """
         low, high = max(self.low, bounds[0]), min(self.high, bounds[1])
         below, above = self._ends(low, high)
@@ -146,7 +143,7 @@ class Random:
 
 
 def check_joint_draws(joints: Mapping[str, Random]) -> None:
-    """Refuse names that no joint has, and two names for one property."""
+    """Refuse names that no joint has, and two names for one property, among draws by property."""
     for name, random in joints.items():
         choice("joint property", name, BOUNDS)
         if not isinstance(random, Random):
@@ -168,6 +165,11 @@ def check_block_draws(blocks: Mapping[str, Random]) -> None:
 
 def check_links(links: Mapping[str, str], joints: Mapping[str, Random]) -> LinkedFormulas:
     """Formulas of joint properties from other joint properties, checked.
+
+    Parameters
+    ----------
+    links : formula by the property that it gives
+    joints : what is drawn, by property
 
     Raises
     ------
@@ -198,7 +200,11 @@ def draw_blocks(
 ) -> tuple[Assembly, dict[str, float]]:
     """Assembly with drawn blocks, held ones included, and the drawn values.
 
-    Arguments as for :func:`draw_joints`.
+    Parameters
+    ----------
+    assembly : the model
+    blocks : what is drawn, by property
+    sample, seed, shares : as for :func:`draw_joints`
 
     Raises
     ------
@@ -234,8 +240,10 @@ def draw_joints(
 
     Parameters
     ----------
+    assembly : the model
+    joints : what is drawn, by property
     sample, seed : together with the name of the property they alone decide the random numbers
-    shares : probability [-] of the values drawn per assembly
+    shares : probability at which values drawn per assembly are read, from 0 to 1, by property
     links : formulas of further properties, joint by joint, from those drawn and those that the joints have
 
     Notes
@@ -280,6 +288,7 @@ def _recorded(name: str, random: Random, values: Array) -> dict[str, float]:
 
 
 def _mean_and_deviation(name: str, values: Array) -> dict[str, float]:
+    """Two entries of a row for a property of many values."""
     return {f"{name} mean": float(values.mean()), f"{name} deviation": float(values.std())}
 
 
@@ -290,7 +299,9 @@ def _linked(assembly: Assembly, values: Mapping[str, Array], links: LinkedFormul
 
     Parameters
     ----------
+    assembly : the model
     values : of every drawn property by interface, shape (k,)
+    links : formula of every linked property
     """
     known, joints = dict(values), _joints(assembly, values)
     for name in links.needs - set(known):
@@ -315,7 +326,7 @@ def _linked(assembly: Assembly, values: Mapping[str, Array], links: LinkedFormul
 
 
 def _joints(assembly: Assembly, values: Mapping[str, Array]) -> list[Joint]:
-    """Joint of every interface with drawn or linked properties."""
+    """Joint of every interface with its drawn or linked properties, ``values`` by name, shape (k,) each."""
     return [_changed(i.joint, {n: float(v[k]) for n, v in values.items()}) for k, i in enumerate(assembly.interfaces)]
 
 
@@ -327,7 +338,10 @@ def _shares(
 
     Parameters
     ----------
+    random : how the property varies
+    name : of the property
     key : numbers of sample and property, which with the seed name the stream
+    seed : of the study
     shares : probabilities of what is drawn once per assembly, by name
     centre : places of the interfaces or blocks [m], between which values are correlated as exp(-distance / length)
     kind : of every interface, where there is one value per kind
@@ -344,17 +358,12 @@ def _shares(
         return rng.random(count)
     distance = np.linalg.norm(centre[:, None] - centre[None], axis=2)
     matrix = np.exp(-distance / random.correlation_length)
-    # correlations of neighbours are nearly one: without the 1e-10 rounding makes the matrix indefinite
-    return stats.norm.cdf(np.linalg.cholesky(matrix + 1e-10 * np.eye(count)) @ rng.standard_normal(count))
+    scores = np.linalg.cholesky(matrix + _DEFINITE * np.eye(count)) @ rng.standard_normal(count)
+    return stats.norm.cdf(scores)
 
 
 def _changed(joint: Joint, drawn: Mapping[str, float]) -> Joint:
-    """The joint with drawn properties; dilation is kept at most the friction.
-
-    Parameters
-    ----------
-    drawn : values by name of the property
-    """
+    """The joint with drawn properties, values by their names; its dilatancy angle comes down to its friction angle."""
     own: dict[str, Any] = {k: v for k, v in drawn.items() if k not in ("friction_coefficient", "dilatancy_ratio")}
     if "friction_coefficient" in drawn:
         own["friction_angle_deg"] = math.degrees(math.atan(drawn["friction_coefficient"]))

@@ -78,6 +78,7 @@ class _Digest:
         self.open: set[int] = set()  # other values that are being fed
 
     def tag(self, *words: object) -> None:
+        """Add words, with an end that no word may have, so that ("a", "b") and ("ab",) differ."""
         self.made.update((":".join(map(str, words)) + ";").encode("utf-8", "surrogatepass"))
 
     def feed(self, value: Any) -> None:
@@ -150,9 +151,14 @@ class _Digest:
             self.feed_object(value)
 
     def feed_attribute(self, owner: str, name: str, value: Any) -> None:
-        """Add a value that a function or an object holds under a name; say which where it has no content.
+        """Add a value that a function or an object holds under a name.
 
         :func:`fingerprint_of_code` leaves out collections that may change: they are state, as of a counter.
+
+        Parameters
+        ----------
+        owner, name : of what holds it and under which name, for the error where it has no content
+        value : what is held
         """
         if not self.state and isinstance(value, list | dict | set | bytearray):
             return

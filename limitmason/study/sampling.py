@@ -97,7 +97,7 @@ class Stop:
 
     Parameters
     ----------
-    column : number that is watched
+    column : name of the column of numbers that is watched
     mean : largest standard error of its mean, relative [-]
     variation : largest standard error of its CoV, relative [-]: 0.041 needs about 300 samples
     every : samples between two looks

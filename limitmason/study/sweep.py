@@ -80,6 +80,7 @@ def sweep(
     rows = {k: memo[k] for k in range(len(points)) if k in memo}
     if rows and progress is not None:
         progress(f"{len(rows)} of {len(points)} runs are in {store}")
+    # without a rule to stop by, all points are one batch
     size = len(points) if enough is None else batch or len(points)
     if size < 1:
         raise InputError(f"batch must be at least 1, got {batch!r}")
@@ -87,6 +88,7 @@ def sweep(
     clock, done, end = time.perf_counter(), 0, 0
     while end < len(points):
         end = min(end + size, len(points))
+        # share of the whole that one run is, whose own progress shows where runs come one after another
         alone = 1.0 / len(points) if executor is None and workers == 1 else 0.0
         reached(len(rows) / len(points), share=alone)
         # all up to here: those that are in the memo are not run again
@@ -108,7 +110,14 @@ def sweep(
 
 
 def _row(points: Sequence[Mapping[str, Any]], number: int, result: Any) -> dict[str, Any]:
-    """Row of a table: the point of that number, as far as it fits in a table, and what the function returned."""
+    """Row of a table: a point, as far as it fits in a table, and what the function returned for it.
+
+    Parameters
+    ----------
+    points : all of them
+    number : of this one
+    result : what the function returned
+    """
     shown, row = _shown(points[number]), as_row(result)
     if isinstance(result, Mapping) and (lost := [k for k in shown if k in row and row[k] != shown[k]]):
         raise InputError(f"the function returns {lost[0]!r}, which is the name of a parameter: call it otherwise")
@@ -116,7 +125,7 @@ def _row(points: Sequence[Mapping[str, Any]], number: int, result: Any) -> dict[
 
 
 def _table(rows: Mapping[int, Mapping[str, Any]], end: int, units: Mapping[str, str] | None) -> Table:
-    """Table of the rows of the points before ``end``, by number of the point."""
+    """Table of the rows, by number of their point, of the points before number ``end``."""
     return Table(tuple(rows[k] for k in sorted(rows) if k < end), dict(units or {}))
 
 

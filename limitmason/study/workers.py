@@ -26,7 +26,9 @@ CHUNK = 0.5
 START = 3.0
 """Seconds that workers must save to be started: starting them and importing this package takes about that."""
 
-_MOST = 32  # chunks in which calls go to an executor of unknown size, at least
+_LEAST = 32  # chunks in which calls go to an executor of unknown size, at least; chosen
+_EACH = 4  # chunks for every worker, at least: one that is done early takes another; chosen
+_IDLE = 300  # seconds without work after which worker processes end; chosen
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -47,15 +49,14 @@ class _Done:
 def run_points(
     function: Callable[..., Any], jobs: Sequence[Job], executor: Any, workers: int
 ) -> Iterator[tuple[int, Any]]:
-    """Numbered results as they come, one point of keywords each.
-
-    An :class:`Unfinished` is handed on as a result.
+    """Numbered results as they come; an :class:`Unfinished` is handed on as a result.
 
     Parameters
     ----------
+    function : called with the keywords of every job
+    jobs : number and keywords of every call
     executor : anything with ``submit``, or a dask client; None for processes of joblib
     workers : most processes, each with one thread for its linear algebra; 1 runs in this process, -1 is one per core
-    function : called with the keywords of every job
     """
     if executor is not None:
         yield from _on_executor(function, jobs, _as_executor(executor))
@@ -72,7 +73,7 @@ def run_points(
         # processes only where they save more time than starting them takes
         if workers > 1 and done and spent / done * left * (1.0 - 1.0 / workers) >= START:
             pool = _processes(min(workers, left))
-            yield from _unpacked(pool, function, _chunks(jobs[done:], spent / done, 4 * workers))
+            yield from _unpacked(pool, function, _chunks(jobs[done:], spent / done, _EACH * workers))
             return
         begun = time.perf_counter()
         result = _call(function, point)
@@ -90,7 +91,7 @@ def _call(function: Callable[..., Any], point: Mapping[str, Any]) -> Any:
 
 
 def _chunk(function: Callable[..., Any], jobs: Sequence[Job]) -> _Done:
-    """Calls in a worker: what was done before an error is not lost with it."""
+    """Calls in a worker, one after another: what was done before an error is not lost with it."""
     begun = time.perf_counter()
     results: list[tuple[int, Any]] = []
     for number, point in jobs:
@@ -114,7 +115,14 @@ def as_row(result: Any) -> Mapping[str, Any]:
 
 
 def _chunks(jobs: Sequence[Job], seconds: float, least: int) -> list[Sequence[Job]]:
-    """Jobs in chunks of about ``CHUNK``, where one takes ``seconds``, and in at least so many."""
+    """Jobs in chunks that take about ``CHUNK`` each.
+
+    Parameters
+    ----------
+    jobs : number and keywords of every call
+    seconds : that one call takes
+    least : number of chunks to make at least, so that no worker is without
+    """
     size = max(min(int(CHUNK / max(seconds, 1e-9)), -(-len(jobs) // least)), 1)
     return [jobs[k : k + size] for k in range(0, len(jobs), size)]
 
@@ -128,6 +136,7 @@ def _unpacked(
     ----------
     executor : where to run
     function : what is called
+    chunks : jobs of every chunk
     begun : chunks already under way
     """
     futures = [*begun, *(executor.submit(_chunk, function, part) for part in chunks)]
@@ -143,14 +152,14 @@ def _unpacked(
 
 
 def _processes(workers: int) -> Any:
-    """Worker processes of joblib, each with one thread, which end after five minutes without work."""
+    """So many worker processes of joblib, each with one thread, which end after five minutes without work."""
     from joblib.externals.loky import get_reusable_executor
 
-    return get_reusable_executor(max_workers=workers, timeout=300, env=dict.fromkeys(_THREADS, "1"))
+    return get_reusable_executor(max_workers=workers, timeout=_IDLE, env=dict.fromkeys(_THREADS, "1"))
 
 
 def _as_executor(executor: Any) -> Any:
-    """What has a ``submit`` method; of a dask client the executor that it gives."""
+    """What was given, if it has a ``submit`` method; of a dask client the executor that it gives."""
     if hasattr(executor, "get_executor"):
         executor = executor.get_executor()  # a dask client in the form of the standard library
     if not hasattr(executor, "submit"):
@@ -168,4 +177,4 @@ def _on_executor(function: Callable[..., Any], jobs: Sequence[Job], executor: An
     first = executor.submit(_chunk, function, jobs[:1])
     wait([first], timeout=PATIENCE)
     pace = first.result().seconds if first.done() and first.exception() is None else CHUNK
-    yield from _unpacked(executor, function, _chunks(jobs[1:], pace, _MOST), [first])
+    yield from _unpacked(executor, function, _chunks(jobs[1:], pace, _LEAST), [first])
