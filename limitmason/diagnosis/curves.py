@@ -18,51 +18,61 @@ from limitmason.errors import InputError
 
 FEWEST = 4  # curves from which the number of effective points is estimated
 
+_RISE = 0.3  # of the peak: between 10 and 40 % of it, where the stiffness is read
+_BESIDE = 0.25  # of the spacing of points, to either side of one, over which its slope is read; chosen
 
-def features(specimen: Any, curve: Curve, *, load: float, displacement: float) -> list[Observation]:
+
+def features(specimen: Any, curve: Curve, *, load_error: float, displacement_error: float) -> list[Observation]:
     r"""Peak, stiffness, drift at the peak and residual of a measured curve, each with what its errors make of it.
 
     The stiffness is that between 10 and 40 % of the peak, over a difference of displacements d: its relative error is
     :math:`\sqrt{2 l^2 + 2 (e / d)^2}` by the errors l and e of the columns. The drift at the peak is known no better
-    than half the range in which the load is within 2 l of the peak. What is known no better than itself is left out,
-    with a warning.
+    than half the range in which the load is within 2 l of the peak. What is known no better than itself, or is not
+    positive, is left out, with a warning.
 
     Parameters
     ----------
-    load : relative standard deviation of a load [-]
-    displacement : standard deviation of a displacement, in the curve's unit
     specimen : key of the specimen, which the observations carry
+    curve : measured
+    load_error : l, relative standard deviation of a load [-]
+    displacement_error : e, standard deviation of a displacement, in the curve's unit
 
     Raises
     ------
     InputError
         For an error that is not positive.
     """
-    if not (load > 0.0 and displacement > 0.0):
-        raise InputError(f"the errors of load and displacement must be positive, got {load!r} and {displacement!r}")
+    if not (load_error > 0.0 and displacement_error > 0.0):
+        raise InputError(
+            f"the errors of load and displacement must be positive, got {load_error!r} and {displacement_error!r}"
+        )
     found, top = curve.quantities, curve.peak
-    near = curve.displacement[curve.load >= (1.0 - 2.0 * load) * top.load]
-    rows = {"peak": (load, curve.load_unit), "residual": (load, curve.load_unit)}
+    near = curve.displacement[curve.load >= (1.0 - 2.0 * load_error) * top.load]
+    # relative scatter and unit of every quantity
+    rows = {"peak": (load_error, curve.load_unit), "residual": (load_error, curve.load_unit)}
     if "stiffness" in found:
         # displacements between 10 and 40 % of the peak lie this far apart
-        between = 0.3 * top.load / found["stiffness"]
-        rows["stiffness"] = (float(np.sqrt(2.0) * np.hypot(load, displacement / between)),
+        between = _RISE * top.load / found["stiffness"]
+        rows["stiffness"] = (float(np.sqrt(2.0) * np.hypot(load_error, displacement_error / between)),
                              f"{curve.load_unit}/{curve.displacement_unit}")
     if top.displacement > 0.0:
-        spread = float(np.hypot(displacement, 0.5 * np.ptp(near))) / top.displacement
+        spread = float(np.hypot(displacement_error, 0.5 * np.ptp(near))) / top.displacement
         rows["drift at peak"] = (spread, curve.displacement_unit)
-    if vague := [q for q, (scatter, _) in rows.items() if scatter >= 1.0]:
-        said = f"{', '.join(vague)} of specimen {specimen}: left out, its error is as large as itself"
-        warnings.warn(said, stacklevel=2)
-    return [Observation(specimen, q, found[q], *rows[q]) for q in rows if found[q] > 0.0 and q not in vague]
+    # a scatter is relative, so that quantities are compared by their logarithms
+    gone = [q for q in rows if not found[q] > 0.0]
+    vague = [q for q, (scatter, _) in rows.items() if scatter >= 1.0 and q not in gone]
+    for names, why in ((gone, "it is not positive"), (vague, "its error is as large as itself")):
+        if names:
+            warnings.warn(f"{', '.join(names)} of specimen {specimen}: left out, {why}", stacklevel=2)
+    return [Observation(specimen, q, found[q], *rows[q]) for q in rows if q not in gone and q not in vague]
 
 
 def points(
     measured: Mapping[Any, Curve],
     predicted: Mapping[Any, Curve] | None = None,
     *,
-    load: float,
-    displacement: float,
+    load_error: float,
+    displacement_error: float,
     count: int = 8,
 ) -> tuple[list[Observation], float]:
     """Loads at evenly spaced displacements of measured curves, and how many independent points of one curve they are.
@@ -76,7 +86,7 @@ def points(
     measured : by specimen
     predicted : by the baseline, at least as long, from which deviations are taken; without, or for fewer than four
         curves, the points of a curve count as one
-    load, displacement : as for :func:`features`
+    load_error, displacement_error : as for :func:`features`
     count : points of each curve at which deviations are looked at, and most that are kept
 
     Returns
@@ -93,9 +103,9 @@ def points(
         """Displacements, loads and relative errors of ``some`` points of a curve, evenly spaced."""
         x = np.linspace(0.0, curve.displacement.max(), some + 1)[1:]
         # the slope carries an error of the displacement over to the load
-        step = 0.25 * x[0]
+        step = _BESIDE * x[0]
         y, slope = curve.at(x), (curve.at(np.minimum(x + step, x[-1])) - curve.at(x - step)) / (2.0 * step)
-        return x, y, np.hypot(load, slope * displacement / y)
+        return x, y, np.hypot(load_error, slope * displacement_error / y)
 
     deviations = []
     for specimen, curve in measured.items() if predicted is not None else ():
@@ -132,7 +142,9 @@ def effective_points(deviations: np.ndarray) -> float:
     m, k = len(deviations) - 1, deviations.shape[1]
     about = deviations - deviations.mean(axis=0)
     sample = about.T @ about / m
-    both, whole = float((sample**2).sum()), float(np.trace(sample)) ** 2
-    square = (both - whole / m) / (1.0 + 1.0 / m - 2.0 / m**2)
-    trace = whole - 2.0 * square / m
-    return float(np.clip(trace / square, 1.0, k)) if square > 0.0 else float(k)
+    # of the sample: tr C^2 and (tr C)^2; from them, by both equations above, tr S^2 and (tr S)^2
+    sample_of_square, sample_squared = float((sample**2).sum()), float(np.trace(sample)) ** 2
+    of_square = (sample_of_square - sample_squared / m) / (1.0 + 1.0 / m - 2.0 / m**2)
+    squared = sample_squared - 2.0 * of_square / m
+    # an estimate of tr S^2 may come out negative, where nothing along the curve goes together
+    return float(np.clip(squared / of_square, 1.0, k)) if of_square > 0.0 else float(k)

@@ -177,7 +177,9 @@ def _of_curves(file: Path, names: Sequence[str], stated: Mapping[str, Mapping[st
     table = read_measured(file)
     for column in (LOAD, DISPLACEMENT):
         table.column(column, "the curves")
-    errors = {"load": _stated(file, stated, LOAD), "displacement": _stated(file, stated, DISPLACEMENT)}
+    errors = {
+        "load_error": _stated(file, stated, LOAD), "displacement_error": _stated(file, stated, DISPLACEMENT),
+    }
     out = []
     for name, rows in _by_specimen(table, names).items():
         u, f = (np.array([row[column] for row in rows], dtype=float) for column in (DISPLACEMENT, LOAD))

@@ -177,7 +177,7 @@ def test_points_of_curves_are_told_as_the_witnesses_that_they_are():
     truth = {i: lm.Curve([0.0, 1.0], [0.0, 1.0 + i]) for i in range(8)}
     u = np.linspace(0.0, 1.0, 200)
     seen = {i: lm.Curve(u, (1.0 + i) * u * np.exp(0.05 * rng.standard_normal())) for i in truth}
-    rows, _ = curves.points(seen, truth, load=0.05, displacement=1e-6, count=20)
+    rows, _ = curves.points(seen, truth, load_error=0.05, displacement_error=1e-6, count=20)
     made = Study([{"k": 1.0 + i} for i in truth], line, rows, shared=(), levels=3)
     told = made.diagnose([Cause("slope", "slope", 1.0, (0.7, 1.4)), LOAD_CELL]).report(checks=False)
     assert "8 curves of up to 200 points each count as 1.0 independent points a curve" in told
@@ -256,7 +256,7 @@ def test_a_unit_that_is_off_a_name_that_is_there_twice_and_what_is_no_number_are
             Study([{}] * len(listed), lambda s: 1.0, listed)
     level = lm.Curve(u, np.where(u > 0.0, 1.0 + 1e-3 * (u < 0.15), 0.0))
     with pytest.warns(UserWarning, match="drift at peak of specimen A: left out"):
-        rows = curves.features("A", level, load=0.05, displacement=0.01)
+        rows = curves.features("A", level, load_error=0.05, displacement_error=0.01)
     assert "drift at peak" not in {o.quantity for o in rows}
 
 

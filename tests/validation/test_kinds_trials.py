@@ -94,7 +94,7 @@ def test_points_of_curves_counted_as_independent_raise_alarms():
         gains = np.exp(0.05 * rng.standard_normal(8))
         u = np.linspace(0.0, 1.0, 41)
         seen = {i: lm.Curve(u, g * u * np.exp(0.005 * rng.standard_normal(41))) for i, g in enumerate(gains)}
-        rows, effective = curves.points(seen, truth, load=0.05, displacement=1e-6, count=20)
+        rows, effective = curves.points(seen, truth, load_error=0.05, displacement_error=1e-6, count=20)
         assert effective < 2.0
         bare = [Observation(i, q, float(c.at(x)), 0.05) for i, c in seen.items()
                 for q, x in zip(line({}), np.linspace(0.0, 1.0, 21)[1:], strict=True)]
