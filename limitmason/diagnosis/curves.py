@@ -104,7 +104,8 @@ def points(
         x = np.linspace(0.0, curve.displacement.max(), some + 1)[1:]
         # the slope carries an error of the displacement over to the load
         step = _BESIDE * x[0]
-        y, slope = curve.at(x), (curve.at(np.minimum(x + step, x[-1])) - curve.at(x - step)) / (2.0 * step)
+        before, behind = x - step, np.minimum(x + step, x[-1])  # the curve has nothing behind its end
+        y, slope = curve.at(x), (curve.at(behind) - curve.at(before)) / (behind - before)
         return x, y, np.hypot(load_error, slope * displacement_error / y)
 
     deviations = []
