@@ -151,18 +151,25 @@ class Searched(NamedTuple):
 def _fitted(objective: Objective, effort: SearchSettings, level: float | None) -> Searched:
     """Search for the least misfit, and intervals if a level is given.
 
-    A run for an interval may lie lower than the best so far: the search then goes on from it, ``AGAIN`` times at most.
+    A run for an interval may lie lower than the best so far: the search then goes on from it, and the intervals begin
+    anew, ``AGAIN`` times at most. Intervals are always those of the answer. A warning says if one more run lies lower.
+
+    Parameters
+    ----------
+    objective : what is asked
+    effort : starts, and steps of each
+    level : confidence of the intervals [-], None for none
     """
     best, guess, minima = searched(objective, effort)
     objective.refuse_lost(best)  # before the intervals, which take most of the runs
     objective.say("slopes")
     best, slopes = confirmed(objective, best, guess, effort.most)
-    ends = None
-    for _ in range(0 if level is None else AGAIN):
-        assert level is not None
+    if level is None:
+        return Searched(best, slopes, minima, None)
+    for begun_anew in range(AGAIN + 1):
         objective.say("best values found, now their intervals", now=True)
         ends = profile(objective, best, slopes, objective.rise(best, level))
-        if objective.best.chi2 > best.chi2 - SAME * objective.variance(best):
+        if begun_anew == AGAIN or objective.best.chi2 > best.chi2 - SAME * objective.variance(best):
             break
         best, slopes = confirmed(objective, objective.best, slopes.central, effort.most)
     return Searched(best, slopes, minima, ends)

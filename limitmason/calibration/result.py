@@ -346,6 +346,9 @@ def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum],
     """
     out, scale = [], objective.scale
     near = SAME * objective.variance(best)
+    if objective.best.chi2 < best.chi2 - near:
+        out.append(f"a run for the intervals has a lower misfit, {objective.best.chi2:.3g} for {best.chi2:.3g}: begin "
+                   f"from {', '.join(f'{n} {v:.4g}' for n, v in scale.values(objective.best.x).items())}")
     if len(minima) > 1 and sum(m.chi2 - best.chi2 < near for m in minima) < 2:
         out.append(f"only one of {len(minima)} starts ended at this misfit: give more, or see whether the model jumps")
     if not best.converged:

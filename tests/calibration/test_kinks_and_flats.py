@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import limitmason as lm
-from limitmason.calibration import CurveTarget, Parameter, SearchSettings, Target, calibrate
+from limitmason.calibration import CurveTarget, Parameter, SearchSettings, Target, calibrate, estimation
 from limitmason.errors import InputError
 from limitmason.study.linked_formulas import LinkedFormulas
 
@@ -67,6 +67,27 @@ def test_two_minima_lie_in_one_interval_that_says_so():
     assert fit.interval["a"] == pytest.approx((3.0 - half, 3.0 + half), abs=2e-3)
     (said,) = (w for w in fit.warnings if "another minimum" in w)
     assert ("a 2 " in said) != ("a 4 " in said)
+
+
+@pytest.mark.parametrize("again", [0, 1, 3])
+def test_an_interval_is_that_of_the_answer_however_often_a_lower_one_was_met(again, monkeypatch):
+    # chi2 = 5 + x^2 before a jump at 1.5, (x - 2.5)^2 behind it; each of both lines has the interval x_0 +- 1.96
+    monkeypatch.setattr(estimation, "AGAIN", again)
+
+    def model(x):
+        return {"a": x, "b": 5.0**0.5} if x < 1.5 else {"a": x - 2.5, "b": 0.0}
+
+    aim = {name: Target(0.0, 1.0, absolute=True) for name in "ab"}
+    x = Parameter("x", 0.3, (-5.0, 5.0), log=False)
+    found = calibrate(model, aim, [x], search=SearchSettings(starts=1), leave_out=None)
+    low, high = found.interval["x"]
+    if again:
+        assert found.parameters["x"] == pytest.approx(2.5, abs=1e-6)
+        assert (low, high) == pytest.approx((1.5, 2.5 + 1.96), abs=0.05)
+    else:
+        assert found.parameters["x"] == pytest.approx(0.0, abs=1e-6)
+        assert low == pytest.approx(-1.96, abs=0.05)
+    assert any("lower misfit" in w for w in found.warnings) == (again == 0)
 
 
 def test_one_minimum_is_not_called_two():
