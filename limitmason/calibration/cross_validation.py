@@ -21,11 +21,22 @@ from limitmason.errors import InputError
 STEPS = 6
 """Steps of the fit to the rest, which begins where the slopes at the best of all put it."""
 
+_FAINT = 1e-6
+"""Weight of the pull to the start, over that of one standard deviation per width of the bounds: data outweigh it."""
+_ROOM = 1e-12
+"""Of the width: by so much the box is wider than the bounds, as a best point on its bound would leave it no room."""
+
 
 class LeftOutRow(NamedTuple):
-    """A number that the fit did not see: ``error`` is predicted / measured - 1 (or the difference in its unit).
+    """A number that the fit did not see.
 
-    ``deviation`` is what the parameters leave open in the prediction, on the same scale.
+    Parameters
+    ----------
+    group : that was left out with it
+    quantity : its name
+    measured, predicted : in its unit
+    error : predicted / measured - 1 [-], or the difference in its unit where differences are compared
+    deviation : what the parameters leave open in the prediction, on the same scale
     """
 
     group: str
@@ -70,6 +81,7 @@ def groups_of(entries: Sequence[Entry], leave_out: str | Mapping[str, str] | Non
 
     Parameters
     ----------
+    entries : numbers to be met
     leave_out : "test" or "quantity", or a group by test
 
     Raises
@@ -102,6 +114,7 @@ def left_out(
 
     Parameters
     ----------
+    objective : of all entries
     groups : group of every entry
     best : the fit to all entries
     information : its slopes
@@ -113,6 +126,7 @@ def left_out(
         objective.say(f"without {name}")
         objective.runs.left = 0
         kept = np.array([g != name for g in groups])
+        # the others, and what is left out
         rest, gone = objective.only(kept), objective.only(~kept)
         slopes = information.slopes[kept]
         found, _ = descend(rest, _toward_start(rest, best, slopes), min(most, STEPS), slopes)
@@ -131,20 +145,24 @@ def left_out(
 
 
 def _toward_start(rest: Objective, best: Minimum, slopes: Array) -> Array:
-    """Point from which the fit to the rest of the data begins.
+    """Point from which the fit to the rest of the data begins, shape (p,).
 
-    It is where the rest lies lowest by the slopes at the best. What the rest does not see is as at the start: else the
-    fit would know, by its beginning, what was left out.
+    It is where the rest lies lowest by the slopes at the best: the move d, in widths w of the bounds, with least
+    |r + J w d|^2 + (1e-6)^2 |d - d_start|^2 within the bounds. By the second term what the rest does not see is as at
+    the start: else the fit would know, by its beginning, what was left out.
+
+    Parameters
+    ----------
+    rest : objective of the data that are kept
+    best : the fit to all data
+    slopes : J, of the residuals of the rest at the best by every parameter, shape (n, p)
     """
     scale = rest.scale
     width = scale.high - scale.low
-    # a pull to the start, too faint to move what the data do see
-    faint = 1e-6 * np.eye(len(scale))
-    away = (scale.start - best.x) / width
+    pull = _FAINT * np.eye(len(scale))
+    to_start = (scale.start - best.x) / width
     r = rest.at(best.x)
-    rows, aim = np.vstack([slopes * width, faint]), np.concatenate([-r, faint @ away])
-    move = lsq_linear(
-        # a hair wider than the bounds: a best point on its bound would leave a box without room
-        rows, aim, ((scale.low - best.x) / width - 1e-12, (scale.high - best.x) / width + 1e-12), method="bvls"
-    ).x
+    rows, aim = np.vstack([slopes * width, pull]), np.concatenate([-r, pull @ to_start])
+    box = (scale.low - best.x) / width - _ROOM, (scale.high - best.x) / width + _ROOM
+    move = lsq_linear(rows, aim, box, method="bvls").x
     return scale.clipped(best.x + width * move)

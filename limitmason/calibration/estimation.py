@@ -29,6 +29,7 @@ from limitmason.study.sweep import Progress
 STANDARD = SearchSettings()
 
 _LEVEL = 0.95  # of what a fit without intervals predicts
+_FINEST = 1e-12  # relative: scatter of a number below it is that of its last digits
 
 AGAIN = 3
 """Times that the intervals begin anew because they met a better minimum."""
@@ -137,9 +138,14 @@ def calibrate(
 
 
 class Searched(NamedTuple):
-    """The best of all runs, the slopes of the residuals there, and every minimum that a search ended at.
+    """What a search has found.
 
-    ``ends`` are the intervals of the p parameters on the scale of the fit, shape (p, 2); None without a level.
+    Parameters
+    ----------
+    best : the answer
+    slopes : of the residuals there
+    minima : every minimum that a search ended at
+    ends : intervals of the p parameters on the scale of the fit, shape (p, 2); None without a level
     """
 
     best: Minimum
@@ -176,9 +182,14 @@ def _fitted(objective: Objective, effort: SearchSettings, level: float | None) -
 
 
 class NumbersToMeet(NamedTuple):
-    """The models, and the numbers to be met with the place of the model of each.
+    """What is asked of which model.
 
-    ``aimed`` holds for each model the measured curves that it is held against, by name.
+    Parameters
+    ----------
+    models : each once, though it may serve several tests
+    entries : numbers to be met
+    model_of : number of the model of every entry
+    aimed : of every model, the measured curves that it is held against, by name
     """
 
     models: list[Model]
@@ -192,6 +203,7 @@ def _asked(model: Model | Mapping[str, Model], targets: Mapping[str, Any]) -> Nu
 
     Parameters
     ----------
+    model : one for all tests, or one by name of the test
     targets : measured values by name, or by test and name
     """
     if not isinstance(targets, Mapping) or not targets:
@@ -228,15 +240,18 @@ def _asked(model: Model | Mapping[str, Model], targets: Mapping[str, Any]) -> Nu
 
 
 def _scatter_known(entries: Sequence[Entry], unknowns: int) -> bool:
-    """Whether the scatter of all entries is given; none may be given alone.
+    """Whether the scatter of the entries is given: of all of them, or of none.
+
+    Without it more entries are needed than unknowns, as their misfit then tells it.
 
     Parameters
     ----------
+    entries : numbers to be met
     unknowns : number of parameters
     """
     stated = [e.scatter is not None for e in entries]
     for e in entries:
-        if e.scatter is not None and e.scatter < 1e-12 * (1.0 if e.relative else abs(e.measured)):
+        if e.scatter is not None and e.scatter < _FINEST * (1.0 if e.relative else abs(e.measured)):
             raise InputError(f"the scatter of {e.label!r}, {e.scatter!r}, is finer than numbers are: give its own")
     if all(stated):
         return True

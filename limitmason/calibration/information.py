@@ -20,12 +20,19 @@ KINK = 2.0
 BLIND = 1e-7
 """Singular values below this part of one standard deviation per resolution are zero: the data do not see the move."""
 
+_ROUNDING = 1e-10  # of the largest singular value: below it one is rounding of the decomposition
+_PART = 1e-4  # of a unit move: smaller components of a parameter are rounding of the singular vectors
+_TAKES = 0.1  # of a unit move: a parameter with no larger component takes no part in it; chosen, for what is told
+
 
 class UnresolvedDirection(NamedTuple):
     """A joint move of parameters that the data do not resolve.
 
-    ``moves`` gives, for one standard deviation, the factor of every parameter that takes part (the difference of one
-    that is not on a log scale); ``deviation`` that deviation in resolutions, infinite where only the bounds end it.
+    Parameters
+    ----------
+    moves : for one standard deviation, the factor of every parameter that takes part, or the difference of one that is
+        not on a log scale, by name
+    deviation : that standard deviation in resolutions, infinite where only the bounds end it
     """
 
     moves: Mapping[str, float]
@@ -72,8 +79,7 @@ class Information(ReadOnly):
         # rows of zeros: with fewer data than parameters the moves that no datum sees are vectors too
         seen = (self.slopes if slopes is None else slopes) * self.scale.resolution
         _, size, moves = np.linalg.svd(np.vstack([seen, np.zeros((p, p))]), full_matrices=False)
-        # below 1e-10 of the largest a singular value is rounding of the decomposition
-        floor = max(BLIND, 1e-10 * float(size.max(initial=0.0)))
+        floor = max(BLIND, _ROUNDING * float(size.max(initial=0.0)))
         with np.errstate(divide="ignore"):
             return np.where(size > floor, np.sqrt(self.variance) / np.maximum(size, 1e-300), inf), moves
 
@@ -89,8 +95,7 @@ class Information(ReadOnly):
         size, moves = self._parts(slopes)
         blind = np.isinf(size)
         known = (np.where(blind, 0.0, size)[:, None] * moves) ** 2
-        # the square of a part of 1e-4 in a hidden move: smaller parts are rounding of the singular vectors
-        hidden = (moves[blind] ** 2).sum(axis=0) > 1e-8
+        hidden = (moves[blind] ** 2).sum(axis=0) > _PART**2
         return np.where(hidden, inf, np.sqrt(known.sum(axis=0))) * self.scale.resolution
 
     @property
@@ -158,13 +163,13 @@ class Information(ReadOnly):
         size, moves = self._parts()
         loose, out = ~self.identified, []
         for d, v in zip(size, moves, strict=True):
-            if d <= 1.0 or not (np.abs(v[loose]) > 0.1).any():
+            if d <= 1.0 or not (np.abs(v[loose]) > _TAKES).any():
                 continue
             reach = min(d, float(np.sqrt((v**2 * self._box**2).sum())))
             # a singular vector has no sign of its own: the parameter that moves most rises
             lead = 1.0 if v[np.argmax(np.abs(v))] > 0.0 else -1.0
             step = lead * reach * v * self.scale.resolution
-            taking = sorted((k for k in range(len(v)) if abs(v[k]) > 0.1), key=lambda k: -abs(v[k]))
+            taking = sorted((k for k in range(len(v)) if abs(v[k]) > _TAKES), key=lambda k: -abs(v[k]))
             log = [p.log for p in self.scale.parameters]
             shown = {self.scale.names[k]: exp(step[k]) if log[k] else float(step[k]) for k in taking}
             out.append(UnresolvedDirection(shown, float(d)))
@@ -192,10 +197,14 @@ class Information(ReadOnly):
 
 
 class Candidate(NamedTuple):
-    """A test that could be made: what it would leave.
+    """A test that could be made, and what it would tell.
 
-    ``deviations`` are relative to the resolution, by parameter; ``identified`` those within it; ``gain`` is half the
-    growth of the log determinant of the information, the bounds counted as knowledge.
+    Parameters
+    ----------
+    name : of the test
+    identified : names of the parameters whose deviation would be within the resolution
+    deviations : over the resolution, by parameter [-]
+    gain : half the growth of the log determinant of the information, the bounds counted as knowledge [-]
     """
 
     name: str

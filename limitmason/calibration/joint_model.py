@@ -65,6 +65,10 @@ class JointModel:
     def with_parameters(self, **values: float) -> Assembly:
         """The structure with these properties of its joints.
 
+        Parameters
+        ----------
+        values : in the units of the properties, by name of the parameter
+
         Raises
         ------
         InputError

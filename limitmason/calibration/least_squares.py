@@ -37,6 +37,17 @@ NOISE = 1e-2
 SCREENED = 3
 """Points of the Latin hypercube for every start that may be followed."""
 
+_NARROWEST = 1e-6  # part of the width of the bounds: a trust region that is no wider ends a search
+_HELD = 0.5  # of what a step promised: where it gained more, the linear model holds further out
+_NO_ROOM = 1e-12  # of the width: an axis with no more room does not move, ``lsq_linear`` refuses ends that are equal
+_ON_BOUND = 1e-9  # of the width: a parameter that near to its bound has no side there
+_NUMBERS = 1e-7  # of a parameter: a smaller move is lost in its rounding
+_ORIGIN = 1e-6  # of the width: by this a parameter near zero is measured, whose own size says nothing
+_CHANGES = (0.3, 3.0)  # deviations that a move for slopes may change the residuals by: less is rounding, more curvature
+_CORRECTED = (0.05, 20.0)  # factors by which such a move is corrected at once: a change may be zero by chance
+_TRIES = 4  # of it, three of them corrected: a kink or a jump may keep a change outside for ever
+_FAR = 0.3  # deviations: a minimum that lies further from where slopes were measured needs its own
+
 
 @dataclass(frozen=True)
 class SearchSettings:
@@ -66,9 +77,13 @@ class SearchSettings:
 
 
 class Slopes(NamedTuple):
-    """Slopes of the residuals over one deviation: to both sides, and the moves they were taken over.
+    """Slopes of the residuals over one deviation, and the moves they were taken over.
 
-    ``central``, ``below`` and ``above`` have shape (n, p), NaN on a side without room; ``down`` and ``up`` (p,).
+    Parameters
+    ----------
+    central : slopes at the minimum, shape (n, p)
+    below, above : slopes to either side, NaN on a side without room, shape (n, p)
+    down, up : size of the moves to either side, zero on a side without room, shape (p,)
     """
 
     central: Array
@@ -99,6 +114,7 @@ def secants(objective: Objective, x: Array, r: Array, moves: Array, axes: Sequen
 
     Parameters
     ----------
+    objective : what is asked
     x, r : point, shape (p,), and the residuals there, shape (n,)
     moves : size of the move of every parameter, shape (p,): upwards, or down where the bound above is in the way
     axes : numbers of the k parameters to move; all where omitted
@@ -106,6 +122,7 @@ def secants(objective: Objective, x: Array, r: Array, moves: Array, axes: Sequen
     scale, points, axes = objective.scale, [], range(len(x)) if axes is None else axes
     for k in axes:
         y = x.copy()
+        # down only where the bound above is in the way and there is more room below
         inward = -1.0 if x[k] + moves[k] > scale.high[k] and x[k] - scale.low[k] > scale.high[k] - x[k] else 1.0
         y[k] = np.clip(x[k] + inward * moves[k], scale.low[k], scale.high[k])
         points.append(y)
@@ -120,13 +137,14 @@ def one_deviation(objective: Objective, x: Array, slopes: Array, most: Array, be
 
     Parameters
     ----------
+    objective : what is asked
     x : parameters at which the slopes hold, shape (p,)
+    slopes : J, shape (n, p)
     most : largest move of every parameter, shape (p,)
     best : minimum whose residuals tell the variance, where it is not stated
     """
     width = objective.scale.high - objective.scale.low
-    # a smaller move is lost in the rounding of the parameter
-    least = 1e-7 * np.maximum(np.abs(x), 1e-6 * width)
+    least = _NUMBERS * np.maximum(np.abs(x), _ORIGIN * width)
     with np.errstate(divide="ignore"):  # a parameter that nothing sees has zero slopes, and moves by ``most``
         move = np.sqrt(objective.variance(best)) / np.linalg.norm(slopes, axis=0)
     move = np.clip(move, np.minimum(least, most), most)
@@ -144,7 +162,8 @@ def descend(
 
     Parameters
     ----------
-    start : vector
+    objective : what is asked
+    start : parameters, shape (p,)
     most : steps
     slopes : at the start where they are known, shape (n, p)
     ended : minima already found: a search that comes within one deviation of one ends there
@@ -156,12 +175,14 @@ def descend(
     j = secants(objective, x, r, radius * width) if slopes is None else slopes
     for _ in range(most):
         noise = objective.variance(Minimum(x, r))
+        # Gauss-Newton's step within the trust region and the bounds, worked out in widths of the bounds
         d = width * _boxed(j * width, r, np.maximum(-radius, (low - x) / width), np.minimum(radius, (high - x) / width))
         # by how much the sum of squares falls if the residuals are linear
         promised = float(r @ r - np.sum((r + j @ d) ** 2))
         if promised <= SMALL * noise:
             if fresh:
                 return Minimum(x, r), j
+            # slopes that were only updated may promise too little: measured before the search ends on them
             j, fresh = secants(objective, x, r, one_deviation(objective, x, j, radius * width, Minimum(x, r))), True
             continue
         y = np.clip(x + d, low, high)
@@ -174,14 +195,15 @@ def descend(
         if gain > 0.0:
             x, r, fresh = y, new, False
             # Gauss-Newton's model held for half of what it promised or more: twice as far next time
-            radius = max(radius, min(2.0 * long, 1.0)) if gain > 0.5 * promised else max(long, 1e-6)
+            radius = max(radius, min(2.0 * long, 1.0)) if gain > _HELD * promised else max(long, _NARROWEST)
             # lower by no more than the noise, and within one deviation of a minimum known: it leads there
             for other in ended:
                 if other.chi2 <= r @ r + SAME * noise and np.sum((j @ (x - other.x)) ** 2) < noise:
                     return other, j
             continue
-        if fresh and (promised < NOISE * noise or radius < 1e-6):
+        if fresh and (promised < NOISE * noise or radius < _NARROWEST):
             return Minimum(x, r), j
+        # a step that failed on measured slopes was too long; on updated ones these may be wrong, and it is tried again
         radius = 0.25 * long if fresh or lost else long
         if not lost:
             j, fresh = secants(objective, x, r, one_deviation(objective, x, j, radius * width, Minimum(x, r))), True
@@ -189,14 +211,14 @@ def descend(
 
 
 def _boxed(j: Array, r: Array, low: Array, high: Array) -> Array:
-    """Least squares of r + j d within a box low <= d <= high, shape (p,).
+    """The move d with the least |r + j d|^2 within a box low <= d <= high, shape (p,).
 
     Parameters
     ----------
     j, r : slopes, shape (n, p), and residuals, shape (n,)
     low, high : ends of the move, shape (p,); an axis without room between them keeps the end nearest to 0
     """
-    free = high - low > 1e-12  # ``lsq_linear`` refuses ends that are equal
+    free = high - low > _NO_ROOM
     d = np.clip(np.zeros(len(low)), low, high)
     if free.any():
         d[free] = lsq_linear(j[:, free], -(r + j @ d - j[:, free] @ d[free]), (low[free], high[free]), method="bvls").x
@@ -211,18 +233,20 @@ def measured_slopes(objective: Objective, at: Minimum, guess: Array) -> Slopes:
 
     Parameters
     ----------
+    objective : what is asked
     at : the minimum
     guess : slopes from which the first moves are taken, shape (n, p)
     """
     x, r, scale = at.x, at.residuals, objective.scale
-    one, noise = np.zeros((2, len(x))), np.sqrt(objective.variance(at))
+    # one deviation of every parameter, and its room, below and above: shape (2, p)
+    one, deviation = np.zeros((2, len(x))), np.sqrt(objective.variance(at))
     room = np.array([x - scale.low, scale.high - x])
-    open_ = room > 1e-9 * (scale.high - scale.low)
+    open_ = room > _ON_BOUND * (scale.high - scale.low)
     for side in (0, 1):
         one[side] = one_deviation(objective, x, guess, np.maximum(room[side], 1e-300), at)
     slopes = np.full((2, len(x), len(r)), np.nan)
     asked = [(s, k) for k in range(len(x)) for s in (0, 1) if open_[s, k]]
-    for _ in range(4):  # three corrections: a kink or a jump may keep a change outside for ever
+    for _ in range(_TRIES):
         points = []
         for s, k in asked:
             y = x.copy()
@@ -231,11 +255,10 @@ def measured_slopes(objective: Objective, at: Minimum, guess: Array) -> Slopes:
         again = []
         for (s, k), y, found in zip(asked, points, objective.residuals(points) if points else (), strict=True):
             slopes[s, k] = (found - r) / (y - x)[k]
-            # in deviations; a move that changes far more or less than one is made again, corrected by a factor of
-            # 20 at most, as a change may be zero by chance
-            change = float(np.linalg.norm(found - r)) / noise
-            wanted = min(one[s, k] * np.clip(1.0 / max(change, 1e-9), 0.05, 20.0), room[s, k])
-            if not 0.3 <= change <= 3.0 and not np.isclose(wanted, one[s, k]):
+            # in deviations; a move that changes far more or less than one is made again
+            change = float(np.linalg.norm(found - r)) / deviation
+            wanted = min(one[s, k] * np.clip(1.0 / max(change, 1e-9), *_CORRECTED), room[s, k])
+            if not _CHANGES[0] <= change <= _CHANGES[1] and not np.isclose(wanted, one[s, k]):
                 one[s, k] = wanted
                 again.append((s, k))
         asked = again
@@ -256,6 +279,8 @@ def confirmed(objective: Objective, best: Minimum, guess: Array, most: int) -> t
 
     Parameters
     ----------
+    objective : what is asked
+    best : minimum to begin with
     guess : slopes to begin with, shape (n, p)
     most : steps of a search at most
     """
@@ -265,7 +290,7 @@ def confirmed(objective: Objective, best: Minimum, guess: Array, most: int) -> t
         start = below if below.chi2 < best.chi2 - NOISE * objective.variance(best) else best
         better, guess = descend(objective, start.x, most, found.central)
         moved = float(np.linalg.norm(found.central @ (better.x - best.x)))
-        far = moved > 0.3 * np.sqrt(objective.variance(best))
+        far = moved > _FAR * np.sqrt(objective.variance(best))
         gain = best.chi2 - better.chi2
         best = better if gain > 0.0 else best
         if not far or gain <= NOISE * objective.variance(best):
@@ -277,6 +302,11 @@ def searched(objective: Objective, effort: SearchSettings) -> tuple[Minimum, Arr
 
     The search begins at the given start or, where several are asked for, at those points of it and of a Latin hypercube
     that lie lower than their nearest neighbours.
+
+    Parameters
+    ----------
+    objective : what is asked
+    effort : number of starts, and of steps from each
 
     Raises
     ------
@@ -296,6 +326,7 @@ def searched(objective: Objective, effort: SearchSettings) -> tuple[Minimum, Arr
         raise NotConverged(f"the model gives no number that is asked for at any start: {why or 'all are NaN'}")
     place, cost = np.array([points[k] for k in answered]) / width, (r[answered] ** 2).sum(axis=1)
     apart = np.linalg.norm(place[:, None] - place[None], axis=2)
+    # itself and as many as there are along the axes to either side
     near = np.argsort(apart, axis=1, kind="stable")[:, : 2 * len(scale) + 1]
     # starts that lie lower than their nearest neighbours
     rank = np.argsort(np.argsort(cost, kind="stable"))

@@ -19,6 +19,9 @@ from limitmason.storage.frozen import ReadOnly
 LOST = 30.0
 """Misfit counted for a number that the model does not give, in standard deviations: a wall, not a slope."""
 
+_EXACT = 1e-24  # sum of squares below which a fit is exact: no variance may be zero, it is divided by
+_LARGEST = 1e100  # of a misfit: the square of one that is larger would overflow
+
 
 @dataclass(frozen=True, eq=False)
 class Minimum(ReadOnly):
@@ -81,9 +84,9 @@ class Objective(ReadOnly):
 
         Parameters
         ----------
-        best : point whose sum of squares tells it; no less than 1e-24, so that an exact fit divides by no zero
+        best : point whose sum of squares tells it
         """
-        return 1.0 if self.known else max(best.chi2, 1e-24) / max(self.n - len(self.scale), 1)
+        return 1.0 if self.known else max(best.chi2, _EXACT) / max(self.n - len(self.scale), 1)
 
     def rise(self, best: Minimum, level: float) -> float:
         """By how much the sum of squares rises to the ends of an interval [-].
@@ -128,13 +131,13 @@ class Objective(ReadOnly):
         return np.array([[row[m][p] for m, p in zip(at, self.place_of, strict=True)] for row in found])
 
     def residuals(self, points: Sequence[Array]) -> Array:
-        """Misfits in standard deviations at several ``points``, vectors of parameters (p,), shape (k, n).
+        """Misfits in standard deviations at several points, shape (k, n), ``LOST`` where the model gives no number.
 
-        ``LOST`` where the model gives no number.
+        ``points`` are vectors of parameters on the scale of the fit, shape (p,) each.
         """
         found = self.predicted(points)
         raw = np.array([[e.misfit(v) for e, v in zip(self.entries, row, strict=True)] for row in found])
-        out = np.clip(np.nan_to_num(raw / self.deviation, nan=LOST), -1e100, 1e100)
+        out = np.clip(np.nan_to_num(raw / self.deviation, nan=LOST), -_LARGEST, _LARGEST)
         self.tried.extend(Minimum(np.array(x), r) for x, r in zip(points, out, strict=True))
         self.runs.tell(self._so_far())
         return out
@@ -145,6 +148,10 @@ class Objective(ReadOnly):
 
     def refuse_lost(self, best: Minimum) -> None:
         """Refuse a minimum at which the model gives no number for a target: what is left would pass for a fit.
+
+        Parameters
+        ----------
+        best : the minimum
 
         Raises
         ------

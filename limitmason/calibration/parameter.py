@@ -13,6 +13,11 @@ from limitmason.checks import finite, numbers, several
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly, frozen
 
+RELATIVE = 0.1
+"""Resolution of a parameter on the scale of logarithms, a tenth of its value; chosen."""
+OF_WIDTH = 0.01
+"""Resolution of any other, part of the width of its bounds; chosen."""
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -42,7 +47,7 @@ class Parameter:
     unit: str = "-"
 
     def __post_init__(self) -> None:
-        """Check every field."""
+        """Check every field, and take the default resolution."""
         if not str(self.name).isidentifier():
             raise InputError(f"a parameter's name must be a keyword of the model, got {self.name!r}")
         pair = numbers(f"parameter {self.name!r}: bounds", self.bounds)
@@ -57,12 +62,12 @@ class Parameter:
         if self.log and low <= 0.0:
             raise InputError(f"parameter {self.name!r}: log=True needs a positive lower bound, got {low!r}")
         if self.resolution is None:
-            object.__setattr__(self, "resolution", 0.1 if self.log else 0.01 * (high - low))
+            object.__setattr__(self, "resolution", RELATIVE if self.log else OF_WIDTH * (high - low))
         elif not self.resolution > 0.0:
             raise InputError(f"parameter {self.name!r}: the resolution must be positive, got {self.resolution!r}")
 
     def inner(self, value: float) -> float:
-        """Coordinate of a value on the scale of the fit."""
+        """Coordinate of a value on the scale of the fit: its logarithm, or the value itself."""
         return math.log(value) if self.log else value
 
     def value(self, inner: float) -> float:
@@ -95,9 +100,9 @@ class ParameterScale(ReadOnly):
         return len(self.parameters)
 
     def values(self, vector: Array) -> dict[str, float]:
-        """Parameters by name at a vector."""
+        """Values of the parameters by name, from their coordinates on the scale of the fit, shape (p,)."""
         return {p.name: p.value(float(x)) for p, x in zip(self.parameters, vector, strict=True)}
 
     def clipped(self, vector: Array) -> Array:
-        """The vector brought within the bounds."""
+        """Coordinates on the scale of the fit, shape (p,), brought within the bounds."""
         return np.clip(vector, self.low, self.high)

@@ -19,6 +19,13 @@ MOST = 14
 CHECKED = 2
 """Times that the other parameters are asked anew at an end."""
 
+_ON_BOUND = 1e-9  # of the width of the bounds: a point that near to its bound is on it
+_CLOSE = 0.9  # of the way to a point known to lie beyond the end: a step that goes further is as good as there
+_HALF = 0.5  # of that way is gone instead, as by bisection
+_CUT = 0.3  # of that way: the least that a step goes, so that each cuts it down
+_NEAREST = 0.01  # of a deviation: points that are closer show the rounding of the model in their slopes
+_REGULAR = 1e-10  # of the largest square of slopes: keeps J^T J regular where the data do not see a parameter
+
 
 def profile(objective: Objective, best: Minimum, slopes: Slopes, rise: float) -> Array:
     """Interval of every parameter on the scale of the fit, shape (p, 2), infinite where a bound comes first.
@@ -28,6 +35,7 @@ def profile(objective: Objective, best: Minimum, slopes: Slopes, rise: float) ->
 
     Parameters
     ----------
+    objective : what is asked, with all points tried so far
     best : the fit
     slopes : of the residuals there, to both sides
     rise : of the sum of squares up to which a point lies inside [-]
@@ -51,7 +59,7 @@ def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: in
 
     Parameters
     ----------
-    best, slopes, rise : as for :func:`profile`
+    objective, best, slopes, rise : as for :func:`profile`
     axis : number of the parameter
     sign : the side: 1 above, -1 below
     """
@@ -59,7 +67,7 @@ def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: in
     low, high, width = scale.low, scale.high, scale.high - scale.low
     bound = float(high[axis] if sign > 0 else low[axis])
     side = slopes.above if sign > 0 else slopes.below
-    if np.isnan(side[0, axis]):
+    if np.isnan(side[0, axis]):  # the best lies on the bound of this side
         return sign * math.inf
     others = [k for k in range(len(scale)) if k != axis]
     inside = _outermost(objective, best, limit, axis, sign)
@@ -76,13 +84,15 @@ def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: in
     beyond, last = math.inf, math.inf
     for _ in range(MOST):
         here = sign * float(inside.x[axis])
-        if sign * bound - here <= 1e-9 * width[axis]:
+        if sign * bound - here <= _ON_BOUND * width[axis]:
             return sign * math.inf
         d = step()
         ahead, room = max(sign * float(d[axis]), 0.0), beyond - here
         # close to a point known to lie beyond the end: halve the room, as bisection does
-        if ahead > 0.9 * room:
-            d, ahead = d * (0.5 * room / ahead), 0.5 * room
+        if ahead > _CLOSE * room:
+            d, ahead = d * (_HALF * room / ahead), _HALF * room
+        # how exactly the end must be known; it is, where the step is shorter and either the sum of squares is nearly at
+        # the limit, or a point beyond the end is as near
         near = SHARP * (here + ahead - sign * float(best.x[axis]))
         if ahead <= near and (inside.chi2 >= limit - 2.0 * SHARP * rise or room <= 2.0 * near):
             to = here + ahead
@@ -96,11 +106,12 @@ def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: in
                 return sign * max(to, sign * float(inside.x[axis]))
             continue
         # a step that shows the end, or cuts the room down: the line from far beyond points too near
-        least = max(2.0 * near if ahead <= near else 0.0, 0.3 * room if math.isfinite(room) else 0.0)
+        least = max(2.0 * near if ahead <= near else 0.0, _CUT * room if math.isfinite(room) else 0.0)
         if ahead < least:
             d = d * (least / ahead) if ahead > 0.0 else sign * least * np.eye(len(d))[axis]
         y = np.clip(inside.x + d, low, high)
         found = objective.at(y)
+        # where the model gives no answer is beyond the end, and nothing to learn slopes from
         if (found == LOST).any() and not (inside.residuals == LOST).any():
             beyond = sign * float(y[axis])
             continue
@@ -109,16 +120,29 @@ def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: in
             inside = Minimum(y, found)
         else:
             beyond = sign * float(y[axis])
+    # runs are used up: the nearest point known to lie beyond, so that the interval is rather too wide
     return sign * (beyond if math.isfinite(beyond) else max(last, sign * float(inside.x[axis])))
 
 
 def _aside(slopes: Slopes) -> Array:
-    """Moves of the parameters over one deviation, to the side that the data see better."""
+    """Moves of the parameters over one deviation, to the side that the data see better, shape (p,).
+
+    On that side the move is shorter; on a side without room it is zero, and the other one counts.
+    """
     return np.where(slopes.up * slopes.down > 0.0, np.minimum(slopes.up, slopes.down), slopes.up + slopes.down)
 
 
 def _outermost(objective: Objective, best: Minimum, limit: float, axis: int, sign: int) -> Minimum:
-    """The point tried within the limit of the sum of squares that lies furthest along an axis, or the best."""
+    """The point tried that lies furthest along an axis with a sum of squares within a limit, or the best.
+
+    Parameters
+    ----------
+    objective : with all points tried so far
+    best : the fit
+    limit : of the sum of squares [-]
+    axis : number of the parameter
+    sign : the side: 1 above, -1 below
+    """
     within = [m for m in objective.tried if m.chi2 <= limit]
     return max([best, *within], key=lambda m: sign * float(m.x[axis]))
 
@@ -128,13 +152,16 @@ def _nearby(objective: Objective, at: Minimum, guess: Array, slopes: Slopes) -> 
 
     Parameters
     ----------
+    objective : with all points tried so far
+    at : the point
     guess : slopes elsewhere, shape (n, p)
+    slopes : at the best, whose moves are one deviation
     """
     width = objective.scale.high - objective.scale.low
-    # a point much closer than a deviation shows the rounding of the model
-    least = 0.01 * np.maximum(slopes.up, slopes.down)
+    least = _NEAREST * np.maximum(slopes.up, slopes.down)
     near = [m for m in objective.tried if (np.abs(m.x - at.x) > least).any() and not (m.residuals == LOST).any()]
     near.sort(key=lambda m: float(np.linalg.norm((m.x - at.x) / width)))
+    # two for every parameter; the nearest last, as what came before may be undone by it
     for m in reversed(near[: 2 * len(at.x)]):
         guess = updated(guess, m.x - at.x, m.residuals - at.residuals, width)
     return guess
@@ -157,8 +184,8 @@ def furthest(j: Array, r: Array, limit: float, axis: int, sign: int, low: Array,
     """
     d, free = np.zeros(len(low)), np.ones(len(low), dtype=bool)
     stop = float(high[axis] if sign > 0 else low[axis])
-    # keeps J^T J regular where the data do not see a parameter, whose move the box then ends
-    floor = 1e-10 * float((j * j).sum(axis=0).max()) + 1e-30
+    # a parameter that the data do not see: its move is ended by the box
+    floor = _REGULAR * float((j * j).sum(axis=0).max()) + 1e-30
     while True:
         own, at = j[:, free], int(np.count_nonzero(free[:axis]))
         rest = r + j[:, ~free] @ d[~free]

@@ -28,11 +28,19 @@ WIDE = 5.0
 """A fitted parameter that a diagnosis may refit is known to so many of its deviations: the data count twice by 4 %."""
 
 
+LEVELS = 9
+"""Sizes of every cause at which a diagnosis of the residuals runs the models; chosen."""
+
+
 MOST_REFITTED = 3
 """More parameters than these are not refitted unasked: every one multiplies the runs of a diagnosis by three."""
 
 
 _LOOSE: Mapping[tuple[str, ...], str] = {("below",): "NOT from below", ("above",): "NOT from above"}
+"""How a table calls a parameter that the data leave open on one side alone."""
+
+_ON_BOUND = 1e-6  # of the width of the bounds: a value that near to one lies on it
+_TOO_LARGE = 0.99  # probability: targets are missed by more than their scatter where it leaves the misfit less chance
 
 
 class FittedRow(NamedTuple):
@@ -46,10 +54,7 @@ class FittedRow(NamedTuple):
 
 
 class Predicted(NamedTuple):
-    """A prediction with the interval that the fit's parameters leave it.
-
-    The model's own error is not in it.
-    """
+    """A prediction and the ends of its interval; the model's own error is not in it."""
 
     value: float
     low: float
@@ -200,7 +205,10 @@ class Fit(ReadOnly):
         }
 
     def _slopes(self, other: Model) -> tuple[list[str], list[float], Array]:
-        """Names and values of a model's numbers at the fit, and slopes of their logarithms, shape (k, p)."""
+        """Names and values of another model's numbers at the fit, and slopes of their logarithms, shape (k, p).
+
+        Of a number that is not positive the slope is that of the number itself.
+        """
         objective, x = self.objective, self.minimum.x
         takes = taken(other, (*objective.scale.names, *objective.runs.ties.formulas))
         if not takes:
@@ -218,16 +226,14 @@ class Fit(ReadOnly):
             every = objective.runs.ties(objective.scale.values(y))
             jobs.append((number, {"model": other, "parameters": {n: float(every[n]) for n in takes}}))
         found = dict(run_points(numbers_of, jobs, objective.runs.executor, objective.runs.workers))
-        base = found[0]
-        if not base:
+        names = list(found[0])
+        if not names:
             raise InputError("the other model gives neither numbers nor curves")
-        at = list(base.values())
-        columns = [
-            (relative([found[2 * k + 1][n] for n in base], at) - relative([found[2 * k + 2][n] for n in base], at))
-            / width[k]
-            for k in range(len(x))
-        ]
-        return list(base), at, np.array(columns).T
+        at = [found[0][n] for n in names]
+        # change of every number from the fit to every other point
+        change = [relative([found[number][n] for n in names], at) for number in range(1, len(points))]
+        columns = [(above - below) / w for above, below, w in zip(change[::2], change[1::2], width, strict=True)]
+        return names, at, np.array(columns).T
 
     def next_test(self, candidates: Mapping[str, tuple[Model, Mapping[str, float]]]) -> NextTest:
         """Which further test would fix most of what is free.
@@ -280,6 +286,7 @@ class Fit(ReadOnly):
         kept = [k for k, e in enumerate(p.entries) if e.relative]
         if refit is None:
             refit = self.identified if len(self.identified) <= MOST_REFITTED else ()
+        # a fit that misses its targets by more than their scatter knows its parameters less well than its slopes say
         strained = math.sqrt(max(self.misfit / max(p.n - len(p.scale), 1), 1.0)) if p.known else 1.0
         nuisance = {}
         for name in refit:
@@ -302,7 +309,7 @@ class Fit(ReadOnly):
         noise = Noise(tuple(float(s) for s in p.deviation[kept])) if p.known else Noise.unknown()
         study = Study(
             specimens, simulate, [e.measured for e in entries], noise, nuisance, ("test", "quantity"),
-            levels=9, causes=tuple(causes), cache=cache, n_jobs=p.runs.workers,
+            levels=LEVELS, causes=tuple(causes), cache=cache, n_jobs=p.runs.workers,
         )
         return study.diagnose(seed=seed, **options)
 
@@ -337,12 +344,12 @@ class Fit(ReadOnly):
 def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum], rise: float) -> tuple[str, ...]:
     """What a user should know before trusting a fit.
 
-    ``rise`` is that of the sum of squares up to which a point is inside the interval.
-
     Parameters
     ----------
-    best : fit
+    objective : what was asked, with all points tried
+    best : the fit
     minima : where every start ended
+    rise : of the sum of squares up to which a point is inside the interval [-]
     """
     out, scale = [], objective.scale
     near = SAME * objective.variance(best)
@@ -362,12 +369,12 @@ def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum],
             values = ", ".join(f"{n} {v:.4g}" for n, v in scale.values(m.x).items())
             out.append(f"another minimum is as near the targets, {values} (misfit {m.chi2:.3g}): an interval that "
                        "holds both also holds what lies between")
-    close = 1e-6 * (scale.high - scale.low)
+    close = _ON_BOUND * (scale.high - scale.low)
     for name, x, low, high, c in zip(scale.names, best.x, scale.low, scale.high, close, strict=True):
         if x - low < c or high - x < c:
             out.append(f"{name} lies on its bound")
     dof = objective.n - len(scale)
-    if objective.known and best.chi2 > stats.chi2.ppf(0.99, max(dof, 1)):
+    if objective.known and best.chi2 > stats.chi2.ppf(_TOO_LARGE, max(dof, 1)):
         out.append(f"the targets are missed by more than their scatter (misfit {best.chi2:.3g}), so that the intervals "
                    "hold the true values less often than they say: ask fit.diagnose")
     return tuple(out)

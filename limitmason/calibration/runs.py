@@ -51,14 +51,13 @@ class Runs:
 
         Parameters
         ----------
-        readings : what is read of every model
-        aimed : curves that it is held against, by name
-        executor, workers : as of :func:`limitmason.study.workers.run_points`
+        models, readings, aimed, names, ties, executor, workers, store, key, progress : see the class
         """
         self.models, self.readings, self.aimed, self.ties = tuple(models), tuple(readings), tuple(aimed), ties
         self.names = tuple(names)
         given = (*self.names, *ties.formulas)
         self.takes = [taken(m, given) for m in self.models]
+        # of every fitted parameter, itself and what is tied to it
         feeds = {n: {n, *(t for t in ties.formulas if n in _needs(ties, t))} for n in self.names}
         idle = [n for n in self.names if not any(feeds[n] & set(t) for t in self.takes)]
         if idle:
@@ -94,7 +93,7 @@ class Runs:
         return [[np.array(self.memo[key]["values"], dtype=float) for key in row] for row in wanted]
 
     def note(self, point: Mapping[str, float], of: int) -> str:
-        """Why a run gave no answer, or empty where it did."""
+        """Why model number ``of`` gave no answer at a point, or empty where it did."""
         return str(self.memo[self._key(of, point)]["note"])
 
     def _taken(self, m: int, point: Mapping[str, float]) -> dict[str, float]:
@@ -130,7 +129,9 @@ def _one(
 
     Parameters
     ----------
-    aimed : curves that it is held against, by name
+    model : called with the parameters
+    readings : what is read of its answer
+    aimed : curves that it is held against, by name, to check units
     parameters : its arguments, by name
     """
     try:

@@ -27,6 +27,7 @@ class Simulated:
 
         Parameters
         ----------
+        models : of the fit
         readings : what is read of every model
         at : parameters at the fit by name
         ties : formulas of tied parameters
@@ -47,6 +48,7 @@ class Simulated:
         values = self.ties({**self.at, **{k: v for k, v in changed.items() if k in self.at}})
         own = {n: float(values[n]) for n in taken(model, self.given)}
         more = {k: v for k, v in changed.items() if k not in self.at and k in taken(model, (k,))}
+        # a cause whose parameter no model takes would pass for one without effect
         idle = [k for k in changed if k not in self.at and not any(taken(m, (k,)) for m in self.models)]
         if idle:
             raise InputError(f"no model takes {idle[0]!r}, the parameter of a cause")
@@ -59,7 +61,8 @@ def numbers_of(model: Model, parameters: Mapping[str, float]) -> dict[str, float
 
     Parameters
     ----------
-    parameters : of the model, by name
+    model : called with the parameters
+    parameters : by name
     """
     out: dict[str, float] = {}
     for name, found in outputs_of(model(**parameters)).items():

@@ -53,6 +53,7 @@ class SolidModel:
 
     @property
     def _properties(self) -> tuple[str, ...]:
+        """Names of the properties of masonry, as its material has them."""
         return ("young_modulus", "poisson_ratio", "density", "tensile_strength", *FRACTURE)
 
     @property
@@ -62,6 +63,10 @@ class SolidModel:
 
     def with_parameters(self, **values: float) -> Continuum:
         """The solid with these properties of its masonry.
+
+        Parameters
+        ----------
+        values : in the units of the properties, by name of the parameter
 
         Raises
         ------

@@ -103,9 +103,13 @@ class CurveTarget:
 
 
 class OutputValue(NamedTuple):
-    """One number of what a model returns: which output, what of it, and where.
+    """One number of what a model returns.
 
-    ``what`` is "number" with ``at`` its index, a feature of a curve with ``at`` the displacement it needs, or "point".
+    Parameters
+    ----------
+    output : its name
+    what : "number", a feature of a curve, or "point"
+    at : of a "number" its index; of a feature or a point the displacement it needs, in the curve's unit
     """
 
     output: str
@@ -140,9 +144,17 @@ class OutputValue(NamedTuple):
 
 
 class Entry(NamedTuple):
-    """One number to be met: of which test, how it is called, read and measured.
+    """One number to be met.
 
-    ``relative`` compares by the ratio; ``scatter`` is then relative, else in the number's own unit.
+    Parameters
+    ----------
+    test : name of the test
+    label : how it is called in tables
+    reading : how it is read off what a model returns
+    measured : in ``unit``
+    scatter : standard deviation, relative [-] or in ``unit``; None where it is not known
+    relative : whether it is compared by its ratio, else by its difference
+    unit : shown in tables
     """
 
     test: str
@@ -154,9 +166,9 @@ class Entry(NamedTuple):
     unit: str = "-"
 
     def misfit(self, predicted: float) -> float:
-        """log(predicted / measured), or the difference.
+        """log(predicted / measured) [-], or the difference in ``unit``; NaN for what cannot be compared.
 
-        It is NaN for a prediction that cannot be compared [- or unit].
+        ``predicted`` is in the unit of the measured number.
         """
         if not math.isfinite(predicted) or (self.relative and predicted <= 0.0):
             return math.nan
@@ -166,7 +178,11 @@ class Entry(NamedTuple):
 def feature(curve: Curve, what: str, at: float) -> float:
     """A feature of a curve in its own units, or NaN where it has none or ends before ``at``.
 
-    ``at`` is a displacement: that of a point or residual, or up to which the area counts.
+    Parameters
+    ----------
+    curve : measured or computed
+    what : one of ``FEATURES``, or "point"
+    at : displacement of a point or residual, or up to which the area counts, in the curve's unit
     """
     if what == "stiffness":
         try:
@@ -198,6 +214,8 @@ def entries_of(test: str, name: str, target: Any) -> list[Entry]:
     Parameters
     ----------
     test : name of the test, for labels
+    name : of the model's output
+    target : what was measured
 
     Raises
     ------
@@ -228,7 +246,14 @@ def entries_of(test: str, name: str, target: Any) -> list[Entry]:
 
 
 def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
-    """Entries of what is asked of a measured curve: features, and loads at displacements."""
+    """Entries of what is asked of a measured curve: features, and loads at displacements.
+
+    Parameters
+    ----------
+    test : name of the test, for labels
+    name : of the model's output
+    target : the curve, and what is asked of it
+    """
     curve, out = target.curve, []
     end = float(curve.displacement[-1])
     units = {"stiffness": f"{curve.load_unit}/{curve.displacement_unit}", "peak displacement": curve.displacement_unit,
@@ -275,11 +300,9 @@ def check_units(target: Any, found: Any, name: str) -> None:
     """
     measured = target.curve if isinstance(target, CurveTarget) else target
     if isinstance(measured, Curve) and isinstance(found, Curve):
-        a, b = ((c.displacement_unit, c.load_unit) for c in (measured, found))
+        a, b = (f"{c.displacement_unit}, {c.load_unit}" for c in (measured, found))
         if a != b:
-            raise InputError(
-                f"curve {name!r} was measured in {a[0]}, {a[1]} and is computed in {b[0]}, {b[1]}: use curve.in_units"
-            )
+            raise InputError(f"curve {name!r} was measured in {a} and is computed in {b}: use curve.in_units")
 
 
 def outputs_of(result: Any) -> Mapping[str, Any]:
