@@ -29,7 +29,7 @@ WIDE = 5.0
 
 
 LEVELS = 9
-"""Sizes of every cause at which a diagnosis of the residuals runs the models; chosen."""
+"""Most sizes of a cause at which a diagnosis of the residuals runs the models: few, as for models that are slow."""
 
 
 MOST_REFITTED = 3

@@ -103,8 +103,9 @@ def test_a_curve_is_compared_by_features_or_by_points_that_are_not_each_a_witnes
     # on a line F = s u an error e of the displacement makes a relative one of e / u, at its end too
     (last,), _ = curves.points({0: line(3.0)}, load_error=0.03, displacement_error=0.04)
     assert last.scatter == pytest.approx(0.05, rel=1e-9)
+    short = dict.fromkeys(truth, lm.Curve([0.0, 0.5], [0.0, 1.0]))
     with pytest.raises(InputError, match="ends before"):
-        curves.points(shaken, dict.fromkeys(truth, lm.Curve([0.0, 0.5], [0.0, 1.0])), load_error=0.05, displacement_error=1e-6)
+        curves.points(shaken, short, load_error=0.05, displacement_error=1e-6)
 
 
 @pytest.mark.slow
