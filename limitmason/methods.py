@@ -63,17 +63,18 @@ ENTRY_POINT_GROUP = "limitmason.methods"
 MODES = "modes"
 """Natural frequencies and shapes, beside the methods that predict a collapse, for :func:`answer` and causes."""
 
-LOAD_AT = "load at "  # a displacement, in the unit of the method's curve
+LOAD_AT = "load at "  # before a displacement, in the unit of the method's curve
 SPARE = 3  # modes beyond those measured, which may have changed places with them
 
 
 def available_methods() -> dict[str, str]:
-    """Names of all methods and where each comes from."""
+    """Names of all methods and where each comes from, as "module:object"; a name of this package cannot be taken."""
     return {**_of_other_packages(), **METHODS}
 
 
 @cache
 def _of_other_packages() -> Mapping[str, str]:
+    """Names of methods of other packages that are installed, and where each comes from."""
     # read once: it opens a file of every package that is installed, and every prediction asks
     return {e.name: e.value for e in entry_points(group=ENTRY_POINT_GROUP)}
 
@@ -110,7 +111,12 @@ def get_method(name: str, flow_rule: str | None = None) -> Method:
 def options_by_method(
     methods: Sequence[str], options: Mapping[str, Mapping[str, Any]] | None
 ) -> dict[str, dict[str, Any]]:
-    """Options of every method out of a mapping by their names, with hyphens or underscores.
+    """Options of every method, by its name; none where none are given.
+
+    Parameters
+    ----------
+    methods : names
+    options : of methods by name, in which hyphens may be written as underscores, as Python needs them for arguments
 
     Raises
     ------
@@ -209,7 +215,7 @@ def answer(
         raise InputError(f"wanted must be a mapping such as {{'peak': 'limit'}}, quantity to method, got {wanted!r}")
     if unused := [m for m in options if m not in wanted.values()]:
         raise InputError(f"options of {unused[0]!r}: no quantity is asked of it")
-    by: dict[str, Any] = {}
+    by: dict[str, Any] = {}  # what each method found, and its quantities
     known: dict[str, Mapping[str, float]] = {}
     out: dict[str, float] = {}
     for quantity, method in wanted.items():
@@ -217,13 +223,13 @@ def answer(
             out[quantity] = float(method(assembly, loads))
             continue
         if method not in by:
-            of = [q for q, m in wanted.items() if m == method]
-            by[method], known[method] = _answered(assembly, loads, method, of, **options.get(method, {}))
+            asked = [q for q, m in wanted.items() if m == method]
+            by[method], known[method] = _answered(assembly, loads, method, asked, **options.get(method, {}))
         if quantity not in known[method] and quantity.startswith(LOAD_AT):
             out[quantity] = _load_at(by[method], method, _place(quantity))
             continue
         if quantity not in known[method]:
-            names = [q for q in known[method] if "|" not in q]
+            names = [q for q in known[method] if "|" not in q]  # joints, by name, would fill pages
             raise InputError(f"method {method!r} does not find {quantity!r}; it finds {', '.join(names)}")
         out[quantity] = float(known[method][quantity])
     return Answer(out, by)
@@ -233,16 +239,21 @@ def _answered(
     assembly: Assembly, loads: Loads, method: str, wanted: Sequence[str], *, test: ModalTest | None = None,
     drive: Any = None, stages: Any = None, **options: Any,
 ) -> tuple[Any, Mapping[str, float]]:
-    """What a method found, and all its quantities.
+    """What a method found, and all its quantities by name.
 
     Parameters
     ----------
+    method : name of a method, or "modes"
+    wanted : quantities that are asked of it, by which it is told how many modes to find
+    test : whose shapes modes are paired with
     drive, stages : of methods that follow them, or functions of assembly and loads that make them
+    options : of the method
     """
     if method == MODES:
         if test is not None:
             modal = modes(assembly, **{"count": len(test) + SPARE, **options})
             return modal, test.predicted(modal)
+        # as many modes as the highest number asked for, such as 3 of "frequency 3"
         numbers = [int(word) for q in wanted for word in q.split()[1:2] if word.isdecimal()]
         modal = modes(assembly, **{"count": max(numbers, default=1), **options})
         return modal, modal.quantities
@@ -267,11 +278,11 @@ def _answered(
 
 
 def _place(quantity: str) -> float:
-    """Displacement that the name of a quantity holds [m]."""
+    """Displacement that the name of a quantity holds, in the unit of the curve."""
     try:
         return float(quantity[len(LOAD_AT) :])
     except ValueError:
-        raise InputError(f"{quantity!r}: write a displacement in metres, as in '{LOAD_AT}0.001'") from None
+        raise InputError(f"{quantity!r}: write a displacement in the curve's unit, as in '{LOAD_AT}0.001'") from None
 
 
 def _load_at(found: Any, method: str, displacement: float) -> float:
@@ -280,6 +291,8 @@ def _load_at(found: Any, method: str, displacement: float) -> float:
     Parameters
     ----------
     found : prediction with a curve in its details, or a curve
+    method : that found it, for messages
+    displacement : in the curve's unit
     """
     curve = found.details.get("curve") if isinstance(found, Prediction) else found
     if not isinstance(curve, Curve):
@@ -299,6 +312,7 @@ def predict_cases(
 
     Parameters
     ----------
+    assembly, method, options : as of :func:`predict`
     cases : loads by name, for example {"+x": Loads.horizontal(assembly), "-x": Loads.horizontal(assembly, (-1, 0, 0))}
 
     Returns
@@ -310,7 +324,7 @@ def predict_cases(
         raise InputError(f"cases must be a mapping of loads by name, got {type(cases).__name__}")
     if not cases:
         raise InputError("no load cases are given")
-    whole = handed_on()(predict)
+    whole = handed_on()(predict)  # an interrupt that one run answers with what it has so far ends all cases
     return {name: whole(assembly, loads, method, **options) for name, loads in cases.items()}
 
 

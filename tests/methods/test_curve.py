@@ -121,7 +121,7 @@ def test_one_answer_holds_what_several_methods_find_of_one_model():
         ({"stiffness": "limit"}, {}, "does not find 'stiffness'; it finds peak"),
         ({"peak": "limit"}, {"modes": {}}, "options of 'modes': no quantity"),
         ({"peak": "limit"}, {"limit": {"drive": 1}}, "follows no drive"),
-        ({"load at x": "limit"}, {}, "'load at x': write a displacement in metres, as in 'load at 0.001'"),
+        ({"load at x": "limit"}, {}, "'load at x': write a displacement in the curve's unit, as in 'load at 0.001'"),
         (["peak"], {}, r"a mapping such as {'peak': 'limit'}"),
     ):
         with pytest.raises(ValueError, match=words):
