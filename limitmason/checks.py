@@ -41,7 +41,7 @@ def not_negative(name: str, value: object) -> float:
 
 
 def law_number(name: str, value: Any, *, endless: bool = False, signed: bool = False) -> None:
-    """Refuse what is no number of a law or a material: not finite or below zero, unless it may be.
+    """Refuse what is no number of a law or a material: no single number, NaN, and infinite or negative unless allowed.
 
     Parameters
     ----------
@@ -49,6 +49,7 @@ def law_number(name: str, value: Any, *, endless: bool = False, signed: bool = F
     value : what was given
     endless, signed : whether it may be infinite, and negative
     """
+    # a numpy scalar or an array of one number is a number too; True and False, numbers to Python, are none
     single = isinstance(value, (int, float)) or (hasattr(value, "__float__") and getattr(value, "size", 1) == 1)
     if isinstance(value, bool) or not single:
         raise InputError(f"{name} must be a number, got {value!r}")
@@ -61,7 +62,10 @@ def law_number(name: str, value: Any, *, endless: bool = False, signed: bool = F
 
 
 def law_angles(label: str, friction_deg: float, dilatancy_deg: float) -> None:
-    """Refuse a friction angle of 90 degrees and more, and a dilatancy angle above it."""
+    """Refuse a friction angle [deg] of 90 degrees and more, and a dilatancy angle [deg] above it.
+
+    ``label`` says of which joint.
+    """
     if friction_deg >= 90.0:
         raise InputError(f"{label}: friction_angle_deg = {friction_deg} must be below 90 degrees")
     if dilatancy_deg > friction_deg:
@@ -82,6 +86,7 @@ def count(name: str, value: object, least: int = 1) -> int:
 def choice(name: str, value: T, allowed: Collection[object]) -> T:
     """Return `value` if it is one of `allowed`, or list what is allowed."""
     if value not in allowed:
+        # names as plain texts, whatever class they have; an empty one is a default that nobody writes
         told = (repr(str(a) if isinstance(a, str) else a) for a in allowed if a != "")
         raise InputError(f"{name} must be one of {', '.join(told)}, got {value!r}")
     return value
@@ -96,7 +101,7 @@ def numbers(name: str, value: Any) -> np.ndarray:
 
 
 def instance(name: str, value: Any, kind: type[T], made: str = "") -> T:
-    """Return `value` if it is of a class, or say what was given instead and how one is made."""
+    """Return `value` if it is of the class `kind`, or say what was given instead and by what one is `made`."""
     if not isinstance(value, kind):
         article = "an" if kind.__name__[0] in "AEIOU" else "a"
         raise InputError(f"{name} must be {article} {kind.__name__}{f' ({made})' if made else ''}, got {_told(value)}")
@@ -104,7 +109,10 @@ def instance(name: str, value: Any, kind: type[T], made: str = "") -> T:
 
 
 def several(name: str, value: Any, kind: type[T]) -> tuple[T, ...]:
-    """Return the items of `value` if all are of a class, or say which is not; one alone is told how to write it."""
+    """Return the items of `value` if all are of the class `kind`, or say which is not.
+
+    One alone is told how to write it.
+    """
     if isinstance(value, kind):
         raise InputError(f"{name} must be a list: write [{name[:-1]}]")
     if not isinstance(value, Iterable) or isinstance(value, str):

@@ -114,14 +114,15 @@ def stability(
     loads : dead loads; self weight by default. A tilt turns the self weight and leaves other loads in the ground's axes
     tilts : directions in which the ground falls: of "+x", "-x", "+y", "-y", or horizontal vectors by name; none with ()
     accuracy : of divisor and share [-], and of the tilt [rad]
-    path : for psi < phi, bring the dead load on elastic joints of the real flow rule too, by :func:`lm.pushover`
+    path : for psi < phi, bring the dead load on elastic joints of the real flow rule too, by ``lm.pushover``
     contact_model, in_plane : as for :func:`limitmason.limit.limit_analysis`
 
     Returns
     -------
     Standing
         Both ends of every measure are proven: by forces at the standing end, by a motion at the other. An infinite end
-        means that it was not found: the structure stands without friction, or on a thousandth of its faces.
+        of a divisor or a tilt, and a share of 0, mean that it was not found: the structure stands without friction to
+        speak of, on a vertical ground, or on a thousandth of its faces.
 
     Raises
     ------
@@ -155,9 +156,11 @@ def stability(
     certain, curve, notes = _below_normality(assembly, loads, path, model)
 
     def with_friction(divisor: float) -> Margin:
+        """Margin of the structure with tan(phi) divided in every joint [-]."""
         return standing_margin(assembly.with_joints(lambda joint: _divided(joint, divisor)), loads, **model)
 
     def with_share(share: float) -> Margin:
+        """Margin of the structure with every joint face shrunk to a share of its lengths [-]."""
         return standing_margin(assembly.with_interfaces(_shrunk(assembly, share)), loads, **model)
 
     def tilted(direction: Array) -> Callable[[float], Margin]:
@@ -176,6 +179,7 @@ def stability(
         divisor = last_standing(with_friction, 1.0, LARGEST_DIVISOR, accuracy)
     share = last_standing(with_share, 1.0, SMALLEST_SHARE, accuracy)
     tilt = {name: np.degrees(last_standing(tilted(d), 0.0, 0.5 * math.pi, accuracy)[:2]) for name, d in ground.items()}
+    # a share falls towards where the structure does not stand: the standing end is its upper one
     return Standing(
         stands=True, state=state, friction=divisor,
         share=Range(0.0 if math.isinf(share.high) else share.high, share.low),
@@ -202,7 +206,7 @@ def _state(problem: Problem) -> tuple[bool | None, Prediction]:
 
 
 def _divided(joint: Joint, divisor: float) -> Joint:
-    """The joint with tan(phi) divided, and tan(psi) not above it."""
+    """The joint with tan(phi) over ``divisor`` [-], and psi not above the new phi: nothing dilates more."""
     phi = math.degrees(math.atan(joint.tan_phi / divisor))
     return replace(joint, friction_angle_deg=phi, dilatancy_angle_deg=min(joint.dilatancy_angle_deg, phi))
 
@@ -214,7 +218,12 @@ def _shrunk(assembly: Assembly, share: float) -> list[Interface]:
 
 
 def _directions(tilts: Sequence[str] | Mapping[str, ArrayLike]) -> Mapping[str, ArrayLike]:
-    """Directions of tilts by name, from names of ``GROUND`` or as given, not checked or scaled yet."""
+    """Directions of ``tilts`` by name, not checked or scaled yet.
+
+    Parameters
+    ----------
+    tilts : a name of ``GROUND``, several, or directions by name
+    """
     if isinstance(tilts, Mapping):
         return tilts
     if not isinstance(tilts, str | Sequence):
@@ -229,7 +238,7 @@ def _horizontal(name: str, direction: ArrayLike) -> Array:
     """The horizontal unit vector of a direction that a user gave under a name."""
     d = read_vector(f"tilt {name!r}", direction)
     size = float(np.linalg.norm(d))
-    if not size > 0.0 or abs(d[2]) > 1e-9 * size:
+    if not size > 0.0 or abs(d[2]) > 1e-9 * size:  # rounding may leave it off the level
         raise InputError(f"tilt {name!r} must be a horizontal direction that is not zero, got {direction!r}")
     return d / size
 
@@ -237,10 +246,7 @@ def _horizontal(name: str, direction: ArrayLike) -> Array:
 def _below_normality(
     assembly: Assembly, loads: Loads, path: bool, model: dict[str, Any]
 ) -> tuple[bool | None, PushoverCurve | None, tuple[str, ...]]:
-    """For psi < phi: whether it stands by every flow rule, the curve of its path, and sentences on both.
-
-    True, or None where joints of friction psi do not carry the load, which proves nothing. Without such joints both
-    are None.
+    """What can be said for psi < phi, where forces that can carry the load do not prove that it is carried.
 
     Parameters
     ----------
@@ -248,6 +254,13 @@ def _below_normality(
     loads : its dead loads
     path : whether the path is asked for
     model : options of :func:`limitmason.limit.make_problem`
+
+    Returns
+    -------
+    certain : True where joints of friction psi carry the load too, so that every flow rule does; None where they do
+        not, which proves nothing, and where psi = phi in all joints
+    curve : of the path on which the dead load comes, None without one
+    notes : sentences on both
     """
     if all(i.joint.tan_psi == i.joint.tan_phi for i in assembly.interfaces):
         return None, None, ()

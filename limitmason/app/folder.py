@@ -14,6 +14,8 @@ KINDS = (".json", ".dxf", ".svg", ".obj", ".ply", ".stl", ".off")
 LARGEST = 20_000_000
 """Bytes of a file that the page may send."""
 
+# no control character, no separator of folders, nothing that Windows refuses in a name, and no dot at the beginning;
+# 119 characters at most
 _NAME = re.compile(r"""[^\x00-\x1f\x7f/\\:*?"<>|.][^\x00-\x1f\x7f/\\:*?"<>|]{0,118}""")
 
 
@@ -52,7 +54,12 @@ class Folder:
         return name
 
     def add(self, name: str, data: bytes) -> str:
-        """Keep a file that was sent, and return its name.
+        """Keep a file that was sent, and return its name; one that is there already with the same bytes is kept.
+
+        Parameters
+        ----------
+        name : bare file name
+        data : what is in it
 
         Raises
         ------
@@ -71,6 +78,7 @@ class Folder:
         return name
 
     def _holds(self, name: str) -> bool:
+        """Whether ``name`` is that of a file that can be opened and that lies in the folder, links followed."""
         path = self.path / name
         return _plain(name) and path.is_file() and path.resolve().parent == self.path
 

@@ -13,6 +13,7 @@ import limitmason as lm
 from limitmason.experiments import registry
 from limitmason.methods import COMPARED_METHODS, available_methods
 
+# how docstrings write units and words to choose from
 _UNIT = re.compile(r"\[(m|deg|rad|kg|kg/m3|N|N/m3|Pa|Pa/m|J/m2|s|%|-)\]")
 _QUOTED = re.compile(r'"([^"]+)"')
 
@@ -53,7 +54,7 @@ class Call:
     target : what it is assigned to and its name, such as "wall = lm.build.wall"
     title : what the page calls it
     fields : of the form
-    before, after : arguments that the session gives
+    before, after : source of arguments that the session gives, before and behind those of the form
     """
 
     target: str
@@ -67,6 +68,7 @@ class Call:
         return {"title": self.title, "fields": [asdict(f) for f in self.fields]}
 
 
+# every call by its name: title, and what the fields that are shown at once begin with, by argument
 _BUILDERS: dict[str, tuple[str, dict[str, Any]]] = {
     "wall": ("Wall", {"length": "2.4", "courses": "9", "unit": "0.4, 0.2, 0.2", "density": "2000", "bond": ""}),
     "layout": ("Wall, row by row", {
@@ -109,9 +111,11 @@ _OPENING = {"x": "0.8", "z": "0.6", "width": "0.8", "height": "0.8", "lintel": "
 @cache
 def calls() -> dict[str, dict[str, Call]]:
     """All calls by the part of the form they belong to, and by name."""
+    # what the script calls the joint and the structure
     joint, wall = ("joint=joint",), ("wall",)
     drawing = _fields(lm.formats.model_of_drawing, _DRAWING)
     analyses = _group("answer = lm", lm, _ANALYSES, ("wall", "loads"), whole=True)
+    # whether it can stand is asked of dead loads alone
     analyses["stability"] = replace(analyses["stability"], before=("wall", "loads.scaled(live=0.0)"))
     return {
         "joint": {"Joint": Call("joint = lm.Joint", "Joint", _fields(lm.Joint, _JOINT))},
@@ -132,10 +136,10 @@ def _group(
 
     Parameters
     ----------
-    target : name of the home in a script
-    home : the module
+    target : name of the home in a script, with what is assigned
+    home : the module or class that has the calls
     table : title and first fields of every call
-    before, after : arguments that the script gives besides
+    before, after : source of arguments that the script gives besides
     whole : whether the forms have no other fields
     """
     return {
@@ -145,7 +149,7 @@ def _group(
 
 
 def experiment_fields(source: str, specimen: str) -> tuple[Field, ...]:
-    """Options of a packaged experiment as fields."""
+    """Options of a packaged experiment, by its source and specimen, as fields."""
     table = registry.load(source, specimen).option_table
     out = []
     for name, option in table.items():
@@ -158,13 +162,12 @@ def experiment_fields(source: str, specimen: str) -> tuple[Field, ...]:
 
 
 def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool = False) -> tuple[Field, ...]:
-    """Fields of a function: those to begin with in their order, then all others that a form can hold.
-
-    With ``whole`` there are no others.
+    """Fields of a function or class: those to begin with in their order, then all others that a form can hold.
 
     Parameters
     ----------
     start : values of the fields to begin with, by name
+    whole : whether there are no others
     """
     made = getattr(function, "__init__", function) if inspect.isclass(function) else function
     parameters = inspect.signature(made).parameters
@@ -175,12 +178,13 @@ def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool 
     out = []
     for name in names:
         annotation = parameters[name].annotation
-        kind = _kind(name, annotation if isinstance(annotation, str) else getattr(annotation, "__name__", "") or
-                     str(annotation))
+        if not isinstance(annotation, str):  # of a module without postponed annotations
+            annotation = getattr(annotation, "__name__", "") or str(annotation)
+        kind = _kind(name, annotation)
         if not kind:
             continue
         hint, unit = told.get(name, ("", ""))
-        if annotation in ("int", "int | None"):
+        if annotation in ("int", "int | None"):  # a count
             unit = "-"
         elif not unit and kind.startswith("number"):
             more, unit = next((t[name] for t in elsewhere if name in t), ("", ""))
@@ -197,7 +201,11 @@ def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool 
 
 
 def _kind(name: str, annotation: str) -> str:
-    """Kind of the field for an annotation, or empty where a form cannot hold it."""
+    """Kind of the field of an argument by its name and annotation, or empty where a form cannot hold it.
+
+    The first that fits counts: a text in a tuple before a tuple of numbers, a row of stones before a text.
+    """
+    # what the session gives itself, and what it has no use for
     if name in ("self", "wall", "assembly", "loads", "name", "joint", "path", "tolerance"):
         return ""
     plain = annotation.replace(" ", "")
@@ -219,12 +227,12 @@ def _kind(name: str, annotation: str) -> str:
 
 
 def _shown(default: Any) -> str:
-    """A default as a placeholder."""
+    """A default as the placeholder of its field; none and empty ones leave it empty."""
     return "" if default in (None, inspect.Parameter.empty, "", ()) else str(default)
 
 
 def _documented(text: str) -> dict[str, tuple[str, str]]:
-    """Hint and unit of every parameter that a docstring in numpy style names."""
+    """Hint and unit by name of every parameter that a docstring in numpy style names; an unknown unit is empty."""
     text = inspect.cleandoc(text)
     body = re.search(r"^Parameters\n-+\n(.*?)(?=^\w[^\n]*\n-+\n|\Z)", text, re.DOTALL | re.MULTILINE)
     out: dict[str, tuple[str, str]] = {}
@@ -236,6 +244,8 @@ def _documented(text: str) -> dict[str, tuple[str, str]]:
         hint = " ".join(f"{first} {rest}".split()) if colon else " ".join(rest.split())
         listed = [n.strip() for n in names.split(",")]
         units = _UNIT.findall(hint)
+        # names in one entry have a unit each where there are as many, else the first one that is no angle: the name of
+        # an angle says its unit
         for i, name in enumerate(listed):
             if name.endswith("_deg"):
                 unit = "deg"

@@ -39,7 +39,9 @@ class Computation:
     state : "waiting", "running", "done", "failed" or "cancelled"
     part : done of it [-], None where that is not known
     text : how far it is, in words
-    result : of ``limitmason.app.worker.run``
+    begun : clock reading when it was asked for [s]
+    seconds : it took, once it has ended
+    result : of ``limitmason.app.worker.run``, empty until then
     """
 
     number: int
@@ -66,14 +68,17 @@ class Computation:
 class Jobs:
     """The worker process and the jobs that it was given.
 
+    One job runs, and one at most waits behind it. Every method may be called by any thread: what it changes is behind
+    one lock, and all who wait are told.
+
     Parameters
     ----------
     folder : where the lines run
-    target : what the process runs
+    target : what the process runs, with its end of the pipe and the folder
     """
 
     def __init__(self, folder: str, target: Callable[[Connection, str], None] = work) -> None:
-        """Begin without a process; ``target`` is what it will run with its pipe and the folder."""
+        """Begin without a process."""
         self._folder, self._target = folder, target
         self._changed = threading.Condition(threading.RLock())
         self._numbers = itertools.count(1)
@@ -97,7 +102,7 @@ class Jobs:
         Parameters
         ----------
         kind : "draw", "solve" or "report"
-        lines : script
+        lines : of the script
 
         Raises
         ------
@@ -111,7 +116,7 @@ class Jobs:
                 raise Busy("a solve is running, in this page or another one: wait for it, or cancel it")
             job = Computation(next(self._numbers), kind, lines)
             self._kept[job.number] = job
-            for number in list(self._kept)[:-_KEPT]:
+            for number in list(self._kept)[:-_KEPT]:  # the oldest first
                 del self._kept[number]
             if now is None:
                 self._give(job)
@@ -138,12 +143,12 @@ class Jobs:
             pipe.close()
 
     def get(self, number: int) -> Computation | None:
-        """A job that is still known."""
+        """The job of a number, None where it is no longer kept."""
         with self._changed:
             return self._kept.get(number)
 
     def last(self) -> Computation | None:
-        """The job that pages are told of."""
+        """The job that pages are told of: the one that waits, that runs, or the last one; None before the first."""
         with self._changed:
             return self._next or self._now or (self._kept[max(self._kept)] if self._kept else None)
 
@@ -156,7 +161,7 @@ class Jobs:
                     target=self._target, args=(there, self._folder), daemon=True, name="limitmason-app"
                 )
                 self._process.start()
-                there.close()
+                there.close()  # this copy: the end of the other process then ends the pipe
                 self._pipe = here
                 threading.Thread(target=self._listen, args=(self._process, here), daemon=True).start()
 
@@ -202,7 +207,7 @@ class Jobs:
         self._pipe.send(list(job.lines))
 
     def _listen(self, process: BaseProcess, pipe: Connection) -> None:
-        """Take what the process of a solve sends, in a thread of its own, until it ends."""
+        """Take what ``process`` sends through ``pipe``, in a thread of its own, until it ends."""
         while True:
             try:
                 kind, *rest = pipe.recv()

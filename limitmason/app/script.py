@@ -21,7 +21,8 @@ from limitmason.experiments import registry
 
 _LONGEST = 118  # characters of a line of the script
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
-_NONE = "none"
+_DIGITS = 40  # characters that no number needs: longer ones stay texts, which the call refuses
+_NONE = "none"  # typed where a word may stand: None
 
 
 class ScriptLine(NamedTuple):
@@ -48,6 +49,10 @@ def statements(session: Mapping[str, Any], folder: Folder, *, kind: str = "solve
     folder : whose files it may name
     kind : "solve"; "draw" for the structure and its loads alone; "report" for a page on them
 
+    Returns
+    -------
+    The lines in their order; they leave ``wall``, ``loads`` and, but for "draw", ``answer``.
+
     Raises
     ------
     InputError
@@ -63,7 +68,7 @@ def statements(session: Mapping[str, Any], folder: Folder, *, kind: str = "solve
         ]
     analysis = _of(session, "analysis")
     name, values = _word(analysis, "kind"), _of(analysis, "values")
-    if kind == "report":
+    if kind == "report":  # the page is on a comparison: it compares the one theory that was asked for
         rule = str(values.get("flow_rule") or "associative") if name == "limit_analysis" else "associative"
         name, values = "compare", {"methods": rule}
     out.append(ScriptLine(_analysis(name, values), "analysis"))
@@ -72,18 +77,25 @@ def statements(session: Mapping[str, Any], folder: Folder, *, kind: str = "solve
 
 
 def source(lines: Sequence[ScriptLine]) -> str:
-    """The script: every statement on lines of its own."""
+    """The script of ``lines``: every statement on lines of its own."""
     return "\n".join(line.text for line in lines) + "\n"
 
 
 def _analysis(name: str, values: Mapping[str, Any]) -> str:
+    """Line that makes the answer, by the name of the analysis."""
     # the error budget of the DEM takes minutes: it is for a script that somebody leaves running
     quick = ('dem={"error_budget": ()}',) if name == "compare" and "dem" in str(values.get("methods")) else ()
     return _filled(_known("analysis", name), values, *quick)
 
 
 def _pictures(name: str, kind: str) -> list[str]:
-    """Lines that draw and write an answer."""
+    """Lines that draw and write an answer.
+
+    Parameters
+    ----------
+    name : of the analysis
+    kind : "solve" or "report"
+    """
     mechanism = [
         'lm.figures.mechanism(wall, {}).savefig("mechanism.png", dpi=160)',
         'lm.figures.contact_forces(wall, {}).savefig("forces.png", dpi=160)',
@@ -101,18 +113,18 @@ def _pictures(name: str, kind: str) -> list[str]:
             'lm.figures.load_displacement(answer).savefig("curve.png", dpi=160)', 'lm.view(wall, answer, "scene.html")',
             model,
         ]
-    if name == "stability":
+    if name == "stability":  # what stands has forces, what falls has a motion
         falls, carries, *others = (line.format("answer.state") for line in mechanism)
         return [f"if answer.stands:\n    {carries}\nelse:\n    {falls}", *others, model]
     return [line.format("answer") for line in mechanism] + [model]
 
 
 def _model(session: Mapping[str, Any], folder: Folder) -> list[ScriptLine]:
-    """Lines that make joint, structure and loads."""
+    """Lines that make joint, structure and loads; the structure may name files of ``folder``."""
     structure, loads = _of(session, "structure"), _of(session, "loads")
     kind, values = _word(structure, "kind"), _of(structure, "values")
     joint = ScriptLine(_filled(_known("joint", "Joint"), _of(session, "joint")), "joint")
-    own = False
+    own = False  # whether the structure brings loads, and joints, of its own
     if kind in calls()["structure"]:
         out = [joint]
         openings = _rows(structure, "openings") if kind == "wall" else []
@@ -140,11 +152,12 @@ def _model(session: Mapping[str, Any], folder: Folder) -> list[ScriptLine]:
 
 
 def _experiment(structure: Mapping[str, Any], values: Mapping[str, Any]) -> list[ScriptLine]:
-    """Lines that load a packaged experiment with its options.
+    """Lines that load a packaged experiment.
 
     Parameters
     ----------
     structure : source and specimen
+    values : of its options, by name
     """
     at, specimen = _word(structure, "source"), _word(structure, "specimen")
     if at not in registry.sources() or specimen not in registry.specimens(at):
@@ -157,7 +170,13 @@ def _experiment(structure: Mapping[str, Any], values: Mapping[str, Any]) -> list
 
 
 def _loads(loads: Mapping[str, Any], own: bool) -> list[ScriptLine]:
-    """Lines that make the loads; ``own`` says whether the structure brings loads of its own."""
+    """Lines that make the loads: "kind" with its values, and what comes on top under "more".
+
+    Parameters
+    ----------
+    loads : part of the session
+    own : whether the structure brings loads of its own
+    """
     kind = _word(loads, "kind")
     out = []
     if kind == "own":
@@ -172,14 +191,19 @@ def _loads(loads: Mapping[str, Any], own: bool) -> list[ScriptLine]:
 
 
 def _filled(call: Call, values: Mapping[str, Any], *more: str, before: Sequence[str] = ()) -> str:
-    """The line of a call with its arguments, each on a line of its own where one line is too short."""
+    """The line of a call with its arguments, each on a line of its own where one line is too short.
+
+    Parameters
+    ----------
+    before, more : source of arguments before all others, and behind them
+    """
     given = [*before, *call.before, *_arguments(call.fields, values), *call.after, *more]
     line = f"{call.target}({', '.join(given)})"
     return line if len(line) <= _LONGEST else f"{call.target}(\n" + "".join(f"    {g},\n" for g in given) + ")"
 
 
 def _arguments(fields: Sequence[Field], values: Mapping[str, Any]) -> list[str]:
-    """Keyword arguments of a call from the fields that are filled in."""
+    """Keyword arguments of a call from the ``fields`` that are filled in; a value without a field is refused."""
     unknown = set(values) - {f.name for f in fields}
     if unknown:
         raise InputError(f"the form has no field {sorted(unknown)[0]!r}")
@@ -200,7 +224,7 @@ def literal(value: Any, kind: str) -> str:
     Parameters
     ----------
     value : what was typed
-    kind : kind of field
+    kind : of the field, as in :class:`~limitmason.app.forms.Field`
     """
     if kind == "tick":
         return repr(bool(value))
@@ -218,10 +242,11 @@ def literal(value: Any, kind: str) -> str:
 
 
 def _number(text: str) -> str:
-    """A number as it was typed, or else the text."""
-    if _NUMBER.fullmatch(text) and len(text) < 40:
+    """Source of a number as it was typed, or else of the text."""
+    if _NUMBER.fullmatch(text) and len(text) < _DIGITS:
         number = float(text)
-        if math.isfinite(number):
+        if math.isfinite(number):  # 1e999 is not
+            # a whole number without zeros before it, which Python does not take
             return str(int(text)) if re.fullmatch(r"[-+]?\d+", text) else text.lstrip("+")
     if text.lower() in ("nan", "inf", "-inf", "+inf", "infinity"):
         return f'float("{float(text)}")'
@@ -229,7 +254,7 @@ def _number(text: str) -> str:
 
 
 def _quoted(text: str) -> str:
-    """A text as source, in double quotes where it holds none."""
+    """A text as source, in double quotes where it holds no quotes at all."""
     return repr(text) if "'" in text or '"' in text else f'"{repr(text)[1:-1]}"'
 
 

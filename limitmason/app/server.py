@@ -24,10 +24,12 @@ HOST = "127.0.0.1"
 _LARGEST_SESSION = 500_000  # bytes
 _BEAT = 1.0  # seconds between two signs of life to a page, by which one that has gone is noticed
 
+# files of the page, by their addresses, with their types
 _STATIC = {"": ("page.html", "text/html"), "app.css": ("app.css", "text/css"),
            **{name: (name, "text/javascript") for name in ("form.js", "app.js")}}
 _TYPES = {"png": "image/png", "json": "application/json", "html": "text/html", "py": "text/x-python"}
 
+# what a browser lets a page do: that of the application takes all from its own origin, and no other site may frame it
 _OWN = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; frame-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -92,15 +94,19 @@ class Server(ThreadingHTTPServer):
 
 
 class _Handler(BaseHTTPRequestHandler):
+    """One connection: ``path`` is an address behind the token, without a leading slash."""
+
     server: Server
     server_version = "limitmason"
     sys_version = ""
     timeout = 60  # of a client that sends nothing
 
     def do_GET(self) -> None:
+        """Answer what changes nothing."""
         self._answer(self._get)
 
     def do_POST(self) -> None:
+        """Answer what acts."""
         self._answer(self._post)
 
     def log_message(self, _format: str, *_values: Any) -> None:
@@ -118,7 +124,7 @@ class _Handler(BaseHTTPRequestHandler):
                 path, query = self._allowed()
                 how(path, query)
             except Refused as refusal:
-                self.close_connection = True
+                self.close_connection = True  # its body was perhaps not read: what follows would be taken for a request
                 self._send(refusal.status, json.dumps({"error": refusal.reason}).encode(), "application/json")
             except InputError as error:
                 self._json({"error": {"part": "structure", "name": "InputError", "text": str(error)}}, 422)
@@ -129,15 +135,21 @@ class _Handler(BaseHTTPRequestHandler):
                 self._json({"error": {"part": "structure", "name": type(error).__name__, "text": text}}, 500)
 
     def _allowed(self) -> tuple[str, dict[str, str]]:
-        """Path behind the token, and the query, of a request that may be answered."""
+        """Path behind the token, and the query by name, of a request that may be answered; others are refused.
+
+        The host keeps out names that another site had resolved to this machine, the origin its pages, the token users
+        of this machine.
+        """
         host, origin = self.headers.get("Host", ""), self.headers.get("Origin")
         if host not in self.server.hosts:
             raise Refused(403, "this host is not served")
         own = {f"http://{h}" for h in self.server.hosts}
+        # browsers leave the origin out of a GET alone
         if (origin is not None and origin not in own) or (origin is None and self.command != "GET"):
             raise Refused(403, "this origin is not served")
         parts = urlsplit(self.path)
         token, _, path = parts.path[1:].partition("/")
+        # compared in a time that does not tell how much of it is right
         if not secrets.compare_digest(token.encode(), self.server.token.encode()):
             raise Refused(403, "the token in the address is missing or wrong: open the address that the terminal shows")
         return unquote(path), {k: v[-1] for k, v in parse_qs(parts.query).items()}
@@ -194,7 +206,14 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refused(404, "there is nothing here")
 
     def _session(self, path: str, session: dict[str, Any], kind: str) -> None:
-        """Write the script of a session, or run it as a job; busy is 409."""
+        """Answer with the script of a session, or run it as a job; busy is 409.
+
+        Parameters
+        ----------
+        path : "api/script" or "api/run"
+        session : as the page sends it
+        kind : "draw", "solve" or "report"
+        """
         if kind not in ("draw", "solve", "report"):
             raise Refused(400, "kind is draw, solve or report")
         lines = statements(session, self.server.folder, kind=kind)
@@ -216,7 +235,7 @@ class _Handler(BaseHTTPRequestHandler):
                 "folder": self.server.folder.path.name, "largest": LARGEST}
 
     def _events(self) -> None:
-        """Tell a page how far the job is until the page goes away."""
+        """Tell a page how far the job is until the page goes away, which writing to it then shows."""
         if not self.server.jobs.page_opened():
             raise Refused(409, "the application is open in too many pages: close one")
         self.close_connection = True
@@ -238,9 +257,11 @@ class _Handler(BaseHTTPRequestHandler):
 
         Parameters
         ----------
+        path : number of the job, and behind a slash the name of a file
         download : whether the browser is to keep the file
         """
         number, _, name = path.partition("/")
+        # a number of ten digits and more is that of no job
         job = self.server.jobs.get(int(number)) if number.isdecimal() and len(number) < 10 else None
         if job is None:
             raise Refused(404, "this result is no longer kept: solve again")
@@ -256,7 +277,7 @@ class _Handler(BaseHTTPRequestHandler):
                    attachment=name if download else None)
 
     def _file(self, job: Computation, name: str) -> bytes:
-        """A file that a job has made, by its name."""
+        """Bytes of a file that a job has made, by its name; its script is one too."""
         if name == "session.py":
             return source(job.done_lines()).encode()
         data = job.result.get("files", {}).get(name)
@@ -267,7 +288,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _body(self, most: int) -> bytes:
         """What a request brings, refused by its announced size, above ``most`` bytes, before any of it is read."""
         length = self.headers.get("Content-Length", "")
-        if not length.isdecimal() or len(length) > 15:
+        if not length.isdecimal() or len(length) > 15:  # an endless number is not worth reading
             raise Refused(411, "the length is missing")
         if int(length) > most:
             raise Refused(413, f"{int(length) / 1e6:.0f} MB are too much: at most {most / 1e6:g} MB")
@@ -277,9 +298,11 @@ class _Handler(BaseHTTPRequestHandler):
         return data
 
     def _json(self, data: Any, status: int = 200) -> None:
+        """Send data as JSON."""
         self._send(status, json.dumps(data, allow_nan=False).encode(), "application/json")
 
     def _send(self, status: int, data: bytes, kind: str, *, policy: str = _OWN, attachment: str | None = None) -> None:
+        """Send bytes of a media type ``kind``; the other arguments are those of :meth:`_head`."""
         self._head(status, kind, len(data), policy, attachment)
         self.wfile.write(data)
 

@@ -57,6 +57,7 @@ def work(pipe: Connection, folder: str) -> None:
     lock = threading.Lock()
 
     def send(*message: Any) -> None:
+        """Send a message whole: the thread that keeps the time of a run sends too."""
         with lock:
             pipe.send(message)
 
@@ -73,6 +74,11 @@ def work(pipe: Connection, folder: str) -> None:
 def run(lines: Sequence[ScriptLine], folder: str) -> dict[str, Any]:
     """Run the lines of a session.
 
+    Parameters
+    ----------
+    lines : of the script, in their order
+    folder : where they run
+
     Returns
     -------
     dict
@@ -87,9 +93,10 @@ def run(lines: Sequence[ScriptLine], folder: str) -> dict[str, Any]:
     with warnings.catch_warnings(record=True) as caught, task("solve"):
         warnings.simplefilter("always", UserWarning)
         for i, line in enumerate(lines):
+            # solving fills the bar but for a tenth, which is kept for the pictures
             reached(0.9 if line.shows else 0.0, share=0.0 if line.shows else 0.9)
             try:
-                if line.text.startswith("print("):
+                if line.text.startswith("print("):  # the page has its own words for the answer
                     continue
                 if line.shows:
                     files |= _written(line.text, names, folder)
@@ -112,7 +119,11 @@ def run(lines: Sequence[ScriptLine], folder: str) -> dict[str, Any]:
 
 
 def summary(names: Mapping[str, Any]) -> dict[str, Any]:
-    """What the page writes in large letters, from the names that a session made."""
+    """What the page writes of an answer, by what it is, from the names that a session made.
+
+    There is always the "structure". With an answer "number" is what stands in large letters, None where it has none or
+    it is not finite, and "what" says what that is.
+    """
     wall = names["wall"]
     free = int((~wall.fixed).sum())
     out: dict[str, Any] = {
@@ -128,7 +139,7 @@ def summary(names: Mapping[str, Any]) -> dict[str, Any]:
         value = float(answer.collapse_multiplier)
         out |= {"number": _plain(value), "what": "collapse multiplier λ [-]", "status": str(answer.status),
                 "bound": str(answer.bound)}
-        with suppress(ValueError):
+        with suppress(ValueError):  # loads that no tilt of the ground gives have no angle
             if math.isfinite(value):
                 out["also"] = f"tilt at collapse {answer.tilt_angle_deg:.2f}°"
     elif isinstance(answer, Curve):
@@ -144,23 +155,30 @@ def summary(names: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _beside(test: Any) -> list[str]:
-    """What was measured and published of a packaged experiment."""
+    """Sentences on what was measured and published of a packaged experiment, none without one."""
     if test is None:
         return []
     return [f"{k}, {name}: {v}" for k in ("measured", "published") for name, v in getattr(test, k).items()]
 
 
 def _assumed(drawing: Any) -> list[str]:
-    """What was assumed to make a model of a drawing."""
+    """Sentences on what was assumed to make a model of a drawing, none without one."""
     return [] if drawing is None else [f"assumed: {text}" for text in drawing.assumed]
 
 
 def _plain(value: float) -> float | None:
+    """A number for JSON, which knows neither NaN nor infinite ones: these are None."""
     return float(value) if math.isfinite(value) else None
 
 
 def _written(line: str, names: dict[str, Any], folder: str) -> dict[str, bytes]:
-    """Run a line that writes files, with ``names`` at hand, and take them: they stay in no folder."""
+    """Run a line that writes files, and return what is in them by their names: they stay in no folder.
+
+    Parameters
+    ----------
+    names : that the lines before have made
+    folder : in which they are written for a moment
+    """
     with tempfile.TemporaryDirectory(prefix=".limitmason-", dir=folder) as place:
         os.chdir(place)
         try:
@@ -193,6 +211,7 @@ def _proposed(line: str) -> str:
 
 
 def _told(caught: Sequence[warnings.WarningMessage]) -> list[str]:
+    """Words of warnings that are for a user, each once."""
     return list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, UserWarning)))
 
 

@@ -24,9 +24,13 @@ _WIDE = 70
 """Longest text of one field; of what is longer only the kind and the size are shown."""
 
 _PACKAGES = ("limitmason", "dem", "mechanisms")
-_seen: set[str] = set()
+_seen: set[str] = set()  # names of modules whose classes have been looked at
 
 _GENERATED = (dataclasses.__file__, collections.__file__, reprlib.__file__)
+"""Files whose code makes the methods of dataclasses and named tuples: such a method was written by nobody."""
+
+_FEW = 6
+"""Longest array, list or mapping whose items are shown."""
 
 
 class Drawing(Protocol):
@@ -86,7 +90,7 @@ def shows(caller: str) -> None:
         if name in _seen or name.partition(".")[0] not in _PACKAGES:
             continue
         if name != caller and getattr(module.__spec__, "_initializing", False):
-            continue
+            continue  # half imported: its classes are not all there yet
         _seen.add(name)
         for kind in list(vars(module).values()):
             if isinstance(kind, type) and kind.__module__ == name and kind.__name__[0] != "_":
@@ -94,8 +98,8 @@ def shows(caller: str) -> None:
 
 
 def _give(kind: type) -> None:
-    """Give a class its line of text and its HTML, where it has none of its own."""
-    if issubclass(kind, Enum | BaseException | str | float):
+    """Give the class ``kind`` its line of text and its HTML, where it has none of its own."""
+    if issubclass(kind, Enum | BaseException | str | float):  # these show themselves well
         return
     has_fields = dataclasses.is_dataclass(kind) or hasattr(kind, "_fields")
     if not has_fields and "__init__" not in vars(kind):
@@ -112,13 +116,14 @@ def _give(kind: type) -> None:
 
 
 def _written(kind: type, name: str) -> bool:
-    """Whether a class has a method of its own that somebody wrote."""
+    """Whether the class ``kind`` itself has a method of that name that somebody wrote."""
     code = getattr(vars(kind).get(name), "__code__", None)
+    # "<string>" is where a method was made by exec
     return code is not None and code.co_filename not in (*_GENERATED, "<string>")
 
 
 def _line(self: Any) -> str:
-    """One line: the first of the object's own words, or its fields."""
+    """One line, the ``__repr__`` of a class: the first of the object's own words, or its fields."""
     name = type(self).__name__
     if any(_written(k, "__str__") for k in type(self).__mro__):
         return f"<{name}: {_cut(str(self).partition(chr(10))[0])}>"
@@ -131,12 +136,12 @@ def _line(self: Any) -> str:
 
 
 def _cut(text: str, times: int = 2) -> str:
-    """A text of at most some lines' length."""
+    """A text of at most ``times`` the length of a field's, with dots where more would follow."""
     return text if len(text) <= times * _WIDE else f"{text[: times * _WIDE - 3]}..."
 
 
 def _fields(shown: Any) -> dict[str, Any]:
-    """Values of the public fields of a dataclass or a named tuple; of other objects there are none."""
+    """Values by name of the public fields of a dataclass or a named tuple; of other objects there are none."""
     names = getattr(shown, "_fields", ())
     if dataclasses.is_dataclass(shown):
         names = [f.name for f in dataclasses.fields(shown) if f.repr]
@@ -144,7 +149,7 @@ def _fields(shown: Any) -> dict[str, Any]:
 
 
 def _defaults(kind: Any) -> dict[str, Any]:
-    """Defaults of the fields of a class."""
+    """Defaults by name of the fields of the class ``kind`` that have one."""
     if hasattr(kind, "_field_defaults"):
         return dict(kind._field_defaults)
     made = dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()
@@ -153,31 +158,33 @@ def _defaults(kind: Any) -> dict[str, Any]:
 
 
 def _same(a: Any, b: Any) -> bool:
-    """Whether a value is a default; what holds arrays is one only as itself."""
+    """Whether a value ``a`` is a default ``b``; what holds arrays is one only as itself."""
     try:
+        # NaN, which differs from itself, is the default NaN
         return a is b or (type(a) is type(b) and bool(a == b or (a != a and b != b)))
-    except ValueError:
+    except ValueError:  # arrays have no single truth
         return False
 
 
 def _short(value: Any) -> str:
-    """A value of a field in one line."""
+    """A value of a field in one line: itself where it is short, else its kind and size."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, Enum):
         return repr(value.value)
     if isinstance(value, np.ndarray):
-        if value.ndim < 2 and value.size <= 6 and value.dtype.kind in "fi":
+        if value.ndim < 2 and value.size <= _FEW and value.dtype.kind in "fi":
             return f"[{', '.join(f'{v:.6g}' for v in value.ravel())}]"
         return f"<array {' x '.join(map(str, value.shape))}>"
     if isinstance(value, str):
         return repr(value if len(value) <= _WIDE else f"{value[: _WIDE - 3]}...")
     inside = ""
-    if type(value) in (tuple, list, set, frozenset) and len(value) <= 6:
-        marks = "()" if type(value) is tuple else "[]" if type(value) is list else "{}"
-        comma = "," if marks == "()" and len(value) == 1 else ""
-        inside = f"{marks[0]}{', '.join(map(_short, value))}{comma}{marks[1]}"
-    elif isinstance(value, Mapping) and len(value) <= 6:
+    # the very types: a named tuple is shown by its own line
+    if type(value) in (tuple, list, set, frozenset) and len(value) <= _FEW:
+        first, last = "()" if type(value) is tuple else "[]" if type(value) is list else "{}"
+        comma = "," if type(value) is tuple and len(value) == 1 else ""
+        inside = f"{first}{', '.join(map(_short, value))}{comma}{last}"
+    elif isinstance(value, Mapping) and len(value) <= _FEW:
         inside = "{" + ", ".join(f"{_short(k)}: {_short(v)}" for k, v in value.items()) + "}"
     elif callable(value) and not dataclasses.is_dataclass(value):
         inside = f"<{getattr(value, '__name__', type(value).__name__)}>"
@@ -190,7 +197,7 @@ def _short(value: Any) -> str:
 
 
 def html_words(shown: Any) -> str:
-    """What an object says of itself, as HTML: its words, or its fields and what they mean."""
+    """What the object ``shown`` says of itself, as HTML: its words, or its fields and what they mean."""
     # words that somebody wrote, not the line that every class is given here
     own = any(_written(k, n) for k in type(shown).__mro__ for n in ("__str__", "__repr__") if vars(k).get(n) != _line)
     if own or not _fields(shown):
@@ -201,7 +208,7 @@ def html_words(shown: Any) -> str:
 
 
 def _meanings(kind: type) -> dict[str, str]:
-    """What the docstring of a class says of its fields."""
+    """What the docstring of the class ``kind`` says of its fields, by name: "a, b : words" is said of both."""
     out: dict[str, str] = {}
     section = re.search(r"Parameters\n-{5,}\n(.*?)(?:\n\n|\Z)", inspect.getdoc(kind) or "", flags=re.DOTALL)
     for names, words in re.findall(r"^([\w, ]+?) : (.*(?:\n +.*)*)", section[1] if section else "", re.MULTILINE):
@@ -210,7 +217,14 @@ def _meanings(kind: type) -> dict[str, str]:
 
 
 def html_table(head: list[str], rows: list[list[str]], notes: list[str], *, words: bool = False) -> str:
-    """A table as HTML, with lines below it; words stand at the left of their cells, numbers where the page has them."""
+    """A table as HTML.
+
+    Parameters
+    ----------
+    head, rows : cells of the head, and of every row
+    notes : lines below it
+    words : whether cells hold words, which stand at the left; numbers stand where the page has them
+    """
     look = ' style="text-align: left"' if words else ""
     cells = "".join(f"<th{look}>{escape(c)}</th>" for c in head)
     body = "".join("<tr>" + "".join(f"<td{look}>{escape(c)}</td>" for c in row) + "</tr>" for row in rows)

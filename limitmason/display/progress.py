@@ -32,7 +32,7 @@ _R = TypeVar("_R")
 
 
 class _Task:
-    """One level: how far it is, None where it cannot tell, and which share of it the level inside fills."""
+    """One level: ``part`` of it is done [-], None where it cannot tell; ``share`` is what the level inside fills."""
 
     def __init__(self, title: str) -> None:
         self.title, self.text = title, ""
@@ -41,7 +41,7 @@ class _Task:
 
 
 class _Bar:
-    """The bar of the outermost task."""
+    """The bar of the outermost task, called by ``title``, with all levels inside it; times in seconds."""
 
     def __init__(self, title: str) -> None:
         self.tasks = [_Task(title)]  # from the outermost to the one that is at work
@@ -57,11 +57,11 @@ class _Bar:
 
     @property
     def part(self) -> tuple[float | None, bool]:
-        """Part that is done of everything [-], and whether all levels can tell theirs.
+        """Part that is done of everything [-], and whether all levels that fill some of it can tell theirs.
 
         The part is None where the outermost task cannot tell.
         """
-        done, width = 0.0, 1.0
+        done, width = 0.0, 1.0  # width: what the level fills of everything
         for level, task in enumerate(self.tasks):
             if task.part is None:
                 return (None if level == 0 else done), width == 0.0
@@ -79,6 +79,7 @@ class _Bar:
             self.drawn = now
             (part, known), spent = self.part, now - self.begun
             before, since = self.first
+            # at the pace since the run was taken up; NaN where that cannot be told
             left = (now - since) * (1.0 - part) / (part - before) if known and part and part > before else float("nan")
             text = "; ".join(t.text for t in self.tasks if t.text)
             line = clock(spent) + (f", about {clock(left)} left" if left == left else "")
@@ -87,7 +88,7 @@ class _Bar:
                 _listener[0](part, line)
                 return
             shape = "{desc}: {percentage:3.0f}%|{bar:20}| " if part else "{desc}: "
-            shape += line.replace("{", "{{").replace("}", "}}")
+            shape += line.replace("{", "{{").replace("}", "}}")  # tqdm fills in what stands in braces
             if self.tqdm is None:
                 self.tqdm = _tqdm(self.tasks[0].title, part or 0.0, shape)
                 return
@@ -95,7 +96,7 @@ class _Bar:
             self.tqdm.refresh()
 
     def close(self) -> None:
-        """Take it away."""
+        """Take the bar away and end its thread."""
         with self.lock:
             self.over.set()
             if self.tqdm is not None:
@@ -122,7 +123,7 @@ def _tqdm(title: str, part: float, shape: str) -> Any:
 
 def clock(seconds: float) -> str:
     """Seconds as "7 s", "3:05" or "2:03:05", or empty for what is no time."""
-    if not seconds < 1e9:
+    if not seconds < 1e9:  # thirty years, infinite or NaN
         return ""
     s = round(seconds)
     if s < 60:
@@ -136,6 +137,7 @@ _listener: list[Callable[[float | None, str], None]] = []  # at most one
 
 
 def _stream() -> TextIO:
+    """Standard error as it is now: a test or a notebook may have put another in its place."""
     return sys.stderr
 
 
@@ -145,7 +147,10 @@ def _is_watched() -> bool:
 
 
 def bars_are_drawn() -> bool:
-    """Whether bars are drawn: in the main thread of the main process, where somebody watches or asked."""
+    """Whether bars are drawn: in the main thread of the main process, where somebody watches or asked.
+
+    A listener is told of runs in other processes too.
+    """
     from multiprocessing.process import current_process
 
     if threading.current_thread() is not threading.main_thread():
@@ -231,9 +236,9 @@ def task(title: str, shown: bool = True) -> Iterator[None]:
 
 
 def watched(title: str) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]:
-    """Make a function a :func:`task`.
+    """Make a function a :func:`task` of that title.
 
-    A ``progress`` function that it is given is followed instead of a bar.
+    Where it is given a ``progress`` function of the caller, no bar is begun.
     """
 
     def wrap(function: Callable[_P, _R]) -> Callable[_P, _R]:
@@ -266,7 +271,10 @@ def reached(part: float | None, text: str | None = None, *, share: float = 0.0) 
 
 
 def taken_up(part: float | None, text: str | None = None) -> None:
-    """Say how far the innermost task was before, where it goes on from: the time left counts from here."""
+    """Say how far the innermost task was when an earlier run ended: the time left counts from here.
+
+    ``part`` and ``text`` are those of :func:`reached`.
+    """
     reached(part, text)
     if _bar and part and threading.current_thread() is threading.main_thread():
         _bar[0].first = _bar[0].part[0] or 0.0, time.monotonic()

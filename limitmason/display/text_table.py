@@ -10,7 +10,7 @@ def aligned(lines: Sequence[Sequence[str]], align: str = "") -> str:
     Parameters
     ----------
     lines : cells, the head first; all lines of one length
-    align : one of "<>" per column; to the left by default
+    align : a letter for every column, "<" for the left and ">" for the right; all to the left by default
     """
     width = [max(map(len, column)) for column in zip(*lines, strict=True)]
     align = align or "<" * len(width)
@@ -20,7 +20,7 @@ def aligned(lines: Sequence[Sequence[str]], align: str = "") -> str:
 
 
 def markdown(lines: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a Markdown table whose first line is the head."""
+    """Lines of a Markdown table of the cells in ``lines``, the head first."""
     return [markdown_line(lines[0]), markdown_line(["---"] * len(lines[0])), *map(markdown_line, lines[1:])]
 
 
@@ -29,6 +29,7 @@ def filled(text: str, tables: Mapping[str, Sequence[str]]) -> str:
 
     Parameters
     ----------
+    text : of the page; a name that no table has stays as it is
     tables : lines of Markdown by name, as of :func:`markdown`
     """
     lines: list[str] = []
@@ -56,7 +57,7 @@ def abridged(rows: Sequence[Sequence[str]]) -> tuple[list[list[str]], list[str]]
 
     Parameters
     ----------
-    rows : cells, without the head
+    rows : cells, without the head; more than ``SHOWN`` are cut, and the last quarter of what is shown is their end
     """
     if len(rows) <= SHOWN:
         return [list(r) for r in rows], []

@@ -25,15 +25,17 @@ MOST_COLUMNS = 4  # kept explanations that get a column of residuals
 MOST_ROWS = 5  # covariates shown
 
 _PAGE = style.FULL_WIDTH
-_LEFT, _RIGHT, _GAP = 0.5, 0.12, 0.17
-_CHARACTER = 0.066  # width of a bold one at 7 pt [in]
-_PANEL = 1.05  # height of a residual panel [in]
+_LEFT, _RIGHT, _GAP = 0.5, 0.12, 0.17  # margins of panels, and between them
+_CHARACTER = 0.066  # width kept for a letter of a name, bold at 7 pt
+_LETTER_10, _LETTER_7, _PLAIN_7 = 0.08, 0.062, 0.0525  # mean width of a letter: bold at 10 and 7 pt, plain at 7 pt
+_PANEL = 1.05  # height of a residual panel
+_SHADE = "#ececec"  # of twice the noise
 _BASE = style.BLACK
 _KEPT = (style.BLUE, style.GREEN, style.PURPLE, style.ORANGE)
 
 
 class _Sheet:
-    """A page that grows downwards: blocks ask for a height [in], axes are placed once the whole height is known."""
+    """A page filled downwards to ``depth``: blocks ask for a height, axes are placed once the whole height is known."""
 
     def __init__(self) -> None:
         style.needs_a_page("diagnosis")
@@ -43,11 +45,11 @@ class _Sheet:
         self._texts: list[tuple[Any, float, float]] = []
 
     def text(self, x: float, y: float, text: str, **options: Any) -> None:
-        """Text at x from the left and y from the top [in]."""
+        """Add text at x from the left and y from the top [in]; ``options`` are those of ``Figure.text``."""
         self._texts.append((self.figure.text(0, 0, text, **{"va": "top", **options}), x, y))
 
     def axes(self, x: float, y: float, width: float, height: float) -> Axes:
-        """Axes ``width`` by ``height`` whose upper left corner lies at x, y."""
+        """New axes ``width`` by ``height`` whose upper left corner lies at x from the left and y from the top [in]."""
         ax = self.figure.add_axes((0, 0, 0.1, 0.1), label=f"axes {len(self._axes)}")
         self._axes.append((ax, (x, y, width, height)))
         ax.tick_params(labelsize=6.5, width=0.5, length=2.5, colors=style.FAINT)
@@ -55,17 +57,17 @@ class _Sheet:
         return ax
 
     def heading(self, text: str, note: str = "") -> None:
-        """Heading of a block with a small note under it."""
-        self.text(0.12, self.depth, text, fontsize=style._FONT, fontweight="bold")
+        """Add the heading of a block with a small note under it."""
+        self.text(style._INSET, self.depth, text, fontsize=style._FONT, fontweight="bold")
         self.depth += 0.19
-        lines = textwrap.wrap(note, int((_PAGE - 0.24) / 0.0525))
+        lines = textwrap.wrap(note, int((_PAGE - 2.0 * style._INSET) / _PLAIN_7))
         if lines:
-            self.text(0.12, self.depth - 0.02, "\n".join(lines), fontsize=7, color=style.FAINT, linespacing=1.25,
-                      gid="caption")
+            self.text(style._INSET, self.depth - 0.02, "\n".join(lines), fontsize=7, color=style.FAINT,
+                      linespacing=1.25, gid="caption")
             self.depth += 0.135 * len(lines)
 
     def close(self) -> Figure:
-        """Place everything on the final page."""
+        """Place everything on the final page, whose parts matplotlib counts from below, and return it."""
         total = self.depth + 0.08
         self.figure.set_size_inches(_PAGE, total)
         for ax, (x, y, width, height) in self._axes:
@@ -79,9 +81,7 @@ class _Sheet:
 def diagnosis(
     result: Any, *, units: Mapping[str, str] | None = None, quantity: str = "", title: str | None = None
 ) -> Figure:
-    """The picture of a verdict.
-
-    Residuals, sizes, distances between the causes, predicted against measured.
+    """The picture of a verdict: residuals, sizes, distances between causes, predictions.
 
     Parameters
     ----------
@@ -108,27 +108,29 @@ def diagnosis(
 
 
 def _colours(result: Any) -> dict[tuple[str, ...], str]:
+    """Colour of every kept explanation that has a column, by the names of its causes."""
     return {names: _KEPT[k] for k, names in enumerate(result.kept[:MOST_COLUMNS])}
 
 
 def _head(sheet: _Sheet, result: Any, title: str | None) -> None:
-    """Verdict and data in large letters at the head of the sheet."""
+    """Verdict in large letters at the head of the sheet, and under it what it is about in small ones."""
     if title:
-        sheet.text(0.12, sheet.depth, title, fontsize=style._FONT, color=style.FAINT, gid="title")
+        sheet.text(style._INSET, sheet.depth, title, fontsize=style._FONT, color=style.FAINT, gid="title")
         sheet.depth += 0.2
     words = headline(result)
-    lines = textwrap.wrap(words[0].upper() + words[1:] + ".", int((_PAGE - 0.24) / 0.08))
-    sheet.text(0.12, sheet.depth, "\n".join(lines), fontsize=10, fontweight="bold", linespacing=1.2, gid="verdict")
+    lines = textwrap.wrap(words[0].upper() + words[1:] + ".", int((_PAGE - 2.0 * style._INSET) / _LETTER_10))
+    sheet.text(style._INSET, sheet.depth, "\n".join(lines), fontsize=10, fontweight="bold", linespacing=1.2,
+               gid="verdict")
     sheet.depth += 0.19 * len(lines) + 0.05
     inputs = ", ".join(f"{k} {v.value:.3g} ± {v.sd:.2g}" for k, v in result.nuisance.items())
     note = (
         f"{_count(result)}, noise {result.noise}{', measured input ' + inputs if inputs else ''}; conditional on a "
         f"list of {len(result.listed)} cause{'s' * (len(result.listed) != 1)}."
     )
-    lines = textwrap.wrap(note, int((_PAGE - 0.24) / 0.0555))
-    sheet.text(0.12, sheet.depth, "\n".join(lines), fontsize=style._SMALL, color=style.FAINT, linespacing=1.3,
+    lines = textwrap.wrap(note, int((_PAGE - 2.0 * style._INSET) / style._LETTER))
+    sheet.text(style._INSET, sheet.depth, "\n".join(lines), fontsize=style._SMALL, color=style.FAINT, linespacing=1.3,
                gid="caption")
-    sheet.depth += 0.145 * len(lines) + 0.12
+    sheet.depth += style._LINE * len(lines) + 0.12
 
 
 def _count(result: Any) -> str:
@@ -138,24 +140,29 @@ def _count(result: Any) -> str:
 
 
 def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
-    """Panels of the residuals of baseline and kept explanations along every covariate."""
+    """Draw the residuals of baseline and kept explanations along every covariate, a column for each explanation.
+
+    Where nothing is kept the panels of the baseline stand side by side. ``units`` are those of the covariates.
+    """
     within = tuple(f" in {kind}" for kind in set(result.design.kinds))  # a panel shows every kind
     covariates = {k: v for k, v in result.covariates.items() if not k.endswith(within)}
     covariates = covariates or {"number of the specimen": list(range(1, result.n + 1))}
-    names = ordered_covariates(result, covariates)
-    shown, left_out = names[:MOST_ROWS], names[MOST_ROWS:]
+    ordered = ordered_covariates(result, covariates)
+    shown, left_out = ordered[:MOST_ROWS], ordered[MOST_ROWS:]
+    # explanations by the names of their causes: () is the baseline
     columns: list[tuple[str, ...]] = [(), *result.kept[:MOST_COLUMNS]]
     colours = {(): _BASE, **_colours(result)}
-    values = {n: 100.0 * np.expm1(_residual(result, n)) for n in columns}
+    values = {n: 100.0 * np.expm1(_residual(result, n)) for n in columns}  # of a logarithm to per cent
     top = max(float(np.abs(v).max()) for v in values.values()) * 1.18
     noise = _noise_band(result)
+    # one scale for all panels, about zero, in which the band of noise leaves room for points beyond it
     limits = (-max(top, 3.5 * noise), max(top, 3.5 * noise))
     note = _residual_note(result, noise, left_out)
     sheet.heading("What the simulation leaves: measured / predicted − 1 [%]", note)
     if len(columns) == 1:  # nothing kept: the covariates stand side by side
         per_row = min(3, len(shown))
         width = (_PAGE - _LEFT - _RIGHT - (per_row - 1) * _GAP) / per_row
-        width = min(width, 2.9)
+        width = min(width, 2.9)  # chosen: a single panel is not as wide as the page
         for start in range(0, len(shown), per_row):
             for k, name in enumerate(shown[start : start + per_row]):
                 ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth + 0.03, width, 1.25 * _PANEL)
@@ -166,33 +173,29 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
             sheet.depth += 1.25 * _PANEL + 0.48
         return
     width = (_PAGE - _LEFT - _RIGHT - (len(columns) - 1) * _GAP) / len(columns)
-    titles = [textwrap.wrap(_column_title(result, n), max(int(width / 0.062), 12)) for n in columns]
+    titles = [textwrap.wrap(_column_title(result, n), max(int(width / _LETTER_7), 12)) for n in columns]
     deepest = max(map(len, titles))
-    for k, (names_, lines) in enumerate(zip(columns, titles, strict=True)):
-        text = "\n".join([""] * (deepest - len(lines)) + lines)
+    for k, (explanation, lines) in enumerate(zip(columns, titles, strict=True)):
+        text = "\n".join([""] * (deepest - len(lines)) + lines)  # titles end on one line
         sheet.text(_LEFT + k * (width + _GAP) + 0.5 * width, sheet.depth, text, fontsize=7, ha="center",
-                   color=colours[names_], linespacing=1.2, fontweight="bold")
+                   color=colours[explanation], linespacing=1.2, fontweight="bold")
     sheet.depth += 0.13 * deepest + 0.05
     high = _PANEL if len(shown) <= 3 else 0.8 * _PANEL
     for name in shown:
-        for k, names_ in enumerate(columns):
+        for k, explanation in enumerate(columns):
             ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth, width, high)
-            trend = None if names_ else _trend_of(result, name)
-            residual_panel(ax, width, covariates[name], values[names_], limits, noise, colours[names_], trend,
+            trend = None if explanation else _trend_of(result, name)  # the verdict speaks of the baseline's trend
+            residual_panel(ax, width, covariates[name], values[explanation], limits, noise, colours[explanation], trend,
                            first=k == 0, kinds=result.design.kinds)
         x = _LEFT + 0.5 * (_PAGE - _LEFT - _RIGHT)
+        # numbers and few words are written under the axis
         sheet.depth += high + (0.19 if is_numeric(covariates[name]) or few_labels(covariates[name]) else 0.05)
         sheet.text(x, sheet.depth, with_unit(name, units), fontsize=7, ha="center")
         sheet.depth += 0.24
 
 
 def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
-    """What the panels of residuals show, and what is left out of them; ``noise`` in per cent.
-
-    Parameters
-    ----------
-    left_out : covariates without a panel
-    """
+    """What the panels show: ``noise`` is its standard deviation [%], ``left_out`` are covariates without a panel."""
     markers = kinds_note(result.design.kinds)
     parts = ["Points: specimens; line: trend along the covariate"]
     if markers:
@@ -209,20 +212,24 @@ def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
 
 
 def _residual(result: Any, names: tuple[str, ...]) -> np.ndarray:
+    """Residuals log(measured / predicted) [-], shape (n,), of the causes ``names``; () is the baseline."""
     return result.residuals[" + ".join(names) if names else "baseline"]
 
 
 def _noise_band(result: Any) -> float:
+    """Standard deviation of the noise [%]: as stated, of all specimens in the mean, or as estimated from the data."""
     sd = result.noise_sd if result.noise.kind == "unknown" else float(np.mean(result.design.scale))
     return 100.0 * sd
 
 
 def _column_title(result: Any, names: tuple[str, ...]) -> str:
+    """The causes ``names`` with the root mean square of what they leave [%]; () is the baseline."""
     error = 100.0 * float(np.sqrt(np.mean(_residual(result, names) ** 2)))
     return f"{' + '.join(names) if names else 'baseline'}: error {error:.1f}\N{NO-BREAK SPACE}%"
 
 
 def _trend_of(result: Any, name: str) -> str | None:
+    """Kind of the trend along a covariate where the verdict names it, else None."""
     return result.verdict.trend if of_covariate(result, name) else None
 
 
@@ -233,12 +240,12 @@ def with_unit(name: str, units: Mapping[str, str]) -> str:
 
 
 def _sizes(sheet: _Sheet, result: Any) -> None:
-    """Every listed cause between its bounds: fitted size, interval, what would have been seen."""
+    """Draw every listed cause between its bounds: fitted size, interval, what would have been seen."""
     listed = result.listed
-    row = 0.205 if len(listed) <= 12 else 0.165
+    row = 0.205 if len(listed) <= 12 else 0.165  # height of each; chosen: long lists stay on the page
     named = bool(result.kept)
     left = 0.32 + _CHARACTER * max(len(c.name) for c in listed)
-    right = 2.25
+    right = 2.25  # room for the words beside
     width = _PAGE - left - right - _RIGHT
     note = "Each cause within its own bounds (ends of the grey line); tick: baseline, no effect. " + (
         "Filled: not rejected, with its 95 % interval; open: rejected." if named else
@@ -250,12 +257,13 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
     colours = {n: c for names, c in _colours(result).items() for n in names} if named else {}
     if result.pairs:
         colours = dict.fromkeys(result.causes, style.BLUE)
-    show_seen = result.kind in ("none", "scatter")
+    show_seen = result.kind in ("none", "scatter")  # no cause is needed: which would have been seen?
     for k, cause in enumerate(listed):
         low, high = cause.bounds
         tested = result.verdict.tested[(cause.name,)]
 
         def at(size: float, low: float = low, high: float = high) -> float:
+            """Place of a size along the axis, 0 and 1 at the bounds of this cause."""
             return (size - low) / (high - low)
 
         ax.plot([0, 1], [k, k], color="#cfcfcf", linewidth=0.8, zorder=1)
@@ -271,9 +279,9 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
             text += " at its bound" if estimate.at_bound else ""
         else:
             if show_seen:
-                ends = _unseen(cause, result.detectable[cause.name])
-                ax.add_patch(Rectangle((at(ends[0]), k - 0.26), at(ends[1]) - at(ends[0]), 0.52, color="#e4e4e4",
-                                       linewidth=0, zorder=0.6, gid="unseen"))
+                start, end = map(at, _unseen(cause, result.detectable[cause.name]))
+                ax.add_patch(Rectangle((start, k - 0.26), end - start, 0.52, color="#e4e4e4", linewidth=0, zorder=0.6,
+                                       gid="unseen"))
                 text = _seen_text(cause, result.detectable[cause.name])
             else:
                 text = f"rejected (fits best at {cause.show(tested.sizes[0])})"
@@ -294,13 +302,12 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
 
 
 def _unseen(cause: Any, seen: Sequence[float | None]) -> tuple[float, float]:
-    """Range of sizes about the baseline of ``cause`` that would have stayed unseen.
-
-    The bound where none is seen.
+    """Least and largest size about the baseline of ``cause`` that would have stayed unseen, in its unit.
 
     Parameters
     ----------
-    seen : least size to either side that would have been seen; None where none within the bounds
+    seen : least size that would have been seen, to each of the cause's sides; None where none within the bounds would,
+        so that all up to the bound stays unseen
     """
     low = high = cause.baseline
     for side, size in zip(cause.sides, seen, strict=True):
@@ -310,7 +317,7 @@ def _unseen(cause: Any, seen: Sequence[float | None]) -> tuple[float, float]:
 
 
 def _seen_text(cause: Any, seen: Sequence[float | None]) -> str:
-    """In words from which size on a cause would have been seen, see :func:`_unseen`."""
+    """In words from which size on a cause would have been seen; ``seen`` as in :func:`_unseen`."""
     if all(s is None for s in seen):
         return "never seen within its bounds"
     parts = [f"{s:.3g}" for s in seen if s is not None]
@@ -319,9 +326,9 @@ def _seen_text(cause: Any, seen: Sequence[float | None]) -> str:
 
 
 def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
-    """Left the map of d2, right predicted against measured."""
+    """Draw the map of d2 on the left, and predicted against measured ``quantity`` on the right."""
     listed = result.listed
-    square, left = 1.95, 0.45
+    square, left = 1.95, 0.45  # side of the second drawing, margin of the map
     room = _PAGE - square - _RIGHT - 0.75  # left of the second drawing
     cell = min(0.34, (room - left) / len(listed))
     side = cell * len(listed)
@@ -329,10 +336,10 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
     top = sheet.depth
     distances = result.distances
     text = "d2 of a true cause (row) to a rival (column), numbers as above"
-    sheet.text(0.12, top, text, fontsize=7, color=style.FAINT)
+    sheet.text(style._INSET, top, text, fontsize=7, color=style.FAINT)
     ax = sheet.axes(left, top + 0.3, side, side)
     draw_distances(ax, distances, cell, kept=[n for names in result.kept for n in names], named=False)
-    beside = left + side + 1.6 < room
+    beside = left + side + 1.6 < room  # 1.6 in is the width of the legend: it stands beside the map or under it
     place = {"bbox_to_anchor": (1.06, 1.02)} if beside else {"bbox_to_anchor": (0.0, 0.0), "ncols": 2}
     ax.legend(handles=distance_legend(), loc="upper left", fontsize=6.5, frameon=False, borderpad=0.2,
               labelspacing=0.25, columnspacing=1.0, **place)
@@ -342,10 +349,7 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
 
 
 def _predicted(ax: Axes, result: Any, quantity: str) -> int:
-    """Predicted against measured before and after.
-
-    Returns the lines of its legend.
-    """
+    """Draw predicted against measured by baseline and best explanation, and return how many lines its legend has."""
     measured = np.asarray(result.measured)
     sets: list[tuple[tuple[str, ...], Any, str, str]] = [((), result.predicted(()), _BASE, "baseline")]
     for names, colour in list(_colours(result).items())[:1]:
@@ -353,13 +357,14 @@ def _predicted(ax: Axes, result: Any, quantity: str) -> int:
     handles: list[Any] = []
     everything = np.concatenate([measured, *(s[1] for s in sets)])
     low, high = float(everything.min()), float(everything.max())
+    # from zero, unless that would leave two fifths of the axes empty
     low, high = (0.0, 1.06 * high) if low < 0.4 * high else (low - 0.08 * (high - low), high + 0.08 * (high - low))
     several = len(set(result.quantities)) > 1 and everything.min() > 0.0
-    if several:  # newtons beside hertz
+    if several:  # newtons beside hertz: logarithmic axes show both
         low, high = 0.7 * float(everything.min()), 1.4 * float(everything.max())
     ends = np.geomspace(low, high, 60) if several else np.array([low, high])
     noise = _noise_band(result) / 100.0
-    ax.fill_between(ends, ends * np.exp(-2 * noise), ends * np.exp(2 * noise), color="#ececec", linewidth=0, zorder=0.5)
+    ax.fill_between(ends, ends * np.exp(-2 * noise), ends * np.exp(2 * noise), color=_SHADE, linewidth=0, zorder=0.5)
     ax.plot(ends, ends, color=style.FAINT, linewidth=0.7, zorder=1, gid="1:1")
     for names, predicted, colour, label in sets:
         error = 100.0 * float(np.sqrt(np.mean(_residual(result, names) ** 2)))
@@ -372,7 +377,7 @@ def _predicted(ax: Axes, result: Any, quantity: str) -> int:
     if result.gain is not None:
         left_out = 100.0 * result.gain.error_left_out
         handles.append(Line2D([], [], linestyle="none", label=f"each specimen left out: {left_out:.1f} %"))
-    handles.append(Patch(facecolor="#ececec", label="twice the noise"))
+    handles.append(Patch(facecolor=_SHADE, label="twice the noise"))
     ax.set_xlim(low, high)
     ax.set_ylim(low, high)
     if several:

@@ -26,9 +26,9 @@ _MONOLITH = Look("in one piece", "BLACK", "s")
 
 
 def _look(method: str) -> Look:
-    """How a method is drawn.
+    """How a method is drawn, by its name.
 
-    A plain look for a name that no method has, such as a series of another program.
+    A name that no method has, such as a series of another program, has a plain look.
     """
     if method == "monolith":
         return _MONOLITH
@@ -36,12 +36,14 @@ def _look(method: str) -> Look:
 
 
 def _known(method: Any) -> bool:
+    """Whether a name is that of a method, or of the structure in one piece."""
     return method == "monolith" or method in available_methods()
 
 
 def colours_of(methods: Iterable[Any]) -> dict[Any, str]:
-    """A colour for each of ``methods``, its own where no other has it."""
+    """A colour for each of ``methods``: its own where no other has it, else the next of the series that is free."""
     out: dict[Any, str] = {}
+    # known methods choose first: they keep their colours whatever stands beside them
     for method in sorted(dict.fromkeys(methods), key=lambda m: not _known(m)):
         own = (getattr(style, _look(method).colour),) if _known(method) else ()
         out[method] = next((c for c in (*own, *style.SERIES) if c not in out.values()), style.FAINT)
@@ -96,7 +98,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
         ax.annotate(text, (r.multiplier, y), (0, 10), textcoords="offset points", ha="center", fontsize=style._SMALL,
                     color=style.BLACK, zorder=5, gid="number",
                     bbox={"boxstyle": "square,pad=.1", "facecolor": "white", "linewidth": 0, "alpha": .75})
-    span = max(max(ends) - min(ends), 0.05 * max(ends))
+    span = max(max(ends) - min(ends), 0.05 * max(ends))  # answers that agree do not look apart
     ax.set_xlim(min(ends) - 0.22 * span, max(ends) + 0.22 * span)
     said = style.enlarged(*ax.get_xlim())
     ax.set_ylim(-0.6, len(rows) - 0.35)
@@ -116,16 +118,21 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
 
 
 def _row_name(row: Any) -> str:
+    """Name of the method of a row, and under it what governs its answer, where it says so."""
     name, governing = _look(row.method).name, row.details.get("governing")
     return f"{name}:\n{governing}" if governing else name
 
 
 def _cut(text: str, width: int = 60) -> str:
+    """Text of at most ``width`` letters, the last of them dots where more would follow."""
     return text if len(text) <= width else text[: width - 1] + "…"
 
 
 def _draw_published(ax: Axes, published: Mapping[str, Sequence[tuple[float, float]]]) -> list[Line2D]:
-    """Draw the points of every source, by its name, and give their entries of the legend."""
+    """Draw the points of every source, x and y in the units of the axes, and return entries for the legend.
+
+    ``published`` has the points by the name of their source.
+    """
     handles = []
     for number, (name, points) in enumerate(published.items()):
         u, v = np.array(points, dtype=float).T
@@ -184,6 +191,7 @@ def study_lines(
     edge = 0.5 * positive[0] if positive else 1.0
 
     def place(value: float) -> float:
+        """Where a value stands along x: zero, which a logarithmic axis does not have, at its left edge."""
         return edge if log and value <= 0 else float(value)
 
     groups = list(dict.fromkeys(tuple(r.get(k) for k in by) for r in rows))
@@ -193,6 +201,7 @@ def study_lines(
         own = sorted((r for r in rows if tuple(r.get(k) for k in by) == group), key=lambda r: r[x])
         solid = [r for r in own if r.get("status") != "extrapolated"]
         method = own[0].get("method") if by and by[0] == "method" else None
+        # a group is the values of the columns ``by``: those of one method are told apart by their number
         second = 0 if method is None else [g for g in groups if g[:1] == group[:1]].index(group)
         look = _line_look(method, number, colours.get(method, style.SERIES[number % len(style.SERIES)]), second)
         line, colour = look["linestyle"], look["color"]
@@ -204,6 +213,7 @@ def study_lines(
             ax.vlines([place(r[x]) for r in bars], [r["low"] for r in bars], [r["high"] for r in bars], color=colour,
                       linewidth=2.5, alpha=0.35, zorder=2, gid="range")
         ax.plot([place(r[x]) for r in solid], [r[y] for r in solid], **look, zorder=3, gid="line")
+        # one row of a line at most is extrapolated, to x = 0, the neighbour of the first
         guess = [r for r in own if r.get("status") == "extrapolated"]
         if guess and solid:
             ax.plot(
@@ -222,7 +232,7 @@ def study_lines(
     elif all(isinstance(r[x], int) for r in rows):
         ax.xaxis.set_major_locator(MaxNLocator(integer=True))  # of counts
     bottom, top = ax.get_ylim()
-    if 0 < bottom < 0.4 * top:
+    if 0 < bottom < 0.4 * top:  # from zero, unless that would leave two fifths of the axis empty
         ax.set_ylim(bottom=0.0)
     units = table.units if isinstance(table, Table) else {}
     named = {c: f"{c} [{units[c]}]" if units.get(c, "-") != "-" else c for c in (x, y)}
@@ -237,11 +247,14 @@ def study_lines(
 
 
 def _line_look(method: Any, number: int, colour: str, second: int) -> dict[str, Any]:
-    """Look of a line: methods are told apart by colour and marker, groups of one method by fill and line.
+    """Options of ``plot`` for a line: methods differ in colour and marker, groups of one method in fill and dashes.
 
     Parameters
     ----------
-    number, second : of the line, and of its group among those of one method
+    method : name, None for a line of no method
+    number : of the line, which chooses the marker where the method has none
+    colour : of the line
+    second : number of its group among those of one method, 0 for the first
     """
     known = method is not None and _known(str(method))
     return {
@@ -251,11 +264,11 @@ def _line_look(method: Any, number: int, colour: str, second: int) -> dict[str, 
     }
 
 
-_NO_PARAMETER = frozenset(("low", "high", "status", "seconds"))
+_NO_PARAMETER = frozenset(("low", "high", "status", "seconds"))  # columns of results that no study varies
 
 
 def varied(table: Table, y: str = "multiplier") -> str:
-    """The first column of numbers that differ from row to row and are neither y nor its range.
+    """Name of the first column of ``table`` with numbers that differ and are neither y nor its range.
 
     Raises
     ------
@@ -276,16 +289,22 @@ def _lines_by(rows: Sequence[Mapping[str, Any]], x: str, y: str) -> tuple[str, .
     ----------
     rows : of the table
     x, y : names of the columns on both axes
+
+    Returns
+    -------
+    names of columns; rows with equal values in all of them are one line
     """
     by = ["method"] if any(r.get("method") is not None for r in rows) else []
     others = [c for c in dict.fromkeys(k for r in rows for k in r) if c not in {x, y, *by, *_NO_PARAMETER}]
 
     def places(columns: Sequence[str]) -> int:
+        """How many rows are told apart by x and ``columns``."""
         return len({(r[x], *(r.get(c) for c in columns)) for r in rows})
 
     while places(by) < len(rows) and others:
-        # a column whose values hardly repeat is a result, not what the rows were made by
+        # of columns that help alike, that with fewest values
         best = max(others, key=lambda c: (places([*by, c]), -len({r.get(c) for r in rows})))
+        # a column whose values hardly repeat is a result, not what the rows were made by
         if places([*by, best]) == places(by) or len({r.get(best) for r in rows}) > max(len(rows) // 2, 1):
             others.remove(best)
             continue
@@ -295,11 +314,11 @@ def _lines_by(rows: Sequence[Mapping[str, Any]], x: str, y: str) -> tuple[str, .
 
 
 def _group_name(by: Sequence[str], group: Sequence[Any]) -> str:
-    """Name of a line in the legend, from the columns that tell it apart: method, psi over phi, others.
+    """Name of a line in the legend, from the columns that tell it apart: method, psi over phi (share), others.
 
     Parameters
     ----------
-    by, group : columns, and their values for the line
+    by, group : names of the columns, and their values for the line
     """
     parts = []
     for name, value in zip(by, group, strict=True):

@@ -1,6 +1,7 @@
 """A diagnosis as one self-contained HTML page: verdict first, then what it means, what it rests on, what to do next.
 
-``result`` is a diagnosis, of which every function writes a part as HTML.
+``result`` is a diagnosis, of which every function writes a part as HTML. Cells of tables that hold a number are
+one-tuples, see :func:`~limitmason.figures.page.table`; the row of the best explanation has the class "kept".
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from limitmason.diagnosis.report import check_lines
 from limitmason.figures.diagnosis_panels import diagnosis as diagnosis_figure
 from limitmason.figures.diagnosis_panels import with_unit
 from limitmason.figures.page import bullets, image, paragraphs, table, write_page
+
+_MOST_GAINS = 8  # kept explanations whose gains are told, chosen: more are hardly told apart
 
 
 def diagnosis_page(
@@ -91,9 +94,9 @@ def diagnosis_page(
 
 
 def _gains(result: Any) -> str:
-    """HTML of what each kept explanation gains in errors and log scores."""
+    """HTML of what each kept explanation gains in errors and log scores, for the best eight."""
     rows = []
-    for names in result.kept[:8]:
+    for names in result.kept[:_MOST_GAINS]:
         gain = result.gains[names]
         by_group = "no groups given" if gain.leave_group_out is None else str(gain.leave_group_out)
         rows.append(("kept" if names == result.kept[0] else "", [
@@ -149,7 +152,7 @@ def _distances(result: Any) -> str:
 
 
 def _trials(trials: Rehearsal) -> str:
-    """Outcomes of blind trials, a row for each hidden cause."""
+    """HTML of the outcomes of blind trials, a row for each hidden cause; outcomes that never came have no column."""
     shown = [o for o in OUTCOMES if any(row.get(o) for row in trials.counts.values())]
     rows = [("", [row["hidden"], *((str(row[c]),) for c in ("trials", *shown))]) for row in trials.table()]
     text = "Hidden and listed causes share their tables: this tries the statistics, not the physics."
@@ -157,7 +160,10 @@ def _trials(trials: Rehearsal) -> str:
 
 
 def _next_tests(tests: Any, units: Mapping[str, str]) -> str:
-    """HTML of the tests proposed next, with why and with their covariates."""
+    """HTML of the ``tests`` proposed next, with why and with their covariates in ``units``.
+
+    A pool of specimens without covariates is told by what they print.
+    """
     first = tests.specimens[0]
     names = list(first) if isinstance(first, Mapping) else []
     header = ["number in the pool", *(with_unit(n, units) for n in names)] if names else ["number", "specimen"]
@@ -171,9 +177,16 @@ def _next_tests(tests: Any, units: Mapping[str, str]) -> str:
 
 
 def _specimens(result: Any, units: Mapping[str, str], quantity: str) -> str:
-    """HTML of measured and predicted values specimen by specimen: by the baseline, and by what is kept."""
+    """HTML of measured and predicted values specimen by specimen: by the baseline, and by the best explanation.
+
+    Parameters
+    ----------
+    units : of the covariates, by name
+    quantity : what was measured, with its unit
+    """
     before, best = result.predicted(()), result.predicted() if result.kept else None
     named = [s.removeprefix("specimen ") for s in result.specimens]
+    # a covariate that only repeats the names of the specimens has no column
     shown = [n for n in result.covariates if [str(v) for v in result.covariates[n]] != named]
     told = {"baseline": before} if best is None else {"baseline": before, " + ".join(result.kept[0]): best}
     header = ["specimen", *(with_unit(n, units) for n in shown), f"measured {quantity}".strip()]
@@ -190,4 +203,5 @@ def _specimens(result: Any, units: Mapping[str, str], quantity: str) -> str:
 
 
 def _number(value: Any) -> Any:
+    """Cell of a covariate: a number as a one-tuple, else its text."""
     return (f"{value:.4g}",) if isinstance(value, (int, float)) and not isinstance(value, bool) else str(value)

@@ -43,6 +43,11 @@ from limitmason.vibration import Modes
 _SEEN = 0.05
 """Largest displacement of a path over the size of the structure as the page first shows it [-]."""
 
+_REACH = 0.12
+"""Largest displacement of a mechanism or a mode over the size of the structure where no scale is given [-]."""
+
+_GROWTH = 25
+"""Most positions of a mechanism, which grows along straight lines and arcs: more are not seen."""
 
 _SWING = 24
 """Positions in one swing of a mode."""
@@ -72,7 +77,7 @@ def view(
     title : of the page; what is shown by default
     scale : of a mechanism or a mode: largest displacement over the structure's size [-], 0.12 by default; of a path:
         factor on displacements and rotations that the page begins with [-], by default so that the largest can be seen
-    frames : most positions that the file holds
+    frames : most positions that the file holds; a mechanism has at most 25, and every mode has 24
     viewpoint_deg : azimuth and elevation of the viewer at first
 
     Returns
@@ -120,10 +125,7 @@ def view(
 
 
 class Scene:
-    """An interactive scene: ``html`` is the text of the page.
-
-    A notebook shows it in a frame.
-    """
+    """An interactive scene: ``html`` is the text of the page, which a notebook shows in a frame."""
 
     def __init__(self, html: str) -> None:
         self.html = html
@@ -147,13 +149,12 @@ class Scene:
 
 
 def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> SceneMotion:
-    """Poses of the blocks to be shown one after the other, of an answer, curve, history, modes or motion.
+    """Poses of the blocks to be shown one after the other.
 
     Parameters
     ----------
-    scale : factor on displacements; None chooses one
-    most : poses at most
-    what : answer, curve, history, modes or motion; None for rest
+    what : prediction, curve, history, modes or state; None for rest
+    scale : as in :func:`view`; None chooses one
     """
     rest = ScenePose(np.zeros((model.n_blocks, 3)), np.zeros((model.n_blocks, 3)), "")
     if what is None:
@@ -162,12 +163,12 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
         line = f"{what.method}: λ = {what.collapse_multiplier:.4g} ({what.status})"
         if what.mechanism is None:
             return SceneMotion([rest], line)
-        return _of_mechanism(model, what, line, 0.12 if scale is None else scale, min(most, 25))
+        return _of_mechanism(model, what, line, _REACH if scale is None else scale, min(most, _GROWTH))
     if isinstance(what, Modes):
-        return _of_modes(model, what, 0.12 if scale is None else scale)
+        return _of_modes(model, what, _REACH if scale is None else scale)
     if isinstance(what, Curve):
         poses, line, start = _of_curve(model, what, most)
-    elif len(getattr(what, "shift", ())) and np.ndim(what.shift) == 3:
+    elif len(getattr(what, "shift", ())) and np.ndim(what.shift) == 3:  # a history: samples of all blocks
         poses, line = _of_history(model, what, most), f"history, {what.status}, seen from the ground"
         start = len(poses) - 1
     else:
@@ -176,23 +177,35 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
     travel = max(float(np.abs(p.shift).max(initial=0.0)) for p in poses)
     if scale is None:
         scale = max(round_length(_SEEN * structure_size(model) / travel), 1.0) if travel > 0.0 else 1.0
+    # marked from a tenth of the widest joint on, never later than from a hundredth of the structure, and above rounding
     crack = max(min(0.1 * joints, 0.01 * structure_size(model)), 1e-9 * structure_size(model))
     return SceneMotion(poses, line, start, scale, crack)
 
 
 def _of_mechanism(model: Assembly, prediction: Prediction, line: str, scale: float, count: int) -> SceneMotion:
-    """Poses of a mechanism from rest to ``scale`` times the structure, and a line on it."""
+    """Poses of a mechanism from rest on, the last one shown first.
+
+    Parameters
+    ----------
+    line : what the scene is called
+    scale : largest displacement at the end over the size of the structure [-]
+    """
     twists = checked_twists(model, prediction)
     poses = []
     for share in np.linspace(0.0, 1.0, max(count, 2)):
-        motion = drawn_motion(model, twists, max(scale * share, 1e-9))
+        motion = drawn_motion(model, twists, max(scale * share, 1e-9))  # at rest a scale of zero would be refused
         turn = Rotation.from_matrix(motion.rotation).as_rotvec()
         poses.append(ScenePose(motion.translation, turn, f"mechanism, {100 * share:.0f} %"))
     return SceneMotion(poses, line, len(poses) - 1, crack=0.01 * scale * structure_size(model))
 
 
 def _of_modes(model: Assembly, modes: Modes, scale: float) -> SceneMotion:
-    """Poses of one period of every mode in turn, ``scale`` times the structure at most."""
+    """Poses of one period of every mode in turn, the first mode shown at its largest.
+
+    Parameters
+    ----------
+    scale : largest displacement over the size of the structure [-]
+    """
     shape = np.asarray(modes.shape)
     if shape.shape[1] != model.n_blocks or shape.shape[2] < 6:
         raise InputError(f"modes of {shape.shape[1]} places do not belong to the {model.n_blocks} blocks here")
@@ -217,7 +230,7 @@ def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose]
         raise InputError("this curve kept no states: there is nothing to draw")
 
     def said(k: int) -> str:
-        """Load and displacement of sample k, with their units."""
+        """Load and displacement of the sample of number k, with units that fit them."""
         load = f"{curve.load[k]:.4g}"
         if curve.load_unit == "N":
             load = force_text(curve.load[k])
@@ -231,15 +244,18 @@ def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose]
         return f"{load} at {along}"
 
     rows, peak = _spread(len(curve), most), int(curve.peak.index)
+    # the peak is among the samples shown, in place of the one nearest to it
     rows[int(np.argmin(np.abs(np.array(rows) - peak)))] = peak
     poses = [_moved(model, curve.states[k], 0, said(k)) for k in rows]
     travel = [float(np.abs(pose.shift).max(initial=0.0)) for pose in poses]
+    # chosen: at less than a tenth of the way nothing would be seen to move
     start = rows.index(peak) if travel[rows.index(peak)] > 0.1 * max(travel) else len(rows) - 1
     return poses, f"{curve.label or 'curve'}: largest {said(peak)}", start
 
 
 def _of_history(model: Assembly, history: Any, most: int) -> list[ScenePose]:
     """Poses of a history with time or multiplier, seen from the ground."""
+    # what is said of a sample: the time of a dynamic run, as others count steps, and a multiplier that is not zero
     words = {"multiplier": "λ = {:.4g}"}
     if getattr(getattr(history, "state", None), "mode", "") == "dynamic":
         words = {"time": "{:.3g} s"} | words
@@ -250,18 +266,19 @@ def _of_history(model: Assembly, history: Any, most: int) -> list[ScenePose]:
         pose = _moved(model, history, k, ", ".join(said))
         ground = pose.shift[model.fixed]
         # what carries everything, as the ground of a record, is taken away
-        common = ground[0] if len(ground) and np.ptp(ground, axis=0).max() < 1e-9 else 0.0
+        common = ground[0] if len(ground) and np.ptp(ground, axis=0).max() < 1e-9 else 0.0  # [m]: moves as one
         poses.append(pose._replace(shift=pose.shift - common))
     return poses
 
 
 def _spread(count: int, most: int) -> list[int]:
+    """Numbers of at most ``most`` of ``count`` samples, evenly spread, with the first and the last."""
     rows: Index = np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(int))
     return [int(k) for k in rows]
 
 
 def _moved(model: Assembly, state: Any, sample: int, caption: str) -> ScenePose:
-    """Pose of a state, or of ``sample`` of a history: displacements [m] and rotation vectors [rad]."""
+    """Pose of a state, or of a history at a sample by its number, with its ``caption``."""
     if hasattr(state, "turn"):  # of a capacity curve: displacements and R - I
         shift, turn = state.shift, Rotation.from_matrix(np.eye(3) + state.turn).as_rotvec()
         if shift.shape != (model.n_blocks, 3):
@@ -272,12 +289,20 @@ def _moved(model: Assembly, state: Any, sample: int, caption: str) -> ScenePose:
 
 
 def _solids(model: Assembly, motion: SceneMotion) -> dict[str, Any]:
-    """Triangles and edges of all blocks with the block that owns each vertex; what is framed is where blocks come."""
+    """What the script of the page draws of the blocks, by name: triangles, edges, names, and what is framed.
+
+    Arrays are base64 of single precision: "vertices" three corners of every triangle with the "normals" there, "lines"
+    two ends of every edge [m], each with the block that owns it. "centre" and "size" are those of what is framed.
+
+    Parameters
+    ----------
+    motion : positions that the blocks take, which are framed too
+    """
     corners, normals, owner, lines, line_owner = [], [], [], [], []
     for i, block in enumerate(model.blocks):
         for points in block.faces:
             normal, _ = face_plane(points)
-            for j in range(1, len(points) - 1):
+            for j in range(1, len(points) - 1):  # a fan about the first corner: faces are convex
                 corners += [points[0], points[j], points[j + 1]]
                 normals += [normal] * 3
                 owner += [i] * 3
@@ -312,7 +337,7 @@ def _solids(model: Assembly, motion: SceneMotion) -> dict[str, Any]:
 
 
 def _joints(model: Assembly) -> dict[str, Any]:
-    """Outlines of the joints: corners, normals from a to b, and numbers of blocks and of corners."""
+    """Outlines of the joints, by name: "corners" [m], "normals" from a to b, both blocks, and "count" of corners."""
     x = model.arrays
     return {
         "corners": _text(x.corners), "normals": _text(x.normal),
@@ -321,7 +346,7 @@ def _joints(model: Assembly) -> dict[str, Any]:
 
 
 def _forces(model: Assembly, answer: Prediction | None) -> dict[str, Any]:
-    """Joint forces: ends of a line along each, its share of the largest, whether it is at the friction limit."""
+    """Joint forces, a row each: ends of a line along it [m], share of the largest, whether at the friction limit."""
     if answer is None or answer.resultants is None:
         return {"rows": "", "largest": ""}
     found = joint_forces(model, answer)
@@ -337,10 +362,7 @@ def _forces(model: Assembly, answer: Prediction | None) -> dict[str, Any]:
 
 
 def _front(model: Assembly) -> float:
-    """Azimuth of a viewer who looks straight at a single-leaf wall.
-
-    Along y otherwise [rad].
-    """
+    """Azimuth [rad], from x towards y, of a viewer who looks straight at a single-leaf wall, else along y."""
     plane = wall_plane(model)
     if plane is None:
         return float(-np.pi / 2)

@@ -16,7 +16,10 @@ _APART = 0.3
 
 
 class ScenePose(NamedTuple):
-    """One position of all blocks: displacement of the centroids [m], rotation vector [rad], (n, 3) each, and a word."""
+    """One position of all blocks, and ``caption``, what is said of it.
+
+    ``shift`` are displacements of the centroids [m], ``turn`` rotation vectors [rad], shape (n, 3) each.
+    """
 
     shift: Array
     turn: Array
@@ -50,6 +53,7 @@ def side_by_side(models: Sequence[Assembly]) -> Assembly:
     supports: list[Support] = []
     end = float(corners[0][:, axis].min())
     for k, (model, points) in enumerate(zip(models, corners, strict=True), 1):
+        # each begins where the one before it ends, and a gap after it
         along = np.zeros(3)
         along[axis] = end - points[:, axis].min()
         end += float(np.ptp(points[:, axis])) + apart
@@ -63,14 +67,15 @@ def side_by_side(models: Sequence[Assembly]) -> Assembly:
 def together(motions: Sequence[SceneMotion]) -> SceneMotion:
     """Motions of several structures at once, each from its first to its last position.
 
-    One factor on displacements is left to choose where all of them have one.
+    One factor on displacements is left to choose where all of them have one, else each has its own factor applied. A
+    structure with fewer positions takes several frames for each.
 
     Parameters
     ----------
     motions : one of each structure
     """
     count = max(len(m.poses) for m in motions)
-    shared = min(m.scale for m in motions)
+    shared = min(m.scale for m in motions)  # zero as soon as one has no factor to choose
     poses = []
     for k in range(count):
         part = k / max(count - 1, 1)
