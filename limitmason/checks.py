@@ -1,4 +1,7 @@
-"""Checks of what a user gives: every message names the argument and the value that was wrong."""
+"""Checks of what a user gives: every message names the argument and the value that was wrong.
+
+``name`` is what a message calls the argument, ``value`` what was given for it.
+"""
 
 from __future__ import annotations
 

@@ -167,6 +167,7 @@ def stability(
         """Margin of the structure over the angle [rad] by which the ground falls in a direction, a unit vector."""
 
         def at(angle: float) -> Margin:
+            """Margin at one angle [rad]."""
             dead = np.array(loads.dead)
             # gravity turns: weight W along -z becomes W (sin d - cos z), and -W z is in the dead load already
             dead[:, :3] += assembly.weights[:, None] * (math.sin(angle) * direction + (0, 0, 1.0 - math.cos(angle)))

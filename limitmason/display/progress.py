@@ -44,6 +44,7 @@ class _Bar:
     """The bar of the outermost task, called by ``title``, with all levels inside it; times in seconds."""
 
     def __init__(self, title: str) -> None:
+        """Begin the clock and a thread that keeps it moving."""
         self.tasks = [_Task(title)]  # from the outermost to the one that is at work
         self.begun = time.monotonic()
         self.first = 0.0, self.begun  # part that was done when it was taken up, and when that was
@@ -287,7 +288,7 @@ def noted(text: str) -> None:
 
 
 def write(text: str, file: TextIO | None = None) -> None:
-    """Write a line to standard error, or to another stream, above the bar where there is one."""
+    """Write ``text`` as a line to standard error, or to ``file``, above the bar where there is one."""
     out = _stream() if file is None else file
     if _bar and _bar[0].tqdm is not None:
         with _bar[0].lock:

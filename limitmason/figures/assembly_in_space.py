@@ -1,6 +1,7 @@
 """Assemblies drawn in space: parallel projection, faces shaded by their normal, hidden surfaces removed exactly.
 
-``width`` is that of lines, in points; ``segments`` are pairs of ends on the page, shape (2, 2) each.
+``ax`` are the axes that are drawn on and ``scene`` is what is drawn; ``width`` is that of lines, in points;
+``segments`` are pairs of ends on the page [m], shape (2, 2) each.
 """
 
 from __future__ import annotations
@@ -79,6 +80,7 @@ class _Ink:
     """Paths with their colours in the order in which they are painted; widths in points."""
 
     def __init__(self) -> None:
+        """Begin without paths."""
         self.paths: list[Path] = []
         self.face: list = []
         self.edge: list = []
@@ -212,7 +214,7 @@ def _joint_marks(scene: SolidView, joints: MovingJoints | None) -> dict[int, lis
 
 
 def _shared_faces(assembly: Assembly) -> set[tuple[int, int]]:
-    """Faces (piece, face) that a piece has in common with another piece of its block: cuts, not surfaces."""
+    """Faces (piece, face), by number, that two pieces of a block have in common: cuts, not surfaces."""
     hidden: set[tuple[int, int]] = set()
     start = 0
     for block in assembly.blocks:

@@ -1,4 +1,7 @@
-"""A structure on a page, in elevation or in space: the page that fits it, and blocks, joints and ties drawn on it."""
+"""A structure on a page, in elevation or in space: the page that fits it, and blocks, joints and ties drawn on it.
+
+``model`` is the structure.
+"""
 
 from __future__ import annotations
 
@@ -118,7 +121,7 @@ class Canvas:
         return draw_ties(self.ax, self.model, lambda p: p @ self.axes, self.width, motion=motion, yields=yields)
 
     def load(self, loads: Loads | None, label: str = "live load") -> list[Line2D]:
-        """Draw the resultant of the live loads from where it acts; an entry for the legend, or none without one."""
+        """Draw the resultant of the live loads from where it acts; its entry for the legend, ``label``, or none."""
         found = resultant(self.model, loads)
         if found is None:
             return []

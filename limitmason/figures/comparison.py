@@ -1,4 +1,7 @@
-"""Predicted against published or measured values, with the line of agreement and a band about it."""
+"""Predicted against published or measured values, with the line of agreement and a band about it.
+
+``ax`` are the axes that are drawn on.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,7 @@ class ComparedValue(NamedTuple):
 def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[ComparedValue]:
     """Rows (label, published, predicted[, group]) checked and with ranges.
 
-    A value is a number, a range (low, high) shown by its mean, or (low, value, high).
+    A value in ``rows`` is a number, a range (low, high) shown by its mean, or (low, value, high).
 
     Raises
     ------

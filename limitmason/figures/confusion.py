@@ -1,4 +1,4 @@
-"""Figure of what a design can tell: distances between its causes."""
+"""Figure of what a design can tell: distances between its causes, drawn on axes ``ax``."""
 
 from __future__ import annotations
 

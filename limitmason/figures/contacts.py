@@ -1,6 +1,7 @@
 """The contact report as a drawing: joints that were made, faces that nearly touch, faces that touch nothing.
 
-``width`` is that of lines, in points; ``axes`` project places in space on the page, shape (3, 2).
+``ax`` are the axes that are drawn on; ``width`` is that of lines, in points; ``axes`` project places in space on the
+page, shape (3, 2); ``gid`` names what is drawn.
 """
 
 from __future__ import annotations

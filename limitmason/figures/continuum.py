@@ -1,4 +1,7 @@
-"""Solids of bricks in space: moved, and coloured by stress, strain or cracks."""
+"""Solids of bricks in space: moved, and coloured by stress, strain or cracks.
+
+``model`` is the solid, ``ax`` are the axes that are drawn on.
+"""
 
 from __future__ import annotations
 

@@ -146,6 +146,7 @@ def _draw_joints(ax: Axes, view: elevation.Elevation, motion: RigidMotion, curve
 
     Parameters
     ----------
+    ax, view : axes, and the elevation that is drawn on them
     motion : of the blocks, as drawn
     curve, index : of a driven structure, and the number of the sample
     """

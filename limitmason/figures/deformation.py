@@ -1,4 +1,7 @@
-"""Deformed shapes of a simulation with their finite rotations, and animations of them."""
+"""Deformed shapes of a simulation with their finite rotations, and animations of them.
+
+``model`` is the assembly that was simulated, of n blocks and k interfaces.
+"""
 
 from __future__ import annotations
 

@@ -38,6 +38,7 @@ class _Sheet:
     """A page filled downwards to ``depth``: blocks ask for a height, axes are placed once the whole height is known."""
 
     def __init__(self) -> None:
+        """Begin an empty page, whose width is that of an A4 page's text."""
         style.needs_a_page("diagnosis")
         self.figure = style.blank(_PAGE, 1.0)
         self.depth = 0.08
@@ -57,7 +58,7 @@ class _Sheet:
         return ax
 
     def heading(self, text: str, note: str = "") -> None:
-        """Add the heading of a block with a small note under it."""
+        """Add ``text`` as the heading of a block, with a small note under it."""
         self.text(style._INSET, self.depth, text, fontsize=style._FONT, fontweight="bold")
         self.depth += 0.19
         lines = textwrap.wrap(note, int((_PAGE - 2.0 * style._INSET) / _PLAIN_7))
@@ -113,7 +114,7 @@ def _colours(result: Any) -> dict[tuple[str, ...], str]:
 
 
 def _head(sheet: _Sheet, result: Any, title: str | None) -> None:
-    """Verdict in large letters at the head of the sheet, and under it what it is about in small ones."""
+    """Write title and verdict in large letters at the head of the sheet, and what it is about in small ones."""
     if title:
         sheet.text(style._INSET, sheet.depth, title, fontsize=style._FONT, color=style.FAINT, gid="title")
         sheet.depth += 0.2
@@ -349,7 +350,7 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
 
 
 def _predicted(ax: Axes, result: Any, quantity: str) -> int:
-    """Draw predicted against measured by baseline and best explanation, and return how many lines its legend has."""
+    """Draw predicted against measured ``quantity`` by baseline and best explanation; return the lines of its legend."""
     measured = np.asarray(result.measured)
     sets: list[tuple[tuple[str, ...], Any, str, str]] = [((), result.predicted(()), _BASE, "baseline")]
     for names, colour in list(_colours(result).items())[:1]:

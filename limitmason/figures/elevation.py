@@ -1,6 +1,7 @@
 """Assemblies drawn in elevation: blocks as closed outlines, fixed ones hatched, joints as lines and opened gaps.
 
-``width`` is that of lines, in points; ``moving`` are flags of the blocks, shape (n,), and ``motion`` moves them.
+``view`` is what is drawn, on the axes ``ax``; ``width`` is that of lines, in points; ``moving`` are flags of the
+blocks, shape (n,), and ``motion`` moves them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Joint forces at collapse: resultants as segments at the centres of pressure, and lines of thrust.
 
-``axes`` project places in space on the page, shape (3, 2); ``thickest`` is the width of the largest force, in points.
+``ax`` are the axes that are drawn on; ``axes`` project places in space on the page, shape (3, 2); ``thickest`` is the
+width of the largest force, in points.
 """
 
 from __future__ import annotations

@@ -269,6 +269,7 @@ def _finish(ax: Axes, own: bool, xlabel: str, ylabel: str, title: str | None, ca
 
     Parameters
     ----------
+    ax, xlabel, ylabel : the diagram, and the names of its axes with their units
     own : whether the page was made here; in axes of the caller the page is not made larger and a caption is left out
     """
     ax.set_xlabel(xlabel)

@@ -1,7 +1,7 @@
 """What of a block is drawn: its outline in a plane, its edges in space, without the cuts between its convex pieces.
 
-``tolerance`` is the distance up to which places are one [m]; ``normals`` and ``offsets`` are those of the faces of
-every piece, shapes (f, 3) and (f,).
+``assembly`` is the structure; ``tolerance`` is the distance up to which places are one [m]; ``normals`` and ``offsets``
+are those of the faces of every piece, shapes (f, 3) and (f,).
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Hidden surfaces without a depth buffer: convex pieces sorted so that none is painted over by one behind it.
 
 Sorting faces by mean depth, as ``mpl_toolkits.mplot3d`` does, puts a long ground slab in front of the blocks on it.
-Two convex pieces that do not overlap are separated by a plane, and the plane tells which of them can hide the other:
-the order is then exact, and the drawing stays a vector drawing.
+Two convex pieces that a face of one of them separates are told by its plane, which of them can hide the other: the
+order is then exact, and the drawing stays a vector drawing. Of others the face of least overlap decides.
 
-``solids`` are convex pieces where they are drawn.
+``solids`` are convex pieces where they are drawn, and ``view`` is from where they are seen.
 """
 
 from __future__ import annotations

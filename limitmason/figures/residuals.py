@@ -60,6 +60,7 @@ def residual_panel(
     width : of the axes [in]
     column, values : covariate and residuals [%], shape (n,)
     limits : of the vertical axis [%]
+    colour : of the points
     noise : standard deviation [%]; twice it is shaded
     trend : kind of the trend that the verdict names, drawn and framed; None for another covariate
     first : whether the panel carries the numbers of the vertical axis

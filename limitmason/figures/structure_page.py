@@ -1,4 +1,7 @@
-"""The report of one structure as one HTML page: what it is, what was assumed, and what all theories say of it."""
+"""The report of one structure as one HTML page: what it is, what was assumed, and what all theories say of it.
+
+``model`` and ``loads`` are the problem, ``compared`` is what the theories say.
+"""
 
 from __future__ import annotations
 

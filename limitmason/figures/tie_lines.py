@@ -1,4 +1,7 @@
-"""Ties as lines over a drawing of blocks, in elevation or in space: those that yield in a mechanism, and the others."""
+"""Ties as lines over a drawing of blocks, in elevation or in space: those that yield in a mechanism, and the others.
+
+``model`` is the structure that they hold, ``ax`` are the axes that are drawn on.
+"""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 The file needs neither network nor server. What is drawn is the model itself: faces of the blocks, moved by the frames
 of a mechanism, of a capacity curve or of a history, and the forces of the joints.
 
-``most`` and ``count`` are poses that are shown at most.
+``model`` is the assembly, ``most`` and ``count`` are poses that are shown at most.
 """
 
 from __future__ import annotations
