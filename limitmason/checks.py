@@ -124,6 +124,6 @@ def several(name: str, value: Any, kind: type[T]) -> tuple[T, ...]:
 
 
 def _told(value: Any) -> str:
-    """A value in a message: short ones themselves, others by their class."""
+    """A value in a message: short ones themselves, others by their class, so that a message stays a line."""
     short = isinstance(value, str | int | float | None) and len(repr(value)) < 60
     return repr(value) if short else type(value).__name__

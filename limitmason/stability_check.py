@@ -144,7 +144,7 @@ def stability(
     if loads.live.any():
         raise InputError("loads: stability is asked of dead loads; give them with case='dead'")
     ground = {name: _horizontal(name, d) for name, d in _directions(tilts).items()}
-    if not 0.0 < finite("accuracy", accuracy) < 0.1:
+    if not 0.0 < finite("accuracy", accuracy) < 0.1:  # a coarser measure would say little
         raise InputError(f"accuracy must be above 0 and below 0.1, got {accuracy!r}")
 
     model: dict[str, Any] = {"contact_model": contact_model, "in_plane": in_plane}

@@ -73,7 +73,7 @@ class Server(ThreadingHTTPServer):
             super().__init__((HOST, port), _Handler)
         except (OSError, OverflowError) as error:
             raise InputError(f"--port {port} cannot be had ({error}): give another, or leave it out") from None
-        self.token = secrets.token_urlsafe(24)
+        self.token = secrets.token_urlsafe(24)  # bytes: more than can be guessed
         number = self.server_address[1]
         self.hosts = {f"{name}:{number}" for name in (HOST, "localhost")}
 

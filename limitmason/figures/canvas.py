@@ -162,7 +162,7 @@ def resultant(model: Assembly, loads: Loads | None) -> tuple[Array, Array] | Non
     force, centre = live[free, :3], model.centroids[free] + loads.points("live")[free]
     size = np.linalg.norm(force, axis=1)
     total = force.sum(axis=0)
-    if not np.linalg.norm(total) > 1e-6 * size.sum():
+    if not np.linalg.norm(total) > 1e-6 * size.sum():  # what is left of forces that cancel is rounding
         return None
     # the point of the line nearest to the centre of the forces; a moment about the line itself does not move it
     middle = size @ centre / size.sum()
@@ -212,6 +212,7 @@ def _corner_they_move_to(model: Assembly, twists: Array) -> tuple[float, float]:
     """
     weight = model.volumes * np.linalg.norm(twists[:, :3], axis=1)
     mean = (weight[:, None] * twists[:, :3]).sum(axis=0)
+    # the usual viewpoint and its mirror images in the planes of x and y
     corners = [(azimuth, VIEWPOINT_DEG[1]) for azimuth in (-58.0, -122.0, 58.0, 122.0)]
     # rounded: of corners that are equally near the first is taken, whatever the last digit says
     return max(corners, key=lambda c: round(float(camera(*c).towards @ mean), 9))

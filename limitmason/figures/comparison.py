@@ -204,7 +204,7 @@ def _limits(rows: list[ComparedValue], log: bool) -> tuple[float, float]:
     """
     values = np.array([r.published + r.predicted for r in rows])
     low, high = float(values.min()), float(values.max())
-    if log:
+    if log:  # a margin of a tenth of a decade
         return low / 1.25, high * 1.25
     low = min(low, 0.0) if low < 0.35 * high else low
     pad = 0.06 * max(high - low, 0.02 * abs(high), 1e-12)  # equal values, and zeros, have axes of some length too

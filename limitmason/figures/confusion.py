@@ -96,11 +96,13 @@ def confusable(result: Any, *, title: str | None = None) -> Figure:
     """
     names = result.names
     count = len(names)
-    # lengths in inches: names at the left, the map, and a legend beside it where the page has room, else below
+    # lengths in inches: names at the left, the map, and a legend beside it where the page has room, else below;
+    # the head holds the caption and the numbers of the rivals
     left = 0.3 + _CHARACTER * max(len(n) for n in names)
-    cell = min(0.36, (style.page_width() - left - 0.15) / count)
-    side, legend, page = cell * count, 1.75, style.page_width()
-    beside = left + side + 0.15 + legend <= page
+    page, gap, legend = style.page_width(), 0.15, 1.75
+    cell = min(0.36, (page - left - gap) / count)
+    side = cell * count
+    beside = left + side + gap + legend <= page
     head, foot = 0.92 + (0.22 if title else 0.0), 0.3 if beside else 0.72
     height = head + max(side, 1.25 if beside else 0.0) + foot
     figure = style.blank(page, height)
@@ -115,7 +117,7 @@ def confusable(result: Any, *, title: str | None = None) -> Figure:
         *style.lines_of(f"Not seen within their bounds (grey): {hidden}.", page, 1),
     ]
     style.Heading(title, lines, page).put(figure)
-    place = {"loc": "upper left", "bbox_to_anchor": ((left + side + 0.15) / page, low + side / height)} if beside else {
+    place = {"loc": "upper left", "bbox_to_anchor": ((left + side + gap) / page, low + side / height)} if beside else {
         "loc": "lower center", "bbox_to_anchor": (0.5, 0.0), "ncols": 3}
     figure.legend(handles=distance_legend(), fontsize=style._SMALL, frameon=False, **place)
     return figure

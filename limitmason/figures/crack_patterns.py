@@ -22,6 +22,7 @@ MOMENTS = ("first crack", "peak", "end")
 _WIDEST, _LEAST = 3.0, 0.6  # lines of the largest movement and of next to none [pt]
 _THIN = 0.7  # lines of joints that have failed but hardly moved [pt]
 _HARDLY = 30.0  # largest movement of a picture over one that counts as hardly any, chosen [-]
+_TITLE = 0.3  # height of the heading of a picture [in]
 _DRAWN = 0.05  # of the structure: largest displacement as drawn
 
 
@@ -77,9 +78,10 @@ def cracks(
     page = style.page_width()
     # scale of the drawings [in/m]: on the page beside the numbers of their axes, each at most 3.2 in high
     inch = float(min((page - 0.67) / frame.span[0], 3.2 / frame.span[1]))
-    figure, axes = style.panels(page, len(drawn) * (frame.span[1] * inch + 0.3) + 0.3, rows=len(drawn))
+    figure, axes = style.panels(page, len(drawn) * (frame.span[1] * inch + _TITLE) + 0.3, rows=len(drawn))
+    thin = style.outline_width(inch, view.block_size(), widest=0.5)  # thinner than the marks of joints
     for ax, (i, moment), motion in zip(axes, drawn, motions, strict=True):
-        elevation.draw_blocks(ax, view, min(max(0.03 * 72.0 * inch * view.block_size(), 0.12), 0.5), motion=motion)
+        elevation.draw_blocks(ax, view, thin, motion=motion)
         _draw_joints(ax, view, motion, curve, i)
         elevation.set_frame(ax, view, frame)
         ax.set_title(_heading(curve, i, moment), loc="left", fontsize=8.0, pad=3.0)

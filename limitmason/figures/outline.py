@@ -133,7 +133,7 @@ def _front(part: Solid, plane: Plane) -> Array:
     """Corners of the silhouette of the piece ``part`` [m], counter-clockwise for the viewer, shape (n, 3)."""
     v = part.vertices
     depth = v @ plane.normal
-    slack = 1e-9 * max(float(np.ptp(v, axis=0).max()), 1e-300)
+    slack = 1e-9 * max(float(np.ptp(v, axis=0).max()), 1e-300)  # of depths that are one but for rounding [m]
     axes = np.column_stack([plane.axis_1, plane.axis_2])
     flat = v @ axes
     for face in part.faces:
@@ -141,6 +141,7 @@ def _front(part: Solid, plane: Plane) -> Array:
         # of a prism seen along its length the face in front has all corners of the silhouette, in order
         if 2 * len(rows) == len(v) and (depth[rows] <= depth.min() + slack).all():
             others = np.setdiff1d(np.arange(len(v)), rows)
+            # each corner behind lies on the page at one in front: the piece is seen along its length
             reach = np.linalg.norm(flat[others][:, None] - flat[rows][None], axis=2).min(axis=1)
             if (reach <= 1e-6 * max(float(np.ptp(flat, axis=0).max()), 1e-300)).all():
                 return v[rows]
@@ -266,7 +267,7 @@ def _is_edge(middle: Array, along: Array, normals: list[Array], offsets: list[Ar
     ----------
     middle, along : place on the edge and vector along it [m], shape (3,)
     """
-    # v, w: unit vectors across the edge, from the axis that is surely not along it
+    # v, w: unit vectors across the edge, from x, or from y where the edge lies within 45 degrees of x
     u = along / np.linalg.norm(along)
     v = np.cross(u, (1.0, 0.0, 0.0) if abs(u[0]) < 0.7 else (0.0, 1.0, 0.0))
     v /= np.linalg.norm(v)

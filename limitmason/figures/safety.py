@@ -21,6 +21,7 @@ from limitmason.figures import style
 from limitmason.limit.axles import AxleEnvelope
 from limitmason.limit.load_set import LoadRegion
 
+_WIDTH = 3.4  # of a single diagram [in]
 _CARRIED, _CERTAIN = "#d8d8d8", "#a0a0a0"  # fill of a region, and of the part that is certain for psi < phi
 
 
@@ -45,7 +46,7 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
     instance("region", region, LoadRegion, "by lm.load_region")
     if len(region.names) != 2 or not len(region.corners):
         raise InputError(f"a region is drawn of two loads that can be carried, not: {region}")
-    own, (_, ax) = ax is None, style.paper(style.page_width(3.4), 3.0, ax)
+    own, (_, ax) = ax is None, style.paper(style.page_width(_WIDTH), 3.0, ax)
     for drawn, shade in ((region, _CARRIED), (region.certain, _CERTAIN)):
         if drawn is not None and len(drawn.corners):
             outline = _outline(drawn.corners)
@@ -107,7 +108,7 @@ def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes 
     ax : axes to draw in; its own by default
     """
     instance("envelope", envelope, AxleEnvelope, "by lm.axle_envelope")
-    own, (_, ax) = ax is None, style.paper(style.page_width(3.4), 2.2, ax)
+    own, (_, ax) = ax is None, style.paper(style.page_width(_WIDTH), 2.2, ax)
     least = float(np.nanmin(envelope.multipliers))
     shown = np.where(np.isfinite(envelope.multipliers), envelope.multipliers, np.nan)
     ax.plot(envelope.positions, shown, color="black", lw=0.9)
@@ -148,7 +149,7 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
     # from the control point to the oscillator of the code: the curve comes down to zero at d0
     along = moved * (c.d0 / np.interp(0.0, -alpha[peak:], moved[peak:]))
     left.plot(along, alpha * GRAVITY / (c.mass_share * verdict.confidence_factor), color="black", lw=0.9)
-    periods = np.linspace(0.02, 1.6 * max(c.period.values()), 200)
+    periods = np.linspace(0.02, 1.6 * max(c.period.values()), 200)  # [s], beyond both points of the verdict
     for state, colour in (("SLV", style.ORANGE), ("SLC", style.BLUE)):
         demand = [verdict.spectra[state].displacement(float(t), DAMPING[state]) for t in periods]
         right.plot(periods, demand, color=colour, lw=0.9, label=f"{state}, damping {DAMPING[state]:.0%}")
@@ -166,12 +167,12 @@ def _by_peaks(verdict: Assessment, title: str | None, text: str) -> Figure:
 
     ``text`` is the caption.
     """
-    figure, (ax,) = style.panels(style.page_width(3.4), 2.4)
+    figure, (ax,) = style.panels(style.page_width(_WIDTH), 2.4)
     for state, colour, factor in (("SLV", style.ORANGE, 2.0), ("SLD", style.BLUE, 1.0)):
         spectrum = verdict.spectra[state]
         if isinstance(spectrum, RecordSpectrum):
             raise InputError("a verdict by q = 2 alone on a record has no curve and no spectrum to draw")
-        periods = np.linspace(0.0, 1.5, 301)
+        periods = np.linspace(0.0, 1.5, 301)  # [s]; chosen: the plateau, and where the spectrum has come down from it
         ax.plot(periods, [spectrum.acceleration(float(t)) for t in periods], color=colour, lw=0.9, label=f"{state}, 5%")
         ax.plot([0.0], [peak_of(spectrum)], "o", color=colour, ms=4, clip_on=False)
         a = factor * verdict.bodies.a0

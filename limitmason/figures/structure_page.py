@@ -32,6 +32,8 @@ _KINDS = {
     BoundKind.NONE: "no statement",
 }
 
+_NAMED = 12  # held blocks that are named, so that the sentence stays one
+
 NOT_COVERED = (
     "Blocks are rigid in limit analysis and mechanisms: what comes from their deformation or cracking is not in them.",
     "The multiplier is that of the load pattern above; other directions and points of attack may govern.",
@@ -133,7 +135,7 @@ def _compared(compared: SideBySide) -> str:
 
 
 def geometry_facts(model: Assembly) -> list[str]:
-    """Sentences on the blocks, size, weight and supports of an assembly; of many held blocks the first 12 are named."""
+    """Sentences on the blocks, size, weight and supports of an assembly; of many held blocks the first are named."""
     bounds = np.array([b.bounds for b in model.blocks])
     size = bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)
     held = [model.blocks[i].name for i in np.flatnonzero(model.held.any(axis=1))]
@@ -143,7 +145,7 @@ def geometry_facts(model: Assembly) -> list[str]:
         f"{f', {len(model.ties)} ties' if model.ties else ''}, {size[0]:.4g} x {size[1]:.4g} x {size[2]:.4g} m "
         "(x, y, z)",
         f"weight of the blocks that are not fixed: {model.weights[free].sum() / 1e3:.4g} kN",
-        f"held: {', '.join(held[:12]) or 'none'}{f' and {len(held) - 12} more' if len(held) > 12 else ''}",
+        f"held: {', '.join(held[:_NAMED]) or 'none'}{f' and {len(held) - _NAMED} more' if len(held) > _NAMED else ''}",
     ]
 
 
@@ -186,4 +188,4 @@ def _checks(compared: SideBySide) -> str:
             text += [f"  {line}" for line in str(found.certificate).splitlines()]
         text += [f"  warning: {w}" for w in row.warnings]
         out.append("\n".join(text))
-    return f"<pre>{escape((chr(10) * 2).join(out))}</pre>"
+    return "<pre>" + escape("\n\n".join(out)) + "</pre>"

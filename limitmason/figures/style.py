@@ -111,7 +111,7 @@ def needs_a_page(name: str) -> None:
 
 def enlarged(low: float, high: float) -> str:
     """What to say of an axis from ``low`` to ``high`` that spans less than a tenth of its values, else empty."""
-    top = max(abs(low), abs(high))
+    top = max(abs(low), abs(high))  # an axis that shows zero enlarges nothing
     if not top > 0.0 or low * high <= 0.0 or abs(high - low) >= 0.1 * top:
         return ""
     return f"axis enlarged: it spans {100.0 * abs(high - low) / top:.2g} % of the value"
@@ -222,8 +222,8 @@ class Page:
         return figure_of(self.ax)
 
     def line_width(self, size: float) -> float:
-        """Outline width [pt] for blocks of a ``size`` [m]: 3 % of it; thin on small ones, which it must not hide."""
-        return float(min(max(0.03 * 72.0 * self.inch * size, 0.12), 0.7))
+        """Width of outlines [pt] of blocks of a ``size`` [m]."""
+        return outline_width(self.inch, size)
 
     def finish(self, title: str | None, text: str | None, handles: list[Any]) -> Figure:
         """Set the size of the page, then title, caption and legend, and return the figure.
@@ -268,6 +268,11 @@ class Page:
             below = -0.18 if self.framed else -0.02  # under the numbers of the axis, where it has them
             ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, below), ncols=columns,
                       fontsize=_SMALL, frameon=False)
+
+
+def outline_width(inch: float, size: float, widest: float = 0.7) -> float:
+    """Width of outlines [pt] at a scale [in/m] for blocks of a ``size`` [m]: 3 % of it, which hides no small block."""
+    return float(min(max(0.03 * 72.0 * inch * size, 0.12), widest))
 
 
 def legend_shape(handles: list[Any], width: float) -> tuple[int, int]:
@@ -319,7 +324,7 @@ def frame(ax: Axes, title: str | None, caption: str = "") -> None:
     ax.spines[:].set_linewidth(0.5)
     page: Any = ax.figure  # a figure, or a part of one that knows its figure
     wide = float(getattr(page, "figure", page).get_size_inches()[0])
-    caption = "\n".join(wrapped(line, wide - 0.9) for line in caption.split("\n"))
+    caption = "\n".join(wrapped(line, wide - 0.9) for line in caption.split("\n"))  # 0.9 in: margins of the diagram
     if caption:
         ax.annotate(
             caption, (0.0, 1.0), (0.0, 5.0), xycoords="axes fraction", textcoords="offset points", gid="caption",
@@ -331,10 +336,7 @@ def frame(ax: Axes, title: str | None, caption: str = "") -> None:
 
 
 def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
-    """Equal axes labelled in metres by two ``names``, ticks kept sparse.
-
-    Their sizes are set here because ticks are made after the print style ends.
-    """
+    """Equal axes labelled in metres by two ``names``; ticks, which are made after the style ends, have their sizes."""
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel(f"{names[0]} [m]", color=FAINT)
     ax.set_ylabel(f"{names[1]} [m]", color=FAINT)

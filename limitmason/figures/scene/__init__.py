@@ -306,6 +306,7 @@ def _solids(model: Assembly, motion: SceneMotion) -> dict[str, Any]:
                 corners += [points[0], points[j], points[j + 1]]
                 normals += [normal] * 3
                 owner += [i] * 3
+        # of cuts within a block, whose corners differ by rounding alone
         tolerance = 1e-6 * float(np.ptp(block.bounds, axis=0).max())
         for edges in visible_edges(block.parts, tolerance):
             for edge in edges:
@@ -350,7 +351,7 @@ def _forces(model: Assembly, answer: Prediction | None) -> dict[str, Any]:
     if answer is None or answer.resultants is None:
         return {"rows": "", "largest": ""}
     found = joint_forces(model, answer)
-    rows = np.flatnonzero(found.carries)
+    rows = np.flatnonzero(found.carries)  # without a force there is no direction
     size = np.linalg.norm(found.force[rows], axis=1)
     half = 0.45 * block_size(model) * found.force[rows] / size[:, None]
     share = size[:, None] / size.max(initial=1e-300)
