@@ -49,6 +49,7 @@ def assessment_report(verdict: Assessment, path: str | Path, *, title: str = "Lo
     share, reached, asked = (d["SLV"] for d in (verdict.safety, verdict.reached, verdict.demand))
     headline = f"SLV is reached at {reached:.3f} g, {share:.0%} of the {asked:.3f} g that are asked"
     drawn = [image(mechanism(verdict.structure, verdict.prediction, title="Mechanism"), "mechanism")]
+    # without a curve the spectrum is drawn, which a record does not have
     if verdict.curve is not None or not any(isinstance(s, RecordSpectrum) for s in verdict.spectra.values()):
         heading = "Elastic spectrum" if verdict.curve is None else "Capacity and demand"
         drawn.append(image(assessment(verdict, title=heading), "capacity and spectrum"))

@@ -90,7 +90,7 @@ def predicted_beside_references(rows: Iterable[Compared], **options: Any) -> Fig
     InputError
         Where no row has a prediction, and where the values have different units.
     """
-    known = [r for r in rows if r.reference is not None and np.isfinite(r.predicted)]
+    known = [r for r in rows if r.reference is not None and np.isfinite(r.predicted)]  # below, no reference is None
     units = {r.unit for r in known}
     if len(units) != 1:
         raise InputError(

@@ -195,8 +195,8 @@ def _caption(report: ContactReport) -> str:
 
 def _handles(report: ContactReport, *, plane: bool) -> list[Patch | Line2D]:
     """Legend entries for what is really in the drawing; ``plane`` tells whether it is an elevation."""
-    # what there is of a kind, colour, words, and how it looks
     mark: dict[str, Any] = {"linestyle": "none", "markersize": 4.5, "markerfacecolor": "none"}
+    # what there is of a kind, its colour and name, and how its mark differs from a thick line
     entries: list[tuple[Any, str, str, dict[str, Any]]] = [
         (report.contacts, _CONTACT, "contact", {}), (report.kept, _WEDGE, "wedge kept: gap, angle", {}),
         (report.near_misses, _MISS, "near miss: gap, angle", {}),

@@ -15,7 +15,7 @@ from limitmason.storage.files import save_figure, write_text
 
 
 def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> list[Path]:
-    """Write report.txt, diagnosis.html, pictures, causes.csv and verdict.json, and tables of rehearsals if any.
+    """Write report.txt, diagnosis.html, pictures, rehearsals if any, causes.csv, verdict.json.
 
     Parameters
     ----------

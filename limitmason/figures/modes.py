@@ -39,6 +39,7 @@ def mode_shape(modes: Modes, number: int, *, reach: float = _REACH, title: str |
     caption = f"participating mass {share}"
     carrier = modes.system.carrier
     if isinstance(carrier, BlockCarrier):
+        # no joint is marked: how far it opens hangs on the reach
         options = {"crack": np.inf, "legend": False, "view": "3d", **options}
         moved = shape[:, :3], quaternions(shape[:, 3:6])
         figure: Figure = deformed(carrier.assembly, moved, title=title, caption=caption, **options)

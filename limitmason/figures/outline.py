@@ -281,5 +281,6 @@ def _is_edge(middle: Array, along: Array, normals: list[Array], offsets: list[Ar
         inside |= (circle @ n.T - o <= tolerance).all(axis=1)
     count = int(inside.sum())
     turns = int((inside != np.roll(inside, 1)).sum())
+    # a face off by a tolerance moves one point across
     flat = turns == 2 and abs(count - _AROUND // 2) <= 1
     return not (flat or count == _AROUND)

@@ -212,22 +212,22 @@ def _sorted_by_depth(
     depth : of every piece along the direction to the viewer [m], shape (n,)
     sure : how certain each pair is [m]
     """
-    # cycle: number of the strongly connected part of every piece; most parts are of one piece
+    # number of the strongly connected part that every piece is of: a cycle, or the piece alone
     graph = coo_matrix((np.ones(len(behind)), (behind, before)), shape=(n, n))
-    cycle = connected_components(graph, directed=True, connection="strong")[1]
+    part = connected_components(graph, directed=True, connection="strong")[1]
     hides: list[list[int]] = [[] for _ in range(n)]
-    waiting: list[dict[int, float]] = [{} for _ in range(n)]  # of its cycle: pieces behind each, and how sure
-    # of every part: how many of those behind it outside are not painted yet, and its pieces, the farthest first
-    outside = [0] * int(cycle.max() + 1)
+    waiting: list[dict[int, float]] = [{} for _ in range(n)]  # pieces of its cycle behind each, and how sure
+    # of every part: how many verdicts from outside still keep it waiting, and its pieces, the farthest first
+    outside = [0] * int(part.max() + 1)
     members: list[list[int]] = [[] for _ in outside]
     for k in np.argsort(depth).tolist():
-        members[cycle[k]].append(k)
+        members[part[k]].append(k)
     for far, near, by in zip(behind, before, sure, strict=True):
         hides[far].append(near)
-        if cycle[far] == cycle[near]:
+        if part[far] == part[near]:
             waiting[near][far] = by
         else:
-            outside[cycle[near]] += 1
+            outside[part[near]] += 1
     # a cycle is painted as a whole once all behind it is: breaking it elsewhere would bring forward what it hides
     ready = [(float(depth[pieces[0]]), c) for c, pieces in enumerate(members) if outside[c] == 0]
     heapq.heapify(ready)
@@ -240,10 +240,10 @@ def _sorted_by_depth(
             left.remove(k)
             order.append(k)
             for near in hides[k]:
-                if cycle[near] == c:
+                if part[near] == c:
                     waiting[near].pop(k, None)
                     continue
-                outside[cycle[near]] -= 1
-                if outside[cycle[near]] == 0:
-                    heapq.heappush(ready, (float(depth[members[cycle[near]][0]]), int(cycle[near])))
+                outside[part[near]] -= 1
+                if outside[part[near]] == 0:
+                    heapq.heappush(ready, (float(depth[members[part[near]][0]]), int(part[near])))
     return order

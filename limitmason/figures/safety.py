@@ -136,10 +136,10 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
     InputError
         For a verdict without a curve on the spectrum of a record.
     """
-    c = instance("verdict", verdict, Assessment, "by lm.assess").bodies
+    capacity = instance("verdict", verdict, Assessment, "by lm.assess").bodies
     share = ", ".join(f"{state} {s:.0%}" for state, s in verdict.safety.items())
-    count = "1 body" if c.bodies == 1 else f"{c.bodies} bodies"
-    text = f"{count}, e* {c.mass_share:.3f}, FC {verdict.confidence_factor:.2f}; of the demand: {share}"
+    count = "1 body" if capacity.bodies == 1 else f"{capacity.bodies} bodies"
+    text = f"{count}, e* {capacity.mass_share:.3f}, FC {verdict.confidence_factor:.2f}; of the demand: {share}"
     if verdict.curve is None:
         return _by_peaks(verdict, title, text)
     style.needs_a_page("assessment")
@@ -147,15 +147,16 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
     alpha, moved = verdict.curve.load, verdict.curve.displacement
     peak = int(np.argmax(alpha))
     # from the control point to the oscillator of the code: the curve comes down to zero at d0
-    along = moved * (c.d0 / np.interp(0.0, -alpha[peak:], moved[peak:]))
-    left.plot(along, alpha * GRAVITY / (c.mass_share * verdict.confidence_factor), color="black", lw=0.9)
-    periods = np.linspace(0.02, 1.6 * max(c.period.values()), 200)  # [s], beyond both points of the verdict
+    along = moved * (capacity.d0 / np.interp(0.0, -alpha[peak:], moved[peak:]))
+    left.plot(along, alpha * GRAVITY / (capacity.mass_share * verdict.confidence_factor), color="black", lw=0.9)
+    periods = np.linspace(0.02, 1.6 * max(capacity.period.values()), 200)  # [s], beyond both points of the verdict
     for state, colour in (("SLV", style.ORANGE), ("SLC", style.BLUE)):
         demand = [verdict.spectra[state].displacement(float(t), DAMPING[state]) for t in periods]
         right.plot(periods, demand, color=colour, lw=0.9, label=f"{state}, damping {DAMPING[state]:.0%}")
-        right.plot([c.period[state]], [c.d[state]], "o", color=colour, ms=4)
-        left.plot([c.d[state]], [c.a[state]], "o", color=colour, ms=4, label=state)
-    left.set(xlabel="displacement d [m]", ylabel="capacity a [m/s$^2$]", xlim=(0.0, 1.05 * c.d0), ylim=(0.0, None))
+        right.plot([capacity.period[state]], [capacity.d[state]], "o", color=colour, ms=4)
+        left.plot([capacity.d[state]], [capacity.a[state]], "o", color=colour, ms=4, label=state)
+    left.set(xlabel="displacement d [m]", ylabel="capacity a [m/s$^2$]", ylim=(0.0, None))
+    left.set_xlim(0.0, 1.05 * capacity.d0)
     right.set(xlabel="period [s]", ylabel="displacement [m]", xlim=(0.0, None), ylim=(0.0, None))
     left.legend(frameon=False)
     right.legend(frameon=False)

@@ -214,7 +214,8 @@ def _of_modes(model: Assembly, modes: Modes, scale: float) -> SceneMotion:
         motion = motion * scale * structure_size(model) / np.linalg.norm(motion[:, :3], axis=1).max()
         for phase in np.sin(2.0 * np.pi * np.arange(_SWING) / _SWING):
             poses.append(ScenePose(phase * motion[:, :3], phase * motion[:, 3:6], f"mode {k}, {hertz:.4g} Hz"))
-    return SceneMotion(poses, f"{len(modes)} modes of {modes.system.label}", _SWING // 4)
+    largest = _SWING // 4  # a quarter of a period
+    return SceneMotion(poses, f"{len(modes)} modes of {modes.system.label}", largest)
 
 
 def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose], str, int]:
@@ -347,12 +348,16 @@ def _joints(model: Assembly) -> dict[str, Any]:
 
 
 def _forces(model: Assembly, answer: Prediction | None) -> dict[str, Any]:
-    """Joint forces, a row each: ends of a line along it [m], share of the largest, whether at the friction limit."""
+    """Joint forces of an answer, a row each: ends of a line along it [m], share of the largest, at friction limit.
+
+    "largest" is the largest force in words. Both are empty where there are no forces.
+    """
     if answer is None or answer.resultants is None:
         return {"rows": "", "largest": ""}
     found = joint_forces(model, answer)
     rows = np.flatnonzero(found.carries)  # without a force there is no direction
     size = np.linalg.norm(found.force[rows], axis=1)
+    # lines as long as figures.contact_forces draws them: 0.9 of a block
     half = 0.45 * block_size(model) * found.force[rows] / size[:, None]
     share = size[:, None] / size.max(initial=1e-300)
     ends = found.centre[rows] - half, found.centre[rows] + half
