@@ -153,7 +153,7 @@ def _label(page: style.Page, rows: list[tuple[NearMiss, str]], axes: Array) -> N
     rows : near misses with the colours of their labels
     """
     ax, size = page.ax, 6.5  # of the letters [pt]
-    taken: list[Array] = []  # lower left corners of the labels so far
+    taken: list[tuple[Array, Array]] = []  # lower left and upper right corners of the labels so far
     middle = np.array([np.mean(ax.get_xlim()), np.mean(ax.get_ylim())])
     for row, colour in rows:
         text = f"{_gap(row)}, {row.angle_deg:.2g}°"
@@ -167,9 +167,9 @@ def _label(page: style.Page, rows: list[tuple[NearMiss, str]], axes: Array) -> N
         for lift, side in [(k, (u, v)) for k in (8.0, 24.0) for u in (1, -1) for v in (1, -1)]:
             step = out * side * (9.0, lift)
             low = here + np.where(step < 0.0, step - box, step)
-            if all((low >= t + box).any() or (low + box <= t).any() for t in taken):
+            if all((low >= end).any() or (low + box <= start).any() for start, end in taken):
                 break
-        taken.append(low)
+        taken.append((low, low + box))
         ax.annotate(
             text, tuple(at), tuple(step), textcoords="offset points", ha="left" if step[0] > 0 else "right",
             va="bottom" if step[1] > 0 else "top", fontsize=size, color=colour,

@@ -6,9 +6,14 @@ from itertools import product
 import numpy as np
 import pytest
 from lug_models import closed_form, lug, push_on_pier, whole
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 import limitmason as lm
+from limitmason.figures import contacts, style
 from limitmason.geometry import box
+from limitmason.model.contact_report import NearMiss
 
 JOINT = lm.Joint(30.0)
 ALONE = 0.5 / 1.5  # the pier without the strut topples at b / h
@@ -376,3 +381,18 @@ def test_figure_shows_contacts_wedges_and_misses():
         assert has(figure, "near misses")
         assert not has(figure, "kept")
         assert ("0–7.6 mm, 20°" in texts(figure)) == (view == "3d")
+
+
+def test_a_short_label_of_a_near_miss_does_not_cover_a_long_one():
+    """Places 50 points apart: the label of the first, of 20 letters, is wider than that, that of the second is not."""
+    near = [
+        NearMiss("a", "b", "gap", gap, angle, 0.0, np.array([x, 0.0, 0.3]), [])
+        for gap, angle, x in (((1.2e-3, 13.4e-3), 12.0, 0.25), ((1e-3, 1e-3), 1.0, 0.25 + 50.0 / 72.0 / 6.0))
+    ]
+    figure = Figure(figsize=(6.0, 6.0))
+    FigureCanvasAgg(figure)
+    ax = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(-0.5, 0.5), ylim=(0.0, 1.0))
+    contacts._label(style.Page((1.0, 1.0), ax), [(miss, "black") for miss in near], np.eye(3)[:, [0, 2]])
+    first, second = (Text.get_window_extent(text, figure.canvas.get_renderer()) for text in ax.texts)
+    assert first.width > 50.0 / 72.0 * figure.dpi
+    assert not first.overlaps(second)
