@@ -116,7 +116,7 @@ def options_by_method(
     Parameters
     ----------
     methods : names
-    options : of methods by name, in which hyphens may be written as underscores, as Python needs them for arguments
+    options : of methods by name, in which hyphens may be written as underscores, as arguments of Python need
 
     Raises
     ------

@@ -136,6 +136,7 @@ class Jobs:
                     job.seconds, job.state = time.monotonic() - job.begun, "cancelled"
             self._now = self._next = None
             self._changed.notify_all()
+        # without the lock, which the thread that listens needs to end
         if process is not None:
             process.kill()
             process.join()

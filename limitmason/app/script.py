@@ -146,6 +146,7 @@ def _model(session: Mapping[str, Any], folder: Folder) -> list[ScriptLine]:
     else:
         known = ", ".join([*calls()["structure"], "experiment", "file"])
         raise InputError(f"structure: kind {kind!r} is none of {known}")
+    # drawings have the joint of the form already; other structures keep theirs unless the page asks for this one
     if own and joint not in out and structure.get("other_joints"):
         out += [joint, ScriptLine("wall = wall.with_joints(joint)", "joint")]
     return out + _loads(loads, own)

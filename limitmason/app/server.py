@@ -128,7 +128,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self._send(refusal.status, json.dumps({"error": refusal.reason}).encode(), "application/json")
             except InputError as error:
                 self._json({"error": {"part": "structure", "name": "InputError", "text": str(error)}}, 422)
-            except ConnectionError:
+            except ConnectionError:  # the page has gone, see above: there is nobody to tell
                 raise
             except Exception as error:
                 text = f"a mistake in limitmason, please report it: {error!r}"

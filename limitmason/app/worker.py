@@ -142,7 +142,7 @@ def summary(names: Mapping[str, Any]) -> dict[str, Any]:
         with suppress(ValueError):  # loads that no tilt of the ground gives have no angle
             if math.isfinite(value):
                 out["also"] = f"tilt at collapse {answer.tilt_angle_deg:.2f}°"
-    elif isinstance(answer, Curve):
+    elif isinstance(answer, Curve):  # over a displacement in m
         what = "largest multiplier λ [-]" if answer.load_unit == "-" else f"largest load [{answer.load_unit}]"
         out |= {"number": _plain(answer.peak.load), "what": what,
                 "status": str(answer.status), "also": f"at a displacement of {1e3 * answer.peak.displacement:.4g} mm"}
@@ -201,6 +201,7 @@ def _proposed(line: str) -> str:
     """What makes the stones of a drawing meet, in the words of the form, from the line that read it."""
     if not line.startswith(DRAWING):
         return ""
+    # the line is an assignment of a call with literal arguments: read, not run
     call = ast.parse(line).body[0].value  # type: ignore[attr-defined]
     given = {k.arg: ast.literal_eval(k.value) for k in call.keywords if k.arg in ("scale", "thickness", "layers")}
     found = proposal(ast.literal_eval(call.args[0]), **given)

@@ -208,9 +208,10 @@ def told_to(listener: Callable[[float | None, str], None]) -> Iterator[None]:
 
 @contextmanager
 def task(title: str, shown: bool = True) -> Iterator[None]:
-    """A run that may be long.
+    """A run that may be long, in a ``with`` block.
 
-    Inside another one it fills the share of the bar that was reached there.
+    Inside another one it fills the share of the bar that was reached there. Without a bar, and in another thread, the
+    block is run and nothing else.
 
     Parameters
     ----------
