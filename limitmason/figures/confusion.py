@@ -50,7 +50,7 @@ def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] 
                         color="white" if value < 1 else style.BLACK, gid="d2")
     for i in range(count):
         for j in range(count):
-            if i != j and frozenset((names[i], names[j])) in twins:
+            if i != j and frozenset((names[i], names[j])) in twins:  # framed inside the cell
                 ax.add_patch(Rectangle((j + 0.03, i + 0.03), 0.94, 0.94, fill=False, edgecolor=style.BLACK,
                                        linewidth=1.1, zorder=4, gid="twin"))
     invisible = set(result.invisible)

@@ -59,6 +59,7 @@ def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> 
 
 def write_causes(path: str | Path, answer: Any) -> None:
     """Write the causes of a diagnosis, ``answer``, as a CSV table, one row per cause and per kept pair."""
+    # "unit": that of the row, which stands in "unit of size"
     units = {
         "cause": "-", "acts on": "-", "unit of size": "-", "kept": "-", "size": "unit", "low": "unit", "high": "unit",
         "log-likelihood gain": "-", "p deficit": "-", "p trend": "-", "p scatter": "-",
@@ -75,6 +76,6 @@ def write_causes(path: str | Path, answer: Any) -> None:
         chances = ["" if row[f"p_{k}"] is None else f"{row[f'p_{k}']:.4f}" for k in ("deficit", "shape", "scatter")]
         kept = "yes" if row["kept"] else "no"
         gain = f"{row['gain']:.4f}"
-        name = {True: "yes", False: "no", None: ""}[row["identified"]]
-        lines.append([row["cause"], row["acts_on"], row["unit"], kept, sizes, low, high, gain, *chances, name])
+        identified = {True: "yes", False: "no", None: ""}[row["identified"]]
+        lines.append([row["cause"], row["acts_on"], row["unit"], kept, sizes, low, high, gain, *chances, identified])
     write_table(path, units, lines)

@@ -74,11 +74,11 @@ def view(
         history of ``dem.simulate``; modes of ``lm.modes``, one after the other; or a state. Of several assemblies a
         list with one for each, or nothing
     path : file to write; without one the scene is only returned (a notebook shows it; ``save`` writes it)
-    title : of the page; what is shown by default
+    title : of the page, "limitmason" by default; what is shown stands under it
     scale : of a mechanism or a mode: largest displacement over the structure's size [-], 0.12 by default; of a path:
         factor on displacements and rotations that the page begins with [-], by default so that the largest can be seen
     frames : most positions that the file holds; a mechanism has at most 25, and every mode has 24
-    viewpoint_deg : azimuth and elevation of the viewer at first
+    viewpoint_deg : azimuth, from x towards y, and elevation of the viewer at first [deg]
 
     Returns
     -------
@@ -88,7 +88,7 @@ def view(
     Raises
     ------
     InputError
-        For an answer of another assembly, one without motion and forces, or settings that make no sense.
+        For an answer of another assembly, a curve that kept no states, or settings that make no sense.
     """
     most = count("frames", frames)
     if scale is not None:
