@@ -68,7 +68,7 @@ def assessment_report(verdict: Assessment, path: str | Path, *, title: str = "Lo
 
 
 def _states(verdict: Assessment) -> str:
-    """HTML of the accelerations reached and asked at each limit state [g]."""
+    """HTML of the accelerations reached and asked at each limit state [g], and the first over the second."""
     how = {
         "SLD": "peak acceleration against a0*",
         "SLV": "q = 2 on the peak acceleration" if verdict.curve is None else "displacement spectrum at T",

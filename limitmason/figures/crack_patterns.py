@@ -97,7 +97,7 @@ def cracks(
 
 
 def one_a_sample(moments: list[tuple[int, str | int]]) -> list[tuple[int, str]]:
-    """Samples in their order with the names of all moments that fall on each, joined by "and".
+    """Samples, in the order in which they are first named, with all moments that fall on each, joined by "and".
 
     Parameters
     ----------
