@@ -39,7 +39,14 @@ class AppliedForces(NamedTuple):
         return np.hstack([self.force, axial(self.arms)])
 
     def add(self, block: int, point: Array, force: Array) -> None:
-        """Add a force [N] at a point [m], shapes (3,)."""
+        """Add a force to those of a block.
+
+        Parameters
+        ----------
+        block : its number
+        point : where the force acts, in the reference position [m], shape (3,)
+        force : in global axes [N], shape (3,)
+        """
         self.force[block] += force
         self.arms[block] += np.outer(point - self.centroids[block], force)
 
@@ -48,6 +55,7 @@ class AppliedForces(NamedTuple):
 
         Parameters
         ----------
+        block : number of the block that the polygon lies on
         polygon : corners, convex or not, counter-clockwise about the normal [m], shape (k, 3)
         normal : unit normal of its plane, shape (3,)
         value : at the corners [-], shape (k,)
@@ -61,10 +69,20 @@ class AppliedForces(NamedTuple):
 def linear_integrals(polygon: Array, normal: Array, value: Array) -> tuple[float, Array]:
     """Integrals of a linear value, and of (x - first corner) times it, over a plane polygon [m2, m3].
 
-    A fan of triangles of signed area A: A mean(v), and A / 12 (sum of v x + sum of v times sum of x).
+    Parameters
+    ----------
+    polygon : corners, convex or not, counter-clockwise about the normal [m], shape (k, 3)
+    normal : unit normal of its plane, shape (3,)
+    value : at the corners [-], shape (k,)
+
+    Notes
+    -----
+    Summed over a fan of triangles of signed area A from the first corner: A mean(v), and
+    A / 12 (sum of v x + sum of v times sum of x) over the three corners.
     """
     x = polygon - polygon[0]
     area = 0.5 * np.cross(x[1:-1], x[2:]) @ normal
+    # of every triangle beside the first corner, where x = 0
     corners, values = np.stack([x[1:-1], x[2:]], axis=1), np.stack([value[1:-1], value[2:]], axis=1)
     each = value[0] + values.sum(axis=1)
     weighted = (values[:, :, None] * corners).sum(axis=1) + each[:, None] * corners.sum(axis=1)

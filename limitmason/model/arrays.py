@@ -45,17 +45,21 @@ class AssemblyArrays(NamedTuple):
 
 
 def face_arrays(polygons: list[Array], normal: Array) -> tuple[Array, Array, Array, Array, Array, Index]:
-    """Tangents, centroids, areas, corners and corner offsets of the contact polygons.
-
-    The first tangent follows the polygon's first edge, the second completes a right-handed frame with the normal.
-
-    Shapes are (k, 3) for tangents and centroids [m], (k,) for areas [m2]; corners of all faces follow each other [m],
-    and those of face i are rows start[i] to start[i + 1].
+    """Tangents, centroids, areas, corners and corner offsets of k contact polygons.
 
     Parameters
     ----------
-    polygons : corners of every face [m]
-    normal : its unit normal, shape (k, 3)
+    polygons : corners of every face, counter-clockwise about its normal [m], shape (m, 3) each
+    normal : unit normal of every face, shape (k, 3)
+
+    Returns
+    -------
+    t1, t2 : unit tangents, shape (k, 3): the first follows the polygon's first edge, the second completes a
+        right-handed frame with the normal
+    centre : centroids [m], shape (k, 3)
+    area : [m2], shape (k,)
+    corners : of all faces one after the other [m], shape (sum of m, 3)
+    start : first row of every face in them, and their number, shape (k + 1,)
     """
     k = len(polygons)
     count = np.array([len(p) for p in polygons], dtype=np.intp)
@@ -67,6 +71,7 @@ def face_arrays(polygons: list[Array], normal: Array) -> tuple[Array, Array, Arr
         # polygons of as many corners at once
         p = corners[start[rows][:, None] + np.arange(size)]
         edge = p[:, 1] - p[:, 0]
+        # the corners of a face are plane up to rounding only
         edge -= (edge * normal[rows]).sum(axis=1)[:, None] * normal[rows]
         t1[rows] = edge / np.linalg.norm(edge, axis=1)[:, None]
         r = p - p[:, :1]
@@ -88,12 +93,15 @@ def with_ties(
 
     Parameters
     ----------
+    faces : arrays of k interfaces
+    block_a, block_b : numbers of the blocks of every tie, shape (t,)
     ends : points on a and on b [m], shape (t, 2, 3)
-    strength, stiffness : [N], [N/m], shape (t,)
-    block_a, block_b : of every tie, shape (t,)
+    strength : of every tie [N], shape (t,)
+    stiffness : axial, of every tie [N/m], shape (t,)
     """
     normal = ends[:, 0] - ends[:, 1]
     normal = normal / np.linalg.norm(normal, axis=1)[:, None]
+    # across the axis that the tie is farthest from: the product is never near nil
     t1 = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), axis=1)])
     t1 /= np.linalg.norm(t1, axis=1)[:, None]
     zero, one = np.zeros(len(strength)), np.ones(len(strength))

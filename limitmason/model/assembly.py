@@ -18,7 +18,8 @@ from limitmason.geometry.polyhedron import longest_sides
 from limitmason.model import detection
 from limitmason.model.block import Block
 from limitmason.model.blockwork import Blockwork
-from limitmason.model.contact_report import ContactReport, contact_report
+from limitmason.model.contact_report import ContactReport
+from limitmason.model.contact_survey import contact_report
 from limitmason.model.input import (
     JointChoice,
     JointTable,

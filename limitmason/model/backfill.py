@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
 
 
-_UP = 1e-6  # least upward part of the normal of a loaded face
+_UP = 1e-6
+"""Least upward part of the unit normal of a loaded face, least level part of an inclined one, far above rounding."""
 
 
 def backfill_forces(
@@ -31,6 +32,7 @@ def backfill_forces(
 
     Parameters
     ----------
+    assembly : that carries the fill
     level : of the top of the fill [m]
     density : of the fill [kg/m3]
     lateral : K, horizontal over vertical stress in the fill; 0 for weight alone. It acts on inclined faces: fill lies
@@ -53,6 +55,7 @@ def backfill_forces(
     free = [i for i in range(assembly.n_blocks) if not assembly.fixed[i]]
     rows = free if blocks is None else [assembly.block_index(b) for b in blocks]
     forces, loaded, inclined = AppliedForces.none(assembly), False, False
+    # polygon and outward normal of the joints of every loaded block
     covered: dict[int, list[tuple[Array, Array]]] = {i: [] for i in rows}
     # the parts of faces that joints cover carry no fill: they count with the opposite sign
     for joint in assembly.interfaces:
@@ -60,12 +63,14 @@ def backfill_forces(
             if block in covered:
                 covered[block].append((joint.polygon, sense * joint.normal))
     for i in rows:
+        # sign, polygon and outward normal
         surfaces = [(1.0, face, face_plane(face)[0]) for face in assembly.blocks[i].faces]
         surfaces += [(-1.0, polygon, normal) for polygon, normal in covered[i]]
         for sign, polygon, normal in surfaces:
             if normal[2] <= _UP:
                 continue
             below = split_polygon(polygon, np.array([0.0, 0.0, top]), np.array([0.0, 0.0, 1.0]), 0.0)[0]
+            # the whole face is above the fill
             if below is None:
                 continue
             loaded, inclined = True, inclined or bool(np.hypot(normal[0], normal[1]) > _UP)

@@ -23,9 +23,7 @@ from limitmason.storage.frozen import ReadOnly, frozen
 
 @dataclass(frozen=True, eq=False)
 class Blockwork(ReadOnly):
-    """What an :class:`~limitmason.Assembly` holds, less how it is built and changed.
-
-    See there.
+    """What an :class:`~limitmason.Assembly` holds, less how it is built and changed; its fields are explained there.
 
     The parts that an assembly is made with (detection of contacts, moved copies, the contact report) read this.
     """
@@ -50,11 +48,12 @@ class Blockwork(ReadOnly):
         return tuple(f"{self.blocks[i.block_a].name}|{self.blocks[i.block_b].name}" for i in self.interfaces)
 
     def joint_text(self, block_a: int, block_b: int) -> str:
-        """The joint of two blocks in a message, by their names."""
+        """The joint of two blocks, given by number, in a message by their names."""
         return f"the joint between {self.blocks[block_a].name!r} and {self.blocks[block_b].name!r}"
 
     @cached_property
     def _numbers(self) -> dict[str, int]:
+        """Number of every block by its name."""
         return {b.name: i for i, b in enumerate(self.blocks)}
 
     def block_index(self, block: int | str) -> int:
@@ -64,6 +63,7 @@ class Blockwork(ReadOnly):
         """
         if isinstance(block, str):
             if block not in self._numbers:
+                # names that begin alike go first, then those about as long
                 near = sorted(self._numbers, key=lambda n: (n[:3] != block[:3], abs(len(n) - len(block))))[:5]
                 raise InputError(f"there is no block named {block!r}; names include {', '.join(near)}")
             return self._numbers[block]
@@ -102,8 +102,13 @@ class Blockwork(ReadOnly):
 
     @cached_property
     def _mass_properties(self) -> tuple[Array, Array, Array]:
-        """Volume [m3], centroid [m] and inertia per density [m5] of every block, from its parts; (n,), (n, 3), (n, 3,
-        3).
+        """Volume, centroid and inertia per density of every block, summed over its convex parts.
+
+        Returns
+        -------
+        volume : [m3], shape (n,)
+        centroid : [m], shape (n, 3)
+        inertia : about the centroid [m5], shape (n, 3, 3)
         """
         pieces = [part for block in self.blocks for part in block.parts]
         owner = np.repeat(np.arange(self.n_blocks), [len(b.parts) for b in self.blocks])
@@ -140,6 +145,7 @@ class Blockwork(ReadOnly):
         k = len(self.interfaces)
         normal = np.array([i.normal for i in self.interfaces]).reshape(k, 3)
         t1, t2, centre, area, corners, start = face_arrays([i.polygon for i in self.interfaces], normal)
+        # laws are few and interfaces many: each law is read once
         laws = {id(i.joint): i.joint for i in self.interfaces}
         table = {
             key: (
@@ -168,7 +174,7 @@ class Blockwork(ReadOnly):
     def ground_for(self, what: str) -> int:
         """Number of the block that stands for the ground, the first wholly held one.
 
-        ``what`` asks for it.
+        ``what`` names in the error what asks for it.
         """
         held = np.flatnonzero(self.fixed)
         if not len(held):

@@ -22,7 +22,15 @@ _PARTS = ("dead", "live", "dead_arms", "live_arms")
 
 @dataclass(frozen=True, eq=False)
 class LoadArrays(ReadOnly):
-    """What :class:`limitmason.model.load.Loads` holds, whose parameters these are."""
+    """What :class:`limitmason.model.load.Loads` holds.
+
+    Parameters
+    ----------
+    dead, live : wrench of every block about its centroid, as it stands at first [N, N m], shape (n_blocks, 6)
+    name : label of the load case
+    dead_arms, live_arms : sum of r f^T, r from the centroid to the point of the force f [N m], shape (n_blocks, 3, 3);
+        zero where not given, so that moments are couples
+    """
 
     dead: Array
     live: Array
@@ -41,6 +49,7 @@ class LoadArrays(ReadOnly):
             wrench, arms = (np.array(getattr(self, name), dtype=float) for name in (label, f"{label}_arms"))
             if wrench.ndim != 2 or wrench.shape[1] != 6:
                 raise InputError(f"{label} loads must have shape (n_blocks, 6), got {wrench.shape}")
+            # none given: moments are couples
             if not arms.size:
                 arms = np.zeros((len(wrench), 3, 3))
             if arms.shape != (len(wrench), 3, 3):
@@ -57,20 +66,30 @@ class LoadArrays(ReadOnly):
             raise InputError(f"dead loads are given for {len(self.dead)} blocks, live loads for {len(self.live)}")
 
     def __add__(self, other: Self) -> Self:
-        """Superpose dead with dead and live with live."""
+        """Superpose dead with dead and live with live; names are joined by "+"."""
         if not isinstance(other, LoadArrays):
             return NotImplemented
         name = " + ".join(n for n in (self.name, other.name) if n)
         return replace(self, name=name, **{k: getattr(self, k) + getattr(other, k) for k in _PARTS})
 
     def scaled(self, *, dead: float = 1.0, live: float = 1.0) -> Self:
-        """Dead and live loads times a factor each; with no live load left they are called "dead loads"."""
+        """Dead and live loads times a factor each.
+
+        Parameters
+        ----------
+        dead, live : the factors [-]; with no live load left the case is called "dead loads"
+        """
         factor = {"dead": finite("dead", dead), "live": finite("live", live)}
         name = "dead loads" if live == 0.0 and self.live.any() else self.name
         return replace(self, name=name, **{k: factor[k.removesuffix("_arms")] * getattr(self, k) for k in _PARTS})
 
     def of_blocks(self, order: ArrayLike) -> Self:
-        """The loads of some blocks by number, in the order given: those of a renumbered or smaller assembly."""
+        """The loads of some blocks in a given order: those of a renumbered or smaller assembly.
+
+        Parameters
+        ----------
+        order : numbers of the blocks in this assembly, by their new numbers
+        """
         rows = np.asarray(order, dtype=np.intp)
         return replace(self, **{k: getattr(self, k)[rows] for k in _PARTS})
 
@@ -93,14 +112,20 @@ class LoadArrays(ReadOnly):
         return replace(self, **turned)
 
     def rows(self, case: str) -> Array:
-        """Dead or live wrenches, and behind them the arms row by row, shape (n_blocks, 15)."""
+        """Dead or live wrenches, and behind them the arms row by row [N, N m], shape (n_blocks, 15).
+
+        ``case`` is "dead" or "live".
+        """
         return np.hstack([getattr(self, case), getattr(self, f"{case}_arms").reshape(-1, 9)])
 
     def wrench_at(self, case: str, turn: Array) -> Array:
         """Dead or live wrenches of blocks that have turned [N, N m], shape (n_blocks, 6).
 
+        Forces keep their direction, their points turn with the block.
+
         Parameters
         ----------
+        case : "dead" or "live"
         turn : R - I of every block, shape (n_blocks, 3, 3)
         """
         wrench = np.array(getattr(self, case))
@@ -111,10 +136,12 @@ class LoadArrays(ReadOnly):
         """From the centroid of every block to where its dead or live resultant acts [m], shape (n_blocks, 3).
 
         Of parallel forces their centre. Of a couple and a force the point of the line of action nearest the centroid.
+        Zero where no force acts. ``case`` is "dead" or "live".
         """
         wrench, arms = getattr(self, case), getattr(self, f"{case}_arms")
         force, moment = wrench[:, :3], wrench[:, 3:]
         square = (force**2).sum(axis=1, keepdims=True)
-        over = np.divide(1.0, square, out=np.zeros_like(square), where=square > 0.0)
-        centre = np.einsum("nij,nj->ni", arms, force) * over
-        return np.asarray(centre + np.cross(force, moment - np.cross(centre, force)) * over)
+        per_square = np.divide(1.0, square, out=np.zeros_like(square), where=square > 0.0)
+        # sum of r (f . F) / F^2, then across the force by what of the moment that point leaves over
+        centre = np.einsum("nij,nj->ni", arms, force) * per_square
+        return np.asarray(centre + np.cross(force, moment - np.cross(centre, force)) * per_square)

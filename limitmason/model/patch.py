@@ -17,12 +17,21 @@ if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
 
 
-_PARALLEL = np.cos(np.deg2rad(1.0))  # faces turned by less lie in the plane of the patch
+_PARALLEL = np.cos(np.deg2rad(1.0))  # chosen: faces turned by less look the way of the patch
+_FLAT = 1e-12  # of the patch's size squared: an area below it is rounding
 NEAR = 1e-6  # of the patch's size: faces this near to its plane lie in it
 
 
 class Patch(NamedTuple):
-    """A flat convex polygon: corners [m], outward normal, size [m], and axes in its plane, shape (2, 3)."""
+    """A flat convex polygon.
+
+    Parameters
+    ----------
+    corners : counter-clockwise about the normal [m], shape (k, 3)
+    normal : outward unit normal, shape (3,)
+    size : largest distance of a corner from the first [m]
+    axes : unit vectors in its plane that make a right-handed frame with the normal, shape (2, 3)
+    """
 
     corners: Array
     normal: Array
@@ -30,15 +39,15 @@ class Patch(NamedTuple):
     axes: Array
 
     def holds(self, points: Array) -> Any:
-        """Whether points lie in its plane, over their last axis but one."""
+        """Whether all of some points lie in its plane [m], shape (..., n, 3); one answer for each n points."""
         return np.abs((points - self.corners[0]) @ self.normal).max(axis=-1) <= NEAR * self.size
 
     def clipped(self, face: Array) -> Array:
-        """The part of a face within it, in its axes from its first corner."""
+        """The part of a face [m], shape (n, 3), within it, in its axes from its first corner [m], shape (m, 2)."""
         return clip_convex((face - self.corners[0]) @ self.axes.T, (self.corners - self.corners[0]) @ self.axes.T)
 
     def missed(self, what: str) -> InputError:
-        """The error that nothing lies in it."""
+        """The error that nothing of a kind, such as "face of a block", lies in it."""
         n = self.normal
         return InputError(
             f"no {what} lies in the patch with corners {self.corners.tolist()} and outward normal "
@@ -59,13 +68,15 @@ def read_patch(corners: ArrayLike) -> Patch:
         raise InputError(f"a patch needs at least three corners, got {len(p)}")
     r = p - p[0]
     size = float(np.linalg.norm(r, axis=1).max())
-    area = 0.5 * np.cross(r[1:-1], r[2:]).sum(axis=0)
-    length = float(np.linalg.norm(area))
-    if length <= 1e-12 * size**2:
+    # the vector area points along the normal
+    vector = 0.5 * np.cross(r[1:-1], r[2:]).sum(axis=0)
+    area = float(np.linalg.norm(vector))
+    if area <= _FLAT * size**2:
         raise InputError("the corners of the patch lie on one line")
-    normal = area / length
+    normal = vector / area
     edges = np.roll(p, -1, axis=0) - p
     turns = np.cross(edges, np.roll(edges, -1, axis=0)) @ normal
+    # of a convex polygon no edge turns to the right
     if np.abs(r @ normal).max() > NEAR * size or turns.min() < -NEAR * size**2:
         raise InputError("the corners of the patch must be a flat convex polygon, in order around it")
     first = p[1] - p[0]
@@ -80,6 +91,7 @@ def patch_forces(assembly: "Assembly", corners: ArrayLike, pressure: Pressure) -
 
     Parameters
     ----------
+    assembly : whose blocks are loaded
     corners : of the patch, convex, counter-clockwise seen from outside the wall [m], shape (k, 3); its outward normal
         is that of the faces it loads
     pressure : pushes into the faces
@@ -106,6 +118,7 @@ def patch_forces(assembly: "Assembly", corners: ArrayLike, pressure: Pressure) -
                 continue
             left = patch.clipped(face)
             area = polygon_area_centroid(left)[0] if len(left) > 2 else 0.0
+            # a face that only touches the patch leaves a sliver of rounding
             if area <= NEAR**2 * patch.size**2:
                 continue
             loaded |= pressure.press(forces, i, patch.corners[0] + left @ patch.axes, patch.normal)

@@ -23,9 +23,19 @@ _SIDES = {
     "+z": (0, 0, 1), "-z": (0, 0, -1),
 }
 
+_SAME_SIDE_DEG = 10.0
+"""Chosen: faces turned by no more from a direction are on that side of a block [deg]."""
+
 
 class Pressure(NamedTuple):
-    """Even pressure [Pa], and one that grows with depth below a level: unit weight [N/m3] times (level - z) [m]."""
+    """Pressure into a face: an even one, and one that grows with depth below a level and is nil above it.
+
+    Parameters
+    ----------
+    even : p, above the level too [Pa]; negative pulls
+    level : of the water or earth [m]
+    unit_weight : gamma of gamma (level - z) [N/m3]; 0 for none
+    """
 
     even: float
     level: float = 0.0
@@ -35,7 +45,16 @@ class Pressure(NamedTuple):
     def read(
         cls, on: str, other: str, even: float | None, level: float | None, unit_weight: float | None
     ) -> Self:
-        """A pressure by what was given on something; ``other`` is what may be given in its place."""
+        """A pressure by what was given, checked.
+
+        Parameters
+        ----------
+        on : what it is a load on, for messages
+        other : name of the argument that may be given in its place, for messages
+        even : pressure [Pa], or None; 0 where a level is given
+        level : of the water or earth [m], or None
+        unit_weight : growth with depth [N/m3], together with the level
+        """
         if (level is None) != (unit_weight is None):
             raise InputError(f"load on {on}: level and unit_weight go together")
         if even is None and level is None:
@@ -47,11 +66,20 @@ class Pressure(NamedTuple):
         return cls(p, finite("level", level), positive("unit_weight", unit_weight, "N/m3"))
 
     def press(self, forces: AppliedForces, block: int, polygon: Array, normal: Array) -> bool:
-        """Press on a plane polygon of a block, outward unit normal given; whether any of it is loaded."""
+        """Press on a plane polygon of a block, and return whether any of it is loaded.
+
+        Parameters
+        ----------
+        forces : to which the load is added
+        block : its number
+        polygon : counter-clockwise seen from outside [m], shape (k, 3)
+        normal : outward unit normal, shape (3,)
+        """
         if self.even:
             forces.add_spread(block, polygon, normal, np.ones(len(polygon)), -self.even * normal)
         if not self.unit_weight:
             return True
+        # the surface of the water cuts the polygon
         below = split_polygon(polygon, np.array([0.0, 0.0, self.level]), np.array([0.0, 0.0, 1.0]), 0.0)[0]
         if below is not None:
             forces.add_spread(block, below, normal, self.level - below[:, 2], -self.unit_weight * normal)
@@ -61,11 +89,14 @@ class Pressure(NamedTuple):
 def side_forces(
     assembly: Assembly, block: int, face: str | tuple[float, float, float], load: Pressure | Array
 ) -> AppliedForces:
-    """Forces of a pressure, or of a load per area in global axes [Pa], (3,), on one side of a block.
+    """Forces of a pressure, or of another load per area, on one side of a block.
 
     Parameters
     ----------
-    face : name of a side, or an outward direction; all faces within 10 degrees of it
+    assembly : that has the block
+    block : its number
+    face : name of a side, or an outward direction, shape (3,); all faces within 10 degrees of it
+    load : pressure into the faces, or load per area in global axes [Pa], shape (3,)
 
     Raises
     ------
@@ -78,7 +109,7 @@ def side_forces(
     forces, found, loaded = AppliedForces.none(assembly), False, False
     for corners in assembly.blocks[block].faces:
         normal, _ = face_plane(corners)
-        if normal @ outward < np.cos(np.deg2rad(10.0)):
+        if normal @ outward < np.cos(np.deg2rad(_SAME_SIDE_DEG)):
             continue
         found = True
         if isinstance(load, Pressure):
